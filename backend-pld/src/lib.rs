@@ -1,0 +1,1 @@
+//! Logic to equations and Verilog, and back

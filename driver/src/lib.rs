@@ -1,0 +1,1 @@
+//! The pipelines: sources to outputs, reports and proofs

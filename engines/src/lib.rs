@@ -1,0 +1,1 @@
+//! Engines that run a design: in process, compiled C, Verilog simulators

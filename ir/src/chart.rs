@@ -1,0 +1,524 @@
+//! The chart: what the designer drew.
+//!
+//! Every front end produces a [`Design`]; [`crate::lower`] turns it into a net. Names are still names here: they are resolved, typed and reported in one
+//! place, the lowering, so that each front end reports them alike. Everything carries its span. Items stand in the order in which they were drawn,
+//! which is the declaration order of semantics.md §1.
+
+use crate::expr::{Expr as GenericExpr, Type};
+use crate::net::{Meta, Policy, Qualifier, Schedule, Side, Verbatim};
+use crate::span::{Name, Span};
+
+/// An expression whose leaves are still names.
+pub type Expr = GenericExpr<Leaf>;
+
+/// A whole source: charts that run side by side, and what they share.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Design {
+    /// The `edition` line, if the file has one.
+    pub edition: Option<(u32, Span)>,
+    /// Charts in order; names carry the chart's name only where there are several.
+    pub charts: Vec<Chart>,
+}
+
+/// One chart.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Chart {
+    /// Its name.
+    pub name: Name,
+    /// The whole chart, for findings about it.
+    pub span: Span,
+    /// Everything in it, in the order written.
+    pub items: Vec<Item>,
+    /// Comment and tags.
+    pub meta: Meta,
+}
+
+/// One thing in a chart or in the body of a macro-step, enclosing step, state or region.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Item {
+    /// A setting such as `tick` or `conflict`.
+    Setting(Setting),
+    /// `input`, `output`, `var`, `event`, `timer`, `extern`.
+    Declaration(Declaration),
+    /// A step.
+    Step(Step),
+    /// A transition.
+    Transition(Transition),
+    /// The body of a macro-step, drawn once and used by `macro step`.
+    Macro(Macro),
+    /// A macro-step that uses such a body.
+    MacroStep(MacroStep),
+    /// An enclosing step.
+    Enclosing(Enclosing),
+    /// A state of a statechart.
+    State(State),
+    /// A named property or assumption.
+    Property(Property),
+    /// A wish about the partition.
+    Place(Place),
+    /// Pins and device.
+    Board(Board),
+}
+
+/// A setting with its place.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Setting {
+    /// Which and to what.
+    pub kind: SettingKind,
+    /// Where.
+    pub span: Span,
+}
+
+/// The settings of a chart; each may stand once.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum SettingKind {
+    /// `tick 10 ms`, in nanoseconds.
+    Tick(u64),
+    /// `conflict all`.
+    Conflict(Policy),
+    /// `evolution single`.
+    EvolutionSingle,
+    /// `evolution stable`, `evolution stable limit 20`.
+    EvolutionStable(Option<u32>),
+    /// `schedule level`.
+    Schedule(Schedule),
+    /// `fire one` (true) or `fire all` (false).
+    FireOne(bool),
+    /// `assign simultaneous` (true) or `assign ordered` (false).
+    AssignSimultaneous(bool),
+    /// `actions iec`.
+    ActionsIec,
+    /// `final scan`.
+    FinalScan,
+    /// `queue 4`.
+    Queue(u32),
+    /// `events exclusive`.
+    EventsExclusive,
+    /// `priority 2` of a partial chart.
+    Priority(u32),
+}
+
+/// A declaration.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Declaration {
+    /// The name declared.
+    pub name: Name,
+    /// What it is.
+    pub kind: DeclarationKind,
+    /// Where, comment and tags.
+    pub meta: Meta,
+}
+
+/// Kinds of declarations.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum DeclarationKind {
+    /// `input m`.
+    Input {
+        /// Boolean unless written.
+        ty: Type,
+        /// `synchronous`.
+        synchronous: bool,
+    },
+    /// `output R`.
+    Output {
+        /// Boolean unless written.
+        ty: Type,
+        /// The value that a stored output has at reset, if written.
+        init: Option<Expr>,
+        /// `registered`.
+        registered: bool,
+        /// `mealy`.
+        mealy: bool,
+    },
+    /// `var n: int 0..99 = 0`.
+    Var {
+        /// The type of a value or element.
+        ty: Type,
+        /// Number of elements of an array.
+        len: Option<u32>,
+        /// Values at reset: none (0 or the bound nearest to it), one for all, or one for each element.
+        init: Vec<Expr>,
+    },
+    /// `event E`.
+    Event {
+        /// Only the chart raises it.
+        internal: bool,
+    },
+    /// `timer T while e`.
+    Timer {
+        /// While this is true, T grows.
+        condition: Expr,
+    },
+    /// `extern condition f()`.
+    ExternCondition {
+        /// Boolean unless written.
+        ty: Type,
+    },
+    /// `extern action f(int 0..9)`.
+    ExternAction {
+        /// Names (may be empty) and types.
+        params: Vec<(String, Type)>,
+    },
+    /// `const N = 5`: a name for a number or truth value.
+    Const {
+        /// Its value; constant.
+        value: Expr,
+    },
+}
+
+/// A step.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Step {
+    /// Its name, local to the body it stands in.
+    pub name: Name,
+    /// How it begins.
+    pub role: StepRole,
+    /// `*`: the enclosing step activates it.
+    pub activation_link: bool,
+    /// What stands in its body, in order.
+    pub body: Vec<StepItem>,
+    /// Where, comment and tags.
+    pub meta: Meta,
+}
+
+/// The part a step plays in its body.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum StepRole {
+    /// A plain step.
+    #[default]
+    Plain,
+    /// `initial step`.
+    Initial,
+    /// `entry step` of a macro-step.
+    MacroEntry,
+    /// `exit step` of a macro-step.
+    MacroExit,
+    /// Entry and exit at once.
+    MacroEntryExit,
+    /// `final state`.
+    Final,
+}
+
+/// One thing in a step's body.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct StepItem {
+    /// What.
+    pub kind: StepItemKind,
+    /// Where.
+    pub span: Span,
+}
+
+/// What may stand in a step's body.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum StepItemKind {
+    /// `R`, `R if c`, `R after 3 s`, `set R`, `R pulse`, `speed(5)`: an action on an output or extern action.
+    Action {
+        /// The output, controlled action or extern action.
+        target: Name,
+        /// Arguments of an extern action; none where no parentheses were written.
+        arguments: Option<Vec<Expr>>,
+        /// How.
+        how: ActionHow,
+        /// `if c`.
+        condition: Option<Expr>,
+    },
+    /// `entry { .. }`.
+    Entry(Block),
+    /// `exit { .. }`.
+    Exit(Block),
+    /// `on E when c { .. }`: a reaction.
+    On {
+        /// Any of these events; empty for a condition alone.
+        events: Vec<Name>,
+        /// The condition.
+        guard: Option<Expr>,
+        /// What is done.
+        actions: Block,
+    },
+    /// `priority 3`.
+    Priority(u32),
+    /// `budget 200`.
+    Budget(u32),
+    /// `task ramp cost 80 { .. }`.
+    Task {
+        /// Its name.
+        name: Name,
+        /// Declared cost.
+        cost: u32,
+        /// What it does.
+        body: Block,
+    },
+    /// `code c "..."`.
+    Code(Verbatim),
+    /// `force g { s3 }`.
+    Force {
+        /// The chart that is forced.
+        target: Path,
+        /// To what.
+        order: ForceOrder,
+    },
+}
+
+/// How a step uses an output.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ActionHow {
+    /// Bare: continuous (or N).
+    Bare,
+    /// `after d` (continuous with `s.t >= d`, or D), in nanoseconds.
+    After(u64),
+    /// `for d` (continuous with `s.t < d`, or L), in nanoseconds.
+    For(u64),
+    /// A qualifier of its own: `set` is S, `reset` is R, `pulse` is P; the timed ones carry nanoseconds.
+    Qualified(Qualifier, Option<u64>),
+}
+
+/// What a forcing order asks for.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum ForceOrder {
+    /// `{ s1 s2 }`; empty is the empty situation.
+    Situation(Vec<Path>),
+    /// `init`.
+    Init,
+    /// `hold`.
+    Hold,
+}
+
+/// A transition.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Transition {
+    /// Its name, if it has one.
+    pub name: Option<Name>,
+    /// Preceding steps; empty for a source transition.
+    pub sources: Vec<Path>,
+    /// Following steps; empty for a sink transition.
+    pub targets: Vec<Path>,
+    /// `on E`: any of these.
+    pub events: Vec<Name>,
+    /// `when c`; none is `true`.
+    pub guard: Option<Expr>,
+    /// `after 3 s`, in nanoseconds.
+    pub after: Option<(u64, Span)>,
+    /// `priority 2`.
+    pub priority: Option<u32>,
+    /// `restart`.
+    pub restart: bool,
+    /// `deadline 1 us`, in nanoseconds.
+    pub deadline_ns: Option<u64>,
+    /// `do { .. }`.
+    pub actions: Block,
+    /// Where, comment and tags.
+    pub meta: Meta,
+}
+
+/// The body of a macro-step.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Macro {
+    /// Its name.
+    pub name: Name,
+    /// What is drawn in it.
+    pub items: Vec<Item>,
+    /// Where, comment and tags.
+    pub meta: Meta,
+}
+
+/// A macro-step.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct MacroStep {
+    /// Its name.
+    pub name: Name,
+    /// The macro it expands to.
+    pub body: Name,
+    /// Active after reset: its entry step is initial.
+    pub is_initial: bool,
+    /// `priority 3`.
+    pub priority: Option<u32>,
+    /// Where, comment and tags.
+    pub meta: Meta,
+}
+
+/// An enclosing step: a step and the charts it encloses.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Enclosing {
+    /// The step itself.
+    pub step: Step,
+    /// What it encloses.
+    pub items: Vec<Item>,
+}
+
+/// A state of a statechart, with its children.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct State {
+    /// Name, role and body of the state itself.
+    pub step: Step,
+    /// True for `parallel`: each child is a region.
+    pub is_parallel: bool,
+    /// The initial child and content of the initial transition; none: the first child.
+    pub initial: Option<(Vec<Path>, Block)>,
+    /// Histories declared in it.
+    pub histories: Vec<History>,
+    /// Children and transitions.
+    pub items: Vec<Item>,
+}
+
+/// A history pseudo-state.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct History {
+    /// Its name.
+    pub name: Name,
+    /// Records atomic descendants rather than children.
+    pub is_deep: bool,
+    /// Default targets.
+    pub default: Vec<Path>,
+    /// Content of the default transition.
+    pub content: Block,
+    /// Where, comment and tags.
+    pub meta: Meta,
+}
+
+/// `assume never (..)` and `assert never (..)`, `always` too.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Property {
+    /// Its name, if it has one.
+    pub name: Option<Name>,
+    /// True for `assume`.
+    pub is_assumption: bool,
+    /// True for `never`, false for `always`.
+    pub is_never: bool,
+    /// What.
+    pub expr: Expr,
+    /// Where, comment and tags.
+    pub meta: Meta,
+}
+
+/// `place p2, p3 on chip`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Place {
+    /// What.
+    pub items: Vec<Path>,
+    /// Where it shall be.
+    pub side: Side,
+    /// Where it was written.
+    pub span: Span,
+}
+
+/// `device gal22v10 { clock 1  m 2 }`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Board {
+    /// The device's name.
+    pub device: Name,
+    /// Signals and pin numbers.
+    pub pins: Vec<(Name, u32)>,
+    /// Where.
+    pub span: Span,
+}
+
+/// A name with dots: `m1.s3`.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+pub struct Path {
+    /// The names between the dots; at least one.
+    pub names: Vec<Name>,
+}
+
+impl Path {
+    /// From the first name to the last.
+    #[must_use]
+    pub fn span(&self) -> Span {
+        match (self.names.first(), self.names.last()) {
+            (Some(first), Some(last)) => first.span.to(last.span),
+            _ => Span::default(),
+        }
+    }
+}
+
+impl From<Name> for Path {
+    fn from(name: Name) -> Self {
+        Path { names: vec![name] }
+    }
+}
+
+impl std::fmt::Display for Path {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        for (index, name) in self.names.iter().enumerate() {
+            if index > 0 {
+                f.write_str(".")?;
+            }
+            f.write_str(&name.text)?;
+        }
+        Ok(())
+    }
+}
+
+/// A value that an expression of a chart can read.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Leaf {
+    /// An input, output, variable, constant, timer, event or extern condition (with or without its parentheses); a path ending in `active`,
+    /// `t`, `T` or `done` asks for that of the step before it.
+    Name(Path),
+    /// `rise(e)`.
+    Rise(Box<Expr>),
+    /// `fall(e)`.
+    Fall(Box<Expr>),
+    /// `otherwise`.
+    Otherwise,
+    /// `3 s`, in nanoseconds; only compared with a timer.
+    Duration(u64),
+    /// `t1/E/t2` of IEC 60848: on-delay and off-delay in nanoseconds.
+    Delay(u64, Box<Expr>, u64),
+}
+
+/// A list of statements.
+pub type Block = Vec<Stmt>;
+
+/// A statement with its place.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Stmt {
+    /// What it does.
+    pub kind: StmtKind,
+    /// Where.
+    pub span: Span,
+}
+
+/// What a statement does.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum StmtKind {
+    /// `n := n + 1`, `v[i] := 0`.
+    Assign {
+        /// The variable or stored output.
+        target: Path,
+        /// The element.
+        index: Option<Expr>,
+        /// The new value.
+        value: Expr,
+    },
+    /// `raise e`.
+    Raise(Name),
+    /// `send e after 2 s as x`.
+    Send {
+        /// The event.
+        event: Name,
+        /// Nanoseconds.
+        after: Option<u64>,
+        /// The slot's name.
+        slot: Option<Name>,
+    },
+    /// `cancel x`.
+    Cancel(Name),
+    /// `call f(..)`.
+    Call {
+        /// The extern action.
+        function: Name,
+        /// Its arguments.
+        arguments: Vec<Expr>,
+    },
+    /// `if c { .. } else { .. }`.
+    If {
+        /// The condition.
+        condition: Expr,
+        /// If true.
+        then: Block,
+        /// If false.
+        otherwise: Block,
+    },
+    /// `code c "..."`.
+    Code(Verbatim),
+}

@@ -1,0 +1,351 @@
+//! Expressions, shared by the chart, the net and the reaction program: the same operators over different leaves.
+//!
+//! A value is a Boolean or an exact integer. There is no short circuit and no overflow: every expression has a static interval
+//! ([`crate::interval`]) and one that leaves 64 bits is refused before anything is built on it. Division truncates toward zero and `mod` takes the
+//! sign of the dividend, as in C99.
+
+use crate::span::Span;
+
+/// The type of a value: what it may hold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Type {
+    /// False or true; in traces 0 or 1.
+    Bool,
+    /// An integer between both bounds, inclusive. Declared bounds lie within 32 bits; those of expressions within 64.
+    Int {
+        /// Smallest value.
+        lo: i64,
+        /// Largest value, at least `lo`.
+        hi: i64,
+    },
+}
+
+impl Type {
+    /// True for `Bool`.
+    #[must_use]
+    pub fn is_bool(self) -> bool {
+        self == Type::Bool
+    }
+
+    /// Smallest and largest value as a number, with 0 and 1 for a Boolean.
+    #[must_use]
+    pub fn bounds(self) -> (i64, i64) {
+        match self {
+            Type::Bool => (0, 1),
+            Type::Int { lo, hi } => (lo, hi),
+        }
+    }
+
+    /// `value` brought into the bounds: what an assignment stores.
+    #[must_use]
+    pub fn saturate(self, value: i64) -> i64 {
+        let (lo, hi) = self.bounds();
+        value.clamp(lo, hi)
+    }
+
+    /// The number of bits that a register needs for it, offset binary from `lo` (1 for a Boolean, 0 where `lo == hi`).
+    #[must_use]
+    pub fn bits(self) -> u32 {
+        let (lo, hi) = self.bounds();
+        64 - hi.abs_diff(lo).leading_zeros()
+    }
+}
+
+/// An expression over leaves of type `L`, with its place in the source.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Expr<L> {
+    /// What it is.
+    pub kind: ExprKind<L>,
+    /// Where it was written; what a lowering made carries the place it was made from.
+    pub span: Span,
+}
+
+/// A comparison of two integers; `Eq` and `Ne` also of two Booleans.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[expect(missing_docs, reason = "the names are the usual ones")]
+pub enum CompareOp {
+    Eq,
+    Ne,
+    Lt,
+    Le,
+    Gt,
+    Ge,
+}
+
+/// Integer arithmetic. `Div` truncates toward zero, `Mod` has the dividend's sign.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[expect(missing_docs, reason = "the names are the usual ones")]
+pub enum ArithOp {
+    Add,
+    Sub,
+    Mul,
+    Div,
+    Mod,
+}
+
+/// The kinds of expressions.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum ExprKind<L> {
+    /// `true` or `false`.
+    Bool(bool),
+    /// An integer constant.
+    Int(i64),
+    /// Something that has a value of its own.
+    Leaf(L),
+    /// One element of an array; the index counts from 0 and its interval lies within the array.
+    Element(L, Box<Expr<L>>),
+    /// Negation of a Boolean.
+    Not(Box<Expr<L>>),
+    /// True when all are; `And([])` is true.
+    And(Vec<Expr<L>>),
+    /// True when at least one is; `Or([])` is false.
+    Or(Vec<Expr<L>>),
+    /// Comparison.
+    Compare(CompareOp, Box<Expr<L>>, Box<Expr<L>>),
+    /// Arithmetic negation.
+    Neg(Box<Expr<L>>),
+    /// Arithmetic.
+    Arith(ArithOp, Box<Expr<L>>, Box<Expr<L>>),
+    /// The second if the first is true, else the third; both of one kind (Boolean or integer).
+    Select(Box<Expr<L>>, Box<Expr<L>>, Box<Expr<L>>),
+}
+
+impl CompareOp {
+    /// The comparison of two numbers.
+    #[must_use]
+    pub fn apply(self, a: i64, b: i64) -> bool {
+        match self {
+            CompareOp::Eq => a == b,
+            CompareOp::Ne => a != b,
+            CompareOp::Lt => a < b,
+            CompareOp::Le => a <= b,
+            CompareOp::Gt => a > b,
+            CompareOp::Ge => a >= b,
+        }
+    }
+
+    /// The comparison that is true exactly when this one is false.
+    #[must_use]
+    pub fn negated(self) -> Self {
+        match self {
+            CompareOp::Eq => CompareOp::Ne,
+            CompareOp::Ne => CompareOp::Eq,
+            CompareOp::Lt => CompareOp::Ge,
+            CompareOp::Le => CompareOp::Gt,
+            CompareOp::Gt => CompareOp::Le,
+            CompareOp::Ge => CompareOp::Lt,
+        }
+    }
+
+    /// As the chart language writes it.
+    #[must_use]
+    pub fn symbol(self) -> &'static str {
+        match self {
+            CompareOp::Eq => "=",
+            CompareOp::Ne => "<>",
+            CompareOp::Lt => "<",
+            CompareOp::Le => "<=",
+            CompareOp::Gt => ">",
+            CompareOp::Ge => ">=",
+        }
+    }
+}
+
+impl ArithOp {
+    /// The exact result, or none where the divisor is 0 or 64 bits do not hold it (validation excludes both).
+    #[must_use]
+    pub fn apply(self, a: i64, b: i64) -> Option<i64> {
+        match self {
+            ArithOp::Add => a.checked_add(b),
+            ArithOp::Sub => a.checked_sub(b),
+            ArithOp::Mul => a.checked_mul(b),
+            ArithOp::Div => a.checked_div(b),
+            ArithOp::Mod => a.checked_rem(b),
+        }
+    }
+
+    /// As the chart language writes it.
+    #[must_use]
+    pub fn symbol(self) -> &'static str {
+        match self {
+            ArithOp::Add => "+",
+            ArithOp::Sub => "-",
+            ArithOp::Mul => "*",
+            ArithOp::Div => "/",
+            ArithOp::Mod => "mod",
+        }
+    }
+}
+
+impl<L> Expr<L> {
+    /// An expression of this kind at `span`.
+    #[must_use]
+    pub fn new(kind: ExprKind<L>, span: Span) -> Self {
+        Expr { kind, span }
+    }
+
+    /// `true` or `false`, made by a lowering (no place).
+    #[must_use]
+    pub fn bool(value: bool) -> Self {
+        Expr::new(ExprKind::Bool(value), Span::default())
+    }
+
+    /// A constant, made by a lowering (no place).
+    #[must_use]
+    pub fn int(value: i64) -> Self {
+        Expr::new(ExprKind::Int(value), Span::default())
+    }
+
+    /// A leaf at `span`.
+    #[must_use]
+    pub fn leaf(leaf: L, span: Span) -> Self {
+        Expr::new(ExprKind::Leaf(leaf), span)
+    }
+
+    /// True for the constant `true`.
+    #[must_use]
+    pub fn is_true(&self) -> bool {
+        matches!(self.kind, ExprKind::Bool(true))
+    }
+
+    /// True for the constant `false`.
+    #[must_use]
+    pub fn is_false(&self) -> bool {
+        matches!(self.kind, ExprKind::Bool(false))
+    }
+
+    /// The negation, with constants and double negation removed.
+    #[must_use]
+    #[expect(clippy::should_implement_trait, reason = "it simplifies, which an operator should not hide")]
+    pub fn not(self) -> Self {
+        let span = self.span;
+        match self.kind {
+            ExprKind::Bool(value) => Expr::new(ExprKind::Bool(!value), span),
+            ExprKind::Not(inner) => *inner,
+            kind @ (ExprKind::Int(_)
+            | ExprKind::Leaf(_)
+            | ExprKind::Element(..)
+            | ExprKind::And(_)
+            | ExprKind::Or(_)
+            | ExprKind::Compare(..)
+            | ExprKind::Neg(_)
+            | ExprKind::Arith(..)
+            | ExprKind::Select(..)) => Expr::new(ExprKind::Not(Box::new(Expr::new(kind, span))), span),
+        }
+    }
+
+    /// The conjunction, flattened, with constants removed; a single operand stays itself.
+    #[must_use]
+    pub fn and(operands: impl IntoIterator<Item = Expr<L>>) -> Self {
+        Self::junction(operands, true)
+    }
+
+    /// The disjunction, flattened, with constants removed; a single operand stays itself.
+    #[must_use]
+    pub fn or(operands: impl IntoIterator<Item = Expr<L>>) -> Self {
+        Self::junction(operands, false)
+    }
+
+    fn junction(operands: impl IntoIterator<Item = Expr<L>>, is_and: bool) -> Self {
+        let mut flat = Vec::new();
+        for operand in operands {
+            match (operand.kind, is_and) {
+                (ExprKind::Bool(value), _) if value == is_and => {}
+                (ExprKind::Bool(value), _) => return Expr::new(ExprKind::Bool(value), operand.span),
+                (ExprKind::And(inner), true) | (ExprKind::Or(inner), false) => flat.extend(inner),
+                (kind, _) => flat.push(Expr::new(kind, operand.span)),
+            }
+        }
+        if flat.len() == 1
+            && let Some(only) = flat.pop()
+        {
+            return only;
+        }
+        let span = match (flat.first(), flat.last()) {
+            (Some(first), Some(last)) => first.span.to(last.span),
+            _ => Span::default(),
+        };
+        match (flat.is_empty(), is_and) {
+            (true, _) => Expr::new(ExprKind::Bool(is_and), span),
+            (false, true) => Expr::new(ExprKind::And(flat), span),
+            (false, false) => Expr::new(ExprKind::Or(flat), span),
+        }
+    }
+
+    /// A comparison at the span of both sides.
+    #[must_use]
+    pub fn compare(op: CompareOp, a: Expr<L>, b: Expr<L>) -> Self {
+        let span = a.span.to(b.span);
+        Expr::new(ExprKind::Compare(op, Box::new(a), Box::new(b)), span)
+    }
+
+    /// The direct operands, left to right (an element's index included, its leaf not).
+    pub fn operands(&self) -> impl Iterator<Item = &Expr<L>> {
+        let (few, many): ([Option<&Expr<L>>; 3], &[Expr<L>]) = match &self.kind {
+            ExprKind::Bool(_) | ExprKind::Int(_) | ExprKind::Leaf(_) => ([None; 3], &[]),
+            ExprKind::Element(_, a) | ExprKind::Not(a) | ExprKind::Neg(a) => ([Some(a), None, None], &[]),
+            ExprKind::And(all) | ExprKind::Or(all) => ([None; 3], all),
+            ExprKind::Compare(_, a, b) | ExprKind::Arith(_, a, b) => ([Some(a), Some(b), None], &[]),
+            ExprKind::Select(a, b, c) => ([Some(a), Some(b), Some(c)], &[]),
+        };
+        few.into_iter().flatten().chain(many)
+    }
+
+    /// Calls `visit` on every leaf, arrays of elements included, left to right. Recursion is as deep as the expression (at most 256 as written).
+    pub fn for_each_leaf(&self, visit: &mut impl FnMut(&L)) {
+        match &self.kind {
+            ExprKind::Leaf(leaf) | ExprKind::Element(leaf, _) => visit(leaf),
+            ExprKind::Bool(_)
+            | ExprKind::Int(_)
+            | ExprKind::Not(_)
+            | ExprKind::And(_)
+            | ExprKind::Or(_)
+            | ExprKind::Compare(..)
+            | ExprKind::Neg(_)
+            | ExprKind::Arith(..)
+            | ExprKind::Select(..) => {}
+        }
+        for operand in self.operands() {
+            operand.for_each_leaf(visit);
+        }
+    }
+
+    /// The same expression over other leaves. `leaf` maps a plain leaf to an expression; `array` maps the array of an element.
+    ///
+    /// # Errors
+    /// The first error that `leaf` or `array` gives.
+    pub fn try_map<M, E>(
+        &self,
+        leaf: &mut impl FnMut(&L, Span) -> Result<Expr<M>, E>,
+        array: &mut impl FnMut(&L, Span) -> Result<M, E>,
+    ) -> Result<Expr<M>, E> {
+        let span = self.span;
+        let kind = match &self.kind {
+            ExprKind::Bool(value) => ExprKind::Bool(*value),
+            ExprKind::Int(value) => ExprKind::Int(*value),
+            ExprKind::Leaf(inner) => return leaf(inner, span),
+            ExprKind::Element(inner, index) => {
+                let index = Box::new(index.try_map(leaf, array)?);
+                ExprKind::Element(array(inner, span)?, index)
+            }
+            ExprKind::Not(a) => ExprKind::Not(Box::new(a.try_map(leaf, array)?)),
+            ExprKind::And(all) => {
+                ExprKind::And(all.iter().map(|a| a.try_map(leaf, array)).collect::<Result<_, _>>()?)
+            }
+            ExprKind::Or(all) => ExprKind::Or(all.iter().map(|a| a.try_map(leaf, array)).collect::<Result<_, _>>()?),
+            ExprKind::Compare(op, a, b) => {
+                ExprKind::Compare(*op, Box::new(a.try_map(leaf, array)?), Box::new(b.try_map(leaf, array)?))
+            }
+            ExprKind::Neg(a) => ExprKind::Neg(Box::new(a.try_map(leaf, array)?)),
+            ExprKind::Arith(op, a, b) => {
+                ExprKind::Arith(*op, Box::new(a.try_map(leaf, array)?), Box::new(b.try_map(leaf, array)?))
+            }
+            ExprKind::Select(a, b, c) => ExprKind::Select(
+                Box::new(a.try_map(leaf, array)?),
+                Box::new(b.try_map(leaf, array)?),
+                Box::new(c.try_map(leaf, array)?),
+            ),
+        };
+        Ok(Expr::new(kind, span))
+    }
+}

@@ -1,0 +1,129 @@
+//! Logic: what a chip is. One next-state function for each flip-flop and one function for each output pin.
+//!
+//! Functions are nodes of one shared graph; a node names only earlier nodes, so there is no combinational loop. The encodings produce it, the
+//! equation writers and the minimiser read it, and every reader of equations gives it back.
+
+use crate::arena::{Arena, Id};
+use crate::net::Meta;
+use crate::program::Origin;
+use crate::span::Name;
+
+/// Names a node.
+pub type NodeId = Id<Node>;
+/// Names a flip-flop.
+pub type FlopId = Id<Flop>;
+/// Names an input pin.
+pub type PinInputId = Id<PinInput>;
+/// Names an output pin.
+pub type PinOutputId = Id<PinOutput>;
+
+/// One synchronous circuit with a single clock.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Logic {
+    /// The design's name.
+    pub name: Name,
+    /// Input bits other than the clock.
+    pub inputs: Arena<PinInput>,
+    /// D flip-flops.
+    pub flops: Arena<Flop>,
+    /// Output bits.
+    pub outputs: Arena<PinOutput>,
+    /// The functions.
+    pub nodes: Arena<Node>,
+    /// Constraints on the inputs that the environment guarantees: each node is never true. Don't-cares for the minimiser.
+    pub never: Vec<NodeId>,
+}
+
+/// An input bit.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PinInput {
+    /// Its name in the source; writers make it fit their language.
+    pub name: String,
+    /// What it carries.
+    pub role: PinRole,
+    /// Place, comment and tags.
+    pub meta: Meta,
+}
+
+/// What an input or output bit carries.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum PinRole {
+    /// Bit `bit` (0 is the least significant) of the net's input; offset binary from its lower bound.
+    Input(crate::net::InputId, u32),
+    /// `dt`: one clock wide, a tick has passed.
+    Tick,
+    /// Synchronous reset where the target wants one.
+    Reset,
+    /// Bit of a net's output.
+    Output(crate::net::OutputId, u32),
+    /// The reaction still runs (semantics.md §9).
+    Busy,
+    /// The fault flag.
+    Fault,
+    /// Read from a text that does not say.
+    Unknown,
+}
+
+/// A D flip-flop.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Flop {
+    /// Its name in the source: a step's name, or a variable's with the bit.
+    pub name: String,
+    /// Value after power-up or reset.
+    pub init: bool,
+    /// Its D function.
+    pub next: NodeId,
+    /// What of the net's state it holds, if it is known.
+    pub holds: Option<FlopBit>,
+    /// Place, comment and tags of what it holds.
+    pub meta: Meta,
+}
+
+/// The bit of state that a [`Flop`] holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct FlopBit {
+    /// What of the net.
+    pub origin: Origin,
+    /// The element of an array; 0 for a plain value.
+    pub element: u32,
+    /// The bit of the offset binary code, 0 the least significant.
+    pub bit: u32,
+    /// The flip-flop holds the complement.
+    pub inverted: bool,
+}
+
+/// An output bit.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PinOutput {
+    /// Its name in the source.
+    pub name: String,
+    /// What it carries.
+    pub role: PinRole,
+    /// Its function of inputs and flip-flops. For a registered output this is the function that is clocked, and `init` its first value.
+    pub value: NodeId,
+    /// Driven by a flip-flop of its own that has `value` as D.
+    pub registered: Option<bool>,
+    /// Place, comment and tags.
+    pub meta: Meta,
+}
+
+/// A Boolean function.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Node {
+    /// A constant.
+    Const(bool),
+    /// An input bit.
+    Input(PinInputId),
+    /// The present value of a flip-flop.
+    Flop(FlopId),
+    /// Negation.
+    Not(NodeId),
+    /// Conjunction; no operands: true.
+    And(Vec<NodeId>),
+    /// Disjunction; no operands: false.
+    Or(Vec<NodeId>),
+    /// Exclusive or.
+    Xor(NodeId, NodeId),
+    /// The second if the first, else the third.
+    Mux(NodeId, NodeId, NodeId),
+}

@@ -1,0 +1,1 @@
+//! Boolean functions and the encodings net to logic

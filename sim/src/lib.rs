@@ -1,0 +1,1 @@
+//! The reference reaction, stimuli, traces and their comparison

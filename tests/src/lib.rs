@@ -1,0 +1,1 @@
+//! Golden cases and differential runs over all engines
