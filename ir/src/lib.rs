@@ -17,9 +17,11 @@ pub mod chart;
 pub mod diag;
 pub mod expr;
 pub mod facts;
+pub mod interval;
 pub mod logic;
 pub mod net;
 pub mod program;
+pub mod simplify;
 pub mod span;
 pub mod validate;
 

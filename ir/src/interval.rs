@@ -1,0 +1,605 @@
+//! Static types: the interval that every expression stays in, by exact arithmetic.
+//!
+//! semantics.md §6: expressions are exact integers, and one whose interval leaves 64 bits is refused, as is a divisor whose interval contains 0 and an
+//! index that can leave its array. Everything that emits arithmetic chooses its machine type by [`type_of`], so all engines agree on when a value fits.
+//!
+//! The interval of an operator depends on the intervals of its operands alone: the result is the hull of all values that independent operands can
+//! give. A `select` gives the hull of both branches, whatever its condition is.
+
+use crate::arena::Arena;
+use crate::expr::{ArithOp, CompareOp, Expr, ExprKind, Type};
+use crate::net::{Leaf, Net, PropertyLeaf};
+use crate::span::Span;
+use std::fmt;
+
+/// The deepest expression that is accepted: twice what the chart language allows, so that what a lowering wraps around an expression fits too.
+pub const DEPTH_LIMIT: usize = 512;
+
+/// The type of a tick count (`s.t`, a free timer) before it is narrowed to the constants it is compared with.
+pub const TICKS: Type = Type::Int { lo: 0, hi: u32::MAX as i64 };
+
+/// Why an expression has no type.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct TypeError {
+    /// The smallest expression that is at fault.
+    pub span: Span,
+    /// What is wrong with it.
+    pub kind: TypeErrorKind,
+}
+
+/// What is wrong with an expression.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TypeErrorKind {
+    /// A number stands where a truth value is needed.
+    BoolExpected {
+        /// Interval of the number.
+        lo: i64,
+        /// Interval of the number.
+        hi: i64,
+    },
+    /// A truth value stands where a number is needed.
+    IntExpected,
+    /// A comparison or a choice has a truth value on one side and a number on the other.
+    Mixed,
+    /// Some value of the operands leaves 64 bits.
+    Overflow64 {
+        /// The operator's sign.
+        operator: &'static str,
+        /// Exact lower bound.
+        lo: i128,
+        /// Exact upper bound.
+        hi: i128,
+    },
+    /// The interval of a divisor contains 0.
+    DivisorMayBeZero {
+        /// Interval of the divisor.
+        lo: i64,
+        /// Interval of the divisor.
+        hi: i64,
+    },
+    /// The interval of an index is not within `0..len`.
+    IndexOutOfArray {
+        /// Interval of the index.
+        lo: i64,
+        /// Interval of the index.
+        hi: i64,
+        /// Number of elements.
+        len: u32,
+    },
+    /// An array without an index.
+    ArrayWithoutIndex,
+    /// An index on something that is no array.
+    NotAnArray,
+    /// A duration stands elsewhere than in a comparison with a constant.
+    DurationAlone,
+    /// A duration is compared with a constant below 0.
+    DurationNegative {
+        /// The constant.
+        constant: i64,
+    },
+    /// What the leaf names does not exist (an id beyond its arena).
+    Dangling,
+    /// The leaf may not be read at this place.
+    NotReadableHere(
+        /// What it is, in the user's terms, and why not.
+        &'static str,
+    ),
+    /// More than [`DEPTH_LIMIT`] levels.
+    TooDeep,
+}
+
+impl fmt::Display for TypeErrorKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            TypeErrorKind::BoolExpected { lo, hi } => {
+                write!(f, "a condition is needed here, this is a number ({lo}..{hi})")
+            }
+            TypeErrorKind::IntExpected => {
+                f.write_str("a number is needed here, this is true or false")
+            }
+            TypeErrorKind::Mixed => f.write_str("one side is a number, the other is true or false"),
+            TypeErrorKind::Overflow64 { operator, lo, hi } => {
+                write!(f, "the result of `{operator}` can be {lo}..{hi}, which 64 bits do not hold")
+            }
+            TypeErrorKind::DivisorMayBeZero { lo, hi } => {
+                write!(f, "the divisor can be 0 (it is {lo}..{hi})")
+            }
+            TypeErrorKind::IndexOutOfArray { lo, hi, len } => {
+                write!(
+                    f,
+                    "the index can be {lo}..{hi}, the array has the elements 0..{}",
+                    i64::from(*len) - 1
+                )
+            }
+            TypeErrorKind::ArrayWithoutIndex => f.write_str("an array is read without an index"),
+            TypeErrorKind::NotAnArray => {
+                f.write_str("an index stands on something that is not an array")
+            }
+            TypeErrorKind::DurationAlone => {
+                f.write_str("a time is used elsewhere than in a comparison with a constant")
+            }
+            TypeErrorKind::DurationNegative { constant } => {
+                write!(f, "a time is compared with {constant}, which it is never below")
+            }
+            TypeErrorKind::Dangling => {
+                f.write_str("this reads something that the net does not have")
+            }
+            TypeErrorKind::NotReadableHere(what) => write!(f, "{what}"),
+            TypeErrorKind::TooDeep => {
+                write!(f, "the expression has more than {DEPTH_LIMIT} levels")
+            }
+        }
+    }
+}
+
+impl TypeErrorKind {
+    /// What to do about it, where there is something general to say.
+    #[must_use]
+    pub fn help(&self) -> Option<&'static str> {
+        match self {
+            TypeErrorKind::BoolExpected { .. } => {
+                Some("compare it with something, for example `n > 0`")
+            }
+            TypeErrorKind::IntExpected => {
+                Some("use `select(c, 1, 0)` or an `if` to make a number of a truth value")
+            }
+            TypeErrorKind::Overflow64 { .. } => {
+                Some("declare smaller ranges for the variables in it")
+            }
+            TypeErrorKind::DivisorMayBeZero { .. } => {
+                Some("declare the divisor with a range that leaves out 0")
+            }
+            TypeErrorKind::IndexOutOfArray { .. } => Some(
+                "declare the index with the range of the array, or take it `mod` the number of elements",
+            ),
+            TypeErrorKind::ArrayWithoutIndex => Some("name one element, for example `v[0]`"),
+            TypeErrorKind::DurationAlone => {
+                Some("write a comparison such as `s.t >= 3 s`; use a variable to count with")
+            }
+            TypeErrorKind::TooDeep => Some("break it into several variables"),
+            TypeErrorKind::Mixed
+            | TypeErrorKind::NotAnArray
+            | TypeErrorKind::DurationNegative { .. }
+            | TypeErrorKind::Dangling
+            | TypeErrorKind::NotReadableHere(_) => None,
+        }
+    }
+}
+
+/// What the leaves of an expression are, for [`check`].
+pub trait Leaves<L> {
+    /// The type of a plain leaf.
+    ///
+    /// # Errors
+    /// The leaf does not exist, is an array, or may not be read here.
+    fn leaf(&mut self, leaf: &L, span: Span) -> Result<Type, TypeError>;
+
+    /// The type of an element of the array that `leaf` names, and its length where it is known.
+    ///
+    /// # Errors
+    /// The leaf does not exist, is no array, or may not be read here.
+    fn array(&mut self, leaf: &L, span: Span) -> Result<(Type, Option<u32>), TypeError>;
+
+    /// True for a leaf that counts ticks and so stands only in a comparison with a constant.
+    fn is_duration(&self, leaf: &L) -> bool {
+        let _ = leaf;
+        false
+    }
+}
+
+/// The interval of an expression whose leaves have the given types; the leaf of an element gives the type of one element. Lengths of arrays and the
+/// places of durations are not looked at: [`check`] does.
+///
+/// # Errors
+/// The first operator, left to right and inside out, that has no type.
+pub fn type_of<L>(expr: &Expr<L>, leaf: &mut impl FnMut(&L) -> Type) -> Result<Type, TypeError> {
+    struct Closure<'a, F>(&'a mut F);
+    impl<L, F: FnMut(&L) -> Type> Leaves<L> for Closure<'_, F> {
+        fn leaf(&mut self, leaf: &L, _: Span) -> Result<Type, TypeError> {
+            Ok((self.0)(leaf))
+        }
+        fn array(&mut self, leaf: &L, _: Span) -> Result<(Type, Option<u32>), TypeError> {
+            Ok(((self.0)(leaf), None))
+        }
+    }
+    check(expr, &mut Closure(leaf))
+}
+
+/// As [`type_of`], with everything that is to be known of the leaves.
+///
+/// # Errors
+/// As [`type_of`], and what `leaves` refuses.
+pub fn check<L>(expr: &Expr<L>, leaves: &mut impl Leaves<L>) -> Result<Type, TypeError> {
+    typed(expr, leaves, DEPTH_LIMIT).map_err(|error| *error)
+}
+
+/// The recursion keeps its frames small (errors boxed, arithmetic elsewhere): it goes [`DEPTH_LIMIT`] levels deep on any thread's stack.
+type Typed<T = Type> = Result<T, Box<TypeError>>;
+
+fn refuse<T>(span: Span, kind: TypeErrorKind) -> Typed<T> {
+    Err(Box::new(TypeError { span, kind }))
+}
+
+fn typed<L>(expr: &Expr<L>, leaves: &mut impl Leaves<L>, depth: usize) -> Typed {
+    let span = expr.span;
+    let Some(below) = depth.checked_sub(1) else {
+        return refuse(span, TypeErrorKind::TooDeep);
+    };
+    match &expr.kind {
+        ExprKind::Bool(_) => Ok(Type::Bool),
+        ExprKind::Int(value) => Ok(Type::Int { lo: *value, hi: *value }),
+        ExprKind::Leaf(leaf) if leaves.is_duration(leaf) => {
+            leaves.leaf(leaf, span)?;
+            refuse(span, TypeErrorKind::DurationAlone)
+        }
+        ExprKind::Leaf(leaf) => leaves.leaf(leaf, span),
+        ExprKind::Element(array, index) => {
+            let (ty, len) = leaves.array(array, span)?;
+            let (lo, hi) = number(index, leaves, below)?;
+            match len {
+                Some(len) if lo < 0 || hi >= i64::from(len) => {
+                    refuse(index.span, TypeErrorKind::IndexOutOfArray { lo, hi, len })
+                }
+                Some(_) | None => Ok(ty),
+            }
+        }
+        ExprKind::Not(a) => {
+            condition(a, leaves, below)?;
+            Ok(Type::Bool)
+        }
+        ExprKind::And(all) | ExprKind::Or(all) => {
+            for a in all {
+                condition(a, leaves, below)?;
+            }
+            Ok(Type::Bool)
+        }
+        ExprKind::Compare(op, a, b) => comparison(*op, a, b, leaves, below),
+        ExprKind::Neg(a) => {
+            let (lo, hi) = number(a, leaves, below)?;
+            fit("-", -i128::from(hi), -i128::from(lo), span)
+        }
+        ExprKind::Arith(op, a, b) => {
+            let a = number(a, leaves, below)?;
+            let divisor_span = b.span;
+            let b = number(b, leaves, below)?;
+            arithmetic(*op, a, b, span, divisor_span)
+        }
+        ExprKind::Select(c, a, b) => {
+            condition(c, leaves, below)?;
+            match (typed(a, leaves, below)?, typed(b, leaves, below)?) {
+                (Type::Bool, Type::Bool) => Ok(Type::Bool),
+                (Type::Int { lo, hi }, Type::Int { lo: l, hi: h }) => {
+                    Ok(Type::Int { lo: lo.min(l), hi: hi.max(h) })
+                }
+                (Type::Bool, Type::Int { .. }) | (Type::Int { .. }, Type::Bool) => {
+                    refuse(span, TypeErrorKind::Mixed)
+                }
+            }
+        }
+    }
+}
+
+fn condition<L>(expr: &Expr<L>, leaves: &mut impl Leaves<L>, depth: usize) -> Typed<()> {
+    match typed(expr, leaves, depth)? {
+        Type::Bool => Ok(()),
+        Type::Int { lo, hi } => refuse(expr.span, TypeErrorKind::BoolExpected { lo, hi }),
+    }
+}
+
+fn number<L>(expr: &Expr<L>, leaves: &mut impl Leaves<L>, depth: usize) -> Typed<(i64, i64)> {
+    match typed(expr, leaves, depth)? {
+        Type::Int { lo, hi } => Ok((lo, hi)),
+        Type::Bool => refuse(expr.span, TypeErrorKind::IntExpected),
+    }
+}
+
+fn comparison<L>(
+    op: CompareOp,
+    a: &Expr<L>,
+    b: &Expr<L>,
+    leaves: &mut impl Leaves<L>,
+    depth: usize,
+) -> Typed {
+    for (duration, other) in [(a, b), (b, a)] {
+        if let (ExprKind::Leaf(leaf), ExprKind::Int(constant)) = (&duration.kind, &other.kind)
+            && leaves.is_duration(leaf)
+        {
+            leaves.leaf(leaf, duration.span)?;
+            return if *constant < 0 {
+                refuse(other.span, TypeErrorKind::DurationNegative { constant: *constant })
+            } else {
+                Ok(Type::Bool)
+            };
+        }
+    }
+    match (typed(a, leaves, depth)?, typed(b, leaves, depth)?) {
+        (Type::Int { .. }, Type::Int { .. }) => Ok(Type::Bool),
+        (Type::Bool, Type::Bool) if matches!(op, CompareOp::Eq | CompareOp::Ne) => Ok(Type::Bool),
+        (Type::Bool, Type::Bool) => refuse(a.span, TypeErrorKind::IntExpected),
+        (Type::Bool, Type::Int { .. }) | (Type::Int { .. }, Type::Bool) => {
+            refuse(a.span.to(b.span), TypeErrorKind::Mixed)
+        }
+    }
+}
+
+fn arithmetic(
+    op: ArithOp,
+    (a_lo, a_hi): (i64, i64),
+    (b_lo, b_hi): (i64, i64),
+    span: Span,
+    divisor_span: Span,
+) -> Typed {
+    let (al, ah, bl, bh) = (i128::from(a_lo), i128::from(a_hi), i128::from(b_lo), i128::from(b_hi));
+    if matches!(op, ArithOp::Div | ArithOp::Mod) && b_lo <= 0 && b_hi >= 0 {
+        return refuse(divisor_span, TypeErrorKind::DivisorMayBeZero { lo: b_lo, hi: b_hi });
+    }
+    // Truncated division is monotone in each operand as long as the divisor keeps its sign, as is multiplication: the corners are the extremes.
+    let corners = |f: fn(i128, i128) -> i128| {
+        let all = [f(al, bl), f(al, bh), f(ah, bl), f(ah, bh)];
+        (all.into_iter().min().unwrap_or(0), all.into_iter().max().unwrap_or(0))
+    };
+    let (lo, hi) = match op {
+        ArithOp::Add => (al + bl, ah + bh),
+        ArithOp::Sub => (al - bh, ah - bl),
+        ArithOp::Mul => corners(|x, y| x * y),
+        ArithOp::Div => corners(|x, y| x / y),
+        ArithOp::Mod => remainder((al, ah), (bl, bh)),
+    };
+    // The hardware (and `ArithOp::apply`) computes a remainder by a division that must not overflow either.
+    if op == ArithOp::Mod && a_lo == i64::MIN && b_lo <= -1 && b_hi >= -1 {
+        return fit(op.symbol(), lo.min(al), -al, span);
+    }
+    fit(op.symbol(), lo, hi, span)
+}
+
+/// The interval of a truncated remainder: smaller than the largest divisor, never farther from 0 than the dividend, of the dividend's sign; the
+/// dividend itself where it is smaller than every divisor.
+fn remainder((al, ah): (i128, i128), (bl, bh): (i128, i128)) -> (i128, i128) {
+    let largest = bl.abs().max(bh.abs()) - 1;
+    let smallest = bl.abs().min(bh.abs()) - 1;
+    if al == ah && bl == bh {
+        return (al % bl, al % bl);
+    }
+    if al >= -smallest && ah <= smallest {
+        return (al, ah);
+    }
+    (if al < 0 { al.max(-largest) } else { 0 }, if ah > 0 { ah.min(largest) } else { 0 })
+}
+
+fn fit(operator: &'static str, lo: i128, hi: i128, span: Span) -> Typed {
+    match (i64::try_from(lo), i64::try_from(hi)) {
+        (Ok(lo), Ok(hi)) => Ok(Type::Int { lo, hi }),
+        _ => refuse(span, TypeErrorKind::Overflow64 { operator, lo, hi }),
+    }
+}
+
+/// The leaves of a net's expressions, without any restriction on what may be read.
+#[derive(Debug, Clone, Copy)]
+pub struct NetLeaves<'a>(
+    /// The net that the leaves belong to.
+    pub &'a Net,
+);
+
+impl Leaves<Leaf> for NetLeaves<'_> {
+    fn leaf(&mut self, leaf: &Leaf, span: Span) -> Result<Type, TypeError> {
+        fn exists<T>(arena: &Arena<T>, id: crate::arena::Id<T>, ty: Type) -> Option<Type> {
+            arena.get(id).map(|_| ty)
+        }
+        let net = self.0;
+        let found = match *leaf {
+            Leaf::Input(input) => net.inputs.get(input).map(|input| input.ty),
+            Leaf::Var(var) => match net.vars.get(var) {
+                Some(var) if var.len.is_some() => {
+                    return Err(TypeError { span, kind: TypeErrorKind::ArrayWithoutIndex });
+                }
+                found => found.map(|var| var.ty),
+            },
+            Leaf::Active(step) | Leaf::TasksDone(step) => exists(&net.steps, step, Type::Bool),
+            Leaf::Elapsed(step) | Leaf::LastElapsed(step) => exists(&net.steps, step, TICKS),
+            Leaf::Timer(timer) => exists(&net.timers, timer, TICKS),
+            Leaf::Rise(edge) | Leaf::Fall(edge) => exists(&net.edges, edge, Type::Bool),
+            Leaf::Fireable(transition) => exists(&net.transitions, transition, Type::Bool),
+            Leaf::Controlled(action) => exists(&net.actions, action, Type::Bool),
+        };
+        found.ok_or(TypeError { span, kind: TypeErrorKind::Dangling })
+    }
+
+    fn array(&mut self, leaf: &Leaf, span: Span) -> Result<(Type, Option<u32>), TypeError> {
+        let Leaf::Var(var) = *leaf else {
+            return Err(TypeError { span, kind: TypeErrorKind::NotAnArray });
+        };
+        match self.0.vars.get(var) {
+            None => Err(TypeError { span, kind: TypeErrorKind::Dangling }),
+            Some(var) if var.len.is_none() => {
+                Err(TypeError { span, kind: TypeErrorKind::NotAnArray })
+            }
+            Some(var) => Ok((var.ty, var.len)),
+        }
+    }
+
+    fn is_duration(&self, leaf: &Leaf) -> bool {
+        matches!(leaf, Leaf::Elapsed(_) | Leaf::LastElapsed(_) | Leaf::Timer(_))
+    }
+}
+
+impl Leaves<PropertyLeaf> for NetLeaves<'_> {
+    fn leaf(&mut self, leaf: &PropertyLeaf, span: Span) -> Result<Type, TypeError> {
+        match leaf {
+            PropertyLeaf::Net(leaf) => Leaves::<Leaf>::leaf(self, leaf, span),
+            PropertyLeaf::Output(output) => {
+                let output = self.0.outputs.get(*output);
+                output
+                    .map(|output| output.ty)
+                    .ok_or(TypeError { span, kind: TypeErrorKind::Dangling })
+            }
+        }
+    }
+
+    fn array(&mut self, leaf: &PropertyLeaf, span: Span) -> Result<(Type, Option<u32>), TypeError> {
+        match leaf {
+            PropertyLeaf::Net(leaf) => Leaves::<Leaf>::array(self, leaf, span),
+            PropertyLeaf::Output(_) => Err(TypeError { span, kind: TypeErrorKind::NotAnArray }),
+        }
+    }
+
+    fn is_duration(&self, leaf: &PropertyLeaf) -> bool {
+        match leaf {
+            PropertyLeaf::Net(leaf) => Leaves::<Leaf>::is_duration(self, leaf),
+            PropertyLeaf::Output(_) => false,
+        }
+    }
+}
+
+/// The type of an expression of `net`, with array lengths and the places of durations checked.
+///
+/// # Errors
+/// As [`check`].
+pub fn net_type(net: &Net, expr: &crate::net::Expr) -> Result<Type, TypeError> {
+    check(expr, &mut NetLeaves(net))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    type E = Expr<usize>;
+
+    fn int(lo: i64, hi: i64) -> Type {
+        Type::Int { lo, hi }
+    }
+    fn leaf(index: usize) -> E {
+        Expr::leaf(index, Span::default())
+    }
+    fn node(kind: ExprKind<usize>) -> E {
+        Expr::new(kind, Span::default())
+    }
+    fn arith(op: ArithOp, a: E, b: E) -> E {
+        node(ExprKind::Arith(op, Box::new(a), Box::new(b)))
+    }
+    fn ty(expr: &E, types: &[Type]) -> Result<Type, TypeErrorKind> {
+        type_of(expr, &mut |leaf: &usize| types[*leaf]).map_err(|error| error.kind)
+    }
+
+    #[test]
+    fn intervals_are_those_of_exact_arithmetic() {
+        let types = [int(-3, 5), int(2, 4), Type::Bool];
+        for (op, lo, hi) in [
+            (ArithOp::Add, -1, 9),
+            (ArithOp::Sub, -7, 3),
+            (ArithOp::Mul, -12, 20),
+            (ArithOp::Div, -1, 2),
+            (ArithOp::Mod, -3, 3),
+        ] {
+            assert_eq!(ty(&arith(op, leaf(0), leaf(1)), &types), Ok(int(lo, hi)), "{op:?}");
+        }
+        assert_eq!(ty(&node(ExprKind::Neg(Box::new(leaf(0)))), &types), Ok(int(-5, 3)));
+        let choice = ExprKind::Select(Box::new(leaf(2)), Box::new(leaf(0)), Box::new(Expr::int(9)));
+        assert_eq!(ty(&node(choice), &types), Ok(int(-3, 9)));
+    }
+
+    #[test]
+    fn what_has_no_type_says_why() {
+        let types = [int(-3, 5), int(2, 4), Type::Bool];
+        let div = arith(ArithOp::Div, leaf(1), leaf(0));
+        assert_eq!(ty(&div, &types), Err(TypeErrorKind::DivisorMayBeZero { lo: -3, hi: 5 }));
+        let big = arith(ArithOp::Add, Expr::int(i64::MAX), leaf(1));
+        let Err(TypeErrorKind::Overflow64 { operator: "+", hi, .. }) = ty(&big, &types) else {
+            panic!("fits")
+        };
+        assert_eq!(hi, i128::from(i64::MAX) + 4);
+        let worst = arith(ArithOp::Mod, Expr::int(i64::MIN), Expr::int(-1));
+        assert!(
+            matches!(ty(&worst, &types), Err(TypeErrorKind::Overflow64 { .. })),
+            "as ArithOp::apply says"
+        );
+        assert_eq!(
+            ty(&Expr::not(leaf(0)), &types),
+            Err(TypeErrorKind::BoolExpected { lo: -3, hi: 5 })
+        );
+        assert_eq!(
+            ty(&arith(ArithOp::Add, leaf(0), leaf(2)), &types),
+            Err(TypeErrorKind::IntExpected)
+        );
+        assert_eq!(
+            ty(&Expr::compare(CompareOp::Eq, leaf(0), leaf(2)), &types),
+            Err(TypeErrorKind::Mixed)
+        );
+        assert_eq!(
+            ty(&Expr::compare(CompareOp::Lt, leaf(2), leaf(2)), &types),
+            Err(TypeErrorKind::IntExpected)
+        );
+        assert_eq!(ty(&Expr::compare(CompareOp::Eq, leaf(2), leaf(2)), &types), Ok(Type::Bool));
+    }
+
+    #[test]
+    fn depth_is_bounded() {
+        let mut expr = leaf(0);
+        for _ in 0..DEPTH_LIMIT {
+            expr = node(ExprKind::Neg(Box::new(expr)));
+        }
+        assert_eq!(ty(&expr, &[int(0, 1)]), Err(TypeErrorKind::TooDeep));
+    }
+
+    fn expr() -> impl Strategy<Value = E> {
+        let leaves = prop_oneof![(0usize..3).prop_map(leaf), (-9i64..9).prop_map(Expr::int)];
+        leaves.prop_recursive(5, 24, 3, |inner| {
+            let ops = prop_oneof![
+                Just(ArithOp::Add),
+                Just(ArithOp::Sub),
+                Just(ArithOp::Mul),
+                Just(ArithOp::Div),
+                Just(ArithOp::Mod)
+            ];
+            prop_oneof![
+                4 => (ops, inner.clone(), inner.clone()).prop_map(|(op, a, b)| arith(op, a, b)),
+                1 => inner.clone().prop_map(|a| node(ExprKind::Neg(Box::new(a)))),
+                1 => (inner.clone(), inner.clone(), inner).prop_map(|(a, b, c)| {
+                    let condition = Expr::compare(CompareOp::Lt, a.clone(), b.clone());
+                    node(ExprKind::Select(Box::new(condition), Box::new(c), Box::new(b)))
+                }),
+            ]
+        })
+    }
+
+    fn value(expr: &E, of: &[i64; 3]) -> Option<i64> {
+        Some(match &expr.kind {
+            ExprKind::Int(value) => *value,
+            ExprKind::Leaf(leaf) => of[*leaf],
+            ExprKind::Neg(a) => value(a, of)?.checked_neg()?,
+            ExprKind::Arith(op, a, b) => op.apply(value(a, of)?, value(b, of)?)?,
+            ExprKind::Select(c, a, b) => value(if value(c, of)? != 0 { a } else { b }, of)?,
+            ExprKind::Compare(op, a, b) => i64::from(op.apply(value(a, of)?, value(b, of)?)),
+            ExprKind::Bool(_)
+            | ExprKind::Element(..)
+            | ExprKind::Not(_)
+            | ExprKind::And(_)
+            | ExprKind::Or(_) => unreachable!("the strategy makes none"),
+        })
+    }
+
+    proptest! {
+        /// Whatever the leaves hold, the value exists and lies in the interval.
+        #[test]
+        fn values_stay_in_the_interval(expr in expr(), a in -5i64..=3, b in 1i64..=7, c in -4i64..=-2) {
+            let types = [int(-5, 3), int(1, 7), int(-4, -2)];
+            if let Ok(Type::Int { lo, hi }) = ty(&expr, &types) {
+                let value = value(&expr, &[a, b, c]);
+                prop_assert!(value.is_some_and(|value| (lo..=hi).contains(&value)), "{value:?} {lo}..{hi}");
+            }
+        }
+
+        /// On small operands the interval of one operator is the exact hull (`mod` apart, which is a safe bound).
+        #[test]
+        fn one_operator_is_exact(al in -9i64..9, aw in 0i64..6, bl in -9i64..9, bw in 0i64..6) {
+            let (ah, bh) = (al + aw, bl + bw);
+            for op in [ArithOp::Add, ArithOp::Sub, ArithOp::Mul, ArithOp::Div] {
+                if op == ArithOp::Div && bl <= 0 && bh >= 0 { continue; }
+                let all: Vec<i64> =
+                    (al..=ah).flat_map(|a| (bl..=bh).filter_map(move |b| op.apply(a, b))).collect();
+                let hull = int(*all.iter().min().unwrap(), *all.iter().max().unwrap());
+                prop_assert_eq!(ty(&arith(op, leaf(0), leaf(1)), &[int(al, ah), int(bl, bh)]), Ok(hull));
+            }
+        }
+    }
+}
