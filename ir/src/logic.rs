@@ -30,6 +30,9 @@ pub struct Logic {
     pub outputs: Arena<PinOutput>,
     /// The functions.
     pub nodes: Arena<Node>,
+    /// Functions in between that have a name in the source, such as the firing of a transition. Writers of multi-level languages print them
+    /// as wires; the functions above do not depend on this list.
+    pub wires: Vec<Wire>,
     /// Constraints on the inputs that the environment guarantees: each node is never true. Don't-cares for the minimiser.
     pub never: Vec<NodeId>,
 }
@@ -103,7 +106,20 @@ pub struct PinOutput {
     pub value: NodeId,
     /// Driven by a flip-flop of its own that has `value` as D.
     pub registered: Option<bool>,
+    /// A function of the situation before the clock: the pin is sampled just before it (`mealy`, semantics.md §3.6).
+    pub mealy: bool,
     /// Place, comment and tags.
+    pub meta: Meta,
+}
+
+/// A function in between that has a name.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Wire {
+    /// Its name in the source.
+    pub name: String,
+    /// The function.
+    pub node: NodeId,
+    /// Place, comment and tags of what it stands for.
     pub meta: Meta,
 }
 
