@@ -111,7 +111,9 @@ impl<T> Arena<T> {
     }
 
     /// All items with their names, to be changed in place.
-    pub fn iter_mut(&mut self) -> impl DoubleEndedIterator<Item = (Id<T>, &mut T)> + ExactSizeIterator {
+    pub fn iter_mut(
+        &mut self,
+    ) -> impl DoubleEndedIterator<Item = (Id<T>, &mut T)> + ExactSizeIterator {
         self.items.iter_mut().enumerate().map(|(index, item)| (Id::from_index(index), item))
     }
 
@@ -181,7 +183,10 @@ impl<T, V: Clone> IdMap<T, V> {
 impl<T, V> IdMap<T, V> {
     /// A map made by asking for each item of `arena` in order.
     pub fn build(arena: &Arena<T>, mut value: impl FnMut(Id<T>, &T) -> V) -> Self {
-        IdMap { values: arena.iter().map(|(id, item)| value(id, item)).collect(), marker: PhantomData }
+        IdMap {
+            values: arena.iter().map(|(id, item)| value(id, item)).collect(),
+            marker: PhantomData,
+        }
     }
 
     /// All pairs, in the order of the arena.

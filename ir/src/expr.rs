@@ -216,7 +216,10 @@ impl<L> Expr<L> {
 
     /// The negation, with constants and double negation removed.
     #[must_use]
-    #[expect(clippy::should_implement_trait, reason = "it simplifies, which an operator should not hide")]
+    #[expect(
+        clippy::should_implement_trait,
+        reason = "it simplifies, which an operator should not hide"
+    )]
     pub fn not(self) -> Self {
         let span = self.span;
         match self.kind {
@@ -230,7 +233,9 @@ impl<L> Expr<L> {
             | ExprKind::Compare(..)
             | ExprKind::Neg(_)
             | ExprKind::Arith(..)
-            | ExprKind::Select(..)) => Expr::new(ExprKind::Not(Box::new(Expr::new(kind, span))), span),
+            | ExprKind::Select(..)) => {
+                Expr::new(ExprKind::Not(Box::new(Expr::new(kind, span))), span)
+            }
         }
     }
 
@@ -251,7 +256,9 @@ impl<L> Expr<L> {
         for operand in operands {
             match (operand.kind, is_and) {
                 (ExprKind::Bool(value), _) if value == is_and => {}
-                (ExprKind::Bool(value), _) => return Expr::new(ExprKind::Bool(value), operand.span),
+                (ExprKind::Bool(value), _) => {
+                    return Expr::new(ExprKind::Bool(value), operand.span);
+                }
                 (ExprKind::And(inner), true) | (ExprKind::Or(inner), false) => flat.extend(inner),
                 (kind, _) => flat.push(Expr::new(kind, operand.span)),
             }
@@ -283,9 +290,13 @@ impl<L> Expr<L> {
     pub fn operands(&self) -> impl Iterator<Item = &Expr<L>> {
         let (few, many): ([Option<&Expr<L>>; 3], &[Expr<L>]) = match &self.kind {
             ExprKind::Bool(_) | ExprKind::Int(_) | ExprKind::Leaf(_) => ([None; 3], &[]),
-            ExprKind::Element(_, a) | ExprKind::Not(a) | ExprKind::Neg(a) => ([Some(a), None, None], &[]),
+            ExprKind::Element(_, a) | ExprKind::Not(a) | ExprKind::Neg(a) => {
+                ([Some(a), None, None], &[])
+            }
             ExprKind::And(all) | ExprKind::Or(all) => ([None; 3], all),
-            ExprKind::Compare(_, a, b) | ExprKind::Arith(_, a, b) => ([Some(a), Some(b), None], &[]),
+            ExprKind::Compare(_, a, b) | ExprKind::Arith(_, a, b) => {
+                ([Some(a), Some(b), None], &[])
+            }
             ExprKind::Select(a, b, c) => ([Some(a), Some(b), Some(c)], &[]),
         };
         few.into_iter().flatten().chain(many)
@@ -332,14 +343,20 @@ impl<L> Expr<L> {
             ExprKind::And(all) => {
                 ExprKind::And(all.iter().map(|a| a.try_map(leaf, array)).collect::<Result<_, _>>()?)
             }
-            ExprKind::Or(all) => ExprKind::Or(all.iter().map(|a| a.try_map(leaf, array)).collect::<Result<_, _>>()?),
-            ExprKind::Compare(op, a, b) => {
-                ExprKind::Compare(*op, Box::new(a.try_map(leaf, array)?), Box::new(b.try_map(leaf, array)?))
+            ExprKind::Or(all) => {
+                ExprKind::Or(all.iter().map(|a| a.try_map(leaf, array)).collect::<Result<_, _>>()?)
             }
+            ExprKind::Compare(op, a, b) => ExprKind::Compare(
+                *op,
+                Box::new(a.try_map(leaf, array)?),
+                Box::new(b.try_map(leaf, array)?),
+            ),
             ExprKind::Neg(a) => ExprKind::Neg(Box::new(a.try_map(leaf, array)?)),
-            ExprKind::Arith(op, a, b) => {
-                ExprKind::Arith(*op, Box::new(a.try_map(leaf, array)?), Box::new(b.try_map(leaf, array)?))
-            }
+            ExprKind::Arith(op, a, b) => ExprKind::Arith(
+                *op,
+                Box::new(a.try_map(leaf, array)?),
+                Box::new(b.try_map(leaf, array)?),
+            ),
             ExprKind::Select(a, b, c) => ExprKind::Select(
                 Box::new(a.try_map(leaf, array)?),
                 Box::new(b.try_map(leaf, array)?),

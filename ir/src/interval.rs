@@ -232,7 +232,7 @@ fn typed<L>(expr: &Expr<L>, leaves: &mut impl Leaves<L>, depth: usize) -> Typed 
             leaves.leaf(leaf, span)?;
             refuse(span, TypeErrorKind::DurationAlone)
         }
-        ExprKind::Leaf(leaf) => leaves.leaf(leaf, span),
+        ExprKind::Leaf(leaf) => Ok(leaves.leaf(leaf, span)?),
         ExprKind::Element(array, index) => {
             let (ty, len) = leaves.array(array, span)?;
             let (lo, hi) = number(index, leaves, below)?;

@@ -8,7 +8,10 @@
 
 use crate::arena::{Arena, Id};
 use crate::expr::{Expr as GenericExpr, Type};
-use crate::net::{ActionId, EdgeId, HistoryId, InputId, OutputId, SendId, StepId, TimerId, TransitionId, VarId, Verbatim};
+use crate::net::{
+    ActionId, EdgeId, HistoryId, InputId, OutputId, SendId, StepId, TimerId, TransitionId, VarId,
+    Verbatim,
+};
 
 /// Names a cell.
 pub type CellId = Id<Cell>;

@@ -30,10 +30,11 @@ pub fn simplify<L: Clone + Ord>(expr: &Expr<L>) -> Expr<L> {
         }
         ExprKind::Neg(a) => {
             let a = simplify(a);
-            match a.kind {
-                ExprKind::Int(value) if value != i64::MIN => ExprKind::Int(-value),
-                ExprKind::Neg(inner) => inner.kind,
-                kind => ExprKind::Neg(Box::new(Expr::new(kind, a.span))),
+            if let ExprKind::Neg(inner) = a.kind {
+                inner.kind
+            } else {
+                let value = constant(&a).and_then(i64::checked_neg);
+                value.map_or_else(|| ExprKind::Neg(Box::new(a)), ExprKind::Int)
             }
         }
         ExprKind::Arith(op, a, b) => {
@@ -123,9 +124,10 @@ pub fn compare_shapes<L: Ord>(a: &Expr<L>, b: &Expr<L>) -> Ordering {
 
 /// The negation; a comparison of numbers turns round, that of truth values too (both are total).
 fn negated<L>(expr: Expr<L>, span: crate::span::Span) -> Expr<L> {
-    match expr.kind {
-        ExprKind::Compare(op, a, b) => Expr::new(ExprKind::Compare(op.negated(), a, b), span),
-        kind => Expr { span, ..Expr::new(kind, expr.span).not() },
+    if let ExprKind::Compare(op, a, b) = expr.kind {
+        Expr::new(ExprKind::Compare(op.negated(), a, b), span)
+    } else {
+        Expr { span, ..expr.not() }
     }
 }
 
@@ -139,9 +141,12 @@ fn compared<L: Clone + Ord>(
         return Expr::new(ExprKind::Bool(op.apply(x, y)), span);
     }
     // Truth values: `x = true` is x, `x = false` is not x.
-    let truth = |side: &Expr<L>| match side.kind {
-        ExprKind::Bool(value) => Some(value == (op == CompareOp::Eq)),
-        ref _other => None,
+    let truth = |side: &Expr<L>| {
+        if let ExprKind::Bool(value) = side.kind {
+            Some(value == (op == CompareOp::Eq))
+        } else {
+            None
+        }
     };
     match (truth(&a), truth(&b)) {
         (Some(same), _) => return if same { *b } else { negated(*b, span) },
@@ -161,8 +166,9 @@ fn junction<L: Clone + Ord>(all: &[Expr<L>], is_and: bool, span: crate::span::Sp
     } else {
         Expr::or(all.iter().map(simplify))
     };
-    let (ExprKind::And(operands) | ExprKind::Or(operands)) = whole.kind else {
-        return Expr { span, ..whole };
+    let operands = match (whole.kind, is_and) {
+        (ExprKind::And(operands), true) | (ExprKind::Or(operands), false) => operands,
+        (kind, _) => return Expr::new(kind, span),
     };
     // Sorting positions finds duplicates in n log n while the order of what stays is the given one.
     let mut order: Vec<usize> = (0..operands.len()).collect();

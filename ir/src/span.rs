@@ -27,7 +27,11 @@ impl Span {
     #[must_use]
     pub fn to(self, other: Span) -> Self {
         if self.file == other.file {
-            Span { file: self.file, start: self.start.min(other.start), end: self.end.max(other.end) }
+            Span {
+                file: self.file,
+                start: self.start.min(other.start),
+                end: self.end.max(other.end),
+            }
         } else {
             self
         }
