@@ -1,0 +1,242 @@
+//! The command line as the user writes it.
+
+use crate::render::MessageFormat;
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use std::path::PathBuf;
+
+/// Charts to C and programmable logic, with every output proved against the chart.
+#[derive(Debug, Parser)]
+#[command(name = "grafsynth", version, max_term_width = 100, arg_required_else_help = true)]
+#[command(after_help = "Exit codes: 0 done and true; 1 the input has errors; 2 wrong use or I/O; 3 refuted; 4 open (a limit was reached).")]
+pub(crate) struct Cli {
+    #[command(flatten)]
+    pub(crate) global: Global,
+    #[command(subcommand)]
+    pub(crate) verb: Verb,
+}
+
+/// Options that every verb takes.
+#[derive(Debug, Args)]
+pub(crate) struct Global {
+    /// How findings are shown.
+    #[arg(long, global = true, value_name = "FORMAT", default_value = "human")]
+    pub(crate) message_format: MessageFormat,
+    /// Colours; `NO_COLOR` in the environment turns them off.
+    #[arg(long, global = true, value_name = "WHEN", default_value = "auto")]
+    pub(crate) color: When,
+    /// Say nothing but findings and what was asked for.
+    #[arg(long, short, global = true)]
+    pub(crate) quiet: bool,
+    /// Show at most so many findings of a file; the rest is counted.
+    #[arg(long, global = true, value_name = "N", default_value_t = 100)]
+    pub(crate) max_diagnostics: usize,
+    /// The deepest nesting of brackets and blocks that is read.
+    #[arg(long, global = true, value_name = "N", default_value_t = 256)]
+    pub(crate) nesting_limit: u32,
+    /// The longest source that is read, in bytes.
+    #[arg(long, global = true, value_name = "BYTES", default_value_t = crate::files::SOURCE_LIMIT)]
+    pub(crate) source_limit: u64,
+}
+
+/// Whether to use colours.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum When {
+    Auto,
+    Always,
+    Never,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Verb {
+    /// Make a small project: chart, board, stimulus, and a Makefile that builds it.
+    New(New),
+    /// Read, validate, lint, and prove the asserts: every finding at once.
+    Check(Check),
+    /// Write C, equations or Verilog; each output is read back and proved equal to the chart before it is written.
+    Build(Build),
+    /// Run a design on a stimulus and print the trace.
+    Sim(Sim),
+    /// Run all engines on the same stimulus and print the first difference.
+    Compare(Compare),
+    /// Read one format and write another.
+    Convert(Convert),
+    /// Bring charts into the canonical form.
+    Fmt(Fmt),
+    /// What changed between two charts: steps, conditions, behaviour.
+    Diff(Diff),
+    /// Print the page of a finding's code: cause, example, way out.
+    Explain(Explain),
+    /// Say which tools are here and what that makes possible.
+    Doctor,
+    /// Print a completion script for a shell.
+    Completions(Completions),
+    /// Print the manual page.
+    Man,
+}
+
+/// The design that a verb works on.
+#[derive(Debug, Args)]
+pub(crate) struct Input {
+    /// A chart (.graf .rules .net) or logic (.pds .pld .v .blif); `-` is standard input.
+    pub(crate) file: String,
+    /// The format, where the file's name does not say it.
+    #[arg(long, value_name = "FORMAT")]
+    pub(crate) from: Option<String>,
+    /// A property to prove, such as `never (R and L)`; may be given several times.
+    #[arg(long, value_name = "PROPERTY")]
+    pub(crate) assert: Vec<String>,
+    /// A board file: device, pins and places. `NAME.board` beside the chart is read by itself.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) board: Option<String>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct New {
+    /// The project's name and folder.
+    pub(crate) name: String,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Check {
+    #[command(flatten)]
+    pub(crate) input: Input,
+    /// Print the intermediate form after this pass (`list` names the passes).
+    #[arg(long, value_name = "PASS")]
+    pub(crate) dump_after: Option<String>,
+    #[command(flatten)]
+    pub(crate) limits: Limits,
+}
+
+/// How far proofs may go.
+#[derive(Debug, Args)]
+pub(crate) struct Limits {
+    /// Enumerate at most so many pairs of state and input.
+    #[arg(long, value_name = "N", default_value_t = 2_000_000)]
+    pub(crate) proof_limit: u64,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Build {
+    #[command(flatten)]
+    pub(crate) input: Input,
+    /// What to write; may be given several times. `list` names the targets.
+    #[arg(long, short, value_name = "TARGET", required = true)]
+    pub(crate) target: Vec<String>,
+    /// The folder for the outputs.
+    #[arg(long, short, value_name = "DIR", default_value = ".")]
+    pub(crate) output: PathBuf,
+    /// The device family that equations are for.
+    #[arg(long, value_name = "DEVICE")]
+    pub(crate) device: Option<String>,
+    /// C: `auto`, `switch` or `bits`.
+    #[arg(long, value_name = "STYLE", default_value = "auto")]
+    pub(crate) style: String,
+    /// C: call the user's `activated` and `enabled` functions.
+    #[arg(long)]
+    pub(crate) callbacks: bool,
+    /// A stimulus for the SIMULATION section and the test bench.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) stimulus: Option<String>,
+    /// Beside each output, NAME.map.json says which line came from which place of the chart.
+    #[arg(long, value_name = "WHAT", value_parser = ["map"])]
+    pub(crate) emit: Option<String>,
+    /// Do not prove the outputs equal (they are still read back).
+    #[arg(long)]
+    pub(crate) no_proof: bool,
+    #[command(flatten)]
+    pub(crate) limits: Limits,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Sim {
+    #[command(flatten)]
+    pub(crate) input: Input,
+    /// The stimulus, CSV.
+    #[arg(long, short, value_name = "FILE", required_unless_present = "random")]
+    pub(crate) stimulus: Option<String>,
+    /// So many random reactions instead.
+    #[arg(long, value_name = "N", conflicts_with = "stimulus")]
+    pub(crate) random: Option<usize>,
+    /// The seed of the random reactions.
+    #[arg(long, value_name = "K", default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// The engine; `list` names them.
+    #[arg(long, short, value_name = "ENGINE", default_value = "ir")]
+    pub(crate) engine: String,
+    /// Where the trace goes: `.csv`, `.vcd` or `.jsonl`; standard output (CSV) if not given.
+    #[arg(long, short, value_name = "FILE")]
+    pub(crate) trace: Option<PathBuf>,
+    /// Start from a state that `--save` wrote, by name, even of a changed chart.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) restore: Option<String>,
+    /// Write the state after the last reaction.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) save: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Compare {
+    #[command(flatten)]
+    pub(crate) input: Input,
+    /// A second design to compare with, by the columns that both have.
+    pub(crate) other: Option<String>,
+    /// The stimulus, CSV.
+    #[arg(long, short, value_name = "FILE")]
+    pub(crate) stimulus: Option<String>,
+    /// So many random reactions.
+    #[arg(long, value_name = "N", conflicts_with = "stimulus")]
+    pub(crate) random: Option<usize>,
+    /// The seed of the random reactions.
+    #[arg(long, value_name = "K", default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Only these engines, separated by commas.
+    #[arg(long, value_name = "LIST", value_delimiter = ',')]
+    pub(crate) engines: Vec<String>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Convert {
+    #[command(flatten)]
+    pub(crate) input: Input,
+    /// The file to write; `-` is standard output (then say `--to`).
+    pub(crate) output: PathBuf,
+    /// The format to write, where the file's name does not say it.
+    #[arg(long, value_name = "FORMAT")]
+    pub(crate) to: Option<String>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Fmt {
+    /// Charts (.graf, .rules); `-` reads standard input and prints.
+    #[arg(required = true)]
+    pub(crate) files: Vec<String>,
+    /// Change nothing; exit code 1 if a file is not in canonical form.
+    #[arg(long)]
+    pub(crate) check: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Diff {
+    /// The old chart.
+    pub(crate) old: String,
+    /// The new chart.
+    pub(crate) new: String,
+    /// How many random reactions to look for a difference in behaviour with, where the charts are too large to enumerate.
+    #[arg(long, value_name = "N", default_value_t = 10_000)]
+    pub(crate) random: usize,
+    /// The seed of the random reactions.
+    #[arg(long, value_name = "K", default_value_t = 1)]
+    pub(crate) seed: u64,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Explain {
+    /// A code such as G0101; without one, all codes are listed.
+    pub(crate) code: Option<String>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Completions {
+    /// The shell.
+    pub(crate) shell: clap_complete::Shell,
+}

@@ -1,0 +1,353 @@
+//! How findings are shown: for people, one line each, as JSON in the shape of the language server protocol, or as SARIF 2.1.0.
+
+use annotate_snippets::renderer::DecorStyle;
+use annotate_snippets::{AnnotationKind, Group, Level, Origin, Patch, Renderer, Snippet};
+use grafsynth_driver::source::{Source, Sources};
+use grafsynth_ir::diag::{Diagnostic, Label, Severity};
+use grafsynth_ir::{FileId, Span};
+use serde_json::{Value, json};
+
+/// How findings are shown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum MessageFormat {
+    /// With the source lines, for people.
+    Human,
+    /// `path:line:column: error[G0101]: message`, one line each.
+    Short,
+    /// One JSON object a line, in the shape of an LSP diagnostic, with `file` and `code`.
+    Json,
+    /// One SARIF 2.1.0 document.
+    Sarif,
+}
+
+/// What decides how findings look.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Style {
+    /// The format.
+    pub(crate) format: MessageFormat,
+    /// Colours.
+    pub(crate) color: bool,
+    /// At most so many findings of a file are shown; the rest is counted.
+    pub(crate) max_diagnostics: usize,
+    /// Width of the terminal in columns.
+    pub(crate) width: usize,
+}
+
+/// All findings as text, in order of place within each file, errors and warnings mixed.
+pub(crate) fn render(sources: &Sources, diagnostics: &[Diagnostic], style: Style) -> String {
+    let mut sorted: Vec<&Diagnostic> = diagnostics.iter().collect();
+    sorted.sort_by_key(|diagnostic| {
+        diagnostic.labels.first().map_or((1, Span::default()), |label| (0, label.span))
+    });
+    let (shown, hidden) = limit(&sorted, style.max_diagnostics);
+    match style.format {
+        MessageFormat::Human => human(sources, &shown, &hidden, style),
+        MessageFormat::Short => short(sources, &shown, &hidden),
+        MessageFormat::Json => {
+            shown.iter().map(|diagnostic| format!("{}\n", lsp(sources, diagnostic))).collect()
+        }
+        MessageFormat::Sarif => format!("{}\n", sarif(sources, &shown)),
+    }
+}
+
+/// Keeps `max` findings a file, errors before warnings before notes; says for each file how many were left out.
+fn limit<'a>(sorted: &[&'a Diagnostic], max: usize) -> (Vec<&'a Diagnostic>, Vec<(Option<FileId>, usize)>) {
+    let file = |diagnostic: &Diagnostic| diagnostic.labels.first().map(|label| label.span.file);
+    let mut files: Vec<Option<FileId>> = sorted.iter().map(|diagnostic| file(diagnostic)).collect();
+    files.sort_unstable();
+    files.dedup();
+    let mut kept = Vec::new();
+    let mut hidden = Vec::new();
+    for of in files {
+        let mut all: Vec<(usize, &Diagnostic)> =
+            sorted.iter().copied().enumerate().filter(|(_, diagnostic)| file(diagnostic) == of).collect();
+        if all.len() > max {
+            hidden.push((of, all.len() - max));
+            all.sort_by_key(|(index, diagnostic)| (diagnostic.severity, *index));
+            all.truncate(max);
+            all.sort_by_key(|(index, _)| *index);
+        }
+        kept.extend(all);
+    }
+    kept.sort_by_key(|(index, _)| *index);
+    (kept.into_iter().map(|(_, diagnostic)| diagnostic).collect(), hidden)
+}
+
+fn severity_word(severity: Severity) -> &'static str {
+    match severity {
+        Severity::Error => "error",
+        Severity::Warning => "warning",
+        Severity::Note => "note",
+    }
+}
+
+fn level(severity: Severity) -> Level<'static> {
+    match severity {
+        Severity::Error => Level::ERROR,
+        Severity::Warning => Level::WARNING,
+        Severity::Note => Level::NOTE,
+    }
+}
+
+fn hidden_text(sources: &Sources, hidden: &[(Option<FileId>, usize)]) -> String {
+    hidden
+        .iter()
+        .map(|(file, count)| {
+            let path = file.and_then(|file| sources.get(file)).map_or("", |source| source.path.as_str());
+            format!("{path}: {count} more not shown (see --max-diagnostics)\n")
+        })
+        .collect()
+}
+
+fn short(sources: &Sources, shown: &[&Diagnostic], hidden: &[(Option<FileId>, usize)]) -> String {
+    let mut text = String::new();
+    for diagnostic in shown {
+        let place = diagnostic.labels.first().map(|label| sources.describe(label.span)).unwrap_or_default();
+        let separator = if place.is_empty() { "" } else { ": " };
+        let severity = severity_word(diagnostic.severity);
+        let (code, message) = (diagnostic.code.id, &diagnostic.message);
+        text.push_str(&format!("{place}{separator}{severity}[{code}]: {message}\n"));
+    }
+    text + &hidden_text(sources, hidden)
+}
+
+/// The longest part of a source line that is shown; longer lines are cut to a window around the place.
+const LINE_WINDOW: usize = 200;
+/// Places of one file that stand further apart than this many lines are shown in separate windows.
+const LINES_APART: usize = 8;
+
+fn human(sources: &Sources, shown: &[&Diagnostic], hidden: &[(Option<FileId>, usize)], style: Style) -> String {
+    let renderer = if style.color { Renderer::styled() } else { Renderer::plain() }
+        .decor_style(DecorStyle::Ascii)
+        .term_width(style.width);
+    let mut text = String::new();
+    for diagnostic in shown {
+        text.push_str(&human_one(sources, diagnostic, &renderer));
+        text.push_str("\n\n");
+    }
+    text + &hidden_text(sources, hidden)
+}
+
+fn human_one(sources: &Sources, diagnostic: &Diagnostic, renderer: &Renderer) -> String {
+    let title = level(diagnostic.severity).primary_title(diagnostic.message.as_str()).id(diagnostic.code.id);
+    let mut group: Group<'_> = Group::with_title(title);
+    let windows = windows(sources, &diagnostic.labels);
+    for window in &windows {
+        let mut snippet = Snippet::source(window.text.as_str())
+            .path(window.path)
+            .line_start(window.first_line + 1)
+            .fold(true);
+        for (range, label, is_primary) in &window.annotations {
+            let kind = if *is_primary { AnnotationKind::Primary } else { AnnotationKind::Context };
+            let annotation = kind.span(range.clone());
+            snippet = snippet
+                .annotation(if label.is_empty() { annotation } else { annotation.label(label.as_str()) });
+        }
+        group = group.element(snippet);
+    }
+    let mut fix_group = None;
+    let fix_window = diagnostic.fix.as_ref().and_then(|fix| {
+        let label = Label { span: fix.span, text: fix.replacement.clone() };
+        self::windows(sources, std::slice::from_ref(&label)).into_iter().next()
+    });
+    if let (Some(fix), Some(window)) = (&diagnostic.fix, &fix_window) {
+        let title = diagnostic.help.clone().unwrap_or_else(|| "write instead".to_owned());
+        if let Some((range, _, _)) = window.annotations.first() {
+            fix_group = Some(
+                Group::with_title(Level::HELP.secondary_title(title)).element(
+                    Snippet::source(window.text.as_str())
+                        .path(window.path)
+                        .line_start(window.first_line + 1)
+                        .patch(Patch::new(range.clone(), fix.replacement.as_str())),
+                ),
+            );
+        }
+    } else if let Some(help) = &diagnostic.help {
+        group = group.element(Level::HELP.message(help.as_str()));
+    }
+    if windows.is_empty()
+        && let Some(label) = diagnostic.labels.first()
+        && let Some(source) = sources.get(label.span.file)
+    {
+        group = group.element(Origin::path(source.path.as_str()));
+    }
+    let groups: Vec<Group<'_>> = std::iter::once(group).chain(fix_group).collect();
+    renderer.render(&groups)
+}
+
+/// A piece of one source text with what is to be marked in it, in bytes of the piece.
+struct Window<'a> {
+    path: &'a str,
+    first_line: usize,
+    text: String,
+    annotations: Vec<(std::ops::Range<usize>, String, bool)>,
+}
+
+/// Groups the labels by file and nearness, and cuts the lines they need out of the source.
+fn windows<'a>(sources: &'a Sources, labels: &[Label]) -> Vec<Window<'a>> {
+    let mut rest: Vec<(usize, &Label)> = labels.iter().enumerate().collect();
+    let mut windows = Vec::new();
+    while let Some((_, first)) = rest.first().copied() {
+        let Some(source) = sources.get(first.span.file) else {
+            rest.remove(0);
+            continue;
+        };
+        let at = source.line_of(first.span.start as usize);
+        let (near, far): (Vec<_>, Vec<_>) = rest.into_iter().partition(|(_, label)| {
+            label.span.file == first.span.file
+                && source.line_of(label.span.start as usize).abs_diff(at) <= LINES_APART
+        });
+        rest = far;
+        windows.push(window(source, &near));
+    }
+    windows
+}
+
+fn window<'a>(source: &'a Source, labels: &[(usize, &Label)]) -> Window<'a> {
+    let lines = || labels.iter().map(|(_, label)| source.line_of(label.span.start as usize));
+    let (first_line, last_line) = (lines().min().unwrap_or(0), lines().max().unwrap_or(0));
+    // Of a span over many lines only the first is shown.
+    let mut text = String::new();
+    let mut annotations = Vec::new();
+    for line in first_line..=last_line {
+        let range = source.line_range(line);
+        let here: Vec<_> =
+            labels.iter().filter(|(_, label)| source.line_of(label.span.start as usize) == line).collect();
+        let anchor = here.iter().map(|(_, label)| label.span.start as usize).min().unwrap_or(range.start);
+        let (from, to) = if range.len() <= LINE_WINDOW {
+            (range.start, range.end)
+        } else {
+            let from = source.boundary(anchor.saturating_sub(LINE_WINDOW / 2).max(range.start));
+            (from, source.boundary((from + LINE_WINDOW).min(range.end)))
+        };
+        let offset = text.len();
+        text.push_str(source.text.get(from..to).unwrap_or_default());
+        for (index, label) in here {
+            let start = source.boundary((label.span.start as usize).clamp(from, to));
+            let mut end = source.boundary((label.span.end as usize).clamp(start, to));
+            if end == start && start < to {
+                end = start + source.text.get(start..).and_then(|s| s.chars().next()).map_or(0, char::len_utf8);
+            }
+            annotations.push((offset + start - from..offset + end - from, label.text.clone(), *index == 0));
+        }
+        text.push('\n');
+    }
+    Window { path: source.path.as_str(), first_line, text, annotations }
+}
+
+fn lsp_range(sources: &Sources, span: Span) -> Value {
+    let place = |offset: u32| {
+        sources.get(span.file).map_or_else(
+            || json!({"line": 0, "character": 0}),
+            |source| {
+                let at = source.boundary(offset as usize);
+                let line = source.line_of(at);
+                // The protocol counts UTF-16 code units.
+                let before = source.text.get(source.line_range(line).start..at).unwrap_or_default();
+                json!({"line": line, "character": before.encode_utf16().count()})
+            },
+        )
+    };
+    json!({"start": place(span.start), "end": place(span.end)})
+}
+
+fn path_of(sources: &Sources, span: Span) -> &str {
+    sources.get(span.file).map_or("", |source| source.path.as_str())
+}
+
+fn lsp(sources: &Sources, diagnostic: &Diagnostic) -> Value {
+    let severity = match diagnostic.severity {
+        Severity::Error => 1,
+        Severity::Warning => 2,
+        Severity::Note => 3,
+    };
+    let main = diagnostic.labels.first().map_or_else(Span::default, |label| label.span);
+    let related: Vec<Value> = diagnostic
+        .labels
+        .iter()
+        .enumerate()
+        .filter(|(index, label)| *index > 0 || !label.text.is_empty())
+        .map(|(_, label)| {
+            json!({
+                "location": {"uri": path_of(sources, label.span), "range": lsp_range(sources, label.span)},
+                "message": label.text,
+            })
+        })
+        .collect();
+    let mut value = json!({
+        "file": if diagnostic.labels.is_empty() { "" } else { path_of(sources, main) },
+        "range": lsp_range(sources, main),
+        "severity": severity,
+        "code": diagnostic.code.id,
+        "source": "grafsynth",
+        "message": diagnostic.message,
+        "relatedInformation": related,
+    });
+    if let Some(help) = &diagnostic.help {
+        value["data"]["help"] = json!(help);
+    }
+    if let Some(fix) = &diagnostic.fix {
+        value["data"]["fix"] = json!({
+            "file": path_of(sources, fix.span),
+            "range": lsp_range(sources, fix.span),
+            "newText": fix.replacement,
+        });
+    }
+    value
+}
+
+fn sarif(sources: &Sources, shown: &[&Diagnostic]) -> Value {
+    let mut rules: Vec<(&str, &str)> =
+        shown.iter().map(|diagnostic| (diagnostic.code.id, diagnostic.code.title)).collect();
+    rules.sort_unstable();
+    rules.dedup();
+    let location = |span: Span, text: &str| {
+        let (start, end) = (sources.start(span), sources.end(span));
+        let mut value = json!({
+            "physicalLocation": {
+                "artifactLocation": {"uri": path_of(sources, span)},
+                "region": {
+                    "startLine": start.map_or(1, |at| at.line),
+                    "startColumn": start.map_or(1, |at| at.column),
+                    "endLine": end.map_or(1, |at| at.line),
+                    "endColumn": end.map_or(1, |at| at.column),
+                },
+            },
+        });
+        if !text.is_empty() {
+            value["message"] = json!({"text": text});
+        }
+        value
+    };
+    let results: Vec<Value> = shown
+        .iter()
+        .map(|diagnostic| {
+            let mut locations = diagnostic.labels.iter().map(|label| location(label.span, &label.text));
+            let text = match &diagnostic.help {
+                Some(help) => format!("{} (help: {help})", diagnostic.message),
+                None => diagnostic.message.clone(),
+            };
+            json!({
+                "ruleId": diagnostic.code.id,
+                "level": severity_word(diagnostic.severity),
+                "message": {"text": text},
+                "locations": locations.next().into_iter().collect::<Vec<_>>(),
+                "relatedLocations": locations.collect::<Vec<_>>(),
+            })
+        })
+        .collect();
+    json!({
+        "$schema": "https://json.schemastore.org/sarif-2.1.0.json",
+        "version": "2.1.0",
+        "runs": [{
+            "tool": {"driver": {
+                "name": "grafsynth",
+                "version": env!("CARGO_PKG_VERSION"),
+                "rules": rules.iter().map(|(id, title)| json!({"id": id, "shortDescription": {"text": title}}))
+                    .collect::<Vec<_>>(),
+            }},
+            "columnKind": "unicodeCodePoints",
+            "results": results,
+        }],
+    })
+}

@@ -1,0 +1,185 @@
+//! Sources to a design: the front half of every pipeline.
+
+use crate::codes;
+use crate::format::Format;
+use crate::source::Sources;
+use grafsynth_backend_pld::Dialect;
+use grafsynth_ir::diag::any_error;
+use grafsynth_ir::logic::Logic;
+use grafsynth_ir::net::Net;
+use grafsynth_ir::{Diagnostic, FileId, Span, Valid, chart, lower, text, validate};
+
+/// What a source says.
+#[derive(Debug, Clone)]
+pub enum Design {
+    /// A chart, and the net that runs.
+    Net(Box<NetDesign>),
+    /// Logic without a chart: what names mean is not known.
+    Logic(Box<Logic>),
+}
+
+/// A chart with its net.
+#[derive(Debug, Clone)]
+pub struct NetDesign {
+    /// As drawn; none for a `.net` text.
+    pub chart: Option<chart::Design>,
+    /// As it runs.
+    pub net: Valid<Net>,
+}
+
+/// The texts of one design.
+#[derive(Debug, Clone, Default)]
+pub struct Texts {
+    /// The design itself.
+    pub main: FileId,
+    /// Its format.
+    pub format: Option<Format>,
+    /// A board file.
+    pub board: Option<FileId>,
+    /// Files with properties, and single properties from the command line.
+    pub properties: Vec<FileId>,
+}
+
+/// Limits of the front ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ReadLimits {
+    /// The deepest nesting that is read.
+    pub nesting: u32,
+}
+
+impl Default for ReadLimits {
+    fn default() -> Self {
+        ReadLimits { nesting: 256 }
+    }
+}
+
+/// Reads a design, its board and its properties. The design is there only if no finding is an error.
+#[must_use]
+pub fn read(sources: &Sources, texts: &Texts) -> (Option<Design>, Vec<Diagnostic>) {
+    let Some(source) = sources.get(texts.main) else { return (None, Vec::new()) };
+    let Some(format) = texts.format.or_else(|| Format::of(&source.path, &source.text)) else {
+        return (None, vec![unknown_format(texts.main, &source.path)]);
+    };
+    let mut found = Vec::new();
+    let (properties, more) = read_properties(sources, texts);
+    found.extend(more);
+    let design = match format {
+        Format::Graf => {
+            let parsed = grafsynth_frontend::graf::parse(texts.main, &source.text);
+            found.extend(parsed.diagnostics);
+            chart_design(sources, texts, parsed.design, &properties, &mut found)
+        }
+        Format::Rules => {
+            let parsed = grafsynth_frontend::rules::parse(texts.main, &source.text);
+            found.extend(parsed.diagnostics);
+            chart_design(sources, texts, parsed.design, &properties, &mut found)
+        }
+        Format::Net => {
+            let (net, more) = text::parse(texts.main, &source.text);
+            found.extend(more);
+            match net.map(validate) {
+                Some(Ok(net)) => with_properties(None, net, &properties, &mut found),
+                Some(Err(more)) => {
+                    found.extend(more);
+                    None
+                }
+                None => None,
+            }
+        }
+        Format::Palasm | Format::Cupl | Format::Galasm | Format::Verilog | Format::Blif => {
+            let (logic, more) = grafsynth_backend_pld::read(dialect(format), texts.main, &source.text);
+            found.extend(more);
+            logic.map(|logic| Design::Logic(Box::new(logic)))
+        }
+    };
+    let design = if any_error(&found) { None } else { design };
+    (design, found)
+}
+
+/// The equation language of a format of logic.
+pub(crate) fn dialect(format: Format) -> Dialect {
+    match format {
+        Format::Cupl => Dialect::Cupl,
+        Format::Galasm => Dialect::Galasm,
+        Format::Verilog => Dialect::Verilog,
+        Format::Blif => Dialect::Blif,
+        Format::Palasm | Format::Graf | Format::Rules | Format::Net => Dialect::Palasm,
+    }
+}
+
+fn unknown_format(file: FileId, path: &str) -> Diagnostic {
+    let known: Vec<String> =
+        Format::ALL.iter().map(|(_, name, extension)| format!(".{extension} ({name})")).collect();
+    Diagnostic::error(codes::UNKNOWN_FORMAT, format!("the name of {path} does not say what is in it"))
+        .at(Span::new(file, 0, 0), "")
+        .help(format!("give the format with --from, or use one of {}", known.join(", ")))
+}
+
+fn read_properties(sources: &Sources, texts: &Texts) -> (Vec<chart::Property>, Vec<Diagnostic>) {
+    let mut properties = Vec::new();
+    let mut found = Vec::new();
+    for file in &texts.properties {
+        if let Some(source) = sources.get(*file) {
+            let (more, diagnostics) = grafsynth_frontend::props::parse(*file, &source.text);
+            properties.extend(more);
+            found.extend(diagnostics);
+        }
+    }
+    (properties, found)
+}
+
+fn chart_design(
+    sources: &Sources,
+    texts: &Texts,
+    design: Option<chart::Design>,
+    properties: &[chart::Property],
+    found: &mut Vec<Diagnostic>,
+) -> Option<Design> {
+    let mut design = design?;
+    if let Some(file) = texts.board
+        && let Some(source) = sources.get(file)
+    {
+        let (items, diagnostics) = grafsynth_frontend::board::parse(file, &source.text);
+        found.extend(diagnostics);
+        if let Some(chart) = design.charts.first_mut() {
+            // The board file stands beside the chart so that one chart serves several boards: it replaces the chart's own.
+            if items.iter().any(|item| matches!(item, chart::Item::Board(_))) {
+                chart.items.retain(|item| !matches!(item, chart::Item::Board(_)));
+            }
+            chart.items.extend(items);
+        }
+    }
+    let (net, more) = lower::lower(&design);
+    found.extend(more);
+    with_properties(Some(design), net?, properties, found)
+}
+
+fn with_properties(
+    chart: Option<chart::Design>,
+    net: Valid<Net>,
+    properties: &[chart::Property],
+    found: &mut Vec<Diagnostic>,
+) -> Option<Design> {
+    let net = if properties.is_empty() {
+        net
+    } else {
+        match lower::properties(&net, properties) {
+            Ok(more) => {
+                let mut net = net.into_inner();
+                net.properties.extend(more);
+                match validate(net) {
+                    Ok(net) => net,
+                    Err(more) => {
+                        found.extend(more);
+                        return None;
+                    }
+                }
+            }
+            Err(more) => {
+                found.extend(more);
+                return None;
+            }
+        }
+    };
+    Some(Design::Net(Box::new(NetDesign { chart, net })))
+}
