@@ -1,1 +1,2 @@
-//! Boolean functions and the encodings net to logic
+//! Boolean functions and the encodings net to logic.
+pub mod bdd;
