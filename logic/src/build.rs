@@ -1,0 +1,331 @@
+//! Making [`Logic`]: nodes that are simplified and shared as they are made, and a finished circuit without unused ones.
+
+use grafsynth_ir::arena::{Arena, Id, IdMap};
+use grafsynth_ir::logic::{Flop, FlopId, Logic, Node, NodeId, PinInput, PinInputId};
+use std::collections::BTreeMap;
+
+/// Builds the nodes of one [`Logic`].
+///
+/// Each function is made once: equal nodes get equal ids, and constants, double negations, repeated and contradicting operands disappear. Operands
+/// of `And` and `Or` are kept in ascending order, so two spellings of one sum are one node. The cost of a node is that of a search in a tree of all
+/// nodes.
+///
+/// ```
+/// use grafsynth_logic::build::Builder;
+/// let mut builder = Builder::default();
+/// let a = builder.input_named("a");
+/// let b = builder.input_named("b");
+/// let not_a = builder.not(a);
+/// assert_eq!(builder.and([a, b, not_a]), builder.constant(false));
+/// ```
+#[derive(Debug, Clone, Default)]
+pub struct Builder {
+    /// The circuit so far. Inputs, flip-flops, outputs, wires and constraints are pushed by the client; nodes only by the methods here.
+    pub logic: Logic,
+    table: BTreeMap<Node, NodeId>,
+}
+
+impl Builder {
+    /// Goes on from a circuit whose nodes were made elsewhere.
+    #[must_use]
+    pub fn resume(logic: Logic) -> Self {
+        let mut table = BTreeMap::new();
+        for (id, node) in logic.nodes.iter() {
+            table.entry(node.clone()).or_insert(id);
+        }
+        Builder { logic, table }
+    }
+
+    fn make(&mut self, node: Node) -> NodeId {
+        if let Some(&id) = self.table.get(&node) {
+            return id;
+        }
+        let id = self.logic.nodes.push(node.clone());
+        self.table.insert(node, id);
+        id
+    }
+
+    /// `false` or `true`.
+    pub fn constant(&mut self, value: bool) -> NodeId {
+        self.make(Node::Const(value))
+    }
+
+    /// The value of an input bit.
+    pub fn input(&mut self, input: PinInputId) -> NodeId {
+        self.make(Node::Input(input))
+    }
+
+    /// A new input bit of this name and unknown role, and its value.
+    pub fn input_named(&mut self, name: &str) -> NodeId {
+        let role = grafsynth_ir::logic::PinRole::Unknown;
+        let input = self.logic.inputs.push(PinInput { name: name.to_owned(), role, meta: Default::default() });
+        self.input(input)
+    }
+
+    /// The present value of a flip-flop.
+    pub fn flop(&mut self, flop: FlopId) -> NodeId {
+        self.make(Node::Flop(flop))
+    }
+
+    /// A new flip-flop whose D function follows later (until then it holds its value), and its present value.
+    pub fn flop_named(&mut self, name: &str, init: bool) -> (FlopId, NodeId) {
+        let id = Id::from_index(self.logic.flops.len());
+        let value = self.flop(id);
+        self.logic.flops.push(Flop { name: name.to_owned(), init, next: value, holds: None, meta: Default::default() });
+        (id, value)
+    }
+
+    /// The constant that a node is, if it is one.
+    #[must_use]
+    pub fn as_constant(&self, node: NodeId) -> Option<bool> {
+        match self.logic.nodes[node] {
+            Node::Const(value) => Some(value),
+            Node::Input(_) | Node::Flop(_) | Node::Not(_) | Node::And(_) | Node::Or(_) | Node::Xor(..) | Node::Mux(..) => None,
+        }
+    }
+
+    /// Negation.
+    pub fn not(&mut self, a: NodeId) -> NodeId {
+        match self.logic.nodes[a] {
+            Node::Const(value) => self.constant(!value),
+            Node::Not(inner) => inner,
+            Node::Input(_) | Node::Flop(_) | Node::And(_) | Node::Or(_) | Node::Xor(..) | Node::Mux(..) => {
+                self.make(Node::Not(a))
+            }
+        }
+    }
+
+    /// Conjunction of any number of operands.
+    pub fn and(&mut self, operands: impl IntoIterator<Item = NodeId>) -> NodeId {
+        self.junction(operands.into_iter().collect(), true)
+    }
+
+    /// Disjunction of any number of operands.
+    pub fn or(&mut self, operands: impl IntoIterator<Item = NodeId>) -> NodeId {
+        self.junction(operands.into_iter().collect(), false)
+    }
+
+    fn junction(&mut self, mut operands: Vec<NodeId>, is_and: bool) -> NodeId {
+        operands.sort_unstable();
+        operands.dedup();
+        let mut kept = Vec::with_capacity(operands.len());
+        for &operand in &operands {
+            match self.logic.nodes[operand] {
+                Node::Const(value) if value == is_and => {}
+                Node::Const(_) => return operand,
+                Node::Not(inner) if operands.binary_search(&inner).is_ok() => return self.constant(!is_and),
+                Node::Not(_) | Node::Input(_) | Node::Flop(_) | Node::And(_) | Node::Or(_) | Node::Xor(..) | Node::Mux(..) => {
+                    kept.push(operand);
+                }
+            }
+        }
+        match kept[..] {
+            [] => self.constant(is_and),
+            [only] => only,
+            _ if is_and => self.make(Node::And(kept)),
+            _ => self.make(Node::Or(kept)),
+        }
+    }
+
+    /// Exclusive disjunction.
+    pub fn xor(&mut self, a: NodeId, b: NodeId) -> NodeId {
+        if a == b {
+            return self.constant(false);
+        }
+        match (self.as_constant(a), self.as_constant(b)) {
+            (Some(value), _) => return if value { self.not(b) } else { b },
+            (_, Some(value)) => return if value { self.not(a) } else { a },
+            (None, None) => {}
+        }
+        let (bare_a, flip_a) = self.strip(a);
+        let (bare_b, flip_b) = self.strip(b);
+        if bare_a == bare_b {
+            return self.constant(flip_a != flip_b);
+        }
+        let node = self.make(Node::Xor(bare_a.min(bare_b), bare_a.max(bare_b)));
+        if flip_a == flip_b { node } else { self.not(node) }
+    }
+
+    /// True where both are equal.
+    pub fn iff(&mut self, a: NodeId, b: NodeId) -> NodeId {
+        let differ = self.xor(a, b);
+        self.not(differ)
+    }
+
+    /// `then` where `condition` holds, else `otherwise`.
+    pub fn mux(&mut self, condition: NodeId, then: NodeId, otherwise: NodeId) -> NodeId {
+        if then == otherwise {
+            return then;
+        }
+        let (bare, flipped) = self.strip(condition);
+        if flipped {
+            return self.mux(bare, otherwise, then);
+        }
+        if let Some(value) = self.as_constant(condition) {
+            return if value { then } else { otherwise };
+        }
+        match (self.as_constant(then), self.as_constant(otherwise)) {
+            (Some(true), _) => return self.or([condition, otherwise]),
+            (Some(false), _) => {
+                let not = self.not(condition);
+                return self.and([not, otherwise]);
+            }
+            (_, Some(true)) => {
+                let not = self.not(condition);
+                return self.or([not, then]);
+            }
+            (_, Some(false)) => return self.and([condition, then]),
+            (None, None) => {}
+        }
+        let (bare_then, flip_then) = self.strip(then);
+        let (bare_otherwise, flip_otherwise) = self.strip(otherwise);
+        if bare_then == bare_otherwise && flip_then != flip_otherwise {
+            return self.xor(condition, otherwise);
+        }
+        if then == condition {
+            return self.or([condition, otherwise]);
+        }
+        if otherwise == condition {
+            return self.and([condition, then]);
+        }
+        self.make(Node::Mux(condition, then, otherwise))
+    }
+
+    /// The node without a negation on top, and whether there was one.
+    #[must_use]
+    pub fn strip(&self, node: NodeId) -> (NodeId, bool) {
+        match self.logic.nodes[node] {
+            Node::Not(inner) => (inner, true),
+            Node::Const(_) | Node::Input(_) | Node::Flop(_) | Node::And(_) | Node::Or(_) | Node::Xor(..) | Node::Mux(..) => (node, false),
+        }
+    }
+
+    /// The circuit, without nodes that nothing needs. A wire is kept only if something else needs its node.
+    #[must_use]
+    pub fn finish(self) -> Logic {
+        prune(self.logic)
+    }
+}
+
+/// Calls `visit` on each operand of a node.
+pub fn for_each_operand(node: &Node, mut visit: impl FnMut(NodeId)) {
+    match node {
+        Node::Const(_) | Node::Input(_) | Node::Flop(_) => {}
+        Node::Not(a) => visit(*a),
+        Node::And(all) | Node::Or(all) => all.iter().copied().for_each(visit),
+        Node::Xor(a, b) => [*a, *b].into_iter().for_each(visit),
+        Node::Mux(a, b, c) => [*a, *b, *c].into_iter().for_each(visit),
+    }
+}
+
+/// The node with each operand replaced.
+#[must_use]
+pub fn map_operands(node: &Node, map: impl Fn(NodeId) -> NodeId) -> Node {
+    match node {
+        Node::Const(_) | Node::Input(_) | Node::Flop(_) => node.clone(),
+        Node::Not(a) => Node::Not(map(*a)),
+        Node::And(all) => Node::And(all.iter().map(|&a| map(a)).collect()),
+        Node::Or(all) => Node::Or(all.iter().map(|&a| map(a)).collect()),
+        Node::Xor(a, b) => Node::Xor(map(*a), map(*b)),
+        Node::Mux(a, b, c) => Node::Mux(map(*a), map(*b), map(*c)),
+    }
+}
+
+/// The functions that a circuit must give: the D functions, the outputs and the constraints.
+pub fn roots(logic: &Logic) -> impl Iterator<Item = NodeId> + '_ {
+    let flops = logic.flops.values().map(|flop| flop.next);
+    let outputs = logic.outputs.values().map(|output| output.value);
+    flops.chain(outputs).chain(logic.never.iter().copied())
+}
+
+/// Which nodes some root needs.
+#[must_use]
+pub fn needed(logic: &Logic, roots: impl IntoIterator<Item = NodeId>) -> IdMap<Node, bool> {
+    let mut needed = IdMap::filled(&logic.nodes, false);
+    for root in roots {
+        needed[root] = true;
+    }
+    // An operand lies before its node, so one pass from the end marks all.
+    for (id, node) in logic.nodes.iter().rev() {
+        if needed[id] {
+            for_each_operand(node, |operand| needed[operand] = true);
+        }
+    }
+    needed
+}
+
+/// The circuit without nodes and wires that nothing needs.
+#[must_use]
+pub fn prune(mut logic: Logic) -> Logic {
+    let keep = needed(&logic, roots(&logic));
+    let mut moved: IdMap<Node, Option<NodeId>> = IdMap::filled(&logic.nodes, None);
+    let mut nodes = Arena::new();
+    let image = |moved: &IdMap<Node, Option<NodeId>>, id: NodeId| match moved[id] {
+        Some(new) => new,
+        None => unreachable!("what a kept node needs is kept"),
+    };
+    for (id, node) in logic.nodes.iter() {
+        if keep[id] {
+            let node = map_operands(node, |operand| image(&moved, operand));
+            moved[id] = Some(nodes.push(node));
+        }
+    }
+    for (_, flop) in logic.flops.iter_mut() {
+        flop.next = image(&moved, flop.next);
+    }
+    for (_, output) in logic.outputs.iter_mut() {
+        output.value = image(&moved, output.value);
+    }
+    for never in &mut logic.never {
+        *never = image(&moved, *never);
+    }
+    logic.wires.retain_mut(|wire| match moved[wire.node] {
+        Some(new) => {
+            wire.node = new;
+            true
+        }
+        None => false,
+    });
+    logic.nodes = nodes;
+    logic
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Builder;
+    use grafsynth_ir::logic::Node;
+
+    #[test]
+    fn equal_functions_are_one_node_and_trivial_ones_vanish() {
+        let mut builder = Builder::default();
+        let (a, b) = (builder.input_named("a"), builder.input_named("b"));
+        let (yes, no) = (builder.constant(true), builder.constant(false));
+        assert_eq!(builder.and([a, b, a]), builder.and([b, a, yes]));
+        assert_eq!(builder.or([a, no]), a);
+        let not_a = builder.not(a);
+        assert_eq!(builder.not(not_a), a);
+        assert_eq!(builder.or([b, a, not_a]), yes);
+        assert_eq!(builder.xor(a, not_a), yes);
+        let not_b = builder.not(b);
+        assert_eq!(builder.xor(not_a, not_b), builder.xor(b, a));
+        assert_eq!(builder.mux(a, yes, no), a);
+        assert_eq!(builder.mux(a, not_b, b), builder.xor(a, b));
+        assert_eq!(builder.mux(not_a, a, b), builder.and([a, b]));
+    }
+
+    #[test]
+    fn finishing_drops_what_nothing_needs() {
+        let mut builder = Builder::default();
+        let (a, b) = (builder.input_named("a"), builder.input_named("b"));
+        let unused = builder.or([a, b]);
+        let product = builder.and([a, b]);
+        let (flop, _) = builder.flop_named("q", false);
+        builder.logic.flops[flop].next = product;
+        let wire = |name: &str, node| grafsynth_ir::logic::Wire { name: name.into(), node, meta: Default::default() };
+        builder.logic.wires = vec![wire("kept", product), wire("gone", unused)];
+        let logic = builder.finish();
+        assert_eq!(logic.wires.len(), 1);
+        assert_eq!(logic.nodes.len(), 3);
+        assert!(matches!(&logic.nodes[logic.flops[flop].next], Node::And(operands) if operands.len() == 2));
+    }
+}
