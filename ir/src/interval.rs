@@ -18,6 +18,9 @@ pub const DEPTH_LIMIT: usize = 512;
 /// The type of a tick count (`s.t`, a free timer) before it is narrowed to the constants it is compared with.
 pub const TICKS: Type = Type::Int { lo: 0, hi: u32::MAX as i64 };
 
+/// The longest time that anything is compared with, in ticks: a counter that saturates one above it still fits 31 bits.
+pub const LONGEST: i64 = i32::MAX as i64 - 1;
+
 /// Why an expression has no type.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TypeError {
@@ -79,11 +82,18 @@ pub enum TypeErrorKind {
     },
     /// What the leaf names does not exist (an id beyond its arena).
     Dangling,
+    /// A duration is compared with a constant that a tick counter cannot reach.
+    DurationTooLong {
+        /// The constant.
+        constant: i64,
+    },
     /// The leaf may not be read at this place.
-    NotReadableHere(
-        /// What it is, in the user's terms, and why not.
-        &'static str,
-    ),
+    NotReadableHere {
+        /// What it is, in the user's terms.
+        what: &'static str,
+        /// Where it stands, in the user's terms.
+        place: &'static str,
+    },
     /// More than [`DEPTH_LIMIT`] levels.
     TooDeep,
 }
@@ -124,7 +134,12 @@ impl fmt::Display for TypeErrorKind {
             TypeErrorKind::Dangling => {
                 f.write_str("this reads something that the net does not have")
             }
-            TypeErrorKind::NotReadableHere(what) => write!(f, "{what}"),
+            TypeErrorKind::DurationTooLong { constant } => {
+                write!(f, "a time is compared with {constant} ticks, the most is {LONGEST}")
+            }
+            TypeErrorKind::NotReadableHere { what, place } => {
+                write!(f, "{what} is read in {place}")
+            }
             TypeErrorKind::TooDeep => {
                 write!(f, "the expression has more than {DEPTH_LIMIT} levels")
             }
@@ -161,7 +176,10 @@ impl TypeErrorKind {
             | TypeErrorKind::NotAnArray
             | TypeErrorKind::DurationNegative { .. }
             | TypeErrorKind::Dangling
-            | TypeErrorKind::NotReadableHere(_) => None,
+            | TypeErrorKind::NotReadableHere { .. } => None,
+            TypeErrorKind::DurationTooLong { .. } => {
+                Some("use a longer tick, or count in a variable")
+            }
         }
     }
 }
@@ -305,7 +323,9 @@ fn comparison<L>(
             && leaves.is_duration(leaf)
         {
             leaves.leaf(leaf, duration.span)?;
-            return if *constant < 0 {
+            return if *constant > LONGEST {
+                refuse(other.span, TypeErrorKind::DurationTooLong { constant: *constant })
+            } else if *constant < 0 {
                 refuse(other.span, TypeErrorKind::DurationNegative { constant: *constant })
             } else {
                 Ok(Type::Bool)

@@ -14,6 +14,7 @@
 
 pub mod arena;
 pub mod chart;
+pub mod codes;
 pub mod diag;
 pub mod expr;
 pub mod facts;

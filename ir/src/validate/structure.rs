@@ -1,0 +1,517 @@
+//! Settings, declarations, and the structure of nets that are no statecharts (invariants 4 to 6 and 20 to 25).
+
+use super::Checker;
+use super::expressions::Place;
+use super::statements::ListKind;
+use crate::arena::IdMap;
+use crate::codes;
+use crate::expr::Type;
+use crate::net::{
+    Enter, Evolution, ForcingOrder, InputKind, OpenCell, Part, PartId, PlacedItem, StepId,
+    StepKind, Transition, TransitionKind,
+};
+use crate::span::Span;
+use petgraph::algo::tarjan_scc;
+use petgraph::graph::DiGraph;
+
+impl Checker<'_> {
+    pub(super) fn settings(&mut self) {
+        let settings = &self.net.settings;
+        let span = self.net.name.span;
+        self.at_least_one(Some(settings.tick_ns), span, "the tick in nanoseconds");
+        self.at_least_one(settings.queue.map(u64::from), span, "the bound of the queue");
+        if let Evolution::Stable { limit } = settings.evolution {
+            self.at_least_one(Some(u64::from(limit)), span, "the limit of micro-steps");
+        }
+    }
+
+    pub(super) fn parts(&mut self) {
+        let net = self.net;
+        if net.parts.is_empty() {
+            self.report(codes::HIERARCHY, net.name.span, "the net has no partial chart");
+        }
+        for part in net.parts.values() {
+            let (name, span) = (&part.name, part.name.span);
+            self.at_least_one(
+                Some(u64::from(part.level)),
+                span,
+                &format!("the level of the partial chart `{name}`"),
+            );
+            self.at_least_one(
+                part.priority.map(u64::from),
+                span,
+                &format!("the priority of the partial chart `{name}`"),
+            );
+        }
+    }
+
+    pub(super) fn declarations(&mut self) {
+        let net = self.net;
+        for input in net.inputs.values() {
+            let (name, span) = (&input.name, input.name.span);
+            self.range(input.ty, span, name);
+            if input.kind.is_event() && !input.ty.is_bool() {
+                self.report(
+                    codes::BAD_TYPE,
+                    span,
+                    format!("the event `{name}` has a range; an event is or is not"),
+                );
+            }
+        }
+        for output in net.outputs.values() {
+            self.range(output.ty, output.name.span, &output.name);
+        }
+        for var in net.vars.values() {
+            let (name, span) = (&var.name, var.name.span);
+            self.range(var.ty, span, name);
+            if var.len == Some(0) {
+                self.report(codes::BAD_TYPE, span, format!("the array `{name}` has no element"));
+            }
+            let wanted = var.len.unwrap_or(1) as usize;
+            if var.init.len() != 1 && var.init.len() != wanted {
+                let given = var.init.len();
+                let message =
+                    format!("`{name}` has {given} values at reset, but {wanted} element(s)");
+                self.report_with_help(
+                    codes::BAD_INIT,
+                    span,
+                    message,
+                    "give one for all, or one for each",
+                );
+            }
+            let (lo, hi) = var.ty.bounds();
+            if let Some(value) = var.init.iter().find(|value| **value < lo || **value > hi) {
+                self.report(
+                    codes::BAD_INIT,
+                    span,
+                    format!("`{name}` is {value} at reset, its range is {lo}..{hi}"),
+                );
+            }
+        }
+    }
+
+    pub(super) fn range(&mut self, ty: Type, span: Span, what: impl std::fmt::Display) {
+        let Type::Int { lo, hi } = ty else { return };
+        let fits = |value| i32::try_from(value).is_ok();
+        if lo > hi {
+            let message = format!("the range {lo}..{hi} of `{what}` has no value");
+            self.report_with_help(codes::BAD_TYPE, span, message, format!("write {hi}..{lo}"));
+        } else if !fits(lo) || !fits(hi) {
+            self.report(
+                codes::BAD_TYPE,
+                span,
+                format!("the range {lo}..{hi} of `{what}` is beyond 32 bits"),
+            );
+        }
+    }
+
+    /// What all transitions have in common; whether they may be drawn so depends on the kind of chart.
+    pub(super) fn transitions(&mut self) {
+        let net = self.net;
+        for (id, transition) in net.transitions.iter() {
+            let span = transition.name.span;
+            let step_name = |id: StepId| net.steps.get(id).map(|step| step.name.text.clone());
+            self.has(&net.parts, transition.part, span, "partial chart");
+            for step in transition.requires.iter().chain(&transition.clears) {
+                self.has(&net.steps, *step, span, "step");
+            }
+            self.entered(&transition.enters, span);
+            self.twice(&transition.requires, span, "the preceding steps", step_name);
+            self.twice(&transition.clears, span, "the steps that are left", step_name);
+            self.twice(&entered_steps(&transition.enters), span, "the following steps", step_name);
+            let event_name = |id| net.inputs.get(id).map(|event| event.name.text.clone());
+            self.twice(&transition.events, span, "the events", event_name);
+            for event in &transition.events {
+                if self.has(&net.inputs, *event, span, "event")
+                    && !net.inputs[*event].kind.is_event()
+                {
+                    let name = &net.inputs[*event].name;
+                    let message =
+                        format!("`{name}` stands after `on`, but it is an input, not an event");
+                    self.report_with_help(
+                        codes::TRANSITION,
+                        span,
+                        message,
+                        format!("write `when {name}`"),
+                    );
+                }
+            }
+            self.condition(&transition.guard, Place::Guard(id));
+            let what = format!("the priority of the transition `{}`", transition.name);
+            self.at_least_one(transition.priority.map(u64::from), span, &what);
+            self.list(&transition.actions, Place::List, ListKind::Free, 0);
+            if transition.kind == TransitionKind::Reaction {
+                self.reaction(transition);
+            }
+        }
+    }
+
+    /// Ids of a list of entered things.
+    pub(super) fn entered(&mut self, enters: &[Enter], span: Span) {
+        for enter in enters {
+            match *enter {
+                Enter::Step(step) | Enter::InitialContent(step) => {
+                    self.has(&self.net.steps, step, span, "step")
+                }
+                Enter::History(history) => self.has(&self.net.histories, history, span, "history"),
+            };
+        }
+    }
+
+    fn reaction(&mut self, reaction: &Transition) {
+        let (name, span) = (&reaction.name, reaction.name.span);
+        if reaction.requires.len() != 1
+            || !reaction.clears.is_empty()
+            || !reaction.enters.is_empty()
+        {
+            let message =
+                format!("the reaction `{name}` must belong to one step, and enter and leave none");
+            self.report(codes::TRANSITION, span, message);
+        }
+        if reaction.priority.is_some() {
+            let message = format!("the reaction `{name}` has a priority, but it never competes");
+            self.report(codes::TRANSITION, span, message);
+        }
+    }
+
+    pub(super) fn grafcet_structure(&mut self) {
+        self.no_statechart_parts();
+        self.enclosures();
+        for transition in self.net.transitions.values() {
+            self.grafcet_transition(transition);
+        }
+        self.forcing();
+        self.beginnings();
+    }
+
+    fn no_statechart_parts(&mut self) {
+        let net = self.net;
+        let code = codes::WRONG_WORLD;
+        if net.settings.queue.is_some() {
+            self.report(
+                code,
+                net.name.span,
+                "a queue bound is set, but only statecharts have queues",
+            );
+        }
+        for slot in net.sends.values() {
+            self.report(
+                code,
+                slot.name.span,
+                format!("`{}` sends events, but only statecharts do", slot.name),
+            );
+        }
+        for history in net.histories.values() {
+            self.report(
+                code,
+                history.name.span,
+                format!("`{}` is a history, but only statecharts have them", history.name),
+            );
+        }
+        for part in net.parts.values().filter(|part| !part.initial.is_empty()) {
+            let message = format!(
+                "the partial chart `{}` enters states at reset, but only statecharts do",
+                part.name
+            );
+            self.report_with_help(code, part.name.span, message, "mark initial steps instead");
+        }
+        for step in net.steps.values() {
+            let what = match step.kind {
+                StepKind::Composite | StepKind::Parallel | StepKind::Final => {
+                    "is a state of a statechart"
+                }
+                StepKind::Leaf | StepKind::Enclosing if step.done_event.is_some() => {
+                    "raises an event when complete"
+                }
+                StepKind::Leaf | StepKind::Enclosing if !step.initial_content.is_empty() => {
+                    "has an initial transition"
+                }
+                StepKind::Leaf | StepKind::Enclosing => continue,
+            };
+            let message = format!(
+                "`{}` {what}, but the conflict policy is not that of a statechart",
+                step.name
+            );
+            self.report_with_help(
+                code,
+                step.name.span,
+                message,
+                "use `conflict inner-first` or `conflict outer-first`",
+            );
+        }
+    }
+
+    /// Parents, and the border of an enclosure.
+    fn enclosures(&mut self) {
+        let net = self.net;
+        let mut parent_of: IdMap<Part, Option<Option<StepId>>> = IdMap::filled(&net.parts, None);
+        for (id, step) in net.steps.iter() {
+            let (name, span) = (&step.name, step.name.span);
+            self.at_least_one(
+                step.priority.map(u64::from),
+                span,
+                &format!("the priority of the step `{name}`"),
+            );
+            if step.activation_link && step.parent.is_none() {
+                let message =
+                    format!("the step `{name}` has an activation link, but no step encloses it");
+                self.report(codes::HIERARCHY, span, message);
+            }
+            let part_ok = self.has(&net.parts, step.part, span, "partial chart");
+            if part_ok {
+                match parent_of[step.part] {
+                    None => parent_of[step.part] = Some(step.parent),
+                    Some(parent) if parent == step.parent => {}
+                    Some(_) => {
+                        let part = &net.parts[step.part].name;
+                        let message = format!(
+                            "steps of the partial chart `{part}` lie in different enclosing steps"
+                        );
+                        self.report(codes::HIERARCHY, span, message);
+                    }
+                }
+            }
+            let Some(parent_id) = step.parent else { continue };
+            if !self.has(&net.steps, parent_id, span, "step") {
+                continue;
+            }
+            let parent = &net.steps[parent_id];
+            if parent_id >= id {
+                let message =
+                    format!("`{}` encloses `{name}`, but is declared after it", parent.name);
+                self.report(codes::HIERARCHY, span, message);
+            } else if parent.kind != StepKind::Enclosing {
+                let message =
+                    format!("`{name}` lies in `{}`, which is not an enclosing step", parent.name);
+                self.report(codes::HIERARCHY, span, message);
+            } else if let (Some(inner), Some(outer)) =
+                (net.parts.get(step.part), net.parts.get(parent.part))
+                && inner.level <= outer.level
+            {
+                let (inner_level, outer_level) = (inner.level, outer.level);
+                let message = format!(
+                    "`{name}` has level {inner_level}, the step `{}` that encloses it level {outer_level}",
+                    parent.name
+                );
+                self.report(codes::HIERARCHY, span, message);
+            }
+        }
+    }
+
+    fn grafcet_transition(&mut self, transition: &Transition) {
+        let net = self.net;
+        let (name, span) = (&transition.name, transition.name.span);
+        if transition.enters.iter().any(|enter| !matches!(enter, Enter::Step(_))) {
+            let message =
+                format!("the transition `{name}` enters a history or runs initial content");
+            self.report(codes::WRONG_WORLD, span, message);
+        }
+        if transition.kind == TransitionKind::Reaction {
+            return;
+        }
+        if transition.clears != transition.requires {
+            let message =
+                format!("the transition `{name}` leaves other steps than those that enable it");
+            self.report(codes::TRANSITION, span, message);
+        }
+        if transition.requires.is_empty() && transition.enters.is_empty() {
+            let message =
+                format!("the transition `{name}` has neither a preceding nor a following step");
+            self.report(codes::TRANSITION, span, message);
+        }
+        let parents = transition.requires.iter().copied().chain(entered_steps(&transition.enters));
+        let mut parents = parents.filter_map(|step| net.steps.get(step)).map(|step| step.parent);
+        if let Some(first) = parents.next()
+            && parents.any(|other| other != first)
+        {
+            let message = format!("the transition `{name}` crosses the border of an enclosure");
+            self.report(codes::TRANSITION, span, message);
+        }
+    }
+
+    fn forcing(&mut self) {
+        let net = self.net;
+        let mut graph: DiGraph<PartId, ()> = DiGraph::new();
+        let nodes = IdMap::build(&net.parts, |id, _| graph.add_node(id));
+        let mut stamp = IdMap::filled(&net.parts, usize::MAX);
+        let mut links: Option<IdMap<_, Vec<StepId>>> = None;
+        for (index, forcing) in net.forcings.iter().enumerate() {
+            let span = forcing.span;
+            let mut ok = self.has(&net.steps, forcing.step, span, "step");
+            for part in &forcing.target {
+                ok &= self.has(&net.parts, *part, span, "partial chart");
+            }
+            if !ok {
+                continue;
+            }
+            if forcing.target.is_empty() {
+                self.report(codes::FORCING, span, "the forcing order names no chart");
+            }
+            let part_name = |id| net.parts.get(id).map(|part: &Part| part.name.text.clone());
+            self.twice(&forcing.target, span, "the forced charts", part_name);
+            let Some(from) =
+                net.parts.get(net.steps[forcing.step].part).map(|_| net.steps[forcing.step].part)
+            else {
+                continue;
+            };
+            for part in &forcing.target {
+                stamp[*part] = index;
+                graph.add_edge(nodes[from], nodes[*part], ());
+            }
+            let ForcingOrder::Situation(steps) = &forcing.order else { continue };
+            let mut listed = std::collections::BTreeSet::new();
+            for step in steps {
+                if !self.has(&net.steps, *step, span, "step") {
+                    continue;
+                }
+                listed.insert(*step);
+                let step = &net.steps[*step];
+                if net.parts.get(step.part).is_none_or(|_| stamp[step.part] != index) {
+                    self.report(
+                        codes::FORCING,
+                        span,
+                        format!("the step `{}` is not in the chart that is forced", step.name),
+                    );
+                }
+            }
+            self.twice(steps, span, "the forced situation", |id| {
+                net.steps.get(id).map(|step| step.name.text.clone())
+            });
+            if !steps.iter().any(|step| {
+                net.steps.get(*step).is_some_and(|step| step.kind == StepKind::Enclosing)
+            }) {
+                continue;
+            }
+            let links = links.get_or_insert_with(|| {
+                let mut links = IdMap::filled(&net.steps, Vec::new());
+                for (id, step) in net.steps.iter().filter(|(_, step)| step.activation_link) {
+                    if let Some(parent) =
+                        step.parent.filter(|parent| net.steps.get(*parent).is_some())
+                    {
+                        links[parent].push(id);
+                    }
+                }
+                links
+            });
+            for step in
+                listed.iter().flat_map(|step| &links[*step]).filter(|step| !listed.contains(step))
+            {
+                let name = &net.steps[*step].name;
+                let message = format!(
+                    "the forced situation lacks `{name}`, which its enclosing step activates"
+                );
+                self.report(codes::FORCING, span, message);
+            }
+        }
+        for cycle in tarjan_scc(&graph) {
+            let first = cycle.iter().min().copied();
+            if let Some(first) = first
+                && (cycle.len() > 1 || graph.contains_edge(first, first))
+            {
+                let part = graph[first];
+                let order = net.forcings.iter().find(|forcing| forcing.target.contains(&part));
+                let span = order.map_or(net.name.span, |order| order.span);
+                let name = &net.parts[part].name;
+                let message =
+                    format!("the partial chart `{name}` forces itself, directly or through others");
+                self.report_with_help(
+                    codes::FORCING,
+                    span,
+                    message,
+                    "let a chart of a higher level give the orders",
+                );
+            }
+        }
+    }
+
+    fn beginnings(&mut self) {
+        let net = self.net;
+        let mut has_steps = IdMap::filled(&net.parts, false);
+        let mut begins = IdMap::filled(&net.parts, false);
+        for step in net.steps.values().filter(|step| net.parts.get(step.part).is_some()) {
+            has_steps[step.part] = true;
+            begins[step.part] |= step.is_initial || step.parent.is_some();
+        }
+        for transition in net.transitions.values() {
+            if transition.requires.is_empty() && net.parts.get(transition.part).is_some() {
+                begins[transition.part] = true;
+            }
+        }
+        for part in net
+            .forcings
+            .iter()
+            .flat_map(|forcing| &forcing.target)
+            .filter(|part| net.parts.get(**part).is_some())
+        {
+            begins[*part] = true;
+        }
+        for (id, part) in net.parts.iter() {
+            if part.level == 1 && has_steps[id] && !begins[id] {
+                let message = format!(
+                    "the chart `{}` has no initial step, so nothing can ever happen in it",
+                    part.name
+                );
+                self.report_with_help(
+                    codes::NO_BEGINNING,
+                    part.name.span,
+                    message,
+                    "mark the step it starts in as initial",
+                );
+            }
+        }
+    }
+
+    /// Open cells, macro-steps and placements.
+    pub(super) fn rest(&mut self) {
+        let net = self.net;
+        for open in &net.unspecified {
+            if let OpenCell::Output(output) = open.what {
+                self.has(&net.outputs, output, open.when.span, "output");
+            }
+        }
+        for drawn in &net.macros {
+            let (name, span) = (&drawn.name, drawn.name.span);
+            for step in &drawn.steps {
+                self.has(&net.steps, *step, span, "step");
+            }
+            let step_name = |id: StepId| net.steps.get(id).map(|step| step.name.text.clone());
+            self.twice(&drawn.steps, span, "the steps of the macro-step", step_name);
+            for (step, what) in [(drawn.entry, "entry"), (drawn.exit, "exit")] {
+                if self.has(&net.steps, step, span, "step") && !drawn.steps.contains(&step) {
+                    let message = format!(
+                        "the {what} step of the macro-step `{name}` is not one of its steps"
+                    );
+                    self.report(codes::MACRO, span, message);
+                }
+            }
+        }
+        for placement in &net.placements {
+            let span = placement.span;
+            match placement.item {
+                PlacedItem::Step(id) => self.has(&net.steps, id, span, "step"),
+                PlacedItem::Var(id) => self.has(&net.vars, id, span, "variable"),
+                PlacedItem::Transition(id) => self.has(&net.transitions, id, span, "transition"),
+                PlacedItem::Output(id) => self.has(&net.outputs, id, span, "output"),
+            };
+        }
+    }
+
+    /// True if some event can stand in a queue: one that is raised, sent, or raised by completion.
+    pub(super) fn is_event(&self, id: crate::net::InputId) -> bool {
+        self.net
+            .inputs
+            .get(id)
+            .is_some_and(|input| matches!(input.kind, InputKind::Event | InputKind::InternalEvent))
+    }
+}
+
+/// The steps among what is entered.
+pub(super) fn entered_steps(enters: &[Enter]) -> Vec<StepId> {
+    enters
+        .iter()
+        .filter_map(|enter| match enter {
+            Enter::Step(step) => Some(*step),
+            Enter::InitialContent(_) | Enter::History(_) => None,
+        })
+        .collect()
+}
