@@ -1,1 +1,7 @@
-//! Readers and writers of the chart languages
+//! Readers and writers of the chart languages: one folder for each, reader and writer side by side.
+//!
+//! A reader turns text into a [chart](grafsynth_ir::chart) and goes on behind every error; a writer turns a chart or a net into text. None of them
+//! sees a file, a clock or another language.
+
+pub mod codes;
+pub mod graf;

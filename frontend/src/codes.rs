@@ -1,0 +1,68 @@
+//! The findings of the readers: `G01` for the chart language, its properties and boards, `G04` for rules text.
+
+use grafsynth_ir::diag::Code;
+
+/// Something else was expected at this place.
+pub const UNEXPECTED: Code = Code { id: "G0101", title: "unexpected text" };
+/// A character that the language does not use.
+pub const CHARACTER: Code = Code { id: "G0102", title: "character without a meaning" };
+/// A string, or a name in backquotes, that does not end.
+pub const UNCLOSED_QUOTE: Code = Code { id: "G0103", title: "quote not closed" };
+/// A word that is none of those possible here.
+pub const UNKNOWN_WORD: Code = Code { id: "G0104", title: "unknown word" };
+/// A number that cannot stand here.
+pub const NUMBER: Code = Code { id: "G0105", title: "number that cannot stand here" };
+/// A duration without a unit, with an unknown one, or out of range.
+pub const DURATION: Code = Code { id: "G0106", title: "duration not understood" };
+/// Deeper nesting than the limit.
+pub const NESTING: Code = Code { id: "G0107", title: "nested too deeply" };
+/// A larger source than the limit.
+pub const TOO_LARGE: Code = Code { id: "G0108", title: "source too large" };
+/// More findings than are shown.
+pub const MORE: Code = Code { id: "G0109", title: "more errors than are shown" };
+/// A part of the language that this version does not read.
+pub const NOT_READ: Code = Code { id: "G0110", title: "part of the language not read yet" };
+/// A block without its closing brace.
+pub const UNCLOSED_BLOCK: Code = Code { id: "G0111", title: "block not closed" };
+/// The same clause twice.
+pub const TWICE: Code = Code { id: "G0112", title: "clause given twice" };
+/// A good item in a place where it has no meaning.
+pub const MISPLACED: Code = Code { id: "G0113", title: "item in the wrong place" };
+/// A range that is empty, missing or beyond 32 bits.
+pub const RANGE: Code = Code { id: "G0114", title: "range of an integer" };
+/// An expression that readers would read in two ways.
+pub const AMBIGUOUS: Code = Code { id: "G0115", title: "expression that reads in two ways" };
+/// A file in which no chart stands.
+pub const NO_CHART: Code = Code { id: "G0116", title: "no chart in the file" };
+/// Something that needs a value, a condition or a name has none.
+pub const MISSING: Code = Code { id: "G0117", title: "something is missing" };
+/// An `edition` that this version does not know.
+pub const EDITION: Code = Code { id: "G0118", title: "unknown edition" };
+/// A backslash and a character that mean nothing together.
+pub const ESCAPE: Code = Code { id: "G0119", title: "unknown escape in a string" };
+/// A net holds something for which the chart language has no words.
+pub const CANNOT_WRITE: Code = Code { id: "G0120", title: "not expressible as a chart" };
+
+/// Every code of this crate.
+pub const ALL: &[Code] = &[
+    UNEXPECTED,
+    CHARACTER,
+    UNCLOSED_QUOTE,
+    UNKNOWN_WORD,
+    NUMBER,
+    DURATION,
+    NESTING,
+    TOO_LARGE,
+    MORE,
+    NOT_READ,
+    UNCLOSED_BLOCK,
+    TWICE,
+    MISPLACED,
+    RANGE,
+    AMBIGUOUS,
+    NO_CHART,
+    MISSING,
+    EDITION,
+    ESCAPE,
+    CANNOT_WRITE,
+];

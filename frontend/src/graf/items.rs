@@ -1,0 +1,769 @@
+//! Charts and what stands in them beside steps and transitions: settings, declarations, properties, places, boards.
+
+use grafsynth_ir::chart::{
+    Board, Chart, Declaration, DeclarationKind, Design, Expr, Item, Macro, MacroStep, Place,
+    Property, Setting, SettingKind,
+};
+use grafsynth_ir::diag::{Diagnostic, nearest};
+use grafsynth_ir::expr::Type;
+use grafsynth_ir::net::{Meta, Policy, Schedule, Side};
+use grafsynth_ir::{Name, Span};
+
+use super::parser::{Abandoned, Parse, Parser, Separators, short};
+use super::token::Kind;
+use crate::codes;
+
+/// The words that begin an item of a chart, for messages that offer the nearest.
+pub(crate) const ITEM_WORDS: &[&str] = &[
+    "tick",
+    "conflict",
+    "evolution",
+    "schedule",
+    "fire",
+    "assign",
+    "actions",
+    "final",
+    "queue",
+    "events",
+    "priority",
+    "input",
+    "output",
+    "registered",
+    "mealy",
+    "synchronous",
+    "var",
+    "const",
+    "event",
+    "internal",
+    "timer",
+    "extern",
+    "initial",
+    "step",
+    "entry",
+    "exit",
+    "macro",
+    "assert",
+    "assume",
+    "place",
+    "device",
+];
+
+/// The parts of the language that this version names, but does not read.
+const NOT_READ: &[(&str, &str)] = &[
+    ("enclosing", "enclosing steps are not read yet"),
+    ("state", "states are not read yet"),
+    ("parallel", "parallel states are not read yet"),
+    ("region", "regions are not read yet"),
+    ("history", "histories are not read yet"),
+    ("use", "charts from libraries are not read yet"),
+];
+
+/// What kind of body the items stand in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Within {
+    Chart,
+    Macro,
+}
+
+impl Parser<'_> {
+    /// A whole source. None where it has no chart.
+    pub(crate) fn design(&mut self) -> Option<Design> {
+        let mut design = Design { edition: self.edition(), charts: Vec::new() };
+        let mut has_chart = false;
+        let mut reported_outside = false;
+        loop {
+            let before = self.peek(0).start;
+            if self.kind(0) == Kind::End {
+                break;
+            }
+            if self.word(0) == "chart" && self.is_name(1) {
+                has_chart = true;
+                reported_outside = false;
+                match self.chart() {
+                    Ok(chart) => self.keep(&mut design.charts, chart),
+                    Err(Abandoned) => self.skip_to_item(before),
+                }
+                self.depth = 0;
+                continue;
+            }
+            if !reported_outside {
+                reported_outside = true;
+                self.outside();
+            }
+            // On to the next chart, which begins a line.
+            self.advance();
+            while self.kind(0) != Kind::End && !(self.word(0) == "chart" && self.peek(0).new_line) {
+                self.advance();
+            }
+        }
+        if !has_chart && !reported_outside {
+            let here = self.here();
+            self.report(|| {
+                Diagnostic::error(codes::NO_CHART, "no chart in this text")
+                    .at(here, "nothing stands here")
+                    .help("a chart is written `chart NAME { … }`")
+            });
+        }
+        (has_chart || self.dry).then_some(design)
+    }
+
+    /// Something stands outside of all charts.
+    fn outside(&mut self) {
+        let token = self.peek(0);
+        if token.kind == Kind::Unknown {
+            return;
+        }
+        let span = self.span(token);
+        let word = self.word(0);
+        let shown = short(super::numbers::slice(self.text, token));
+        if ITEM_WORDS.contains(&word) || NOT_READ.iter().any(|(other, _)| *other == word) {
+            self.report(|| {
+                Diagnostic::error(codes::NO_CHART, format!("`{shown}` stands outside of a chart"))
+                    .at(span, "no chart begins before it")
+                    .help("put it between the braces of `chart NAME { … }`")
+            });
+        } else if token.kind == Kind::CloseBrace {
+            self.report(|| {
+                Diagnostic::error(codes::UNCLOSED_BLOCK, "a brace closes more than was opened")
+                    .at(span, "nothing is open here")
+            });
+        } else {
+            self.unexpected("`chart NAME {`");
+        }
+    }
+
+    fn edition(&mut self) -> Option<(u32, Span)> {
+        if self.word(0) != "edition" || self.kind(1) != Kind::Number {
+            return None;
+        }
+        let start = self.advance().start;
+        let number = self.count("the number of the edition").ok()?;
+        let span = self.span_from(start);
+        if number != 1 {
+            self.report(|| {
+                Diagnostic::error(
+                    codes::EDITION,
+                    format!("edition {number} is not known to this version"),
+                )
+                .at(span, "the only edition so far is 1")
+            });
+        }
+        Some((number, span))
+    }
+
+    fn chart(&mut self) -> Parse<Chart> {
+        let start = self.advance().start;
+        let name = self.name("the name of the chart")?;
+        let mut meta = Meta::default();
+        self.attributes(&mut meta)?;
+        let mut items = Vec::new();
+        self.braced("the chart", Separators::None, &mut |parser| {
+            parser.item(&mut items, Within::Chart)
+        })?;
+        let span = self.span_from(start);
+        meta.span = span;
+        Ok(Chart { name, span, items, meta })
+    }
+
+    /// One item of a chart or macro; declarations bring several.
+    fn item(&mut self, items: &mut Vec<Item>, within: Within) -> Parse<()> {
+        let start = self.peek(0).start;
+        let named = self.is_name(0);
+        if self.kind(0) == Kind::Arrow
+            || named && matches!(self.kind(1), Kind::Arrow | Kind::Ampersand | Kind::Dot)
+            || named && self.kind(1) == Kind::Colon
+        {
+            let transition = self.transition()?;
+            self.keep(items, Item::Transition(transition));
+            return Ok(());
+        }
+        let word = self.word(0);
+        let item = match word {
+            "step" | "initial" | "entry" | "exit" => return self.step_or_macro_step(items),
+            "macro" if self.word(1) == "step" && self.is_name(2) => {
+                self.advance();
+                Item::MacroStep(self.macro_step(start, false)?)
+            }
+            "macro" => Item::Macro(self.macro_body(start)?),
+            "final" if self.word(1) == "state" => {
+                return Err(self.not_read("states are not read yet"));
+            }
+            "input" | "output" | "registered" | "mealy" | "synchronous" | "var" | "const"
+            | "event" | "internal" | "timer" | "extern" => {
+                self.only_in_chart(within)?;
+                return self.declarations(items);
+            }
+            "assume" | "assert" => {
+                self.only_in_chart(within)?;
+                Item::Property(self.property()?)
+            }
+            "place" => Item::Place(self.place()?),
+            "device" => {
+                self.only_in_chart(within)?;
+                Item::Board(self.board()?)
+            }
+            "tick" | "conflict" | "evolution" | "schedule" | "fire" | "assign" | "actions"
+            | "final" | "queue" | "events" | "priority" => {
+                self.only_in_chart(within)?;
+                Item::Setting(self.setting()?)
+            }
+            "chart" if self.is_name(1) => {
+                return Err(self.misplaced(
+                    "a chart cannot stand inside another",
+                    "close the brace of the one above it",
+                ));
+            }
+            _ => {
+                if let Some((_, message)) = NOT_READ.iter().find(|(other, _)| *other == word) {
+                    return Err(self.not_read(message));
+                }
+                return Err(self.no_item());
+            }
+        };
+        self.keep(items, item);
+        Ok(())
+    }
+
+    fn no_item(&mut self) -> Abandoned {
+        let token = self.peek(0);
+        if !self.is_name(0) {
+            return self.unexpected("an item of the chart");
+        }
+        let word = super::numbers::name_of(self.text, token);
+        let shown = short(word);
+        let span = self.span(token);
+        let near = nearest(word, ITEM_WORDS.iter().copied().chain(["chart"]));
+        self.report(|| {
+            let finding = Diagnostic::error(
+                codes::UNKNOWN_WORD,
+                format!("no item of a chart begins with `{shown}`"),
+            );
+            match near {
+                Some(near) => finding.at(span, format!("meant `{near}`?")).fix(span, near),
+                None => finding
+                    .at(span, "unknown here")
+                    .help("a transition is written `p1 -> p2 when m`, a step `step p1 { R }`"),
+            }
+        });
+        Abandoned
+    }
+
+    fn not_read(&mut self, message: &str) -> Abandoned {
+        let span = self.here();
+        self.report(|| {
+            Diagnostic::error(codes::NOT_READ, message)
+                .at(span, "part of the language, but not of this version")
+                .help("draw it with steps, transitions and macro-steps")
+        });
+        Abandoned
+    }
+
+    fn only_in_chart(&mut self, within: Within) -> Parse<()> {
+        match within {
+            Within::Chart => Ok(()),
+            Within::Macro => Err(self.misplaced(
+                &format!("`{}` cannot stand in a macro", self.word(0)),
+                "settings and declarations stand in the chart itself; a macro holds steps and transitions",
+            )),
+        }
+    }
+
+    pub(crate) fn misplaced(&mut self, message: &str, help: &str) -> Abandoned {
+        let span = self.here();
+        self.report(|| {
+            Diagnostic::error(codes::MISPLACED, message).at(span, "not here").help(help)
+        });
+        Abandoned
+    }
+
+    /// `"label"` and `req "R12"`, in any order, as often as they come (one label).
+    pub(crate) fn attributes(&mut self, meta: &mut Meta) -> Parse<()> {
+        while self.attribute(meta)? {}
+        Ok(())
+    }
+
+    /// One of them; false when none stands here.
+    pub(crate) fn attribute(&mut self, meta: &mut Meta) -> Parse<bool> {
+        if matches!(self.kind(0), Kind::Text | Kind::RawText) {
+            let token = self.peek(0);
+            let label = self.text("a label")?;
+            if meta.label.is_empty() {
+                meta.label = label;
+            } else {
+                let span = self.span(token);
+                self.report(|| {
+                    Diagnostic::error(codes::TWICE, "a second label").at(span, "it has one already")
+                });
+            }
+            return Ok(true);
+        }
+        if self.word(0) == "req" && matches!(self.kind(1), Kind::Text | Kind::RawText) {
+            self.advance();
+            let tag = self.text("a tag in quotes")?;
+            self.keep(&mut meta.req, tag);
+            return Ok(true);
+        }
+        Ok(false)
+    }
+
+    // Macros
+
+    /// `macro fill { … }`
+    fn macro_body(&mut self, start: u32) -> Parse<Macro> {
+        self.advance();
+        let name = self.name("the name of the macro")?;
+        let mut meta = Meta::default();
+        self.attributes(&mut meta)?;
+        let mut items = Vec::new();
+        self.braced("the macro", Separators::None, &mut |parser| {
+            parser.item(&mut items, Within::Macro)
+        })?;
+        meta.span = self.span_from(start);
+        Ok(Macro { name, items, meta })
+    }
+
+    /// `macro step m1 = fill`, at `step`.
+    pub(crate) fn macro_step(&mut self, start: u32, is_initial: bool) -> Parse<MacroStep> {
+        self.advance();
+        let name = self.name("the name of the macro-step")?;
+        self.expect(Kind::Equal, "`=` and the macro it stands for")?;
+        let body = self.name("the name of a macro")?;
+        let mut meta = Meta::default();
+        let mut priority = None;
+        loop {
+            if self.attribute(&mut meta)? {
+            } else if self.word(0) == "priority"
+                && self.kind(1) == Kind::Number
+                && !self.peek(0).new_line
+            {
+                let span = self.here();
+                self.advance();
+                let value = self.count("a priority")?;
+                self.once(&mut priority, value, span, "priority");
+            } else {
+                break;
+            }
+        }
+        meta.span = self.span_from(start);
+        Ok(MacroStep { name, body, is_initial, priority, meta })
+    }
+
+    /// Fills a clause that may stand once.
+    pub(crate) fn once<T>(&mut self, slot: &mut Option<T>, value: T, span: Span, what: &str) {
+        if slot.is_some() {
+            self.report(|| {
+                Diagnostic::error(codes::TWICE, format!("`{what}` given twice"))
+                    .at(span, "the second one")
+                    .help("keep one of them")
+            });
+        } else {
+            *slot = Some(value);
+        }
+    }
+
+    // Settings
+
+    fn setting(&mut self) -> Parse<Setting> {
+        let start = self.peek(0).start;
+        let word = self.word(0);
+        self.advance();
+        let kind = match word {
+            "tick" => SettingKind::Tick(self.duration()?),
+            "conflict" => SettingKind::Conflict(self.choice("conflict policy", &POLICIES)?),
+            "evolution" => {
+                if self.choice("evolution", &[("single", false), ("stable", true)])? {
+                    let limit = if self.word(0) == "limit" && !self.peek(0).new_line {
+                        self.advance();
+                        Some(self.count("the largest number of micro-steps")?)
+                    } else {
+                        None
+                    };
+                    SettingKind::EvolutionStable(limit)
+                } else {
+                    SettingKind::EvolutionSingle
+                }
+            }
+            "schedule" => SettingKind::Schedule(self.choice("schedule", &SCHEDULES)?),
+            "fire" => {
+                SettingKind::FireOne(self.choice("way to fire", &[("one", true), ("all", false)])?)
+            }
+            "assign" => SettingKind::AssignSimultaneous(
+                self.choice("way to assign", &[("simultaneous", true), ("ordered", false)])?,
+            ),
+            "actions" => {
+                self.choice("kind of actions", &[("iec", ())])?;
+                SettingKind::ActionsIec
+            }
+            "final" => {
+                self.choice("final setting", &[("scan", ())])?;
+                SettingKind::FinalScan
+            }
+            "queue" => SettingKind::Queue(self.count("the length of the queues")?),
+            "events" => {
+                self.choice("setting of events", &[("exclusive", ())])?;
+                SettingKind::EventsExclusive
+            }
+            _ => SettingKind::Priority(self.count("the priority of the chart")?),
+        };
+        Ok(Setting { kind, span: self.span_from(start) })
+    }
+
+    /// One of the words given; hyphens belong to them.
+    fn choice<T: Copy>(&mut self, what: &str, among: &[(&str, T)]) -> Parse<T> {
+        if self.kind(0) != Kind::Word || self.peek(0).new_line {
+            let list = one_of(among.iter().map(|(word, _)| *word));
+            return Err(self.missing(&format!("the {what} is missing"), &format!("write {list}")));
+        }
+        let first = self.advance();
+        while self.kind(0) == Kind::Minus
+            && self.kind(1) == Kind::Word
+            && self.peek(0).start == self.previous_end
+        {
+            self.advance();
+            self.advance();
+        }
+        let word = self.text.get(first.start as usize..self.previous_end as usize).unwrap_or("");
+        if let Some((_, value)) = among.iter().find(|(other, _)| *other == word) {
+            return Ok(*value);
+        }
+        let span = self.span_from(first.start);
+        self.report(|| {
+            let finding =
+                Diagnostic::error(codes::UNKNOWN_WORD, format!("unknown {what} `{}`", short(word)));
+            match nearest(word, among.iter().map(|(word, _)| *word)) {
+                Some(near) => finding.at(span, format!("meant `{near}`?")).fix(span, near),
+                None => {
+                    let list = one_of(among.iter().map(|(word, _)| *word));
+                    finding.at(span, "unknown here").help(format!("write {list}"))
+                }
+            }
+        });
+        Err(Abandoned)
+    }
+
+    // Declarations
+
+    fn declarations(&mut self, items: &mut Vec<Item>) -> Parse<()> {
+        let mut start = self.peek(0).start;
+        // Modifiers stand before the keyword or behind it: `mealy output Q`, `output mealy Q`.
+        let mut modifiers = Modifiers::default();
+        while modifiers.add(self.word(0)) {
+            self.advance();
+        }
+        let keyword = self.word(0);
+        if !modifiers.fit(keyword) {
+            return Err(self.unexpected(
+                "`output` behind `registered` or `mealy`, `input` behind `synchronous`, `event` behind `internal`",
+            ));
+        }
+        self.advance();
+        while self.is_name_beside(1) && !matches!(self.word(0), "condition" | "action") {
+            let mut more = modifiers;
+            if !more.add(self.word(0)) || !more.fit(keyword) {
+                break;
+            }
+            modifiers = more;
+            self.advance();
+        }
+        let Modifiers { registered, mealy, synchronous, internal } = modifiers;
+        let is_condition = match keyword {
+            "extern" => {
+                self.choice("kind of extern function", &[("condition", true), ("action", false)])?
+            }
+            _ => false,
+        };
+        loop {
+            let name = self.name("a name")?;
+            let mut meta = Meta::default();
+            self.attributes(&mut meta)?;
+            let kind = match keyword {
+                "input" => DeclarationKind::Input { ty: self.optional_type()?, synchronous },
+                "output" => {
+                    let ty = self.optional_type()?;
+                    let init = if self.eat(Kind::Equal) { Some(self.expr()?) } else { None };
+                    DeclarationKind::Output { ty, init, registered, mealy }
+                }
+                "var" => self.variable()?,
+                "const" => {
+                    self.expect(Kind::Equal, "`=` and its value")?;
+                    DeclarationKind::Const { value: self.expr()? }
+                }
+                "event" => DeclarationKind::Event { internal },
+                "timer" => {
+                    self.expect_word("while")?;
+                    DeclarationKind::Timer { condition: self.expr()? }
+                }
+                _ if is_condition => {
+                    if self.eat(Kind::Open) {
+                        self.expect(Kind::Close, "`)`: conditions have no arguments")?;
+                    }
+                    DeclarationKind::ExternCondition { ty: self.optional_type()? }
+                }
+                _ => DeclarationKind::ExternAction { params: self.parameters()? },
+            };
+            self.attributes(&mut meta)?;
+            meta.span = self.span_from(start);
+            self.keep(items, Item::Declaration(Declaration { name, kind, meta }));
+            if !self.eat(Kind::Comma) {
+                return Ok(());
+            }
+            start = self.peek(0).start;
+        }
+    }
+
+    fn optional_type(&mut self) -> Parse<Type> {
+        if self.eat(Kind::Colon) { self.value_type() } else { Ok(Type::Bool) }
+    }
+
+    /// `bool` or `int 0..9`
+    fn value_type(&mut self) -> Parse<Type> {
+        if self.eat_word("bool") {
+            return Ok(Type::Bool);
+        }
+        if self.word(0) != "int" {
+            return Err(self.unexpected("a type: `bool` or `int 0..9`"));
+        }
+        let start = self.advance().start;
+        if !matches!(self.kind(0), Kind::Number | Kind::Minus) {
+            let span = self.span_from(start);
+            self.report(|| {
+                Diagnostic::error(codes::RANGE, "an integer needs its range")
+                    .at(span, "no bounds")
+                    .help("write the smallest and the largest value: `int 0..9`")
+            });
+            return Err(Abandoned);
+        }
+        let bounds_start = self.peek(0).start;
+        let lo = self.bound()?;
+        self.expect(Kind::Range, "`..` and the largest value")?;
+        let hi = self.bound()?;
+        let span = self.span_from(bounds_start);
+        if lo > hi {
+            self.report(|| {
+                Diagnostic::error(codes::RANGE, format!("no integer lies in {lo}..{hi}"))
+                    .at(span, "the first bound is the smaller one")
+                    .fix(span, format!("{hi}..{lo}"))
+            });
+            return Ok(Type::Int { lo: hi, hi: lo });
+        }
+        if lo < i64::from(i32::MIN)
+            || hi > i64::from(u32::MAX)
+            || (lo < 0 && hi > i64::from(i32::MAX))
+        {
+            self.report(|| {
+                Diagnostic::error(
+                    codes::RANGE,
+                    format!("the range {lo}..{hi} needs more than 32 bits"),
+                )
+                .at(span, "too wide")
+                .help("the widest ranges are -2147483648..2147483647 and 0..4294967295")
+            });
+            return Ok(Type::Int { lo: 0, hi: 0 });
+        }
+        Ok(Type::Int { lo, hi })
+    }
+
+    fn bound(&mut self) -> Parse<i64> {
+        let is_negative = self.eat(Kind::Minus);
+        let token = self.expect(Kind::Number, "a bound, which is a whole number")?;
+        let value = self.number_at(token).and_then(|value| i64::try_from(value).ok());
+        let value = value.unwrap_or_else(|| {
+            let span = self.span(token);
+            self.report(|| {
+                Diagnostic::error(codes::NUMBER, "number beyond 64 bits").at(span, "too large")
+            });
+            0
+        });
+        Ok(if is_negative { -value } else { value })
+    }
+
+    /// `: int 0..9[4] = 0`, `: bool[2] = [true, false]`
+    fn variable(&mut self) -> Parse<DeclarationKind> {
+        let ty = self.optional_type()?;
+        let mut len = None;
+        if self.eat(Kind::OpenBracket) {
+            let span = self.here();
+            let n = self.count("the number of elements")?;
+            if n == 0 {
+                self.report(|| {
+                    Diagnostic::error(codes::NUMBER, "an array needs at least one element")
+                        .at(span, "none")
+                });
+            }
+            len = Some(n.max(1));
+            self.expect(Kind::CloseBracket, "`]`")?;
+        }
+        let mut init = Vec::new();
+        if self.eat(Kind::Equal) {
+            if self.eat(Kind::OpenBracket) {
+                loop {
+                    let value: Expr = self.expr()?;
+                    self.keep(&mut init, value);
+                    if !self.eat(Kind::Comma) {
+                        break;
+                    }
+                }
+                self.expect(Kind::CloseBracket, "`,` or `]`")?;
+            } else {
+                init.push(self.expr()?);
+            }
+        }
+        Ok(DeclarationKind::Var { ty, len, init })
+    }
+
+    /// `(int 0..9, on: bool)`
+    fn parameters(&mut self) -> Parse<Vec<(String, Type)>> {
+        let mut params = Vec::new();
+        if !self.eat(Kind::Open) {
+            return Ok(params);
+        }
+        while self.kind(0) != Kind::Close {
+            let name = if self.is_name(0) && self.kind(1) == Kind::Colon {
+                let name = self.name("the name of a parameter")?;
+                self.advance();
+                name.text
+            } else {
+                String::new()
+            };
+            let ty = self.value_type()?;
+            self.keep(&mut params, (name, ty));
+            if !self.eat(Kind::Comma) {
+                break;
+            }
+        }
+        self.expect(Kind::Close, "`,` or `)`")?;
+        Ok(params)
+    }
+
+    // Properties, places, boards
+
+    /// `assume never (a and b)`, `assert safe: always x "label" req "R1"`
+    pub(crate) fn property(&mut self) -> Parse<Property> {
+        let start = self.peek(0).start;
+        let is_assumption = self.word(0) == "assume";
+        self.advance();
+        let name = if self.is_name(0) && self.kind(1) == Kind::Colon {
+            let name = self.name("the name of the property")?;
+            self.advance();
+            Some(name)
+        } else {
+            None
+        };
+        let is_never = match self.word(0) {
+            "never" => true,
+            "always" => false,
+            _ => return Err(self.unexpected("`never` or `always`")),
+        };
+        self.advance();
+        let expr = self.expr()?;
+        let mut meta = Meta::default();
+        self.attributes(&mut meta)?;
+        meta.span = self.span_from(start);
+        Ok(Property { name, is_assumption, is_never, expr, meta })
+    }
+
+    /// `place p2, m1.s3 on chip`
+    pub(crate) fn place(&mut self) -> Parse<Place> {
+        let start = self.advance().start;
+        let mut items = Vec::new();
+        loop {
+            let item = self.path("what is placed")?;
+            self.keep(&mut items, item);
+            if !self.eat(Kind::Comma) {
+                break;
+            }
+        }
+        self.expect_word("on")?;
+        let side = self.choice("side", &[("chip", Side::Chip), ("cpu", Side::Cpu)])?;
+        Ok(Place { items, side, span: self.span_from(start) })
+    }
+
+    /// `device gal22v10 { clock 1  m 2  n[0] 3 }`
+    pub(crate) fn board(&mut self) -> Parse<Board> {
+        let start = self.advance().start;
+        let device = self.name("the name of a device")?;
+        let mut pins = Vec::new();
+        if self.kind(0) == Kind::OpenBrace {
+            self.braced("the pins", Separators::None, &mut |parser| {
+                if parser.eat(Kind::Comma) {
+                    return Ok(());
+                }
+                let name = parser.signal()?;
+                let pin = parser.count("the number of a pin")?;
+                parser.keep(&mut pins, (name, pin));
+                Ok(())
+            })?;
+        }
+        Ok(Board { device, pins, span: self.span_from(start) })
+    }
+
+    /// A signal as a board names it: with dots, and with the number of a bit or element.
+    fn signal(&mut self) -> Parse<Name> {
+        let path = self.path("the name of a signal")?;
+        let mut name = Name { text: path.to_string(), span: path.span() };
+        if self.eat(Kind::OpenBracket) {
+            let index = self.count("the number of a bit or element")?;
+            self.expect(Kind::CloseBracket, "`]`")?;
+            name.text.push_str(&format!("[{index}]"));
+            name.span = self.span_from(name.span.start);
+        }
+        Ok(name)
+    }
+}
+
+/// The words that may stand before a keyword of a declaration.
+#[derive(Debug, Clone, Copy, Default)]
+struct Modifiers {
+    registered: bool,
+    mealy: bool,
+    synchronous: bool,
+    internal: bool,
+}
+
+impl Modifiers {
+    /// Adds the modifier of this word; false when it is none.
+    fn add(&mut self, word: &str) -> bool {
+        let modifier = match word {
+            "registered" => &mut self.registered,
+            "mealy" => &mut self.mealy,
+            "synchronous" => &mut self.synchronous,
+            "internal" => &mut self.internal,
+            _ => return false,
+        };
+        *modifier = true;
+        true
+    }
+
+    /// True when all of them may stand at declarations of this keyword.
+    fn fit(self, keyword: &str) -> bool {
+        let is = |word: &str| keyword == word;
+        (is("output") || !(self.registered || self.mealy))
+            && (is("input") || !self.synchronous)
+            && (is("event") || !self.internal)
+    }
+}
+
+/// The conflict policies by their words.
+pub(crate) const POLICIES: [(&str, Policy); 5] = [
+    ("all", Policy::All),
+    ("priority", Policy::Priority),
+    ("priority-age", Policy::PriorityAge),
+    ("inner-first", Policy::InnerFirst),
+    ("outer-first", Policy::OuterFirst),
+];
+
+/// The schedules by their words.
+pub(crate) const SCHEDULES: [(&str, Schedule); 3] = [
+    ("declared", Schedule::Declared),
+    ("level", Schedule::Level),
+    ("priority", Schedule::Priority),
+];
+
+fn one_of<'a>(words: impl Iterator<Item = &'a str>) -> String {
+    let words: Vec<String> = words.map(|word| format!("`{word}`")).collect();
+    match words.split_last() {
+        Some((last, rest)) if !rest.is_empty() => format!("{} or {last}", rest.join(", ")),
+        Some((last, _)) => last.clone(),
+        None => String::new(),
+    }
+}

@@ -1,0 +1,117 @@
+//! The chart language (`.graf`): reader, formatter and writer. `docs/language.md` is its reference.
+//!
+//! ```
+//! use grafsynth_frontend::graf;
+//! use grafsynth_ir::FileId;
+//!
+//! let parsed = graf::parse(FileId(0), "chart lamp { input b output L initial step off step on { L } off -> on when b }");
+//! assert!(parsed.diagnostics.is_empty());
+//! assert_eq!(parsed.design.map(|design| design.charts.len()), Some(1));
+//! ```
+//!
+//! The parser is a hand-written recursive descent over an on-demand lexer. It reports every error of a file, goes on behind each, never recurses deeper
+//! than [`Limits::nesting`], and takes time linear in the text.
+
+mod expr;
+mod items;
+mod lexer;
+mod numbers;
+mod parser;
+mod steps;
+mod token;
+
+use grafsynth_ir::chart::Design;
+use grafsynth_ir::diag::{Diagnostic, any_error};
+use grafsynth_ir::{FileId, Span};
+
+use crate::codes;
+use numbers::Numbers;
+use parser::Parser;
+
+/// What a reader accepts at most.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Limits {
+    /// Bytes of a source.
+    pub source: usize,
+    /// Levels of nesting: blocks within blocks and the depth of an expression's tree together.
+    pub nesting: u32,
+    /// Findings that are kept; the rest is counted.
+    pub diagnostics: usize,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Limits { source: 64 << 20, nesting: 256, diagnostics: 100 }
+    }
+}
+
+/// A comment of a source: from its `#` to the end of the line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Comment {
+    /// Where it stands; its text is that of the source.
+    pub span: Span,
+}
+
+/// What a reader found in a source.
+#[derive(Debug, Clone, Default)]
+pub struct Parsed {
+    /// The charts. Present with errors too, then without what could not be read; none where there is no chart, or a large source has errors.
+    pub design: Option<Design>,
+    /// In the order of the text, at most [`Limits::diagnostics`] and one that counts the rest.
+    pub diagnostics: Vec<Diagnostic>,
+    /// In the order of the text.
+    pub comments: Vec<Comment>,
+}
+
+/// Sources above this size are checked before anything of them is kept, so that a broken one costs no memory.
+const CHECK_FIRST: usize = 1 << 20;
+
+/// Reads a chart with the default limits.
+#[must_use]
+pub fn parse(file: FileId, text: &str) -> Parsed {
+    parse_within(file, text, &Limits::default())
+}
+
+/// Reads a chart.
+#[must_use]
+pub fn parse_within(file: FileId, text: &str, limits: &Limits) -> Parsed {
+    if let Some(finding) = too_large(file, text, limits) {
+        return Parsed { diagnostics: vec![finding], ..Parsed::default() };
+    }
+    let numbers = Numbers::declared_in(text);
+    if text.len() > CHECK_FIRST {
+        let mut parser = Parser::new(file, text, Some(&numbers), *limits, true);
+        parser.design();
+        let diagnostics = parser.findings.finish();
+        if any_error(&diagnostics) {
+            return Parsed { diagnostics: sorted(diagnostics), ..Parsed::default() };
+        }
+    }
+    let mut parser = Parser::new(file, text, Some(&numbers), *limits, false);
+    let design = parser.design();
+    Parsed { design, diagnostics: sorted(parser.findings.finish()), comments: parser.comments }
+}
+
+/// Findings in the order of the text: what the lexer saw ahead of the parser comes to its place. The count of the rest stays last.
+fn sorted(mut findings: Vec<Diagnostic>) -> Vec<Diagnostic> {
+    findings.sort_by_key(|finding| {
+        (finding.code == codes::MORE, finding.labels.first().map_or(0, |label| label.span.start))
+    });
+    findings
+}
+
+/// The finding for a source beyond the limit.
+pub(crate) fn too_large(file: FileId, text: &str, limits: &Limits) -> Option<Diagnostic> {
+    (text.len() > limits.source).then(|| {
+        let (is, most) = (text.len(), limits.source);
+        Diagnostic::error(
+            codes::TOO_LARGE,
+            format!("the source has {is} bytes, more than the {most} that are read"),
+        )
+        .at(Span::new(file, most, most), "the limit lies here")
+        .help("split it into several files, or raise the limit with --source-limit")
+    })
+}
+
+#[cfg(test)]
+mod tests;

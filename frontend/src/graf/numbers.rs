@@ -1,0 +1,149 @@
+//! Which names of a file are numbers: the only thing that the parser must know of the declarations.
+//!
+//! `*` and `+` are `and` and `or` between Booleans, as in Grafcet, and arithmetic where a number takes part. Declarations may stand below their use,
+//! so one quick pass over the tokens collects the names that are declared as integers; it neither reports nor keeps anything else.
+#![expect(
+    clippy::wildcard_enum_match_arm,
+    reason = "a parser names the tokens it takes; all others are one case"
+)]
+
+use super::lexer::Lexer;
+use super::token::{Kind, Token};
+
+/// The names that a source declares as integers (inputs, outputs, variables, extern conditions, timers, constants).
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Numbers<'a> {
+    /// Sorted.
+    names: Vec<&'a str>,
+}
+
+/// A constant whose value is being looked at.
+struct Const<'a> {
+    name: &'a str,
+    has_number: bool,
+    has_truth: bool,
+}
+
+impl<'a> Numbers<'a> {
+    /// The names given, which need not be sorted.
+    pub(crate) fn of(names: impl IntoIterator<Item = &'a str>) -> Self {
+        let mut names: Vec<&str> = names.into_iter().collect();
+        names.sort_unstable();
+        names.dedup();
+        Numbers { names }
+    }
+
+    /// Collects the names that `text` declares.
+    pub(crate) fn declared_in(text: &'a str) -> Self {
+        let mut names = Vec::new();
+        let mut lexer = Lexer::new(text);
+        let none = Token { kind: Kind::End, new_line: true, start: 0, end: 0 };
+        let mut last = [none; 6];
+        let mut constant: Option<Const<'a>> = None;
+        let mut in_const_list = false;
+        loop {
+            let token = lexer.next(&mut |_, _| {}, &mut |_| {});
+            last.rotate_left(1);
+            last[5] = token;
+            let [_, _, c, d, e, f] = last;
+            let word =
+                |token: Token| if token.kind == Kind::Word { slice(text, token) } else { "" };
+            let is_name = |token: Token| matches!(token.kind, Kind::Word | Kind::Quoted);
+
+            // `n: int 0`, `f(): int 0`
+            if matches!(f.kind, Kind::Number | Kind::Minus)
+                && word(e) == "int"
+                && d.kind == Kind::Colon
+            {
+                if is_name(c) {
+                    names.push(name_of(text, c));
+                } else if c.kind == Kind::Close && last[1].kind == Kind::Open && is_name(last[0]) {
+                    names.push(name_of(text, last[0]));
+                }
+            }
+            // `T while`
+            if word(f) == "while" && is_name(e) {
+                names.push(name_of(text, e));
+            }
+            // `const N = 5, M = N + 1`
+            let ends = match f.kind {
+                Kind::Comma | Kind::End | Kind::CloseBrace | Kind::Text | Kind::RawText => true,
+                Kind::Word | Kind::Quoted => f.new_line && !matches!(word(f), "and" | "or" | "mod"),
+                _ => false,
+            };
+            if ends && let Some(done) = constant.take() {
+                if done.has_number && !done.has_truth {
+                    names.push(done.name);
+                }
+                in_const_list = f.kind == Kind::Comma;
+            }
+            if word(f) == "const" {
+                in_const_list = true;
+            } else if in_const_list && f.kind == Kind::Equal && is_name(e) && constant.is_none() {
+                constant =
+                    Some(Const { name: name_of(text, e), has_number: false, has_truth: false });
+            } else if let Some(constant) = &mut constant {
+                match f.kind {
+                    Kind::Number => constant.has_number = true,
+                    Kind::Word | Kind::Quoted => {
+                        constant.has_truth |=
+                            matches!(word(f), "true" | "false" | "not" | "and" | "or");
+                        // A constant made of constants; those above are known. Looked up from the end, where a neighbour stands.
+                        let name = name_of(text, f);
+                        constant.has_number |=
+                            names.iter().rev().take(64).any(|known| *known == name);
+                    }
+                    Kind::Equal
+                    | Kind::NotEqual
+                    | Kind::Less
+                    | Kind::LessEqual
+                    | Kind::Greater
+                    | Kind::GreaterEqual => {
+                        constant.has_truth = true;
+                    }
+                    _ => {}
+                }
+            }
+            if f.kind == Kind::End {
+                return Self::of(names);
+            }
+        }
+    }
+
+    /// True when `name` is declared as an integer.
+    pub(crate) fn contains(&self, name: &str) -> bool {
+        self.names.binary_search(&name).is_ok()
+    }
+}
+
+/// The text of a token.
+pub(crate) fn slice(text: &str, token: Token) -> &str {
+    text.get(token.start as usize..token.end as usize).unwrap_or("")
+}
+
+/// The name that a token stands for: without its backquotes.
+pub(crate) fn name_of(text: &str, token: Token) -> &str {
+    let text = slice(text, token);
+    if token.kind == Kind::Quoted { text.trim_matches('`') } else { text }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Numbers;
+
+    #[test]
+    fn integers_of_all_kinds_are_found() {
+        let text = "input n: int 0..9, b, `odd one`: int -3..3 extern condition f(): int 0..1, g()
+            timer T while b, U while n > 3
+            const N = 5, M = N + 1, B = N > 3, C = true
+            var v: int 0..9[4] = 0  const K = -(3)
+            t1: int -> x";
+        let numbers = Numbers::declared_in(text);
+        for name in ["n", "odd one", "f", "T", "U", "N", "M", "v", "K"] {
+            assert!(numbers.contains(name), "{name}");
+        }
+        for name in ["b", "g", "B", "C", "t1", "x", "int"] {
+            assert!(!numbers.contains(name), "{name}");
+        }
+    }
+}

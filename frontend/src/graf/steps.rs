@@ -1,0 +1,600 @@
+//! Steps with their bodies, transitions, and lists of statements.
+
+use grafsynth_ir::chart::{
+    ActionHow, Block, Expr, ForceOrder, Item, Path, Step, StepItem, StepItemKind, StepRole, Stmt,
+    StmtKind, Transition,
+};
+use grafsynth_ir::diag::{Diagnostic, nearest};
+use grafsynth_ir::net::{Meta, Qualifier, Verbatim};
+use grafsynth_ir::{Name, Span};
+
+use super::parser::{Abandoned, Parse, Parser, Separators, short};
+use super::token::Kind;
+use crate::codes;
+
+/// The qualifiers as words behind an action, whether they take a duration.
+pub(crate) const QUALIFIERS: [(&str, Qualifier, bool); 12] = [
+    ("pulse", Qualifier::P, false),
+    ("N", Qualifier::N, false),
+    ("R", Qualifier::R, false),
+    ("S", Qualifier::S, false),
+    ("L", Qualifier::L, true),
+    ("D", Qualifier::D, true),
+    ("P", Qualifier::P, false),
+    ("P0", Qualifier::P0, false),
+    ("P1", Qualifier::P1, false),
+    ("SD", Qualifier::SD, true),
+    ("DS", Qualifier::DS, true),
+    ("SL", Qualifier::SL, true),
+];
+
+/// The words that begin a clause of a transition.
+pub(crate) const CLAUSES: &[&str] =
+    &["on", "when", "after", "priority", "restart", "deadline", "do", "req"];
+
+impl Parser<'_> {
+    // Steps
+
+    /// `initial step p1 … { … }`, `entry exit step e`, `initial macro step m = fill`
+    pub(crate) fn step_or_macro_step(&mut self, items: &mut Vec<Item>) -> Parse<()> {
+        let start = self.peek(0).start;
+        let (mut is_initial, mut is_entry, mut is_exit) = (false, false, false);
+        loop {
+            match self.word(0) {
+                "initial" => is_initial = true,
+                "entry" => is_entry = true,
+                "exit" => is_exit = true,
+                _ => break,
+            }
+            self.advance();
+        }
+        let item = match self.word(0) {
+            "macro" if self.word(1) == "step" && !is_entry && !is_exit => {
+                self.advance();
+                Item::MacroStep(self.macro_step(start, is_initial)?)
+            }
+            "step" => {
+                if is_initial && (is_entry || is_exit) {
+                    return Err(self.misplaced(
+                        "a step of a macro cannot be initial",
+                        "write `initial macro step NAME = MACRO` where the macro is used: its entry step is then initial",
+                    ));
+                }
+                let role = match (is_initial, is_entry, is_exit) {
+                    (true, ..) => StepRole::Initial,
+                    (false, true, true) => StepRole::MacroEntryExit,
+                    (false, true, false) => StepRole::MacroEntry,
+                    (false, false, true) => StepRole::MacroExit,
+                    (false, false, false) => StepRole::Plain,
+                };
+                Item::Step(self.step(start, role)?)
+            }
+            "enclosing" | "state" | "parallel" => {
+                let word = self.word(0);
+                let span = self.here();
+                self.report(|| {
+                    Diagnostic::error(codes::NOT_READ, format!("`{word}` is not read yet"))
+                        .at(span, "part of the language, but not of this version")
+                });
+                return Err(Abandoned);
+            }
+            _ => return Err(self.unexpected("`step`")),
+        };
+        self.keep(items, item);
+        Ok(())
+    }
+
+    fn step(&mut self, start: u32, role: StepRole) -> Parse<Step> {
+        self.advance();
+        let name = self.name("the name of the step")?;
+        let mut meta = Meta::default();
+        let mut body = Vec::new();
+        let mut priority = None;
+        loop {
+            if self.attribute(&mut meta)? {
+            } else if self.word(0) == "priority"
+                && self.kind(1) == Kind::Number
+                && !self.peek(0).new_line
+            {
+                // Said on the head, it means what it means in the body.
+                let at = self.advance().start;
+                let value = self.count("a priority")?;
+                let span = self.span_from(at);
+                self.once(
+                    &mut priority,
+                    StepItem { kind: StepItemKind::Priority(value), span },
+                    span,
+                    "priority",
+                );
+            } else if self.kind(0) == Kind::Star && !self.peek(0).new_line {
+                let span = self.here();
+                self.report(|| {
+                    Diagnostic::error(
+                        codes::NOT_READ,
+                        "enclosing steps and their activation links are not read yet",
+                    )
+                    .at(span, "part of the language, but not of this version")
+                });
+                self.advance();
+            } else {
+                break;
+            }
+        }
+        body.extend(priority);
+        if self.kind(0) == Kind::OpenBrace {
+            self.braced("the step", Separators::CommaToo, &mut |parser| {
+                let item = parser.step_item()?;
+                parser.keep(&mut body, item);
+                Ok(())
+            })?;
+        }
+        body.shrink_to_fit();
+        meta.span = self.span_from(start);
+        Ok(Step { name, role, activation_link: false, body, meta })
+    }
+
+    fn step_item(&mut self) -> Parse<StepItem> {
+        let start = self.peek(0).start;
+        let next = self.kind(1);
+        let kind = match self.word(0) {
+            "entry" if next == Kind::OpenBrace => {
+                self.advance();
+                StepItemKind::Entry(self.block("the entry list")?)
+            }
+            "exit" if next == Kind::OpenBrace => {
+                self.advance();
+                StepItemKind::Exit(self.block("the exit list")?)
+            }
+            "on" if self.is_name_beside(1) => {
+                self.advance();
+                let events = self.names("an event")?;
+                let guard = if self.eat_word("when") { Some(self.expr()?) } else { None };
+                StepItemKind::On { events, guard, actions: self.block("what is done")? }
+            }
+            "when" => {
+                self.advance();
+                let guard = Some(self.expr()?);
+                StepItemKind::On { events: Vec::new(), guard, actions: self.block("what is done")? }
+            }
+            "priority" if next == Kind::Number => {
+                self.advance();
+                StepItemKind::Priority(self.count("a priority")?)
+            }
+            "budget" if next == Kind::Number => {
+                self.advance();
+                StepItemKind::Budget(self.count("a budget")?)
+            }
+            "task" if self.is_name_beside(1) => {
+                self.advance();
+                let name = self.name("the name of the task")?;
+                self.expect_word("cost")?;
+                let cost = self.count("the cost of the task")?;
+                StepItemKind::Task { name, cost, body: self.block("the task")? }
+            }
+            "code"
+                if self.is_name_beside(1) && matches!(self.kind(2), Kind::Text | Kind::RawText) =>
+            {
+                StepItemKind::Code(self.verbatim()?)
+            }
+            "force" if self.is_name_beside(1) => self.force()?,
+            "set" if self.is_name_beside(1) => self.latch(Qualifier::S)?,
+            "reset" if self.is_name_beside(1) => self.latch(Qualifier::R)?,
+            "if" | "raise" | "send" | "cancel" | "call"
+                if next != Kind::Open && (self.is_name_beside(1) || self.word(0) == "if") =>
+            {
+                let word = self.word(0);
+                return Err(self.misplaced(
+                    &format!("`{word}` cannot stand in a step by itself"),
+                    "say when it is done: `entry { … }`, `exit { … }` or `on EVENT { … }`",
+                ));
+            }
+            _ => self.action()?,
+        };
+        Ok(StepItem { kind, span: self.span_from(start) })
+    }
+
+    fn names(&mut self, what: &str) -> Parse<Vec<Name>> {
+        let mut names = Vec::new();
+        loop {
+            let name = self.name(what)?;
+            self.keep(&mut names, name);
+            if self.kind(0) != Kind::Comma {
+                names.shrink_to_fit();
+                return Ok(names);
+            }
+            self.advance();
+        }
+    }
+
+    /// `set R`, `reset R if c`
+    fn latch(&mut self, qualifier: Qualifier) -> Parse<StepItemKind> {
+        self.advance();
+        let target = self.name("the name of an output")?;
+        let condition = self.action_condition()?;
+        Ok(StepItemKind::Action {
+            target,
+            arguments: None,
+            how: ActionHow::Qualified(qualifier, None),
+            condition,
+        })
+    }
+
+    fn action_condition(&mut self) -> Parse<Option<Expr>> {
+        if self.word(0) == "if" {
+            self.advance();
+            return Ok(Some(self.expr()?));
+        }
+        Ok(None)
+    }
+
+    /// `R`, `R if c`, `R after 3 s`, `R SD 3 s`, `speed(5)`
+    fn action(&mut self) -> Parse<StepItemKind> {
+        if !self.is_name(0) {
+            return Err(self.unexpected("an action"));
+        }
+        if matches!(self.kind(1), Kind::Assign | Kind::OpenBracket | Kind::Dot | Kind::Equal) {
+            return Err(self.misplaced(
+                "an assignment cannot stand in a step by itself",
+                "say when it is done: `entry { … }`, `exit { … }` or `on EVENT { … }`",
+            ));
+        }
+        let target = self.name("an action")?;
+        let arguments = if self.kind(0) == Kind::Open && !self.peek(0).new_line {
+            Some(self.arguments()?)
+        } else {
+            None
+        };
+        let how = if self.peek(0).new_line { ActionHow::Bare } else { self.how()? };
+        let condition = self.action_condition()?;
+        Ok(StepItemKind::Action { target, arguments, how, condition })
+    }
+
+    fn how(&mut self) -> Parse<ActionHow> {
+        let word = self.word(0);
+        match word {
+            "after" => {
+                self.advance();
+                return Ok(ActionHow::After(self.duration()?));
+            }
+            "for" => {
+                self.advance();
+                return Ok(ActionHow::For(self.duration()?));
+            }
+            "" | "if" => return Ok(ActionHow::Bare),
+            _ => {}
+        }
+        if let Some((_, qualifier, is_timed)) = QUALIFIERS.iter().find(|(other, ..)| *other == word)
+        {
+            self.advance();
+            let duration = if *is_timed { Some(self.duration()?) } else { None };
+            return Ok(ActionHow::Qualified(*qualifier, duration));
+        }
+        let span = self.here();
+        let words =
+            ["after", "for", "if"].into_iter().chain(QUALIFIERS.iter().map(|(word, ..)| *word));
+        let near = nearest(word, words.filter(|word| word.len() > 2));
+        if let Some(near) = near {
+            self.report(|| {
+                Diagnostic::error(
+                    codes::UNKNOWN_WORD,
+                    format!("unknown qualifier `{}`", short(word)),
+                )
+                .at(span, format!("meant `{near}`?"))
+                .fix(span, near)
+            });
+            return Err(Abandoned);
+        }
+        // Anything else is the next action on the same line; what parts them is missing, and reported by the block.
+        Ok(ActionHow::Bare)
+    }
+
+    fn arguments(&mut self) -> Parse<Vec<Expr>> {
+        self.expect(Kind::Open, "`(`")?;
+        let mut arguments = Vec::new();
+        while self.kind(0) != Kind::Close {
+            let argument = self.expr()?;
+            self.keep(&mut arguments, argument);
+            if !self.eat(Kind::Comma) {
+                break;
+            }
+        }
+        self.expect(Kind::Close, "`,` or `)`")?;
+        arguments.shrink_to_fit();
+        Ok(arguments)
+    }
+
+    /// `force g { s3 }`, `force g init`, `force g hold`
+    fn force(&mut self) -> Parse<StepItemKind> {
+        self.advance();
+        let target = self.path("the name of a chart")?;
+        let order = match self.word(0) {
+            "init" => {
+                self.advance();
+                ForceOrder::Init
+            }
+            "hold" => {
+                self.advance();
+                ForceOrder::Hold
+            }
+            _ => {
+                let mut steps = Vec::new();
+                self.braced("the situation", Separators::CommaToo, &mut |parser| {
+                    let path = parser.path("the name of a step")?;
+                    parser.keep(&mut steps, path);
+                    // Steps of a situation may stand beside each other.
+                    while parser.is_name_beside(0) {
+                        let path = parser.path("the name of a step")?;
+                        parser.keep(&mut steps, path);
+                    }
+                    Ok(())
+                })?;
+                ForceOrder::Situation(steps)
+            }
+        };
+        Ok(StepItemKind::Force { target, order })
+    }
+
+    /// `code c "…"`
+    fn verbatim(&mut self) -> Parse<Verbatim> {
+        self.advance();
+        let language = self.name("the name of a target language")?.text;
+        let text = self.text("the text in quotes")?;
+        Ok(Verbatim { language, text })
+    }
+
+    // Transitions
+
+    /// `[name:] SOURCES -> TARGETS` and its clauses
+    pub(crate) fn transition(&mut self) -> Parse<Transition> {
+        let start = self.peek(0).start;
+        let mut transition = Transition::default();
+        if self.is_name(0) && self.kind(1) == Kind::Colon {
+            transition.name = Some(self.name("the name of a transition")?);
+            self.advance();
+        }
+        if self.kind(0) != Kind::Arrow {
+            if !self.is_name(0) || transition.name.is_some() && self.peek(0).new_line {
+                return Err(self.unexpected("the preceding steps, or `->`"));
+            }
+            self.paths(&mut transition.sources)?;
+        }
+        self.expect(Kind::Arrow, "`->`")?;
+        if self.is_name_beside(0) && !self.begins_clause() {
+            self.paths(&mut transition.targets)?;
+        }
+        self.clauses(&mut transition)?;
+        transition.meta.span = self.span_from(start);
+        Ok(transition)
+    }
+
+    fn paths(&mut self, paths: &mut Vec<Path>) -> Parse<()> {
+        loop {
+            let path = self.path("a step")?;
+            self.keep(paths, path);
+            if !self.eat(Kind::Ampersand) {
+                paths.shrink_to_fit();
+                return Ok(());
+            }
+        }
+    }
+
+    /// True where a clause of a transition begins: a word that is followed by what the clause needs.
+    fn begins_clause(&self) -> bool {
+        let next = self.kind(1);
+        match self.word(0) {
+            "when" => !matches!(next, Kind::Ampersand | Kind::Colon | Kind::Arrow | Kind::Dot),
+            // `a -> on when b` goes to a step named `on`.
+            "on" => self.is_name_beside(1) && !CLAUSES.contains(&self.word(1)),
+            "after" | "deadline" => matches!(next, Kind::Number | Kind::Fraction),
+            // On a line of its own it is the chart's.
+            "priority" => next == Kind::Number && !self.peek(0).new_line,
+            "restart" => !matches!(next, Kind::Ampersand | Kind::Colon | Kind::Arrow | Kind::Dot),
+            "do" => next == Kind::OpenBrace,
+            "req" => matches!(next, Kind::Text | Kind::RawText),
+            _ => matches!(self.kind(0), Kind::Text | Kind::RawText),
+        }
+    }
+
+    fn clauses(&mut self, transition: &mut Transition) -> Parse<()> {
+        let mut events = None;
+        let mut actions = None;
+        let mut restart = None;
+        while self.begins_clause() {
+            if self.attribute(&mut transition.meta)? {
+                continue;
+            }
+            let start = self.peek(0).start;
+            let word = self.word(0);
+            self.advance();
+            match word {
+                "on" => {
+                    let names = self.names("an event")?;
+                    let span = self.span_from(start);
+                    self.once(&mut events, names, span, word);
+                }
+                "when" => {
+                    let guard = self.expr()?;
+                    let span = self.span_from(start);
+                    self.once(&mut transition.guard, guard, span, word);
+                }
+                "after" => {
+                    let duration = self.duration()?;
+                    let span = self.span_from(start);
+                    self.once(&mut transition.after, (duration, span), span, word);
+                }
+                "priority" => {
+                    let value = self.count("a priority")?;
+                    let span = self.span_from(start);
+                    self.once(&mut transition.priority, value, span, word);
+                }
+                "deadline" => {
+                    let duration = self.duration()?;
+                    let span = self.span_from(start);
+                    self.once(&mut transition.deadline_ns, duration, span, word);
+                }
+                "restart" => {
+                    let span = self.span_from(start);
+                    self.once(&mut restart, (), span, word);
+                }
+                _ => {
+                    let block = self.block("the actions")?;
+                    let span = self.span_from(start);
+                    self.once(&mut actions, block, span, word);
+                }
+            }
+        }
+        transition.events = events.unwrap_or_default();
+        transition.actions = actions.unwrap_or_default();
+        transition.restart = restart.is_some();
+        self.clause_misspelt()
+    }
+
+    /// A word on the same line behind a transition can only have been meant as a clause.
+    fn clause_misspelt(&mut self) -> Parse<()> {
+        if !self.is_name_beside(0)
+            || matches!(self.kind(1), Kind::Colon | Kind::Arrow | Kind::Ampersand | Kind::Dot)
+            || super::items::ITEM_WORDS.contains(&self.word(0))
+        {
+            return Ok(());
+        }
+        let word = self.word(0);
+        let span = self.here();
+        let near =
+            nearest(word, ["on", "when", "after", "priority", "restart", "deadline", "do", "req"]);
+        self.report(|| {
+            let finding = Diagnostic::error(codes::UNKNOWN_WORD, format!("no clause of a transition begins with `{}`", short(word)));
+            match near {
+                Some(near) => finding.at(span, format!("meant `{near}`?")).fix(span, near),
+                None => finding
+                    .at(span, "unknown here")
+                    .help("the clauses are `on`, `when`, `after`, `priority`, `restart`, `deadline`, `req`, `do` and a label in quotes"),
+            }
+        });
+        Err(Abandoned)
+    }
+
+    // Statements
+
+    /// `{ n := n + 1; raise e }`
+    fn block(&mut self, what: &str) -> Parse<Block> {
+        let mut block = Block::new();
+        self.braced(what, Separators::Semicolon, &mut |parser| {
+            let stmt = parser.stmt()?;
+            parser.keep(&mut block, stmt);
+            Ok(())
+        })?;
+        block.shrink_to_fit();
+        Ok(block)
+    }
+
+    fn stmt(&mut self) -> Parse<Stmt> {
+        let start = self.peek(0).start;
+        let is_keyword =
+            !matches!(self.kind(1), Kind::Assign | Kind::OpenBracket | Kind::Dot | Kind::Equal);
+        let kind = match self.word(0) {
+            "raise" if is_keyword => {
+                self.advance();
+                StmtKind::Raise(self.name("an event")?)
+            }
+            "send" if is_keyword => self.send()?,
+            "cancel" if is_keyword => {
+                self.advance();
+                StmtKind::Cancel(self.name("the name of a send")?)
+            }
+            "call" if is_keyword && self.is_name(1) => {
+                self.advance();
+                let function = self.name("an extern action")?;
+                let arguments =
+                    if self.kind(0) == Kind::Open { self.arguments()? } else { Vec::new() };
+                StmtKind::Call { function, arguments }
+            }
+            "code" if is_keyword && self.is_name(1) => StmtKind::Code(self.verbatim()?),
+            "if" => self.conditional()?,
+            _ => self.assignment()?,
+        };
+        Ok(Stmt { kind, span: self.span_from(start) })
+    }
+
+    fn send(&mut self) -> Parse<StmtKind> {
+        self.advance();
+        let event = self.name("an event")?;
+        let after = if self.eat_word("after") { Some(self.duration()?) } else { None };
+        let slot = if self.word(0) == "as" && !self.peek(0).new_line {
+            self.advance();
+            Some(self.name("the name of the send")?)
+        } else {
+            None
+        };
+        Ok(StmtKind::Send { event, after, slot })
+    }
+
+    fn conditional(&mut self) -> Parse<StmtKind> {
+        self.advance();
+        let condition = self.expr()?;
+        let then = self.block("what is done if it is true")?;
+        let mut otherwise = Block::new();
+        if self.eat_word("else") {
+            if self.word(0) == "if" {
+                self.enter()?;
+                let stmt = self.stmt()?;
+                self.leave();
+                self.keep(&mut otherwise, stmt);
+                otherwise.shrink_to_fit();
+            } else {
+                otherwise = self.block("what is done if it is false")?;
+            }
+        }
+        Ok(StmtKind::If { condition, then, otherwise })
+    }
+
+    /// `n := 1`, `v[i] := 1`, and `f(1)` for `call f(1)`
+    fn assignment(&mut self) -> Parse<StmtKind> {
+        if !self.is_name(0) {
+            return Err(self.unexpected("a statement"));
+        }
+        if self.is_name_beside(1) {
+            let word = self.word(0);
+            let near = nearest(word, ["raise", "send", "cancel", "call", "code", "if"]);
+            let span = self.here();
+            self.report(|| {
+                let finding = Diagnostic::error(
+                    codes::UNKNOWN_WORD,
+                    format!("no statement begins with `{}`", short(word)),
+                );
+                match near {
+                    Some(near) => finding.at(span, format!("meant `{near}`?")).fix(span, near),
+                    None => finding
+                        .at(span, "unknown here")
+                        .help("an assignment is written `n := n + 1`"),
+                }
+            });
+            return Err(Abandoned);
+        }
+        let function_or_target = self.name("a statement")?;
+        if self.kind(0) == Kind::Open && !self.peek(0).new_line {
+            let arguments = self.arguments()?;
+            return Ok(StmtKind::Call { function: function_or_target, arguments });
+        }
+        let target = self.path_from(function_or_target)?;
+        let index = if self.eat(Kind::OpenBracket) {
+            let index = self.expr()?;
+            self.expect(Kind::CloseBracket, "`]`")?;
+            Some(index)
+        } else {
+            None
+        };
+        if self.kind(0) == Kind::Equal {
+            let span: Span = self.here();
+            self.report(|| {
+                Diagnostic::error(codes::UNEXPECTED, "expected `:=`, found `=`")
+                    .at(span, "`=` compares, `:=` assigns")
+                    .fix(span, ":=")
+            });
+            self.advance();
+        } else {
+            self.expect(Kind::Assign, "`:=` and the new value")?;
+        }
+        let value = self.expr()?;
+        Ok(StmtKind::Assign { target, index, value })
+    }
+}
