@@ -1,0 +1,543 @@
+//! From net to logic: the reaction program executed with symbols.
+//!
+//! Every cell of the program becomes flip-flops: one for a step (one-hot), one for each bit of a bounded integer or timer (offset binary from its
+//! lower bound), one for each element of an array and each pair of ages. The program's statements are then run once over nodes instead of values;
+//! what a cell holds at the end is its D function. A transition of a plain net costs a handful of nodes, so the cost is linear in the program.
+//!
+//! # Outputs
+//! A pin is sampled after the clock with the row's inputs still held (semantics.md §9), so a continuous output is wanted as a function of the *new*
+//! situation. Each value is therefore followed twice: as a function of the old state, and, as long as it reads only cells that are not stored any
+//! more, as a function of the new state. An output of the second kind is combinational. An output that has no such form (a call made in an action
+//! list, the fault flag) gets a flip-flop of its own whose D is its function of the old state; its pin shows the same value after the clock.
+//! A `mealy` output is combinational in the old state, and sampled before the clock.
+
+mod run;
+
+use crate::build::Builder;
+use crate::codes;
+use crate::word::{self, Word};
+use grafsynth_ir::arena::IdMap;
+use grafsynth_ir::diag::{Diagnostic, any_error};
+use grafsynth_ir::expr::{Expr, ExprKind, Type};
+use grafsynth_ir::facts::Facts;
+use grafsynth_ir::logic::{Flop, FlopBit, Logic, NodeId, PinInput, PinInputId, PinOutput, PinRole};
+use grafsynth_ir::net::{self, Driver, InputKind, Meta, Net, PropertyLeaf, PropertyRole};
+use grafsynth_ir::program::{Leaf, Origin, Program, ResetEffect, Stmt};
+use grafsynth_ir::{Span, Valid};
+use std::collections::BTreeMap;
+
+/// What the caller may choose.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct EncodeOptions {
+    /// Take what the chart assumes of its environment (and input codes that no value has) into [`Logic::never`]. The functions do not depend on it.
+    pub assumptions: bool,
+    /// The largest circuit, in nodes (about 60 bytes each while it is made).
+    pub max_nodes: usize,
+}
+
+impl Default for EncodeOptions {
+    fn default() -> Self {
+        EncodeOptions { assumptions: true, max_nodes: 8_000_000 }
+    }
+}
+
+/// One flip-flop per step; see the module.
+///
+/// A chart that evolves until it is stable is composed into one clock: its micro-steps are unrolled as often as [`Facts::stable_depth`] proves to be
+/// enough, else as often as the chart's limit allows.
+///
+/// # Errors
+/// What a chip cannot do, each with its place: verbatim code, calls with arguments, an action that may be called twice in one reaction, and a circuit
+/// of more than [`EncodeOptions::max_nodes`] nodes.
+pub fn encode(net: &Valid<Net>, program: &Program, facts: &Facts, options: &EncodeOptions) -> Result<Logic, Vec<Diagnostic>> {
+    let mut encoder = Encoder::new(net, program, facts, options);
+    encoder.refuse_reset_effects();
+    encoder.block(&program.body, 0);
+    if let Some(diagnostic) = encoder.overflow.take() {
+        encoder.diagnostics.push(diagnostic);
+    }
+    if any_error(&encoder.diagnostics) {
+        return Err(encoder.diagnostics);
+    }
+    encoder.finish()
+}
+
+/// A symbolic value.
+#[derive(Debug, Clone, PartialEq, Eq)]
+enum Value {
+    Bool(NodeId),
+    Int(Word),
+}
+
+/// A cell's element or a temporary: where a value can be stored.
+type Place = usize;
+
+/// One call site of an extern action.
+struct CallSite {
+    /// When it is called, as a function of the old state.
+    before: NodeId,
+    /// The same as a function of the new state.
+    after: Option<NodeId>,
+}
+
+struct Encoder<'a> {
+    net: &'a Net,
+    program: &'a Program,
+    facts: &'a Facts,
+    options: &'a EncodeOptions,
+    builder: Builder,
+    diagnostics: Vec<Diagnostic>,
+    overflow: Option<Diagnostic>,
+    /// The value of each input as bits.
+    inputs: IdMap<net::Input, Value>,
+    tick: Option<(PinInputId, NodeId)>,
+    /// The first place of each cell.
+    places: IdMap<grafsynth_ir::program::Cell, Place>,
+    /// The first place of the temporaries.
+    first_temp: Place,
+    /// The present value at each place; none for a temporary not yet set.
+    values: Vec<Option<Value>>,
+    /// The flip-flops of each cell's place, as values: its content after the clock.
+    registers: Vec<Value>,
+    /// Values of temporaries as functions of the new state, where they have one.
+    after: Vec<Option<Value>>,
+    /// The last top-level statement that stores into the cell, counted from 1; 0 for none.
+    last_store: IdMap<grafsynth_ir::program::Cell, usize>,
+    /// The top-level statement at work, counted from 1.
+    now: usize,
+    /// Frames of overwritten values, one for each open `If`.
+    log: Vec<BTreeMap<Place, Option<Value>>>,
+    /// The condition under which the present statement runs, in both forms.
+    path: NodeId,
+    path_after: Option<NodeId>,
+    calls: BTreeMap<net::OutputId, Vec<CallSite>>,
+    outputs: BTreeMap<net::OutputId, (Value, Option<Value>)>,
+    fault: Option<NodeId>,
+    code_reported: bool,
+}
+
+/// Name of bit `bit` of something with `bits` bits.
+fn bit_name(name: &str, bits: usize, bit: usize) -> String {
+    if bits == 1 { name.to_owned() } else { format!("{name}_{bit}") }
+}
+
+/// The mask of what belongs to which kind of pin: true for an input that has a pin.
+fn has_pin(kind: InputKind) -> bool {
+    match kind {
+        InputKind::Pin | InputKind::Extern | InputKind::Event => true,
+        InputKind::InternalEvent => false,
+    }
+}
+
+impl<'a> Encoder<'a> {
+    fn new(net: &'a Net, program: &'a Program, facts: &'a Facts, options: &'a EncodeOptions) -> Self {
+        let mut builder = Builder::default();
+        builder.logic.name = net.name.clone();
+        // Flip-flops come first, so that a product reads state first, then inputs.
+        let mut registers = Vec::new();
+        let places = IdMap::build(&program.cells, |_, cell| {
+            let first = registers.len();
+            for element in 0..cell.len.unwrap_or(1) {
+                registers.push(register(net, &mut builder, cell, element));
+            }
+            first
+        });
+        let first_temp = registers.len();
+        let values = registers.iter().cloned().map(Some).chain(program.temps.ids().map(|_| None)).collect();
+        let inputs = IdMap::build(&net.inputs, |id, input| {
+            if !has_pin(input.kind) {
+                return Value::Bool(builder.constant(false));
+            }
+            let count = input.ty.bits() as usize;
+            let mut bits = Vec::with_capacity(count);
+            for bit in 0..count {
+                let name = bit_name(&input.name.text, count, bit);
+                let role = PinRole::Input(id, u32::try_from(bit).unwrap_or(u32::MAX));
+                let pin = builder.logic.inputs.push(PinInput { name, role, meta: input.meta.clone() });
+                bits.push(builder.input(pin));
+            }
+            value_of(&mut builder, input.ty, bits)
+        });
+        let tick = uses_time(&program.body).then(|| {
+            let pin = PinInput { name: "tick".to_owned(), role: PinRole::Tick, meta: Meta::default() };
+            let pin = builder.logic.inputs.push(pin);
+            (pin, builder.input(pin))
+        });
+        let mut last_store = IdMap::filled(&program.cells, 0);
+        for (index, stmt) in program.body.iter().enumerate() {
+            note_stores(std::slice::from_ref(stmt), index + 1, &mut last_store);
+        }
+        let path = builder.constant(true);
+        Encoder {
+            net,
+            program,
+            facts,
+            options,
+            builder,
+            diagnostics: Vec::new(),
+            overflow: None,
+            inputs,
+            tick,
+            places,
+            first_temp,
+            values,
+            registers,
+            after: vec![None; program.temps.len()],
+            last_store,
+            now: 0,
+            log: Vec::new(),
+            path,
+            path_after: Some(path),
+            calls: BTreeMap::new(),
+            outputs: BTreeMap::new(),
+            fault: None,
+            code_reported: false,
+        }
+    }
+
+    fn refuse_reset_effects(&mut self) {
+        let mut called: BTreeMap<net::OutputId, usize> = BTreeMap::new();
+        for effect in &self.program.reset_effects {
+            match effect {
+                ResetEffect::Call(output, arguments) => {
+                    if !arguments.is_empty() {
+                        self.refuse_arguments(*output, self.net.outputs[*output].meta.span);
+                    }
+                    *called.entry(*output).or_default() += 1;
+                }
+                ResetEffect::Code(_) => self.refuse_code(),
+            }
+        }
+        for (output, times) in called {
+            if times > 1 {
+                let output = &self.net.outputs[output];
+                let message = format!("`{}` is called {times} times at reset, and a chip has one strobe pin for it", output.name);
+                self.diagnostics.push(
+                    Diagnostic::error(codes::CALLED_TWICE, message)
+                        .at(output.meta.span, "this action")
+                        .help("call it from one initial step only, or keep it on the CPU"),
+                );
+            }
+        }
+    }
+
+    fn refuse_arguments(&mut self, output: net::OutputId, span: Span) {
+        let name = &self.net.outputs[output].name;
+        let message = format!("the call of `{name}` has arguments, and a strobe pin of a chip carries none");
+        self.diagnostics.push(
+            Diagnostic::error(codes::CALL_ARGUMENTS, message)
+                .at(span, "called with arguments")
+                .help("store the value in an output of its own and call the action without arguments, or keep it on the CPU"),
+        );
+    }
+
+    fn refuse_code(&mut self) {
+        if self.code_reported {
+            return;
+        }
+        self.code_reported = true;
+        let spans = code_places(self.net);
+        let mut diagnostic =
+            Diagnostic::error(codes::VERBATIM, "the chart holds verbatim code, which a chip cannot run".to_owned())
+                .help("write the action with assignments, make it an `extern action`, or build for `c`");
+        for span in spans {
+            diagnostic = diagnostic.at(span, "verbatim code");
+        }
+        self.diagnostics.push(diagnostic);
+    }
+
+    /// D functions, outputs and constraints from the final values.
+    fn finish(mut self) -> Result<Logic, Vec<Diagnostic>> {
+        let program = self.program;
+        let mut flops = self.builder.logic.flops.ids();
+        let mut next: Vec<(grafsynth_ir::logic::FlopId, NodeId)> = Vec::new();
+        for (id, cell) in program.cells.iter() {
+            for element in 0..cell.len.unwrap_or(1) as usize {
+                let value = self.values[self.places[id] + element].clone();
+                let Some(value) = value else { unreachable!("a cell always has a value") };
+                for bit in to_bits(&mut self.builder, value, cell.ty) {
+                    if let Some(flop) = flops.next() {
+                        next.push((flop, bit));
+                    }
+                }
+            }
+        }
+        for (flop, bit) in next {
+            self.builder.logic.flops[flop].next = bit;
+        }
+        self.output_pins();
+        self.call_pins()?;
+        if let Some(value) = self.fault.filter(|&value| self.builder.as_constant(value) != Some(false)) {
+            self.builder.logic.outputs.push(PinOutput {
+                name: "fault".to_owned(),
+                role: PinRole::Fault,
+                value,
+                registered: Some(false),
+                mealy: false,
+                meta: Meta::default(),
+            });
+        }
+        if self.options.assumptions {
+            self.constraints();
+        }
+        Ok(self.builder.finish())
+    }
+
+    fn output_pins(&mut self) {
+        let (net, program) = (self.net, self.program);
+        for (id, output) in net.outputs.iter() {
+            let Some((before, after)) = self.outputs.get(&id).cloned() else { continue };
+            let mealy = matches!(output.driver, Driver::Mealy(_));
+            let reset = program.reset_outputs.get(id.index()).copied().unwrap_or(0);
+            let code = output.ty.saturate(reset).abs_diff(output.ty.bounds().0);
+            let (value, registered, mealy) = match (output.registered, mealy, after) {
+                (true, _, _) => (before, true, false),
+                (false, true, _) => (before, false, true),
+                (false, false, Some(after)) => (after, false, false),
+                (false, false, None) => (before, true, false),
+            };
+            let bits = to_bits(&mut self.builder, value, output.ty);
+            let count = bits.len();
+            for (bit, value) in bits.into_iter().enumerate() {
+                self.builder.logic.outputs.push(PinOutput {
+                    name: bit_name(&output.name.text, count, bit),
+                    role: PinRole::Output(id, u32::try_from(bit).unwrap_or(u32::MAX)),
+                    value,
+                    registered: registered.then_some(code >> bit & 1 == 1),
+                    mealy,
+                    meta: output.meta.clone(),
+                });
+            }
+        }
+    }
+
+    /// One strobe pin for each extern action.
+    fn call_pins(&mut self) -> Result<(), Vec<Diagnostic>> {
+        let net = self.net;
+        for (id, output) in net.outputs.iter() {
+            if !matches!(output.driver, Driver::Extern { .. }) {
+                continue;
+            }
+            let sites = self.calls.remove(&id).unwrap_or_default();
+            if !self.exclusive(&sites) {
+                let message = format!("`{}` may be called twice in one reaction, and a chip has one strobe pin for it", output.name);
+                self.diagnostics.push(
+                    Diagnostic::error(codes::CALLED_TWICE, message)
+                        .at(output.meta.span, "this action")
+                        .help("call it from one place, or from places of which only one can act in a reaction, or keep it on the CPU"),
+                );
+                continue;
+            }
+            let after: Option<Vec<NodeId>> = sites.iter().map(|site| site.after).collect();
+            let called_at_reset =
+                self.program.reset_effects.iter().any(|effect| matches!(effect, ResetEffect::Call(called, _) if *called == id));
+            let (value, registered) = match after.filter(|_| !output.registered) {
+                Some(after) => (self.builder.or(after), None),
+                None => (self.builder.or(sites.iter().map(|site| site.before)), Some(called_at_reset)),
+            };
+            self.builder.logic.outputs.push(PinOutput {
+                name: output.name.text.clone(),
+                role: PinRole::Output(id, 0),
+                value,
+                registered,
+                mealy: false,
+                meta: output.meta.clone(),
+            });
+        }
+        if any_error(&self.diagnostics) { Err(std::mem::take(&mut self.diagnostics)) } else { Ok(()) }
+    }
+
+    /// What the environment guarantees: input codes in range, `assume`, exclusive events.
+    fn constraints(&mut self) {
+        let net = self.net;
+        let mut never = Vec::new();
+        for (id, input) in net.inputs.iter() {
+            if let Value::Int(word) = &self.inputs[id] {
+                let (lo, hi) = input.ty.bounds();
+                let full = Word { hi: i128::from(lo) + (1 << word.bits.len()) - 1, ..word.clone() };
+                let limit = Word::constant(hi);
+                never.push(word::compare(&mut self.builder, grafsynth_ir::expr::CompareOp::Gt, &full, &limit));
+            }
+        }
+        if net.settings.events_exclusive {
+            let mut seen = self.builder.constant(false);
+            let mut twice = Vec::new();
+            for (id, input) in net.inputs.iter() {
+                if let (InputKind::Event, Value::Bool(event)) = (input.kind, self.inputs[id].clone()) {
+                    twice.push(self.builder.and([seen, event]));
+                    seen = self.builder.or([seen, event]);
+                }
+            }
+            never.push(self.builder.or(twice));
+        }
+        for property in &net.properties {
+            if property.role == PropertyRole::Assume
+                && let Some(expr) = over_inputs(&property.never)
+                && let Some(Value::Bool(node)) = self.eval(&expr, false)
+            {
+                never.push(node);
+            }
+        }
+        never.retain(|&node| self.builder.as_constant(node) != Some(false));
+        self.builder.logic.never = never;
+    }
+}
+
+/// Makes the flip-flops of one element of a cell.
+fn register(net: &Net, builder: &mut Builder, cell: &grafsynth_ir::program::Cell, element: u32) -> Value {
+    let name = match cell.len {
+        Some(_) => format!("{}_{element}", cell.name),
+        None => cell.name.clone(),
+    };
+    let init = cell.init.get(element as usize).copied().unwrap_or(0);
+    let code = cell.ty.saturate(init).abs_diff(cell.ty.bounds().0);
+    let count = cell.ty.bits() as usize;
+    let meta = meta_of(net, cell.origin);
+    let mut bits = Vec::with_capacity(count);
+    for bit in 0..count {
+        let init = code >> bit & 1 == 1;
+        let (flop, value) = builder.flop_named(&bit_name(&name, count, bit), init);
+        let bit = u32::try_from(bit).unwrap_or(u32::MAX);
+        let flop: &mut Flop = &mut builder.logic.flops[flop];
+        flop.holds = Some(FlopBit { origin: cell.origin, element, bit, inverted: false });
+        flop.meta = meta.clone();
+        bits.push(value);
+    }
+    value_of(builder, cell.ty, bits)
+}
+
+fn value_of(builder: &mut Builder, ty: Type, bits: Vec<NodeId>) -> Value {
+    match ty {
+        Type::Bool => Value::Bool(bits.first().copied().unwrap_or_else(|| builder.constant(false))),
+        Type::Int { lo, hi } => Value::Int(Word::register(bits, lo, hi)),
+    }
+}
+
+/// The bits of a register of type `ty` that holds `value`, saturated.
+fn to_bits(builder: &mut Builder, value: Value, ty: Type) -> Vec<NodeId> {
+    match (value, ty) {
+        (Value::Bool(node), Type::Bool) => vec![node],
+        (Value::Bool(node), Type::Int { lo, hi }) => {
+            Word::flag(node).saturated(builder, lo, hi).register_bits(builder, lo, hi)
+        }
+        (Value::Int(word), Type::Bool) => {
+            let zero = Word::constant(0);
+            vec![word::compare(builder, grafsynth_ir::expr::CompareOp::Ne, &word, &zero)]
+        }
+        (Value::Int(word), Type::Int { lo, hi }) => word.saturated(builder, lo, hi).register_bits(builder, lo, hi),
+    }
+}
+
+/// Where the thing that a cell holds was declared.
+fn meta_of(net: &Net, origin: Origin) -> Meta {
+    match origin {
+        Origin::Step(step)
+        | Origin::Elapsed(step)
+        | Origin::LastElapsed(step)
+        | Origin::TaskIndex(step)
+        | Origin::Older(step, _)
+        | Origin::Recorded(_, step) => net.steps[step].meta.clone(),
+        Origin::Var(var) => net.vars[var].meta.clone(),
+        Origin::Timer(timer) | Origin::TimerCondition(timer) => net.timers[timer].meta.clone(),
+        Origin::ActionQ(action) | Origin::ActionLatch(action, _) | Origin::ActionTimer(action, _) => net.actions[action].meta.clone(),
+        Origin::Pending(event) => net.inputs[event].meta.clone(),
+        Origin::SendTimer(send) | Origin::SendRuns(send) => net.sends[send].meta.clone(),
+        Origin::HeldOutput(output) => net.outputs[output].meta.clone(),
+        Origin::Edge(_)
+        | Origin::InternalQueue
+        | Origin::InternalLength
+        | Origin::ExternalQueue
+        | Origin::ExternalLength
+        | Origin::Ended
+        | Origin::Fault
+        | Origin::Helper => Meta::default(),
+    }
+}
+
+/// Every place of the net that carries verbatim text, as far as the net knows it.
+fn code_places(net: &Net) -> Vec<Span> {
+    fn in_block(block: &net::Block, spans: &mut Vec<Span>) {
+        for stmt in block {
+            match &stmt.kind {
+                net::StmtKind::Code(_) => spans.push(stmt.span),
+                net::StmtKind::If { then, otherwise, .. } => {
+                    in_block(then, spans);
+                    in_block(otherwise, spans);
+                }
+                net::StmtKind::Assign { .. }
+                | net::StmtKind::Raise(_)
+                | net::StmtKind::Send(_)
+                | net::StmtKind::Cancel(_)
+                | net::StmtKind::Call { .. } => {}
+            }
+        }
+    }
+    let mut spans = Vec::new();
+    for step in net.steps.values() {
+        if !step.code.is_empty() {
+            spans.push(step.meta.span);
+        }
+        let tasks = step.tasks.iter().map(|task| &task.body);
+        for block in [&step.entry, &step.exit, &step.initial_content].into_iter().chain(tasks) {
+            in_block(block, &mut spans);
+        }
+    }
+    for transition in net.transitions.values() {
+        in_block(&transition.actions, &mut spans);
+    }
+    for action in net.actions.values() {
+        in_block(&action.body, &mut spans);
+    }
+    spans.sort_unstable();
+    spans.dedup();
+    spans
+}
+
+/// An assumption as an expression of the program, if it reads inputs only.
+fn over_inputs(expr: &net::PropertyExpr) -> Option<Expr<Leaf>> {
+    let input = |leaf: &PropertyLeaf| match leaf {
+        PropertyLeaf::Net(net::Leaf::Input(input)) => Ok(Leaf::Input(*input)),
+        PropertyLeaf::Net(_) | PropertyLeaf::Output(_) => Err(()),
+    };
+    expr.try_map(&mut |leaf, span| input(leaf).map(|leaf| Expr::leaf(leaf, span)), &mut |leaf, _| input(leaf)).ok()
+}
+
+/// True when some expression reads `dt`.
+fn uses_time(block: &[Stmt]) -> bool {
+    let reads = |expr: &Expr<Leaf>| {
+        let mut found = false;
+        expr.for_each_leaf(&mut |leaf| found |= *leaf == Leaf::Dt);
+        found
+    };
+    block.iter().any(|stmt| match stmt {
+        Stmt::Set(_, expr) | Stmt::Output(_, expr) | Stmt::Fault(expr) => reads(expr),
+        Stmt::Store(_, index, expr) => index.as_ref().is_some_and(reads) || reads(expr),
+        Stmt::If(condition, then, otherwise) => reads(condition) || uses_time(then) || uses_time(otherwise),
+        Stmt::Repeat { condition, body, .. } => reads(condition) || uses_time(body),
+        Stmt::Call(_, arguments) => arguments.iter().any(reads),
+        Stmt::Code(_) => false,
+    })
+}
+
+/// Marks the cells that `block` stores.
+fn note_stores(block: &[Stmt], at: usize, last: &mut IdMap<grafsynth_ir::program::Cell, usize>) {
+    for stmt in block {
+        match stmt {
+            Stmt::Store(cell, _, _) => last[*cell] = at,
+            Stmt::If(_, then, otherwise) => {
+                note_stores(then, at, last);
+                note_stores(otherwise, at, last);
+            }
+            Stmt::Repeat { body, .. } => note_stores(body, at, last),
+            Stmt::Set(..) | Stmt::Output(..) | Stmt::Call(..) | Stmt::Code(_) | Stmt::Fault(_) => {}
+        }
+    }
+}
+
+/// True for an expression worth handing to the algebra: some Boolean operator has an operand that occurs again.
+fn is_compound(expr: &Expr<Leaf>) -> bool {
+    matches!(expr.kind, ExprKind::And(_) | ExprKind::Or(_) | ExprKind::Not(_) | ExprKind::Select(..))
+}
+
+#[cfg(test)]
+mod tests;

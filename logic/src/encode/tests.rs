@@ -1,0 +1,1 @@
+//! Small programs, encoded and run against hand-made expectations.

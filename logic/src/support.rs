@@ -1,0 +1,125 @@
+//! The functions of a [`Logic`] as decision diagrams.
+
+use crate::bdd::{Bdd, Full, Ref};
+use crate::build::for_each_operand;
+use grafsynth_ir::arena::IdMap;
+use grafsynth_ir::logic::{Flop, FlopId, Logic, Node, NodeId, PinInput, PinInputId};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// A variable of a circuit's functions: an input bit or the present value of a flip-flop.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Var {
+    /// The present value of a flip-flop.
+    Flop(FlopId),
+    /// An input bit.
+    Input(PinInputId),
+}
+
+/// The nodes of one circuit in one [`Bdd`]: which level stands for which variable, and what was built already.
+///
+/// Variables get levels in the order in which functions first need them, which keeps what is used together close together; a client that wants another
+/// order asks for the variables in that order first.
+#[derive(Debug, Clone)]
+pub struct Functions {
+    vars: Vec<Var>,
+    flop_levels: IdMap<Flop, Option<u32>>,
+    input_levels: IdMap<PinInput, Option<u32>>,
+    built: BTreeMap<NodeId, Ref>,
+}
+
+impl Functions {
+    /// Nothing built yet. The circuit's nodes may grow while this is used; its inputs and flip-flops may not.
+    #[must_use]
+    pub fn new(logic: &Logic) -> Self {
+        Functions {
+            vars: Vec::new(),
+            flop_levels: IdMap::filled(&logic.flops, None),
+            input_levels: IdMap::filled(&logic.inputs, None),
+            built: BTreeMap::new(),
+        }
+    }
+
+    /// The variables by level.
+    #[must_use]
+    pub fn vars(&self) -> &[Var] {
+        &self.vars
+    }
+
+    /// The level of a flip-flop's variable, given now if it had none.
+    pub fn flop_level(&mut self, flop: FlopId) -> u32 {
+        let next = u32::try_from(self.vars.len()).unwrap_or(u32::MAX);
+        *self.flop_levels[flop].get_or_insert_with(|| {
+            self.vars.push(Var::Flop(flop));
+            next
+        })
+    }
+
+    /// The level of an input's variable, given now if it had none.
+    pub fn input_level(&mut self, input: PinInputId) -> u32 {
+        let next = u32::try_from(self.vars.len()).unwrap_or(u32::MAX);
+        *self.input_levels[input].get_or_insert_with(|| {
+            self.vars.push(Var::Input(input));
+            next
+        })
+    }
+
+    /// The variable of a flip-flop.
+    ///
+    /// # Errors
+    /// When the manager is full.
+    pub fn flop(&mut self, bdd: &mut Bdd, flop: FlopId) -> Result<Ref, Full> {
+        let level = self.flop_level(flop);
+        bdd.var(level)
+    }
+
+    /// The variable of an input.
+    ///
+    /// # Errors
+    /// When the manager is full.
+    pub fn input(&mut self, bdd: &mut Bdd, input: PinInputId) -> Result<Ref, Full> {
+        let level = self.input_level(input);
+        bdd.var(level)
+    }
+
+    /// The function of a node. The cost depends on what the node needs, not on the size of the circuit.
+    ///
+    /// # Errors
+    /// When the manager is full.
+    pub fn build(&mut self, bdd: &mut Bdd, logic: &Logic, node: NodeId) -> Result<Ref, Full> {
+        let mut open = vec![node];
+        let mut cone = BTreeSet::new();
+        while let Some(next) = open.pop() {
+            if !self.built.contains_key(&next) && cone.insert(next) {
+                for_each_operand(&logic.nodes[next], |operand| open.push(operand));
+            }
+        }
+        // An operand has a smaller id than its node.
+        for id in cone {
+            let built = |operand: &NodeId| self.built.get(operand).copied().unwrap_or(Ref::FALSE);
+            let function = match &logic.nodes[id] {
+                Node::Const(value) => Ref::constant(*value),
+                Node::Input(input) => self.input(bdd, *input)?,
+                Node::Flop(flop) => self.flop(bdd, *flop)?,
+                Node::Not(a) => bdd.not(built(a))?,
+                Node::And(all) => {
+                    let all: Vec<Ref> = all.iter().map(built).collect();
+                    bdd.and_all(all)?
+                }
+                Node::Or(all) => {
+                    let all: Vec<Ref> = all.iter().map(built).collect();
+                    bdd.or_all(all)?
+                }
+                Node::Xor(a, b) => {
+                    let (a, b) = (built(a), built(b));
+                    bdd.xor(a, b)?
+                }
+                Node::Mux(a, b, c) => {
+                    let (a, b, c) = (built(a), built(b), built(c));
+                    bdd.ite(a, b, c)?
+                }
+            };
+            self.built.insert(id, function);
+        }
+        Ok(self.built.get(&node).copied().unwrap_or(Ref::FALSE))
+    }
+}
