@@ -1,6 +1,7 @@
 //! Boolean functions and the encodings net to logic.
 pub mod bdd;
 pub mod build;
+pub mod chip;
 pub mod codes;
 pub mod cover;
 pub mod encode;
