@@ -1,1 +1,49 @@
-//! The reference reaction, stimuli, traces and their comparison
+//! The reference simulator: `docs/semantics.md` taken literally, with the stimuli that drive it and the traces that everything is compared by.
+//!
+//! ```text
+//! let (stimulus, problems) = Stimulus::parse_csv(&net, file, text);
+//! let trace = run(&net, &stimulus);                       // row 0 is the reset
+//! let other = Trace::parse_csv(&TraceLayout::of(&net), file, &printed_by_another_engine)?;
+//! assert_eq!(compare(&trace, &other), None);
+//! ```
+//!
+//! [`Simulator`] runs a net step by step; its [`State`] is small, ordered and hashable, so that explorers can keep millions of them, and can be saved
+//! and taken over by name into a changed net. The reaction is the program of semantics §3.9, one function for each of its lines (module `reaction`);
+//! it shares no code with the lowering of nets to programs, which it checks.
+
+pub mod codes;
+mod conflict;
+mod constants;
+mod control;
+mod csv;
+mod ending;
+mod generate;
+mod hierarchy;
+mod layout;
+mod lists;
+mod notes;
+mod random;
+mod ranks;
+mod reaction;
+mod row;
+mod saved;
+mod simulator;
+mod situation;
+mod state;
+mod statechart;
+mod stimulus;
+mod tables;
+mod trace;
+mod trace_text;
+
+pub use notes::{Notes, Noticed, Occurrence, Writer};
+pub use random::Random;
+pub use row::{Effect, InputRow, Open, Row};
+pub use saved::Restored;
+pub use simulator::{Simulator, run, run_with};
+pub use situation::Situation;
+pub use state::State;
+pub use stimulus::{MAX_DT, Stimulus, breaks_assumption};
+pub use trace::{
+    Column, ColumnKind, Difference, Trace, TraceLayout, TraceOptions, TraceRow, Value, compare,
+};

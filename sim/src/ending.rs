@@ -1,0 +1,220 @@
+//! The end of a reaction: E2 to E6 (semantics §3.6, §3.8, §6, §7).
+
+use grafsynth_ir::net::{Driver, OpenCell, OutputId, StepId};
+
+use crate::layout::Cell;
+use crate::reaction::Reaction;
+use crate::row::Effect;
+
+impl Reaction<'_> {
+    /// END: E1 to E6.
+    pub(crate) fn end(&mut self, is_reset: bool) {
+        self.e1_controlled_actions();
+        self.e2_tasks();
+        self.e3_free_timers();
+        if is_reset {
+            self.evaluate_mealy_outputs();
+        }
+        self.e4_outputs();
+        if !is_reset || self.net.settings.policy.is_statechart() {
+            self.e5_renew_input_operands();
+        }
+        self.e6_row();
+    }
+
+    /// E2: each active step runs its next tasks while their costs fit what is left of its budget.
+    fn e2_tasks(&mut self) {
+        let net = self.net;
+        let working: Vec<(StepId, usize)> = (self.state.situation.iter())
+            .filter_map(|step| self.tables.layout.task(step).map(|place| (step, place)))
+            .filter(|(step, _)| !self.part_has_ended(net.steps[*step].part))
+            .collect();
+        for (step, index) in working {
+            let mut rest = net.steps[step].budget;
+            while let Some(task) = usize::try_from(self.state.cells[index])
+                .ok()
+                .and_then(|at| net.steps[step].tasks.get(at))
+                && task.cost <= rest
+            {
+                rest -= task.cost;
+                self.state.cells[index] += 1;
+                self.run(&task.body);
+            }
+        }
+    }
+
+    /// E3: `held := e; if not held then T := 0`.
+    fn e3_free_timers(&mut self) {
+        if self.everything_has_ended() {
+            return;
+        }
+        for (timer, data) in self.net.timers.iter() {
+            self.mention(&data.condition);
+            let held = self.eval(&data.condition) != 0;
+            let place = self.tables.layout.timer(timer);
+            self.state.cells[place + 1] = i64::from(held);
+            if !held {
+                self.state.cells[place] = 0;
+            }
+        }
+    }
+
+    /// L2 (at reset E4): mealy outputs, a function of the situation before the micro-step.
+    pub(crate) fn evaluate_mealy_outputs(&mut self) {
+        let net = self.net;
+        for output in &self.tables.mealy {
+            let Driver::Mealy(emissions) = &net.outputs[*output].driver else { continue };
+            self.row.outputs[output.index()] = 0;
+            for emission in emissions {
+                if self.state.situation.contains(emission.step)
+                    && self.holds(emission.condition.as_ref())
+                {
+                    self.row.outputs[output.index()] = 1;
+                }
+            }
+        }
+    }
+
+    /// Which cells of this reaction the chart leaves open: asked of the situation before it and of its inputs (semantics §3.6).
+    pub(crate) fn evaluate_unspecified(&mut self) {
+        for open in &self.net.unspecified {
+            if self.eval(&open.when) != 0 {
+                match open.what {
+                    OpenCell::Next => {
+                        self.work.open_next = true;
+                        self.row.open.next = true;
+                        self.row.open.fixed.clone_from(&self.tables.mealy);
+                    }
+                    OpenCell::Output(output) => self.row.open.outputs.push(output),
+                }
+            }
+        }
+    }
+
+    /// True if there is no condition or it is true.
+    fn holds(&mut self, condition: Option<&grafsynth_ir::net::Expr>) -> bool {
+        condition.is_none_or(|condition| {
+            self.mention(condition);
+            self.eval(condition) != 0
+        })
+    }
+
+    /// E4: continuous outputs, copies of stored and controlled ones, and continuous calls.
+    fn e4_outputs(&mut self) {
+        let (net, tables) = (self.net, self.tables);
+        for (id, output) in net.outputs.iter() {
+            match &output.driver {
+                Driver::Continuous(_) | Driver::Extern { .. } => self.row.outputs[id.index()] = 0,
+                Driver::Stored(var) => {
+                    self.row.outputs[id.index()] = self.state.cells[tables.layout.var(*var)]
+                }
+                Driver::Controlled(action) => {
+                    self.row.outputs[id.index()] =
+                        self.state.cells[tables.layout.at(Cell::ActionQ(*action))];
+                }
+                Driver::Mealy(_) => {}
+            }
+        }
+        let mut calls: Vec<(OutputId, u32)> = Vec::new();
+        let mut at = 0;
+        while let Some(step) = self.next_active(&mut at) {
+            let ended = !tables.may_end.is_empty() && self.chart_had_ended(step);
+            if ended {
+                continue;
+            }
+            for (output, place) in &tables.emissions[step.index()] {
+                let Driver::Continuous(emissions) = &net.outputs[*output].driver else { continue };
+                if self.holds(emissions[*place as usize].condition.as_ref()) {
+                    self.row.outputs[output.index()] = 1;
+                }
+            }
+            calls.extend_from_slice(&tables.calls[step.index()]);
+        }
+        self.e4_held_outputs();
+        self.e4_calls(calls);
+        for output in &self.row.open.outputs {
+            self.row.outputs[output.index()] = 0;
+        }
+    }
+
+    /// The next active step at or after word position `at`, without borrowing the situation over the caller's work.
+    fn next_active(&self, at: &mut usize) -> Option<StepId> {
+        let words = self.state.situation.words();
+        let mut index = *at / 64;
+        let mut word = words.get(index)? & (u64::MAX << (*at % 64));
+        while word == 0 {
+            index += 1;
+            word = *words.get(index)?;
+        }
+        let found = index * 64 + word.trailing_zeros() as usize;
+        *at = found + 1;
+        Some(StepId::from_index(found))
+    }
+
+    fn chart_had_ended(&self, step: StepId) -> bool {
+        let chart = self.tables.ranks.chart_of(self.net.steps[step].part);
+        self.tables
+            .may_end
+            .iter()
+            .position(|one| *one == chart)
+            .is_some_and(|place| self.work.had_ended[place])
+    }
+
+    /// Outputs of an ended chart keep the values of the row in which it ended [C20].
+    fn e4_held_outputs(&mut self) {
+        let (net, tables) = (self.net, self.tables);
+        for (output, chart) in &tables.layout.held {
+            let Some(place) = tables.may_end.iter().position(|one| one == chart) else { continue };
+            let cell = tables.layout.at(Cell::Held(*output, *chart));
+            if self.work.had_ended[place] {
+                self.row.outputs[output.index()] |= self.state.cells[cell];
+            } else if self.has_ended(*chart)
+                && let Driver::Continuous(emissions) = &net.outputs[*output].driver
+            {
+                let mut value = false;
+                for emission in emissions {
+                    let is_of_chart =
+                        tables.ranks.chart_of(net.steps[emission.step].part) == *chart;
+                    if is_of_chart && self.state.situation.contains(emission.step) {
+                        value |= self.holds(emission.condition.as_ref());
+                    }
+                }
+                self.state.cells[cell] = i64::from(value);
+            }
+        }
+    }
+
+    /// Each continuous extern action is called once if some active step asks for it, with the arguments of the first such step [C22].
+    fn e4_calls(&mut self, mut calls: Vec<(OutputId, u32)>) {
+        let net = self.net;
+        calls.sort_by_key(|(output, _)| *output);
+        let mut done = None;
+        for (output, place) in calls {
+            let Driver::Extern { calls, .. } = &net.outputs[output].driver else { continue };
+            let call = &calls[place as usize];
+            if self.holds(call.condition.as_ref()) && done != Some(output) {
+                done = Some(output);
+                self.call(output, &call.arguments);
+            }
+        }
+    }
+
+    /// E6: what the row shows of the state; and the texts that a target would run now.
+    fn e6_row(&mut self) {
+        self.row.steps.clear();
+        self.row.steps.extend(self.state.situation.iter());
+        self.row.vars.copy_from_slice(&self.state.cells[..self.tables.layout.n_var_cells]);
+        for effect in &self.row.effects {
+            if let Effect::Call(output, _) = effect {
+                self.row.outputs[output.index()] += 1;
+            }
+        }
+        if self.tables.has_code {
+            for step in &self.row.steps {
+                self.row
+                    .effects
+                    .extend(self.net.steps[*step].code.iter().cloned().map(Effect::Code));
+            }
+        }
+    }
+}

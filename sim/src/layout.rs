@@ -1,0 +1,324 @@
+//! Where each thing that a net remembers between reactions lies in a [`State`](crate::State). A net carries only what it uses (semantics §2).
+
+use std::collections::BTreeMap;
+
+use grafsynth_ir::net::{
+    ActionId, Driver, EdgeId, Enter, HistoryId, InputId, Leaf, Net, OutputId, PartId, Policy,
+    Qualifier, SendId, StepId, StepKind, TimerId, TransitionId, TransitionKind, VarId,
+};
+
+use crate::constants;
+use crate::ranks::Ranks;
+
+/// What one cell of a state holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(crate) enum Cell {
+    /// `s.t` in ticks.
+    Elapsed(StepId),
+    /// `s.T` in ticks.
+    LastElapsed(StepId),
+    /// A variable, or one element of an array.
+    Var(VarId, u32),
+    /// The value of an edge operand when it was last compared.
+    Edge(EdgeId),
+    /// A free timer in ticks.
+    Timer(TimerId),
+    /// The held bit of a free timer.
+    TimerHeld(TimerId),
+    /// One place, counted from the oldest, of one of the orders of last activation; the value is the index of a step.
+    Age(u32, u32),
+    /// The index of the step's next task.
+    Task(StepId),
+    /// Q of a controlled action.
+    ActionQ(ActionId),
+    /// A latch of a controlled action.
+    Latch(ActionId, Qualifier),
+    /// The timer of a qualifier, in ticks.
+    ActionTimer(ActionId, Qualifier),
+    /// The held bit of a qualifier's timer.
+    ActionTimerHeld(ActionId, Qualifier),
+    /// The input of a pulse qualifier in the last row.
+    Old(ActionId, Qualifier),
+    /// The event was raised and holds in the next check (Grafcet charts).
+    Raised(InputId),
+    /// The remaining ticks of a send slot; 0 when it does not run.
+    Slot(SendId),
+    /// The history recorded its case of this number.
+    Recorded(HistoryId, u32),
+    /// The statechart has ended.
+    Ended(PartId),
+    /// What the steps of an ended chart gave to an output in its last row.
+    Held(OutputId, PartId),
+}
+
+/// One order of last activation: it ranks the steps that decide between competing transitions of equal rank and P (semantics §4). Steps that can
+/// never decide are left out, so that states that differ only there are one.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct AgeOrder {
+    /// In declaration order.
+    pub(crate) steps: Vec<StepId>,
+    /// The first of its cells.
+    pub(crate) base: usize,
+}
+
+const NONE: u32 = u32::MAX;
+
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Layout {
+    pub(crate) cells: Vec<Cell>,
+    places: BTreeMap<Cell, u32>,
+    elapsed: Vec<u32>,
+    last_elapsed: Vec<u32>,
+    elapsed_caps: Vec<i64>,
+    last_elapsed_caps: Vec<i64>,
+    timer_caps: Vec<i64>,
+    vars: Vec<u32>,
+    pub(crate) n_var_cells: usize,
+    tasks: Vec<u32>,
+    first_edge: usize,
+    first_timer: usize,
+    raised: Vec<u32>,
+    pub(crate) ages: Vec<AgeOrder>,
+    /// The order that decides for a transition, where one does.
+    pub(crate) age_of: Vec<Option<u32>>,
+    /// Cells of outputs of charts that can end.
+    pub(crate) held: Vec<(OutputId, PartId)>,
+}
+
+impl Layout {
+    pub(crate) fn of(net: &Net, ranks: &Ranks) -> Layout {
+        let mut layout = Layout::default();
+        layout.variables(net);
+        let caps = constants::timer_caps(net);
+        let cap = |leaf: Leaf| caps.get(&leaf).copied();
+        for step in net.steps.ids() {
+            let place = cap(Leaf::Elapsed(step)).map_or(NONE, |_| layout.push(Cell::Elapsed(step)));
+            layout.elapsed.push(place);
+            layout.elapsed_caps.push(cap(Leaf::Elapsed(step)).unwrap_or(0));
+            let place =
+                cap(Leaf::LastElapsed(step)).map_or(NONE, |_| layout.push(Cell::LastElapsed(step)));
+            layout.last_elapsed.push(place);
+            layout.last_elapsed_caps.push(cap(Leaf::LastElapsed(step)).unwrap_or(0));
+        }
+        layout.first_timer = layout.cells.len();
+        for timer in net.timers.ids() {
+            layout.push(Cell::Timer(timer));
+            layout.push(Cell::TimerHeld(timer));
+            layout.timer_caps.push(cap(Leaf::Timer(timer)).unwrap_or(0));
+        }
+        layout.first_edge = layout.cells.len();
+        for edge in net.edges.ids() {
+            layout.push(Cell::Edge(edge));
+        }
+        for (step, data) in net.steps.iter() {
+            let place = if data.tasks.is_empty() { NONE } else { layout.push(Cell::Task(step)) };
+            layout.tasks.push(place);
+        }
+        layout.actions(net);
+        for (event, input) in net.inputs.iter() {
+            let is_carried = input.kind.is_event() && !net.settings.policy.is_statechart();
+            let place = if is_carried { layout.push(Cell::Raised(event)) } else { NONE };
+            layout.raised.push(place);
+        }
+        for send in net.sends.ids() {
+            layout.push(Cell::Slot(send));
+        }
+        for (history, data) in net.histories.iter() {
+            for case in 0..data.cases.len() {
+                layout.push(Cell::Recorded(history, case as u32));
+            }
+        }
+        layout.endings(net, ranks);
+        layout.age_orders(net, ranks);
+        layout
+    }
+
+    fn push(&mut self, cell: Cell) -> u32 {
+        let place = self.cells.len() as u32;
+        self.cells.push(cell);
+        self.places.insert(cell, place);
+        place
+    }
+
+    /// Variables stand first, so that their cells can be counted from 0.
+    fn variables(&mut self, net: &Net) {
+        for (id, var) in net.vars.iter() {
+            self.vars.push(self.cells.len() as u32);
+            for element in 0..var.len.unwrap_or(1) {
+                self.push(Cell::Var(id, element));
+            }
+        }
+        self.n_var_cells = self.cells.len();
+    }
+
+    fn actions(&mut self, net: &Net) {
+        for (action, data) in net.actions.iter() {
+            self.push(Cell::ActionQ(action));
+            let has = |qualifier| data.uses.iter().any(|one| one.qualifier == qualifier);
+            for latch in [Qualifier::S, Qualifier::SD, Qualifier::DS, Qualifier::SL] {
+                if has(latch) {
+                    self.push(Cell::Latch(action, latch));
+                }
+            }
+            for timed in [Qualifier::L, Qualifier::D, Qualifier::SD, Qualifier::DS, Qualifier::SL] {
+                if has(timed) {
+                    self.push(Cell::ActionTimer(action, timed));
+                    self.push(Cell::ActionTimerHeld(action, timed));
+                }
+            }
+            for pulse in [Qualifier::P, Qualifier::P0, Qualifier::P1] {
+                if has(pulse) {
+                    self.push(Cell::Old(action, pulse));
+                }
+            }
+        }
+    }
+
+    /// Charts with a top-level final state remember that they ended, and what they gave to each output then (semantics §5).
+    fn endings(&mut self, net: &Net, ranks: &Ranks) {
+        if !net.settings.policy.is_statechart() {
+            return;
+        }
+        for step in
+            net.steps.values().filter(|step| step.kind == StepKind::Final && step.parent.is_none())
+        {
+            let chart = ranks.chart_of(step.part);
+            if self.find(Cell::Ended(chart)).is_none() {
+                self.push(Cell::Ended(chart));
+            }
+        }
+        for (output, data) in net.outputs.iter() {
+            let Driver::Continuous(emissions) = &data.driver else { continue };
+            for emission in emissions {
+                let chart = ranks.chart_of(net.steps[emission.step].part);
+                let cell = Cell::Held(output, chart);
+                if self.find(Cell::Ended(chart)).is_some() && self.find(cell).is_none() {
+                    self.push(cell);
+                    self.held.push((output, chart));
+                }
+            }
+        }
+    }
+
+    /// Semantics §4: transitions compete that share a preceding step (with `fire one`: all); among those of equal rank and P, age decides.
+    fn age_orders(&mut self, net: &Net, ranks: &Ranks) {
+        self.age_of = vec![None; net.transitions.len()];
+        if net.settings.policy != Policy::PriorityAge {
+            return;
+        }
+        let group_of = competing_groups(net);
+        let mut sets: BTreeMap<(usize, u64, u64), (Vec<TransitionId>, Vec<StepId>)> =
+            BTreeMap::new();
+        for (id, transition) in
+            net.transitions.iter().filter(|(_, transition)| transition.kind == TransitionKind::Move)
+        {
+            let key = (
+                group_of[id.index()],
+                ranks.of_part(transition.part),
+                ranks.following_priority(net, id),
+            );
+            let (members, steps) = sets.entry(key).or_default();
+            members.push(id);
+            steps.extend(transition.enters.iter().filter_map(|enter| match enter {
+                Enter::Step(step) => Some(*step),
+                Enter::InitialContent(_) | Enter::History(_) => None,
+            }));
+        }
+        for (members, mut steps) in sets.into_values() {
+            steps.sort_unstable();
+            steps.dedup();
+            if members.len() < 2 || steps.len() < 2 {
+                continue;
+            }
+            let order = self.ages.len() as u32;
+            let base = self.cells.len();
+            for place in 0..steps.len() {
+                self.push(Cell::Age(order, place as u32));
+            }
+            for member in members {
+                self.age_of[member.index()] = Some(order);
+            }
+            self.ages.push(AgeOrder { steps, base });
+        }
+    }
+
+    /// The place of a cell, or none if the net has no use for it.
+    pub(crate) fn find(&self, cell: Cell) -> Option<usize> {
+        self.places.get(&cell).map(|place| *place as usize)
+    }
+
+    /// The place of a cell that the caller knows to exist; a cell that does not is read as the first, which only a broken table could ask for.
+    pub(crate) fn at(&self, cell: Cell) -> usize {
+        self.find(cell).unwrap_or(0)
+    }
+
+    pub(crate) fn var(&self, var: VarId) -> usize {
+        self.vars[var.index()] as usize
+    }
+
+    pub(crate) fn elapsed(&self, step: StepId) -> Option<(usize, i64)> {
+        let place = self.elapsed[step.index()];
+        (place != NONE).then(|| (place as usize, self.elapsed_caps[step.index()]))
+    }
+
+    pub(crate) fn last_elapsed(&self, step: StepId) -> Option<(usize, i64)> {
+        let place = self.last_elapsed[step.index()];
+        (place != NONE).then(|| (place as usize, self.last_elapsed_caps[step.index()]))
+    }
+
+    pub(crate) fn task(&self, step: StepId) -> Option<usize> {
+        let place = self.tasks[step.index()];
+        (place != NONE).then_some(place as usize)
+    }
+
+    pub(crate) fn edge(&self, edge: EdgeId) -> usize {
+        self.first_edge + edge.index()
+    }
+
+    /// The timer's cell; its held bit stands in the next one.
+    pub(crate) fn timer(&self, timer: TimerId) -> usize {
+        self.first_timer + 2 * timer.index()
+    }
+
+    /// Whether the event was raised for the next check (Grafcet charts only).
+    pub(crate) fn raised(&self, event: InputId) -> Option<usize> {
+        let place = self.raised[event.index()];
+        (place != NONE).then_some(place as usize)
+    }
+
+    pub(crate) fn timer_cap(&self, timer: TimerId) -> i64 {
+        self.timer_caps[timer.index()]
+    }
+}
+
+/// The number of the group of transitions that compete with each other, for each transition: connected by shared preceding steps.
+fn competing_groups(net: &Net) -> Vec<usize> {
+    let mut leader: Vec<usize> = (0..net.transitions.len()).collect();
+    let find = |leader: &mut Vec<usize>, mut at: usize| {
+        while leader[at] != at {
+            leader[at] = leader[leader[at]];
+            at = leader[at];
+        }
+        at
+    };
+    let mut first_leaving = vec![None; net.steps.len()];
+    let mut first_of_all = None;
+    for (id, transition) in
+        net.transitions.iter().filter(|(_, transition)| transition.kind == TransitionKind::Move)
+    {
+        let mut join = |other: &mut Option<usize>| match *other {
+            Some(other) => {
+                let (a, b) = (find(&mut leader, id.index()), find(&mut leader, other));
+                leader[a.max(b)] = a.min(b);
+            }
+            None => *other = Some(id.index()),
+        };
+        for step in &transition.requires {
+            join(&mut first_leaving[step.index()]);
+        }
+        if net.settings.fire_one {
+            join(&mut first_of_all);
+        }
+    }
+    (0..leader.len()).map(|at| find(&mut leader, at)).collect()
+}

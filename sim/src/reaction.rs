@@ -1,0 +1,501 @@
+//! The reaction of semantics §3.9, program step by program step.
+//!
+//! Each function is named after the step of the program that it carries out and stands in the file of its section: `conflict.rs` (K3–K5, §4),
+//! `hierarchy.rs` (NEXT, §8), `lists.rs` (F2–F6, §3.3), `statechart.rs` (§5), `control.rs` (E1, §3.5), `ending.rs` (E2–E4).
+
+use grafsynth_ir::expr::{Expr as GenericExpr, ExprKind};
+use grafsynth_ir::net::{
+    EdgeId, Evolution, Expr, InputId, InputKind, Leaf, Net, StepId, TransitionId, TransitionKind,
+    VarId,
+};
+
+use crate::layout::Cell;
+use crate::notes::{Notes, Noticed, Writer};
+use crate::row::{Effect, Row};
+use crate::situation::Situation;
+use crate::state::State;
+use crate::tables::{self, Tables};
+
+/// What a check looks for (semantics §5).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Trigger {
+    /// Grafcet charts: transitions with and without event; the events of `ev` hold.
+    Any,
+    /// Statecharts: transitions without event.
+    Eventless,
+    /// Statecharts: transitions on this event.
+    Event(InputId),
+}
+
+/// Everything that lives within one reaction only. It is kept from reaction to reaction so that its memory is allocated once.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Work {
+    /// Inputs as latched; for events, whether they hold in the current check (`ev`).
+    pub(crate) values: Vec<i64>,
+    /// No micro-step has fired yet: edges of inputs are still live.
+    pub(crate) fresh: bool,
+    /// Edge operands as evaluated by the last check.
+    pub(crate) now: Vec<bool>,
+    /// Edges of the last check.
+    pub(crate) rise: Vec<bool>,
+    pub(crate) fall: Vec<bool>,
+    /// Counts checks; `fireable_at[t]` is the last one in which t was fireable.
+    pub(crate) check: u64,
+    pub(crate) fireable_at: Vec<u64>,
+    pub(crate) enabled: Vec<TransitionId>,
+    /// F, and after selection F'.
+    pub(crate) chosen: Vec<TransitionId>,
+    /// Statecharts and `otherwise`: candidates while F' is being selected.
+    pub(crate) candidates: Vec<TransitionId>,
+    /// Marks steps consumed in the current selection, by check number.
+    pub(crate) consumed_at: Vec<u64>,
+    /// Y of NEXT.
+    pub(crate) next: Situation,
+    /// RS of NEXT.
+    pub(crate) restarted: Situation,
+    /// A set of steps needed for a moment.
+    pub(crate) some_steps: Situation,
+    pub(crate) down: Vec<StepId>,
+    pub(crate) up: Vec<StepId>,
+    /// With simultaneous assignments: what lists read.
+    pub(crate) before: State,
+    pub(crate) reads_before: bool,
+    /// The writer of each variable cell in the current micro-step, by check number.
+    pub(crate) written: Vec<(u64, Option<Writer>)>,
+    /// The list that runs now; none in bodies and tasks, which are no writers of a micro-step.
+    pub(crate) writer: Option<Writer>,
+    /// The next situation is left open in this reaction.
+    pub(crate) open_next: bool,
+    /// All transitions and reactions that fired, in order.
+    pub(crate) fired: Vec<TransitionId>,
+    /// By place in [`Tables::may_end`]: the chart had ended before this reaction.
+    pub(crate) had_ended: Vec<bool>,
+}
+
+impl Work {
+    pub(crate) fn of(net: &Net, tables: &Tables) -> Work {
+        let no_steps = Situation::empty(net.steps.len());
+        Work {
+            values: vec![0; net.inputs.len()],
+            now: vec![false; net.edges.len()],
+            rise: vec![false; net.edges.len()],
+            fall: vec![false; net.edges.len()],
+            fireable_at: vec![0; net.transitions.len()],
+            consumed_at: vec![0; net.steps.len()],
+            next: no_steps.clone(),
+            restarted: no_steps.clone(),
+            some_steps: no_steps,
+            written: vec![(0, None); tables.layout.n_var_cells],
+            had_ended: vec![false; tables.may_end.len()],
+            ..Work::default()
+        }
+    }
+}
+
+/// One reaction while it happens.
+pub(crate) struct Reaction<'a> {
+    pub(crate) net: &'a Net,
+    pub(crate) tables: &'a Tables,
+    pub(crate) state: &'a mut State,
+    pub(crate) work: &'a mut Work,
+    pub(crate) row: &'a mut Row,
+    pub(crate) notes: &'a mut Notes,
+}
+
+impl Reaction<'_> {
+    /// RESET: R1 to R5.
+    pub(crate) fn reset(&mut self) {
+        self.r1_declared_values();
+        if self.net.settings.policy.is_statechart() {
+            self.r3_enter_initial_states();
+            self.evolve_statechart();
+        } else {
+            self.r2_initial_situation();
+            self.r3_initial_lists();
+        }
+        self.end(true);
+    }
+
+    /// REACTION: L1 to L5.
+    pub(crate) fn react(&mut self, dt: u32, inputs: &[i64]) {
+        self.l1_latch(dt, inputs);
+        self.l2_advance_timers(i64::from(dt));
+        self.evaluate_mealy_outputs();
+        self.evaluate_unspecified();
+        if self.net.settings.policy.is_statechart() {
+            self.l3_queue_events(dt, inputs);
+            self.evolve_statechart();
+        } else {
+            self.l3_events_hold(inputs);
+            self.evolve();
+        }
+        self.end(false);
+    }
+
+    /// R1: everything as declared, nothing active, no event, edges read false.
+    fn r1_declared_values(&mut self) {
+        self.state.situation.clear();
+        self.state.internal.clear();
+        self.state.external.clear();
+        for (place, cell) in self.tables.layout.cells.iter().enumerate() {
+            self.state.cells[place] = match *cell {
+                Cell::Var(var, element) => {
+                    let var = &self.net.vars[var];
+                    var.ty.saturate(var.init.get(element as usize).copied().unwrap_or(0))
+                }
+                Cell::Timer(timer) if self.net.timers[timer].starts_expired => {
+                    self.tables.layout.timer_cap(timer)
+                }
+                Cell::Elapsed(_)
+                | Cell::LastElapsed(_)
+                | Cell::Edge(_)
+                | Cell::Timer(_)
+                | Cell::TimerHeld(_)
+                | Cell::Age(..)
+                | Cell::Task(_)
+                | Cell::ActionQ(_)
+                | Cell::Latch(..)
+                | Cell::ActionTimer(..)
+                | Cell::ActionTimerHeld(..)
+                | Cell::Old(..)
+                | Cell::Raised(_)
+                | Cell::Slot(_)
+                | Cell::Recorded(..)
+                | Cell::Ended(_)
+                | Cell::Held(..) => 0,
+            };
+        }
+        self.begin_row(0);
+        for (id, input) in self.net.inputs.iter() {
+            self.work.values[id.index()] = input.ty.saturate(0);
+            self.row.inputs[id.index()] = input.ty.saturate(0);
+        }
+        self.work.now.fill(false);
+        self.work.rise.fill(false);
+        self.work.fall.fill(false);
+        self.work.had_ended.fill(false);
+    }
+
+    fn begin_row(&mut self, dt: u32) {
+        self.row.dt = dt;
+        self.row.fault = false;
+        self.row.effects.clear();
+        // What follows from an open situation is open for good.
+        self.row.open.row |= std::mem::take(&mut self.row.open.next);
+        self.row.open.outputs.clear();
+        self.work.fresh = true;
+        self.work.open_next = false;
+        self.work.fired.clear();
+        self.work.writer = None;
+        self.work.reads_before = false;
+    }
+
+    /// L1: inputs are read once; events do not hold before L3 says so.
+    fn l1_latch(&mut self, dt: u32, inputs: &[i64]) {
+        self.begin_row(dt);
+        for (id, input) in self.net.inputs.iter() {
+            let value = input.ty.saturate(inputs.get(id.index()).copied().unwrap_or(0));
+            self.row.inputs[id.index()] = value;
+            self.work.values[id.index()] = if input.kind.is_event() { 0 } else { value };
+        }
+        for place in 0..self.tables.may_end.len() {
+            self.work.had_ended[place] = self.has_ended(self.tables.may_end[place]);
+        }
+        for input in &self.tables.always_called {
+            self.row.effects.push(Effect::Condition(*input));
+        }
+    }
+
+    /// L2: `dt` ticks are added to the timers of what is active now, each saturating one above the largest constant it is compared with.
+    fn l2_advance_timers(&mut self, dt: i64) {
+        let layout = &self.tables.layout;
+        for step in self.state.situation.iter() {
+            for (place, cap) in layout.elapsed(step).into_iter().chain(layout.last_elapsed(step)) {
+                if !self.tables.may_end.is_empty() && self.part_has_ended(self.net.steps[step].part)
+                {
+                    continue;
+                }
+                let cell = &mut self.state.cells[place];
+                *cell = (*cell + dt).min(cap);
+            }
+        }
+        if self.everything_has_ended() {
+            return;
+        }
+        for timer in self.net.timers.ids() {
+            let place = layout.timer(timer);
+            if self.state.cells[place + 1] != 0 {
+                self.state.cells[place] =
+                    (self.state.cells[place] + dt).min(layout.timer_cap(timer));
+            }
+        }
+        self.advance_qualifier_timers(dt);
+    }
+
+    /// L3 for Grafcet charts: `ev` is what occurs in this row together with what was raised for this check.
+    fn l3_events_hold(&mut self, inputs: &[i64]) {
+        self.l3_take_raised();
+        for event in &self.tables.events {
+            if self.net.inputs[*event].kind == InputKind::Event
+                && inputs.get(event.index()).is_some_and(|value| *value != 0)
+            {
+                self.work.values[event.index()] = 1;
+            }
+        }
+    }
+
+    /// `ev := next; next := {}`.
+    fn l3_take_raised(&mut self) {
+        for event in &self.tables.events {
+            if let Some(place) = self.tables.layout.raised(*event) {
+                self.work.values[event.index()] = std::mem::take(&mut self.state.cells[place]);
+            }
+        }
+    }
+
+    /// EVOLVE of Grafcet charts (semantics §3.4).
+    fn evolve(&mut self) {
+        let mut n = 0;
+        loop {
+            self.evaluate_edge_operands();
+            self.check(Trigger::Any);
+            self.select();
+            if self.work.chosen.is_empty() {
+                self.renew_edge_operands();
+                break;
+            }
+            match self.net.settings.evolution {
+                Evolution::Single => {
+                    self.fire();
+                    self.renew_edge_operands();
+                    self.no_event_holds();
+                    return;
+                }
+                Evolution::Stable { limit } if n == limit => {
+                    self.fault(Noticed::LimitReached);
+                    self.renew_edge_operands();
+                    break;
+                }
+                Evolution::Stable { .. } => {}
+            }
+            self.fire();
+            self.renew_edge_operands();
+            self.work.fresh = false;
+            n += 1;
+            self.l3_take_raised();
+        }
+        // An event that the last allowed micro-step raised is lost, listened to or not [C11].
+        if !self.row.fault
+            && let Evolution::Stable { limit } = self.net.settings.evolution
+            && n == limit
+            && self.tables.events.iter().any(|event| self.work.values[event.index()] != 0)
+        {
+            self.fault(Noticed::LimitReached);
+        }
+        self.no_event_holds();
+    }
+
+    /// `ev := {}`.
+    pub(crate) fn no_event_holds(&mut self) {
+        for event in &self.tables.events {
+            self.work.values[event.index()] = 0;
+        }
+    }
+
+    pub(crate) fn fault(&mut self, why: Noticed) {
+        self.notes.add(why);
+        self.row.fault = true;
+    }
+
+    /// `now[e] := eval(e)` for every operand of the net, used at the moment or not [C15].
+    pub(crate) fn evaluate_edge_operands(&mut self) {
+        for (edge, operand) in self.net.edges.iter() {
+            self.work.now[edge.index()] = self.eval(&operand.expr) != 0;
+        }
+    }
+
+    /// `old := now`, for all operands but those over inputs alone.
+    pub(crate) fn renew_edge_operands(&mut self) {
+        for edge in self.net.edges.ids() {
+            if !self.tables.edge_over_inputs[edge.index()] {
+                self.renew_edge_operand(edge);
+            }
+        }
+    }
+
+    fn renew_edge_operand(&mut self, edge: EdgeId) {
+        self.state.cells[self.tables.layout.edge(edge)] = i64::from(self.work.now[edge.index()]);
+    }
+
+    /// E5: `in_old := in` for the operands over inputs alone.
+    pub(crate) fn e5_renew_input_operands(&mut self) {
+        for (edge, operand) in self.net.edges.iter() {
+            if self.tables.edge_over_inputs[edge.index()] {
+                self.work.now[edge.index()] = self.eval(&operand.expr) != 0;
+                self.renew_edge_operand(edge);
+            }
+        }
+    }
+
+    /// CHECK, K1 and K2: leaves F in `chosen`, in declaration order.
+    pub(crate) fn check(&mut self, trigger: Trigger) {
+        self.work.check += 1;
+        self.k1_edges();
+        self.k2_enabled();
+        self.work.chosen.clear();
+        for at in 0..self.work.enabled.len() {
+            let transition = self.work.enabled[at];
+            if self.k2_is_fireable(transition, trigger) {
+                self.work.fireable_at[transition.index()] = self.work.check;
+                self.work.chosen.push(transition);
+            }
+        }
+    }
+
+    /// K1 (semantics §3.7).
+    fn k1_edges(&mut self) {
+        for edge in self.net.edges.ids() {
+            let now = self.work.now[edge.index()];
+            let old = self.state.cells[self.tables.layout.edge(edge)] != 0;
+            let live = self.work.fresh || !self.tables.edge_over_inputs[edge.index()];
+            self.work.rise[edge.index()] = live && now && !old;
+            self.work.fall[edge.index()] = live && !now && old;
+        }
+    }
+
+    /// E of semantics §3.2, in declaration order.
+    fn k2_enabled(&mut self) {
+        let is_active = |step: StepId| self.state.situation.contains(step);
+        self.work.enabled.clear();
+        for step in self.state.situation.iter() {
+            for transition in &self.tables.leaving[step.index()] {
+                if self.net.transitions[*transition].requires.iter().all(|step| is_active(*step)) {
+                    self.work.enabled.push(*transition);
+                }
+            }
+        }
+        for (transition, enclosing) in &self.tables.sources {
+            if enclosing.is_none_or(is_active) {
+                self.work.enabled.push(*transition);
+            }
+        }
+        if !self.tables.may_end.is_empty() {
+            let mut enabled = std::mem::take(&mut self.work.enabled);
+            enabled
+                .retain(|transition| !self.part_has_ended(self.net.transitions[*transition].part));
+            self.work.enabled = enabled;
+        }
+        self.work.enabled.sort_unstable();
+    }
+
+    /// The receptivity, given that the transition is enabled. Transitions are asked in declaration order, so that `otherwise` finds the answers of
+    /// those above it.
+    fn k2_is_fireable(&mut self, transition: TransitionId, trigger: Trigger) -> bool {
+        let data = &self.net.transitions[transition];
+        self.mention(&data.guard);
+        let event_holds = match trigger {
+            Trigger::Any => {
+                data.events.is_empty()
+                    || data.events.iter().any(|event| self.work.values[event.index()] != 0)
+            }
+            Trigger::Eventless => data.events.is_empty(),
+            Trigger::Event(event) => data.events.contains(&event),
+        };
+        event_holds && self.eval(&data.guard) != 0
+    }
+
+    pub(crate) fn is_reaction(&self, transition: TransitionId) -> bool {
+        self.net.transitions[transition].kind == TransitionKind::Reaction
+    }
+
+    /// Records that extern conditions are called for this expression, once a reaction (semantics §6).
+    pub(crate) fn mention(&mut self, expr: &Expr) {
+        if self.tables.has_extern_conditions {
+            let effects = &mut self.row.effects;
+            tables::extern_conditions(self.net, expr, &mut |input| {
+                let called = Effect::Condition(input);
+                if !effects.contains(&called) {
+                    effects.push(called);
+                }
+            });
+        }
+    }
+
+    /// `eval`: the exact value, 0 and 1 for Booleans, of what the state is now; with simultaneous assignments, what it was at the start of the
+    /// micro-step.
+    pub(crate) fn eval(&self, expr: &Expr) -> i64 {
+        let state = if self.work.reads_before { &self.work.before } else { &*self.state };
+        eval_by(expr, &|leaf, index| {
+            value_of(self.net, self.tables, state, self.work, *leaf, index)
+        })
+    }
+
+    /// The cell of a variable or of one element.
+    pub(crate) fn var_place(&self, var: VarId, index: Option<i64>) -> usize {
+        var_place(self.net, self.tables, var, index)
+    }
+}
+
+/// The value of an expression over any leaves; `value` is asked with the index for an element of an array. What `and` and `or` skip has no effects.
+pub(crate) fn eval_by<L>(expr: &GenericExpr<L>, value: &impl Fn(&L, Option<i64>) -> i64) -> i64 {
+    let eval = |expr: &GenericExpr<L>| eval_by(expr, value);
+    match &expr.kind {
+        ExprKind::Bool(value) => i64::from(*value),
+        ExprKind::Int(value) => *value,
+        ExprKind::Leaf(leaf) => value(leaf, None),
+        ExprKind::Element(leaf, index) => value(leaf, Some(eval(index))),
+        ExprKind::Not(a) => i64::from(eval(a) == 0),
+        ExprKind::And(all) => i64::from(all.iter().all(|a| eval(a) != 0)),
+        ExprKind::Or(all) => i64::from(all.iter().any(|a| eval(a) != 0)),
+        ExprKind::Compare(op, a, b) => i64::from(op.apply(eval(a), eval(b))),
+        ExprKind::Neg(a) => eval(a).wrapping_neg(),
+        // Validation excludes a divisor of 0 and results beyond 64 bits.
+        ExprKind::Arith(op, a, b) => op.apply(eval(a), eval(b)).unwrap_or(0),
+        ExprKind::Select(a, b, c) => {
+            if eval(a) != 0 {
+                eval(b)
+            } else {
+                eval(c)
+            }
+        }
+    }
+}
+
+/// What a leaf reads.
+pub(crate) fn value_of(
+    net: &Net,
+    tables: &Tables,
+    state: &State,
+    work: &Work,
+    leaf: Leaf,
+    index: Option<i64>,
+) -> i64 {
+    let layout = &tables.layout;
+    match leaf {
+        Leaf::Input(input) => work.values[input.index()],
+        Leaf::Var(var) => state.cells[var_place(net, tables, var, index)],
+        Leaf::Active(step) => i64::from(state.situation.contains(step)),
+        Leaf::Elapsed(step) => layout.elapsed(step).map_or(0, |(place, _)| state.cells[place]),
+        Leaf::LastElapsed(step) => {
+            layout.last_elapsed(step).map_or(0, |(place, _)| state.cells[place])
+        }
+        Leaf::TasksDone(step) => {
+            let index = layout.task(step).map_or(0, |place| state.cells[place]);
+            i64::from(state.situation.contains(step) && index >= net.steps[step].tasks.len() as i64)
+        }
+        Leaf::Timer(timer) => state.cells[layout.timer(timer)],
+        Leaf::Rise(edge) => i64::from(work.rise[edge.index()]),
+        Leaf::Fall(edge) => i64::from(work.fall[edge.index()]),
+        Leaf::Fireable(transition) => i64::from(work.fireable_at[transition.index()] == work.check),
+        Leaf::Controlled(action) => {
+            layout.find(Cell::ActionQ(action)).map_or(0, |place| state.cells[place])
+        }
+    }
+}
+
+/// The cell of a variable or of one element. Validation excludes an index outside the array.
+fn var_place(net: &Net, tables: &Tables, var: VarId, index: Option<i64>) -> usize {
+    let last = i64::from(net.vars[var].len.unwrap_or(1).max(1)) - 1;
+    let index = index.unwrap_or(0).clamp(0, last);
+    tables.layout.var(var) + usize::try_from(index).unwrap_or(0)
+}

@@ -1,0 +1,108 @@
+//! One row: what a reaction leaves for all to see.
+
+use grafsynth_ir::net::{InputId, InputKind, Net, OutputId, StepId, Verbatim};
+
+/// The inputs of one reaction.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+pub struct InputRow {
+    /// Ticks since the last reaction.
+    pub dt: u32,
+    /// One value for each input of the net, by id; internal events have one too, which nobody reads.
+    pub values: Vec<i64>,
+}
+
+impl InputRow {
+    /// One tick with all inputs 0 (or the bound nearest to 0).
+    #[must_use]
+    pub fn zero(net: &Net) -> Self {
+        InputRow { dt: 1, values: net.inputs.values().map(|input| input.ty.saturate(0)).collect() }
+    }
+
+    /// The value of an input.
+    #[must_use]
+    pub fn value(&self, input: InputId) -> i64 {
+        self.values.get(input.index()).copied().unwrap_or(0)
+    }
+
+    /// The same row with another value for one input.
+    #[must_use]
+    pub fn with(mut self, input: InputId, value: i64) -> Self {
+        if let Some(cell) = self.values.get_mut(input.index()) {
+            *cell = value;
+        }
+        self
+    }
+}
+
+/// Something that a reaction does to the world beyond its outputs, in the order in which it happens.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Effect {
+    /// A call of an extern action with its arguments, brought into the bounds of the parameters.
+    Call(OutputId, Vec<i64>),
+    /// A call of an extern condition; at most one for each in a reaction.
+    Condition(InputId),
+    /// Text of a target language that would have run here. The simulator cannot run it.
+    Code(Verbatim),
+}
+
+/// Which cells of a row are not determined by the chart (semantics §3.6, *unspecified*).
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+pub struct Open {
+    /// The situation after this reaction was left open: so is everything that follows from it, in this row (but not mealy outputs) and in all
+    /// later ones.
+    pub next: bool,
+    /// The whole row: its state followed from an open one, or an assumption was broken.
+    pub row: bool,
+    /// Outputs left open in this row.
+    pub outputs: Vec<OutputId>,
+    /// Outputs that do not follow from the situation after this reaction: mealy ones.
+    pub fixed: Vec<OutputId>,
+}
+
+impl Open {
+    /// True if some cell is open.
+    #[must_use]
+    pub fn any(&self) -> bool {
+        self.next || self.row || !self.outputs.is_empty()
+    }
+}
+
+/// What one reaction leaves. [`TraceLayout::row`](crate::TraceLayout::row) makes the cells of a trace of it; other engines build one from their
+/// own values.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Row {
+    /// Ticks since the last row.
+    pub dt: u32,
+    /// The inputs by id, as the stimulus gave them.
+    pub inputs: Vec<i64>,
+    /// The active steps in declaration order, hidden and composite ones included.
+    pub steps: Vec<StepId>,
+    /// The outputs by id. Those of extern actions are not read from here but from `effects`.
+    pub outputs: Vec<i64>,
+    /// The variables by id, each array as its elements in order.
+    pub vars: Vec<i64>,
+    /// The fault flag (semantics §3.4, §5).
+    pub fault: bool,
+    /// Calls, in order.
+    pub effects: Vec<Effect>,
+    /// Cells that the chart leaves open.
+    pub open: Open,
+}
+
+impl Row {
+    /// The row of a net with every value 0 and no step active, to be filled in.
+    #[must_use]
+    pub fn zero(net: &Net) -> Self {
+        Row {
+            inputs: InputRow::zero(net).values,
+            outputs: vec![0; net.outputs.len()],
+            vars: vec![0; net.vars.values().map(|var| var.len.unwrap_or(1) as usize).sum()],
+            ..Row::default()
+        }
+    }
+}
+
+/// True for inputs that have a column in stimuli and traces: all but internal events.
+pub(crate) fn has_column(kind: InputKind) -> bool {
+    kind != InputKind::InternalEvent
+}

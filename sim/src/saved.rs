@@ -1,0 +1,294 @@
+//! A state as text, by name, so that a changed net can take over what it still has.
+
+use std::collections::BTreeMap;
+
+use grafsynth_ir::Diagnostic;
+use grafsynth_ir::expr::ExprKind;
+use grafsynth_ir::net::{Expr, InputId, Leaf, Net, Qualifier, StepId};
+use serde::{Deserialize, Serialize};
+
+use crate::codes;
+use crate::layout::Cell;
+use crate::state::State;
+use crate::tables::Tables;
+
+/// What became of a saved state.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Restored {
+    /// What was taken over, such as `step p1` or `var n`.
+    pub kept: Vec<String>,
+    /// Taken over, but brought into a narrower range.
+    pub cut: Vec<String>,
+    /// What the net has and the text had not: it starts as after reset.
+    pub new: Vec<String>,
+    /// What the text had and the net has not.
+    pub lost: Vec<String>,
+}
+
+const FORMAT: &str = "grafsynth state 1";
+
+#[derive(Debug, Serialize, Deserialize)]
+struct Saved {
+    format: String,
+    chart: String,
+    /// Each step and whether it is active.
+    steps: BTreeMap<String, bool>,
+    /// Everything with a number, by a key made of names.
+    cells: BTreeMap<String, i64>,
+    /// Orders of last activation, oldest first.
+    ages: Vec<Vec<String>>,
+    internal: Vec<String>,
+    external: Vec<String>,
+}
+
+pub(crate) fn save(net: &Net, tables: &Tables, state: &State) -> String {
+    let event_names = |queue: &std::collections::VecDeque<InputId>| {
+        queue.iter().map(|event| net.inputs[*event].name.text.clone()).collect()
+    };
+    let name_of = |index: i64| {
+        let index = usize::try_from(index).unwrap_or(usize::MAX);
+        net.steps
+            .get(StepId::from_index(index))
+            .map_or(String::new(), |step| step.name.text.clone())
+    };
+    let saved = Saved {
+        format: FORMAT.to_owned(),
+        chart: net.name.text.clone(),
+        steps: net
+            .steps
+            .iter()
+            .map(|(id, step)| (step.name.text.clone(), state.situation.contains(id)))
+            .collect(),
+        cells: keys(net, tables).map(|(place, key)| (key, state.cells[place])).collect(),
+        ages: tables
+            .layout
+            .ages
+            .iter()
+            .map(|order| {
+                state.cells[order.base..order.base + order.steps.len()]
+                    .iter()
+                    .map(|step| name_of(*step))
+                    .collect()
+            })
+            .collect(),
+        internal: event_names(&state.internal),
+        external: event_names(&state.external),
+    };
+    // The value is made of strings and numbers only, which always can be written.
+    serde_json::to_string_pretty(&saved).unwrap_or_default() + "\n"
+}
+
+/// `state` is that after reset; what the text does not know stays so.
+pub(crate) fn restore(
+    net: &Net,
+    tables: &Tables,
+    state: &mut State,
+    text: &str,
+) -> Result<Restored, Diagnostic> {
+    let saved: Saved = serde_json::from_str(text)
+        .map_err(|error| bad(format!("the saved state cannot be read: {error}")))?;
+    if saved.format != FORMAT {
+        return Err(bad(format!(
+            "the saved state has format `{}`, this version reads `{FORMAT}`",
+            saved.format
+        )));
+    }
+    let mut restored = Restored::default();
+    let mut steps = saved.steps;
+    for (id, step) in net.steps.iter() {
+        let label = format!("step {}", step.name);
+        match steps.remove(&step.name.text) {
+            Some(is_active) => {
+                state.situation.set(id, is_active);
+                restored.kept.push(label);
+            }
+            None => restored.new.push(label),
+        }
+    }
+    restored.lost.extend(steps.into_keys().map(|name| format!("step {name}")));
+    let mut cells = saved.cells;
+    for (place, key) in keys(net, tables) {
+        match cells.remove(&key) {
+            Some(value) => {
+                let (lo, hi) = bounds(net, tables, tables.layout.cells[place]);
+                state.cells[place] = value.clamp(lo, hi);
+                if state.cells[place] == value {
+                    restored.kept.push(key)
+                } else {
+                    restored.cut.push(key)
+                }
+            }
+            None => restored.new.push(key),
+        }
+    }
+    restored.lost.extend(cells.into_keys());
+    restore_ages(net, tables, state, &saved.ages);
+    for (queue, names) in
+        [(&mut state.internal, saved.internal), (&mut state.external, saved.external)]
+    {
+        queue.clear();
+        for name in names {
+            match net
+                .inputs
+                .iter()
+                .find(|(_, input)| input.name.text == name && input.kind.is_event())
+            {
+                Some((event, _)) => queue.push_back(event),
+                None => restored.lost.push(format!("pending event {name}")),
+            }
+        }
+    }
+    Ok(restored)
+}
+
+fn bad(message: String) -> Diagnostic {
+    Diagnostic::error(codes::BAD_STATE, message).help("save the state again, or start from reset")
+}
+
+/// Each order takes over the saved one that it shares most steps with; steps unknown there are older than all that are known.
+fn restore_ages(net: &Net, tables: &Tables, state: &mut State, saved: &[Vec<String>]) {
+    for order in &tables.layout.ages {
+        let name = |step: &StepId| net.steps[*step].name.text.as_str();
+        let shared = |names: &&Vec<String>| {
+            order.steps.iter().filter(|step| names.iter().any(|n| n == name(step))).count()
+        };
+        let Some(names) = saved.iter().rev().max_by_key(shared) else { continue };
+        let place_in =
+            |step: &StepId| names.iter().position(|n| n == name(step)).map_or(0, |place| place + 1);
+        let mut steps = order.steps.clone();
+        steps.sort_by_key(place_in);
+        for (place, step) in steps.into_iter().enumerate() {
+            state.cells[order.base + place] = step.index() as i64;
+        }
+    }
+}
+
+/// What a restored value must lie within.
+fn bounds(net: &Net, tables: &Tables, cell: Cell) -> (i64, i64) {
+    let layout = &tables.layout;
+    match cell {
+        Cell::Var(var, _) => net.vars[var].ty.bounds(),
+        Cell::Elapsed(step) => (0, layout.elapsed(step).map_or(0, |(_, cap)| cap)),
+        Cell::LastElapsed(step) => (0, layout.last_elapsed(step).map_or(0, |(_, cap)| cap)),
+        Cell::Timer(timer) => (0, layout.timer_cap(timer)),
+        Cell::ActionTimer(action, _) => (0, i64::from(net.actions[action].duration)),
+        Cell::Task(step) => (0, net.steps[step].tasks.len() as i64),
+        Cell::Slot(send) => (0, i64::from(net.sends[send].delay)),
+        Cell::Age(..) => (0, i64::MAX),
+        Cell::Edge(_)
+        | Cell::TimerHeld(_)
+        | Cell::ActionQ(_)
+        | Cell::Latch(..)
+        | Cell::ActionTimerHeld(..)
+        | Cell::Old(..)
+        | Cell::Raised(_)
+        | Cell::Recorded(..)
+        | Cell::Ended(_)
+        | Cell::Held(..) => (0, 1),
+    }
+}
+
+/// All cells but those of age orders, each with its key.
+fn keys<'k>(net: &'k Net, tables: &'k Tables) -> impl Iterator<Item = (usize, String)> + 'k {
+    tables
+        .layout
+        .cells
+        .iter()
+        .enumerate()
+        .filter_map(|(place, cell)| key(net, *cell).map(|key| (place, key)))
+}
+
+fn key(net: &Net, cell: Cell) -> Option<String> {
+    let step = |step: StepId| &net.steps[step].name.text;
+    Some(match cell {
+        Cell::Elapsed(id) => format!("time of {}", step(id)),
+        Cell::LastElapsed(id) => format!("last time of {}", step(id)),
+        Cell::Var(var, element) => match net.vars[var].len {
+            None => format!("var {}", net.vars[var].name),
+            Some(_) => format!("var {}[{element}]", net.vars[var].name),
+        },
+        Cell::Edge(edge) => format!("edge of {}", expr_key(net, &net.edges[edge].expr)),
+        Cell::Timer(timer) => format!("timer {}", net.timers[timer].name),
+        Cell::TimerHeld(timer) => format!("timer {} held", net.timers[timer].name),
+        Cell::Age(..) => return None,
+        Cell::Task(id) => format!("task index of {}", step(id)),
+        Cell::ActionQ(action) => format!("action {} Q", net.actions[action].name),
+        Cell::Latch(action, which) => {
+            format!("action {} {}_FF", net.actions[action].name, qualifier(which))
+        }
+        Cell::ActionTimer(action, which) => {
+            format!("action {} {}_TON", net.actions[action].name, qualifier(which))
+        }
+        Cell::ActionTimerHeld(action, which) => {
+            format!("action {} {}_TON held", net.actions[action].name, qualifier(which))
+        }
+        Cell::Old(action, which) => {
+            format!("action {} {}_old", net.actions[action].name, qualifier(which))
+        }
+        Cell::Raised(event) => format!("raised {}", net.inputs[event].name),
+        Cell::Slot(send) => format!("send {}", net.sends[send].name),
+        Cell::Recorded(history, case) => {
+            let data = &net.histories[history];
+            let recorded =
+                data.cases.get(case as usize).map_or("", |case| step(case.step).as_str());
+            format!("history {} {recorded}", data.name)
+        }
+        Cell::Ended(part) => format!("ended {}", net.parts[part].name),
+        Cell::Held(output, part) => {
+            format!("held {} {}", net.outputs[output].name, net.parts[part].name)
+        }
+    })
+}
+
+fn qualifier(which: Qualifier) -> &'static str {
+    match which {
+        Qualifier::N => "N",
+        Qualifier::R => "R",
+        Qualifier::S => "S",
+        Qualifier::L => "L",
+        Qualifier::D => "D",
+        Qualifier::P => "P",
+        Qualifier::P0 => "P0",
+        Qualifier::P1 => "P1",
+        Qualifier::SD => "SD",
+        Qualifier::DS => "DS",
+        Qualifier::SL => "SL",
+    }
+}
+
+/// An edge operand has no name; its text in prefix form, with names, stands for it.
+fn expr_key(net: &Net, expr: &Expr) -> String {
+    let operands: Vec<String> = expr.operands().map(|operand| expr_key(net, operand)).collect();
+    let head = match &expr.kind {
+        ExprKind::Bool(value) => return value.to_string(),
+        ExprKind::Int(value) => return value.to_string(),
+        ExprKind::Leaf(leaf) => return leaf_key(net, *leaf),
+        ExprKind::Element(leaf, _) => {
+            return format!("{}[{}]", leaf_key(net, *leaf), operands.join(" "));
+        }
+        ExprKind::Not(_) => "not",
+        ExprKind::And(_) => "and",
+        ExprKind::Or(_) => "or",
+        ExprKind::Compare(op, ..) => op.symbol(),
+        ExprKind::Neg(_) => "neg",
+        ExprKind::Arith(op, ..) => op.symbol(),
+        ExprKind::Select(..) => "select",
+    };
+    format!("({head} {})", operands.join(" "))
+}
+
+fn leaf_key(net: &Net, leaf: Leaf) -> String {
+    match leaf {
+        Leaf::Input(id) => net.inputs[id].name.text.clone(),
+        Leaf::Var(id) => net.vars[id].name.text.clone(),
+        Leaf::Active(id) => format!("{}.active", net.steps[id].name),
+        Leaf::Elapsed(id) => format!("{}.t", net.steps[id].name),
+        Leaf::LastElapsed(id) => format!("{}.T", net.steps[id].name),
+        Leaf::TasksDone(id) => format!("{}.done", net.steps[id].name),
+        Leaf::Timer(id) => net.timers[id].name.text.clone(),
+        Leaf::Rise(id) => format!("rise({})", expr_key(net, &net.edges[id].expr)),
+        Leaf::Fall(id) => format!("fall({})", expr_key(net, &net.edges[id].expr)),
+        Leaf::Fireable(id) => format!("{}.fireable", net.transitions[id].name),
+        Leaf::Controlled(id) => net.actions[id].name.text.clone(),
+    }
+}

@@ -1,0 +1,191 @@
+//! The simulator as others see it.
+
+use grafsynth_ir::net::{Leaf, Net, Property, PropertyLeaf, StepId, TransitionId, VarId};
+use grafsynth_ir::{Diagnostic, Valid};
+
+use crate::notes::Notes;
+use crate::reaction::{Reaction, Work, eval_by, value_of};
+use crate::row::{Effect, InputRow, Row};
+use crate::saved::{self, Restored};
+use crate::state::State;
+use crate::stimulus::Stimulus;
+use crate::tables::Tables;
+use crate::trace::{Trace, TraceLayout};
+
+/// Runs a net, one reaction after another, exactly as `docs/semantics.md` says.
+#[derive(Debug, Clone)]
+pub struct Simulator<'n> {
+    net: &'n Net,
+    tables: Tables,
+    state: State,
+    work: Work,
+    row: Row,
+    notes: Notes,
+}
+
+impl<'n> Simulator<'n> {
+    /// A simulator of the net, just reset: [`Simulator::row`] is row 0.
+    #[must_use]
+    pub fn new(net: &'n Valid<Net>) -> Self {
+        Self::of_net(net)
+    }
+
+    /// For stimuli, which are made for a net that need not be valid.
+    pub(crate) fn of_net(net: &'n Net) -> Self {
+        let tables = Tables::of(net);
+        let state = State {
+            situation: crate::Situation::empty(net.steps.len()),
+            cells: vec![0; tables.layout.cells.len()],
+            ..State::default()
+        };
+        let work = Work::of(net, &tables);
+        let mut simulator =
+            Simulator { net, tables, state, work, row: Row::zero(net), notes: Notes::default() };
+        simulator.reset();
+        simulator
+    }
+
+    /// The net that is run.
+    #[must_use]
+    pub fn net(&self) -> &'n Net {
+        self.net
+    }
+
+    /// Resets the net and forgets all notes; returns row 0.
+    pub fn reset(&mut self) -> Row {
+        self.notes.clear();
+        self.row.open = crate::Open::default();
+        self.reaction().reset();
+        self.row.clone()
+    }
+
+    /// One reaction. Values that an input cannot have are brought to the nearest that it can.
+    pub fn react(&mut self, input: &InputRow) -> Row {
+        self.step(input).clone()
+    }
+
+    /// As [`Simulator::react`], but lends the row instead of copying it.
+    pub fn step(&mut self, input: &InputRow) -> &Row {
+        self.notes.row += 1;
+        self.reaction().react(input.dt, &input.values);
+        &self.row
+    }
+
+    fn reaction(&mut self) -> Reaction<'_> {
+        Reaction {
+            net: self.net,
+            tables: &self.tables,
+            state: &mut self.state,
+            work: &mut self.work,
+            row: &mut self.row,
+            notes: &mut self.notes,
+        }
+    }
+
+    /// The row of the last reaction (row 0 after a reset). After [`Simulator::set_state`] it is out of date until the next reaction.
+    #[must_use]
+    pub fn row(&self) -> &Row {
+        &self.row
+    }
+
+    /// Where the net stands.
+    #[must_use]
+    pub fn state(&self) -> &State {
+        &self.state
+    }
+
+    /// Puts the net where it stood when [`Simulator::state`] gave this. The state must come from a simulator of the same net.
+    pub fn set_state(&mut self, state: &State) {
+        self.state.copy_from(state);
+        self.row.open = crate::Open::default();
+    }
+
+    /// True if the step is active.
+    #[must_use]
+    pub fn is_active(&self, step: StepId) -> bool {
+        self.state.situation.contains(step)
+    }
+
+    /// The value of a variable, or of one element of an array; an index beyond the array gives its last element.
+    #[must_use]
+    pub fn var(&self, var: VarId, index: u32) -> i64 {
+        let last = self.net.vars[var].len.unwrap_or(1).max(1) - 1;
+        self.state.cells[self.tables.layout.var(var) + index.min(last) as usize]
+    }
+
+    /// The transitions and reactions that fired in the last reaction, micro-step after micro-step, in the order of their actions.
+    #[must_use]
+    pub fn fired(&self) -> &[TransitionId] {
+        &self.work.fired
+    }
+
+    /// Calls and verbatim texts of the last reaction, in order.
+    #[must_use]
+    pub fn effects(&self) -> &[Effect] {
+        &self.row.effects
+    }
+
+    /// What was noticed since the last reset.
+    #[must_use]
+    pub fn notes(&self) -> &Notes {
+        &self.notes
+    }
+
+    /// True if what the property says never holds does hold in the present row.
+    #[must_use]
+    pub fn is_violated(&self, property: &Property) -> bool {
+        let value = |leaf: &PropertyLeaf, index: Option<i64>| match leaf {
+            PropertyLeaf::Output(output) => self.row.outputs[output.index()],
+            PropertyLeaf::Net(Leaf::Input(input)) => self.row.inputs[input.index()],
+            PropertyLeaf::Net(leaf) => {
+                value_of(self.net, &self.tables, &self.state, &self.work, *leaf, index)
+            }
+        };
+        eval_by(&property.never, &value) != 0
+    }
+
+    /// The state as text, by name: JSON that a later version of the chart can read.
+    #[must_use]
+    pub fn save(&self) -> String {
+        saved::save(self.net, &self.tables, &self.state)
+    }
+
+    /// Takes over a saved state by name. What this net has and the text has not starts as after reset; what only the text has is lost; both are
+    /// reported.
+    ///
+    /// # Errors
+    /// The text is no saved state.
+    pub fn restore(&mut self, text: &str) -> Result<Restored, Diagnostic> {
+        self.reset();
+        let restored = saved::restore(self.net, &self.tables, &mut self.state, text)?;
+        self.row.steps = self.state.situation.iter().collect();
+        self.row.vars.copy_from_slice(&self.state.cells[..self.tables.layout.n_var_cells]);
+        Ok(restored)
+    }
+}
+
+/// The trace of a net under a stimulus: row 0 is the reset, then one row for each row of the stimulus. From the first row on that breaks an
+/// assumption, all cells are open.
+#[must_use]
+pub fn run(net: &Valid<Net>, stimulus: &Stimulus) -> Trace {
+    let mut simulator = Simulator::new(net);
+    run_with(&mut simulator, stimulus)
+}
+
+/// As [`run`], on a simulator that the caller keeps to look at its notes; it is reset first.
+pub fn run_with(simulator: &mut Simulator<'_>, stimulus: &Stimulus) -> Trace {
+    let net = simulator.net();
+    let mut trace = Trace::new(TraceLayout::of(net));
+    trace.push(trace.layout.row(&simulator.reset()));
+    let mut is_open = false;
+    for input in stimulus.rows() {
+        let row = simulator.step(&input);
+        let mut cells = trace.layout.row(row);
+        is_open = is_open || crate::stimulus::breaks_assumption(net, &input);
+        if is_open {
+            trace.layout.open_all(&mut cells);
+        }
+        trace.push(cells);
+    }
+    trace
+}

@@ -1,0 +1,36 @@
+//! The state of a net between two reactions (semantics §2).
+
+use std::collections::VecDeque;
+
+use grafsynth_ir::net::InputId;
+
+use crate::situation::Situation;
+
+/// Everything that a net remembers between two reactions, and nothing else: equal states of one net react alike for ever.
+///
+/// A state is a bit for each step, a number for each thing that the net uses (variables, timers, edges, latches, the order of activation among
+/// steps that decide conflicts, …) and the pending events. It belongs to the net of the [`Simulator`](crate::Simulator) that gave it;
+/// [`Simulator::save`](crate::Simulator::save) writes it by name.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+pub struct State {
+    pub(crate) situation: Situation,
+    pub(crate) cells: Vec<i64>,
+    pub(crate) internal: VecDeque<InputId>,
+    pub(crate) external: VecDeque<InputId>,
+}
+
+impl State {
+    /// The set of active steps.
+    #[must_use]
+    pub fn situation(&self) -> &Situation {
+        &self.situation
+    }
+
+    /// Becomes equal to `other`, reusing what is allocated.
+    pub(crate) fn copy_from(&mut self, other: &State) {
+        self.situation.copy_from(&other.situation);
+        self.cells.clone_from(&other.cells);
+        self.internal.clone_from(&other.internal);
+        self.external.clone_from(&other.external);
+    }
+}

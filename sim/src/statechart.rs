@@ -1,0 +1,320 @@
+//! Statecharts: the macro-step with its two queues, and the order of exits and entries (semantics §5, §3.3; SCXML's exitStates,
+//! executeTransitionContent and enterStates).
+
+use grafsynth_ir::net::{
+    Enter, Evolution, HistoryId, InputId, InputKind, PartId, StepId, StepKind,
+};
+
+use crate::layout::Cell;
+use crate::notes::{Noticed, Writer};
+use crate::reaction::{Reaction, Trigger};
+use crate::situation::Situation;
+
+/// What a micro-step enters.
+#[derive(Debug, Default)]
+struct EntrySet {
+    states: Situation,
+    /// Composite states entered by default: the content of their initial transition runs.
+    by_default: Vec<StepId>,
+    /// Histories that had nothing recorded: the content of their default transition runs.
+    default_histories: Vec<HistoryId>,
+}
+
+impl Reaction<'_> {
+    /// R3 for statecharts.
+    pub(crate) fn r3_enter_initial_states(&mut self) {
+        let net = self.net;
+        self.work.check += 1;
+        let initial = net.parts.values().flat_map(|part| &part.initial);
+        let entry_set = self.entry_set(initial);
+        self.begin_lists();
+        self.enter_states(&entry_set);
+        self.end_lists();
+        self.end_charts();
+    }
+
+    /// L3: due sends, by remaining ticks and then by slot, then the events of the row, join the external queue.
+    pub(crate) fn l3_queue_events(&mut self, dt: u32, inputs: &[i64]) {
+        if self.everything_has_ended() {
+            return;
+        }
+        let mut due: Vec<(i64, InputId)> = Vec::new();
+        for (slot, data) in self.net.sends.iter() {
+            let remaining = &mut self.state.cells[self.tables.layout.at(Cell::Slot(slot))];
+            if *remaining == 0 {
+                continue;
+            }
+            if *remaining <= i64::from(dt) {
+                due.push((*remaining, data.event));
+                *remaining = 0;
+            } else {
+                *remaining -= i64::from(dt);
+            }
+        }
+        due.sort_by_key(|(remaining, _)| *remaining);
+        for (_, event) in due {
+            self.join_external(event);
+        }
+        for event in &self.tables.events {
+            if self.net.inputs[*event].kind == InputKind::Event
+                && inputs.get(event.index()).is_some_and(|value| *value != 0)
+            {
+                self.join_external(*event);
+            }
+        }
+    }
+
+    /// When full, the newest event is dropped and the row shows a fault.
+    pub(crate) fn join_internal(&mut self, event: InputId) {
+        if self.state.internal.len() >= self.queue_bound() {
+            self.fault(Noticed::QueueFull(event));
+        } else {
+            self.state.internal.push_back(event);
+        }
+    }
+
+    pub(crate) fn join_external(&mut self, event: InputId) {
+        if self.state.external.len() >= self.queue_bound() {
+            self.fault(Noticed::QueueFull(event));
+        } else {
+            self.state.external.push_back(event);
+        }
+    }
+
+    fn queue_bound(&self) -> usize {
+        self.net.settings.queue.map_or(usize::MAX, |bound| bound as usize)
+    }
+
+    /// EVOLVE-STATECHART.
+    pub(crate) fn evolve_statechart(&mut self) {
+        let limit = match self.net.settings.evolution {
+            Evolution::Single => 1,
+            Evolution::Stable { limit } => limit,
+        };
+        let mut n = 0;
+        loop {
+            if self.everything_has_ended() {
+                self.drop_queues();
+                break;
+            }
+            self.evaluate_edge_operands();
+            self.check(Trigger::Eventless);
+            self.select_in_statechart();
+            if self.work.chosen.is_empty() {
+                let event = if self.state.internal.is_empty() {
+                    let Some(event) = self.state.external.pop_front() else { break };
+                    n = 0;
+                    event
+                } else {
+                    if n == limit {
+                        self.fault(Noticed::LimitReached);
+                        self.drop_queues();
+                        break;
+                    }
+                    let Some(event) = self.state.internal.pop_front() else { break };
+                    event
+                };
+                self.check(Trigger::Event(event));
+                self.select_in_statechart();
+                if self.work.chosen.is_empty() {
+                    continue;
+                }
+            }
+            if n == limit {
+                self.fault(Noticed::LimitReached);
+                self.drop_queues();
+                break;
+            }
+            self.fire_in_statechart();
+            self.renew_edge_operands();
+            self.work.fresh = false;
+            n += 1;
+        }
+        self.renew_edge_operands();
+    }
+
+    fn drop_queues(&mut self) {
+        self.state.internal.clear();
+        self.state.external.clear();
+    }
+
+    /// FIRE for statecharts: `chosen` is F' in the order of selection.
+    fn fire_in_statechart(&mut self) {
+        let net = self.net;
+        let chosen = std::mem::take(&mut self.work.chosen);
+        let mut exits = std::mem::take(&mut self.work.some_steps);
+        exits.clear();
+        for transition in &chosen {
+            for step in self.exit_set(*transition) {
+                exits.insert(step);
+            }
+        }
+        self.record_histories(&exits);
+        let entry_set = self
+            .entry_set(chosen.iter().flat_map(|transition| &net.transitions[*transition].enters));
+
+        self.begin_lists();
+        let mut down: Vec<StepId> = exits.iter().collect();
+        down.reverse();
+        down.into_iter().for_each(|state| self.deactivate(state));
+        chosen.iter().for_each(|transition| self.act(*transition));
+        self.enter_states(&entry_set);
+        self.end_lists();
+        self.work.some_steps = exits;
+        self.work.chosen = chosen;
+        self.end_charts();
+    }
+
+    /// History is recorded from the situation at the start of the micro-step, before any list runs.
+    fn record_histories(&mut self, exits: &Situation) {
+        for (history, data) in self.net.histories.iter() {
+            if exits.contains(data.owner) {
+                for (case, recorded) in data.cases.iter().enumerate() {
+                    let place = self.tables.layout.at(Cell::Recorded(history, case as u32));
+                    self.state.cells[place] =
+                        i64::from(self.state.situation.contains(recorded.step));
+                }
+            }
+        }
+    }
+
+    fn entry_set<'e>(&self, enters: impl IntoIterator<Item = &'e Enter>) -> EntrySet {
+        let mut set =
+            EntrySet { states: Situation::empty(self.net.steps.len()), ..EntrySet::default() };
+        let mut seen = vec![false; self.net.histories.len()];
+        enters.into_iter().for_each(|enter| self.add_to_entry_set(*enter, &mut set, &mut seen));
+        set
+    }
+
+    /// A history that has recorded something stands for that, otherwise for its default. `seen` ends a cycle of histories.
+    fn add_to_entry_set(&self, enter: Enter, set: &mut EntrySet, seen: &mut [bool]) {
+        match enter {
+            Enter::Step(step) => set.states.insert(step),
+            Enter::InitialContent(step) => set.by_default.push(step),
+            Enter::History(history) => {
+                if std::mem::replace(&mut seen[history.index()], true) {
+                    return;
+                }
+                let data = &self.net.histories[history];
+                let is_recorded = |case: usize| {
+                    self.state.cells[self.tables.layout.at(Cell::Recorded(history, case as u32))]
+                        != 0
+                };
+                if (0..data.cases.len()).any(is_recorded) {
+                    for (case, recorded) in data.cases.iter().enumerate() {
+                        if is_recorded(case) {
+                            recorded
+                                .enters
+                                .iter()
+                                .for_each(|enter| self.add_to_entry_set(*enter, set, seen));
+                        }
+                    }
+                } else {
+                    set.default_histories.push(history);
+                    data.default.iter().for_each(|enter| self.add_to_entry_set(*enter, set, seen));
+                }
+            }
+        }
+    }
+
+    /// Activation in document order, parent before child; default content after the parent's list and before its child's.
+    fn enter_states(&mut self, set: &EntrySet) {
+        let net = self.net;
+        for state in set.states.iter() {
+            self.activate(state);
+            if set.by_default.contains(&state) {
+                self.run_as(Writer::InitialContent(state), &net.steps[state].initial_content);
+            }
+            for history in &set.default_histories {
+                if net.histories[*history].owner == state {
+                    self.run_as(
+                        Writer::HistoryContent(*history),
+                        &net.histories[*history].default_content,
+                    );
+                }
+            }
+            if net.steps[state].kind == StepKind::Final {
+                self.raise_done(state);
+            }
+        }
+    }
+
+    /// `done.state.P` right after the entry list of P's final child, then that of a parallel all of whose regions are final.
+    fn raise_done(&mut self, state: StepId) {
+        let Some(parent) = self.net.steps[state].parent else { return };
+        if let Some(event) = self.net.steps[parent].done_event {
+            self.raise(event);
+        }
+        let Some(above) = self.net.steps[parent].parent else { return };
+        if self.net.steps[above].kind == StepKind::Parallel
+            && self.is_in_final_state(above)
+            && let Some(event) = self.net.steps[above].done_event
+        {
+            self.raise(event);
+        }
+    }
+
+    fn is_in_final_state(&self, state: StepId) -> bool {
+        let mut children = self.tables.children[state.index()].iter().copied();
+        match self.net.steps[state].kind {
+            StepKind::Composite => children.any(|child| {
+                self.net.steps[child].kind == StepKind::Final
+                    && self.state.situation.contains(child)
+            }),
+            StepKind::Parallel => children.all(|child| self.is_in_final_state(child)),
+            StepKind::Leaf | StepKind::Enclosing | StepKind::Final => false,
+        }
+    }
+
+    pub(crate) fn is_atomic(&self, state: StepId) -> bool {
+        matches!(self.net.steps[state].kind, StepKind::Leaf | StepKind::Final)
+    }
+
+    /// A top-level final ends its chart: the exit lists run in exit order and X keeps the final situation [C20].
+    fn end_charts(&mut self) {
+        let net = self.net;
+        for chart in &self.tables.may_end {
+            if self.has_ended(*chart) {
+                continue;
+            }
+            let mut active: Vec<StepId> = self.state.situation.iter().collect();
+            active.retain(|step| self.tables.ranks.chart_of(net.steps[*step].part) == *chart);
+            let is_top_final = |step: &StepId| {
+                net.steps[*step].kind == StepKind::Final && net.steps[*step].parent.is_none()
+            };
+            if !active.iter().any(is_top_final) {
+                continue;
+            }
+            self.begin_lists();
+            for step in active.iter().rev() {
+                self.run_as(Writer::Exit(*step), &net.steps[*step].exit);
+                self.state.situation.remove(*step);
+            }
+            self.end_lists();
+            active.iter().for_each(|step| self.state.situation.insert(*step));
+            let place = self.tables.layout.at(Cell::Ended(*chart));
+            self.state.cells[place] = 1;
+        }
+    }
+
+    /// The top-level chart has ended.
+    pub(crate) fn has_ended(&self, chart: PartId) -> bool {
+        self.state.cells[self.tables.layout.at(Cell::Ended(chart))] != 0
+    }
+
+    /// The chart that the part belongs to has ended.
+    pub(crate) fn part_has_ended(&self, part: PartId) -> bool {
+        let chart = self.tables.ranks.chart_of(part);
+        self.tables.may_end.contains(&chart) && self.has_ended(chart)
+    }
+
+    /// Nothing runs any more.
+    pub(crate) fn everything_has_ended(&self) -> bool {
+        !self.tables.may_end.is_empty()
+            && self
+                .net
+                .steps
+                .values()
+                .all(|step| step.parent.is_some() || self.part_has_ended(step.part))
+    }
+}

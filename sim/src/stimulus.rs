@@ -1,0 +1,403 @@
+//! Stimuli: what the environment does, row by row (semantics §11).
+
+use std::fmt::Write;
+
+use grafsynth_ir::diag::nearest;
+use grafsynth_ir::expr::Type;
+use grafsynth_ir::net::{Input, InputId, InputKind, Leaf, Net, PropertyLeaf, PropertyRole};
+use grafsynth_ir::{Diagnostic, FileId, Span};
+
+use crate::codes;
+use crate::csv::{self, Cell};
+use crate::reaction::eval_by;
+use crate::row::{InputRow, has_column};
+
+/// The largest number of ticks in a row (semantics §7).
+pub const MAX_DT: u32 = i32::MAX as u32;
+
+/// After so many errors reading stops.
+const MAX_ERRORS: usize = 100;
+
+/// A list of input rows. Only the columns that are given are stored; the others are 0.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Stimulus {
+    /// By input: the value where there is no column.
+    zero: Vec<i64>,
+    /// The inputs that have a column, in the order of the columns.
+    columns: Vec<InputId>,
+    dts: Vec<u32>,
+    /// `columns.len()` values for each row.
+    values: Vec<i64>,
+}
+
+impl Stimulus {
+    /// A stimulus without rows that has a column for each input of the net, in declaration order.
+    #[must_use]
+    pub fn new(net: &Net) -> Self {
+        Stimulus {
+            zero: InputRow::zero(net).values,
+            columns: net
+                .inputs
+                .iter()
+                .filter(|(_, input)| has_column(input.kind))
+                .map(|(id, _)| id)
+                .collect(),
+            dts: Vec::new(),
+            values: Vec::new(),
+        }
+    }
+
+    /// A stimulus of these rows.
+    #[must_use]
+    pub fn of_rows<'r>(net: &Net, rows: impl IntoIterator<Item = &'r InputRow>) -> Self {
+        let mut stimulus = Self::new(net);
+        rows.into_iter().for_each(|row| stimulus.push(row));
+        stimulus
+    }
+
+    /// Adds a row at the end.
+    pub fn push(&mut self, row: &InputRow) {
+        self.dts.push(row.dt);
+        self.values.extend(self.columns.iter().map(|input| row.value(*input)));
+    }
+
+    /// The number of rows.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.dts.len()
+    }
+
+    /// True if there is no row.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.dts.is_empty()
+    }
+
+    /// The rows, each with a value for every input of the net.
+    pub fn rows(&self) -> impl Iterator<Item = InputRow> + '_ {
+        (0..self.len()).map(|row| self.row(row))
+    }
+
+    /// One row, counted from 0; row `n` of the stimulus is row `n + 1` of the trace.
+    #[must_use]
+    pub fn row(&self, row: usize) -> InputRow {
+        let mut values = self.zero.clone();
+        let width = self.columns.len();
+        let given = self.values.get(row * width..(row + 1) * width).unwrap_or(&[]);
+        for (input, value) in self.columns.iter().zip(given) {
+            values[input.index()] = *value;
+        }
+        InputRow { dt: self.dts.get(row).copied().unwrap_or(1), values }
+    }
+
+    /// The first rows only.
+    pub fn truncate(&mut self, n_rows: usize) {
+        self.dts.truncate(n_rows);
+        self.values.truncate(n_rows * self.columns.len());
+    }
+
+    /// The stimulus as CSV: `dt`, then the columns.
+    #[must_use]
+    pub fn to_csv(&self, net: &Net) -> String {
+        let mut text = String::from("dt");
+        for input in &self.columns {
+            text.push(',');
+            text.push_str(&net.inputs[*input].name.text);
+        }
+        text.push('\n');
+        let width = self.columns.len();
+        for (row, dt) in self.dts.iter().enumerate() {
+            // Writing into a String cannot fail.
+            let _ = write!(text, "{dt}");
+            for value in &self.values[row * width..(row + 1) * width] {
+                let _ = write!(text, ",{value}");
+            }
+            text.push('\n');
+        }
+        text
+    }
+
+    /// Reads a stimulus for the net. Errors leave no stimulus; a broken assumption is a warning.
+    #[must_use]
+    pub fn parse_csv(net: &Net, file: FileId, text: &str) -> (Option<Stimulus>, Vec<Diagnostic>) {
+        let mut reader = Reader {
+            net,
+            file,
+            stimulus: Stimulus { zero: InputRow::zero(net).values, ..Stimulus::default() },
+            header: Vec::new(),
+            diagnostics: Vec::new(),
+            broken: 0,
+        };
+        let mut lines = csv::lines(text);
+        let Some((start, header)) = lines.next() else {
+            let place = Span::new(file, text.len(), text.len());
+            let error = Diagnostic::error(codes::NO_HEADER, "the stimulus is empty")
+                .at(place, "a row with the names of inputs was expected here")
+                .help(format!(
+                    "begin with a header such as `{}`",
+                    Stimulus::new(net).to_csv(net).trim_end()
+                ));
+            return (None, vec![error]);
+        };
+        reader.header(start, header);
+        for (start, line) in lines {
+            if reader.diagnostics.len() >= MAX_ERRORS {
+                break;
+            }
+            reader.row(start, line);
+        }
+        reader.finish()
+    }
+
+    /// Says so if some row has more than one tick, which a chip cannot take in one clock (semantics §9).
+    #[must_use]
+    pub fn check_for_chip(&self) -> Option<Diagnostic> {
+        let row = self.dts.iter().position(|dt| *dt > 1)?;
+        let error = Diagnostic::error(
+            codes::DT_ON_CHIP,
+            format!(
+                "row {} has dt {}, but one clock of a chip is at most one tick",
+                row + 1,
+                self.dts[row]
+            ),
+        );
+        Some(error.help("write the row as several rows with dt 1"))
+    }
+}
+
+/// True if the row does what the chart assumes never to happen.
+#[must_use]
+pub fn breaks_assumption(net: &Net, row: &InputRow) -> bool {
+    broken_assumption(net, row).is_some()
+}
+
+/// The place in `net.properties` of the first assumption that the row breaks.
+fn broken_assumption(net: &Net, row: &InputRow) -> Option<usize> {
+    // An assumption is over inputs alone; validation refuses other leaves.
+    let value = |leaf: &PropertyLeaf, _: Option<i64>| match leaf {
+        PropertyLeaf::Net(Leaf::Input(input)) => row.value(*input),
+        PropertyLeaf::Net(_) | PropertyLeaf::Output(_) => 0,
+    };
+    net.properties.iter().position(|property| {
+        property.role == PropertyRole::Assume && eval_by(&property.never, &value) != 0
+    })
+}
+
+/// What a column of a stimulus means.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Meaning {
+    Dt,
+    Input(InputId),
+    /// Already reported.
+    Nothing,
+}
+
+struct Reader<'t> {
+    net: &'t Net,
+    file: FileId,
+    stimulus: Stimulus,
+    header: Vec<Meaning>,
+    diagnostics: Vec<Diagnostic>,
+    broken: usize,
+}
+
+impl Reader<'_> {
+    fn header(&mut self, start: usize, line: &str) {
+        let mut seen: Vec<Cell<'_>> = Vec::new();
+        for cell in csv::cells(self.file, start, line) {
+            let meaning = match seen.iter().find(|earlier| earlier.text == cell.text) {
+                Some(earlier) => {
+                    self.diagnostics.push(
+                        Diagnostic::error(
+                            codes::DOUBLE_COLUMN,
+                            format!("column `{}` is named twice", cell.text),
+                        )
+                        .at(cell.span, "the second one")
+                        .at(earlier.span, "the first one")
+                        .help("remove one of them"),
+                    );
+                    Meaning::Nothing
+                }
+                None => self.meaning(cell),
+            };
+            if let Meaning::Input(input) = meaning {
+                self.stimulus.columns.push(input);
+            }
+            // A hostile header may have millions of columns; those beyond the first hundred errors are not looked up again.
+            if seen.len() < self.net.inputs.len() + 2 {
+                seen.push(cell);
+            }
+            self.header.push(meaning);
+            if self.diagnostics.len() >= MAX_ERRORS {
+                break;
+            }
+        }
+    }
+
+    fn meaning(&mut self, cell: Cell<'_>) -> Meaning {
+        if cell.text == "dt" {
+            return Meaning::Dt;
+        }
+        let found = self.net.inputs.iter().find(|(_, input)| input.name.text == cell.text);
+        match found {
+            Some((id, input)) if has_column(input.kind) => Meaning::Input(id),
+            Some((_, input)) => {
+                self.diagnostics.push(
+                    Diagnostic::error(
+                        codes::INTERNAL_EVENT,
+                        format!("`{}` is an internal event: only the chart raises it", cell.text),
+                    )
+                    .at(cell.span, "")
+                    .at(input.meta.span, "declared here")
+                    .help("remove the column, or declare the event without `internal`"),
+                );
+                Meaning::Nothing
+            }
+            None => {
+                let known = self.net.inputs.values().filter(|input| has_column(input.kind));
+                let names = known.map(|input| input.name.text.as_str()).chain(["dt"]);
+                let error = Diagnostic::error(
+                    codes::UNKNOWN_COLUMN,
+                    format!("the chart has no input or event `{}`", cell.text),
+                )
+                .at(cell.span, "");
+                self.diagnostics.push(match nearest(cell.text, names.clone()) {
+                    Some(name) => {
+                        error.help(format!("did you mean `{name}`?")).fix(cell.span, name)
+                    }
+                    None => error.help(format!("columns can be {}", listed(names))),
+                });
+                Meaning::Nothing
+            }
+        }
+    }
+
+    fn row(&mut self, start: usize, line: &str) {
+        let mut dt = 1;
+        let first_value = self.stimulus.values.len();
+        let mut n_cells = 0;
+        let mut events: Vec<(Cell<'_>, InputId)> = Vec::new();
+        for (place, cell) in csv::cells(self.file, start, line).enumerate() {
+            n_cells = place + 1;
+            match self.header.get(place).copied() {
+                Some(Meaning::Dt) => dt = self.dt(cell),
+                Some(Meaning::Input(input)) => {
+                    let value = self.value(input, cell);
+                    if value != 0 && self.net.inputs[input].kind.is_event() {
+                        events.push((cell, input));
+                    }
+                    self.stimulus.values.push(value);
+                }
+                Some(Meaning::Nothing) | None => {}
+            }
+        }
+        if n_cells != self.header.len() {
+            let n_columns = self.header.len();
+            self.diagnostics.push(
+                Diagnostic::error(
+                    codes::CELL_COUNT,
+                    format!("the row has {n_cells} cells, the header {n_columns}"),
+                )
+                .at(Span::new(self.file, start, start + line.trim_end().len()), "")
+                .help("write one cell for each name of the header"),
+            );
+            self.stimulus.values.resize(first_value + self.stimulus.columns.len(), 0);
+        }
+        self.stimulus.dts.push(dt);
+        if let [(_, first), (cell, second), ..] = events.as_slice()
+            && self.net.settings.events_exclusive
+        {
+            let (first, second) = (&self.net.inputs[*first].name, &self.net.inputs[*second].name);
+            let row = self.stimulus.len();
+            self.diagnostics.push(
+                Diagnostic::error(
+                    codes::EXCLUSIVE_EVENTS,
+                    format!("`{first}` and `{second}` occur in one row ({row}), but the chart says `events exclusive`"),
+                )
+                .at(cell.span, "the second event")
+                .help("let them occur in two rows; `dt` 0 makes no time pass between"),
+            );
+        }
+        self.assumption(start, line);
+    }
+
+    fn assumption(&mut self, start: usize, line: &str) {
+        let last = self.stimulus.row(self.stimulus.len() - 1);
+        let Some(place) = broken_assumption(self.net, &last) else { return };
+        self.broken += 1;
+        if self.broken == 1 {
+            let property = &self.net.properties[place];
+            let row = self.stimulus.len();
+            self.diagnostics.push(
+                Diagnostic::warning(codes::ASSUMPTION_BROKEN, format!("row {row} breaks an assumption of the chart"))
+                    .at(Span::new(self.file, start, start + line.trim_end().len()), "this never happens, says the chart")
+                    .at(property.meta.span, "the assumption")
+                    .help("from this row on comparisons look at no cell: back ends may rely on the assumption"),
+            );
+        }
+    }
+
+    fn dt(&mut self, cell: Cell<'_>) -> u32 {
+        match cell.text.parse::<u32>() {
+            Ok(dt) if dt <= MAX_DT => dt,
+            Ok(_) | Err(_) => {
+                let why = if cell.text.starts_with('-') && cell.text[1..].parse::<u64>().is_ok() {
+                    "time does not run backwards"
+                } else {
+                    "it is no whole number of ticks"
+                };
+                self.diagnostics.push(
+                    Diagnostic::error(
+                        codes::BAD_DT,
+                        format!("dt cannot be `{}`: {why}", cell.text),
+                    )
+                    .at(cell.span, "")
+                    .help(format!("write a number of ticks from 0 to {MAX_DT}")),
+                );
+                0
+            }
+        }
+    }
+
+    fn value(&mut self, input: InputId, cell: Cell<'_>) -> i64 {
+        let data: &Input = &self.net.inputs[input];
+        let (lo, hi) = data.ty.bounds();
+        match cell.text.parse::<i64>() {
+            Ok(value) if (lo..=hi).contains(&value) => value,
+            Ok(_) | Err(_) => {
+                let expected = match (data.ty, data.kind) {
+                    (Type::Bool, InputKind::Event) => {
+                        "1 where the event occurs, 0 elsewhere".to_owned()
+                    }
+                    (Type::Bool, InputKind::Pin | InputKind::Extern | InputKind::InternalEvent) => {
+                        "0 or 1".to_owned()
+                    }
+                    (Type::Int { .. }, _) => format!("a whole number from {lo} to {hi}"),
+                };
+                self.diagnostics.push(
+                    Diagnostic::error(
+                        codes::BAD_VALUE,
+                        format!("`{}` cannot be `{}`", data.name, cell.text),
+                    )
+                    .at(cell.span, "")
+                    .help(format!("write {expected}")),
+                );
+                data.ty.saturate(0)
+            }
+        }
+    }
+
+    fn finish(self) -> (Option<Stimulus>, Vec<Diagnostic>) {
+        let has_error = self.diagnostics.iter().any(Diagnostic::is_error);
+        ((!has_error).then_some(self.stimulus), self.diagnostics)
+    }
+}
+
+/// The first names, and how many more there are.
+fn listed<'n>(names: impl Iterator<Item = &'n str>) -> String {
+    let all: Vec<String> = names.map(|name| format!("`{name}`")).collect();
+    match all.len() {
+        0..=12 => all.join(", "),
+        n => format!("{} and {} more", all[..12].join(", "), n - 12),
+    }
+}

@@ -1,0 +1,269 @@
+//! What the reaction needs again and again, looked up once: lists by step, so that its cost follows the active steps.
+
+use grafsynth_ir::expr::ExprKind;
+use grafsynth_ir::net::{
+    Driver, ForcingOrder, InputId, InputKind, Leaf, Net, OutputId, PartId, StepId, StepKind,
+    TransitionId,
+};
+
+use crate::layout::Layout;
+use crate::ranks::Ranks;
+use crate::situation::Situation;
+
+/// All forcing orders for one chart (semantics §8).
+#[derive(Debug, Clone)]
+pub(crate) struct ForcedChart {
+    /// The forced chart: by part, whether it belongs to it.
+    pub(crate) has_part: Vec<bool>,
+    /// Its first part, to name it.
+    pub(crate) part: PartId,
+    /// Its steps, in declaration order.
+    pub(crate) steps: Vec<StepId>,
+    /// The forcing steps with the situation each asks for, closed downwards; none is `hold`. In declaration order.
+    pub(crate) orders: Vec<(StepId, Option<Vec<StepId>>)>,
+}
+
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Tables {
+    pub(crate) layout: Layout,
+    pub(crate) ranks: Ranks,
+    /// By step: transitions and reactions whose first preceding step it is, in declaration order.
+    pub(crate) leaving: Vec<Vec<TransitionId>>,
+    /// Transitions without preceding step, each with the enclosing step it lies in.
+    pub(crate) sources: Vec<(TransitionId, Option<StepId>)>,
+    /// By step: the continuous outputs that it carries, with the place of the emission.
+    pub(crate) emissions: Vec<Vec<(OutputId, u32)>>,
+    /// Mealy outputs.
+    pub(crate) mealy: Vec<OutputId>,
+    /// Outputs that are copied from a variable or an action at the end.
+    pub(crate) copied: Vec<OutputId>,
+    /// By step: the continuous calls that it carries, with the place of the call.
+    pub(crate) calls: Vec<Vec<(OutputId, u32)>>,
+    /// By step: the steps directly inside it, in declaration order.
+    pub(crate) children: Vec<Vec<StepId>>,
+    /// Enclosing steps, outer before inner.
+    pub(crate) enclosing: Vec<StepId>,
+    /// Forced charts, top of the hierarchy first.
+    pub(crate) forced: Vec<ForcedChart>,
+    /// Events.
+    pub(crate) events: Vec<InputId>,
+    /// By edge operand: it reads inputs and constants alone (semantics §3.7).
+    pub(crate) edge_over_inputs: Vec<bool>,
+    /// There are extern conditions, so reading them is worth watching.
+    pub(crate) has_extern_conditions: bool,
+    /// Extern conditions that stand in an edge operand: called in every reaction (semantics §6).
+    pub(crate) always_called: Vec<InputId>,
+    /// Charts that can end: top-level parts of a statechart.
+    pub(crate) may_end: Vec<PartId>,
+    /// Steps that carry verbatim text.
+    pub(crate) has_code: bool,
+}
+
+impl Tables {
+    pub(crate) fn of(net: &Net) -> Tables {
+        let ranks = Ranks::of(net);
+        let layout = Layout::of(net, &ranks);
+        let n_steps = net.steps.len();
+        let mut tables = Tables {
+            leaving: vec![Vec::new(); n_steps],
+            emissions: vec![Vec::new(); n_steps],
+            calls: vec![Vec::new(); n_steps],
+            children: vec![Vec::new(); n_steps],
+            has_extern_conditions: net.inputs.values().any(|input| input.kind == InputKind::Extern),
+            has_code: net.steps.values().any(|step| !step.code.is_empty()),
+            may_end: net
+                .parts
+                .ids()
+                .filter(|part| layout.find(crate::layout::Cell::Ended(*part)).is_some())
+                .collect(),
+            ..Tables::default()
+        };
+        tables.steps(net);
+        tables.transitions(net);
+        tables.outputs(net);
+        tables.inputs_and_edges(net);
+        tables.forced = forced_charts(net, &tables.children);
+        tables.layout = layout;
+        tables.ranks = ranks;
+        tables
+    }
+
+    fn steps(&mut self, net: &Net) {
+        for (id, step) in net.steps.iter() {
+            if let Some(parent) = step.parent {
+                self.children[parent.index()].push(id);
+            }
+        }
+        let mut enclosing: Vec<StepId> = net
+            .steps
+            .iter()
+            .filter(|(_, step)| step.kind == StepKind::Enclosing)
+            .map(|(id, _)| id)
+            .collect();
+        enclosing.sort_by_key(|step| ancestors(net, *step).count());
+        self.enclosing = enclosing;
+    }
+
+    fn transitions(&mut self, net: &Net) {
+        // The steps of an enclosed chart all have the enclosing step as parent; a source transition of the chart is enabled with it [C4].
+        let mut enclosing_of_part = vec![None; net.parts.len()];
+        for step in net.steps.values() {
+            if let Some(parent) =
+                step.parent.filter(|parent| net.steps[*parent].kind == StepKind::Enclosing)
+            {
+                enclosing_of_part[step.part.index()] = Some(parent);
+            }
+        }
+        for (id, transition) in net.transitions.iter() {
+            match transition.requires.first() {
+                Some(step) => self.leaving[step.index()].push(id),
+                None => self.sources.push((id, enclosing_of_part[transition.part.index()])),
+            }
+        }
+    }
+
+    fn outputs(&mut self, net: &Net) {
+        for (id, output) in net.outputs.iter() {
+            match &output.driver {
+                Driver::Continuous(emissions) => {
+                    for (place, emission) in emissions.iter().enumerate() {
+                        self.emissions[emission.step.index()].push((id, place as u32));
+                    }
+                }
+                Driver::Mealy(_) => self.mealy.push(id),
+                Driver::Extern { calls, .. } => {
+                    for (place, call) in calls.iter().enumerate() {
+                        self.calls[call.step.index()].push((id, place as u32));
+                    }
+                }
+                Driver::Stored(_) | Driver::Controlled(_) => self.copied.push(id),
+            }
+        }
+    }
+
+    fn inputs_and_edges(&mut self, net: &Net) {
+        self.events = net
+            .inputs
+            .iter()
+            .filter(|(_, input)| input.kind.is_event())
+            .map(|(id, _)| id)
+            .collect();
+        for edge in net.edges.values() {
+            let mut over_inputs = true;
+            edge.expr.for_each_leaf(&mut |leaf| match leaf {
+                Leaf::Input(input) => {
+                    if net.inputs[*input].kind == InputKind::Extern
+                        && !self.always_called.contains(input)
+                    {
+                        self.always_called.push(*input);
+                    }
+                    over_inputs &= !net.inputs[*input].kind.is_event();
+                }
+                Leaf::Var(_)
+                | Leaf::Active(_)
+                | Leaf::Elapsed(_)
+                | Leaf::LastElapsed(_)
+                | Leaf::TasksDone(_)
+                | Leaf::Timer(_)
+                | Leaf::Rise(_)
+                | Leaf::Fall(_)
+                | Leaf::Fireable(_)
+                | Leaf::Controlled(_) => over_inputs = false,
+            });
+            self.edge_over_inputs.push(over_inputs);
+        }
+        self.always_called.sort_unstable();
+    }
+}
+
+/// The steps around this one, innermost first.
+pub(crate) fn ancestors(net: &Net, step: StepId) -> impl Iterator<Item = StepId> + '_ {
+    // Each step lies deeper than its parent in a valid net; the bound keeps a broken one from turning round for ever.
+    std::iter::successors(net.steps[step].parent, |above| net.steps[*above].parent)
+        .take(net.steps.len())
+}
+
+/// Semantics §2: a situation closed downwards; enclosing steps bring what they have an activation link to.
+pub(crate) fn closure(
+    net: &Net,
+    children: &[Vec<StepId>],
+    steps: impl IntoIterator<Item = StepId>,
+) -> Vec<StepId> {
+    let mut closed = Situation::empty(net.steps.len());
+    let mut todo: Vec<StepId> = steps.into_iter().collect();
+    while let Some(step) = todo.pop() {
+        if closed.contains(step) {
+            continue;
+        }
+        closed.insert(step);
+        if net.steps[step].kind == StepKind::Enclosing {
+            todo.extend(
+                children[step.index()]
+                    .iter()
+                    .copied()
+                    .filter(|child| net.steps[*child].activation_link),
+            );
+        }
+    }
+    closed.iter().collect()
+}
+
+/// Groups the forcing orders by the chart that they force, and puts charts that force others before those (semantics §8, top of the hierarchy first).
+fn forced_charts(net: &Net, children: &[Vec<StepId>]) -> Vec<ForcedChart> {
+    let mut charts: Vec<ForcedChart> = Vec::new();
+    for forcing in &net.forcings {
+        let mut has_part = vec![false; net.parts.len()];
+        forcing.target.iter().for_each(|part| has_part[part.index()] = true);
+        let asked = match &forcing.order {
+            ForcingOrder::Situation(steps) => Some(closure(net, children, steps.iter().copied())),
+            ForcingOrder::Hold => None,
+        };
+        let order = (forcing.step, asked);
+        match charts.iter_mut().find(|chart| chart.has_part == has_part) {
+            Some(chart) => chart.orders.push(order),
+            None => {
+                let steps = net
+                    .steps
+                    .iter()
+                    .filter(|(_, step)| has_part[step.part.index()])
+                    .map(|(id, _)| id)
+                    .collect();
+                let part = forcing.target.first().copied().unwrap_or(PartId::from_index(0));
+                charts.push(ForcedChart { has_part, part, steps, orders: vec![order] });
+            }
+        }
+    }
+    let mut sorted: Vec<ForcedChart> = Vec::new();
+    while !charts.is_empty() {
+        let is_forced_by = |chart: &ForcedChart, other: &ForcedChart| {
+            chart.orders.iter().any(|(step, _)| other.has_part[net.steps[*step].part.index()])
+        };
+        // A cycle of forcing is an error (§8), so one that waits for nobody always exists; otherwise the first is as good as any.
+        let next = (0..charts.len())
+            .find(|at| {
+                (0..charts.len())
+                    .all(|other| other == *at || !is_forced_by(&charts[*at], &charts[other]))
+            })
+            .unwrap_or(0);
+        sorted.push(charts.remove(next));
+    }
+    sorted
+}
+
+/// Calls `visit` for each extern condition that the expression mentions.
+pub(crate) fn extern_conditions(
+    net: &Net,
+    expr: &grafsynth_ir::net::Expr,
+    visit: &mut impl FnMut(InputId),
+) {
+    if matches!(expr.kind, ExprKind::Bool(_) | ExprKind::Int(_)) {
+        return;
+    }
+    expr.for_each_leaf(&mut |leaf| {
+        if let Leaf::Input(input) = leaf
+            && net.inputs[*input].kind == InputKind::Extern
+        {
+            visit(*input);
+        }
+    });
+}

@@ -1,0 +1,430 @@
+//! Traces: the table that all engines are compared by (semantics §11).
+
+use std::fmt::Write;
+
+use grafsynth_ir::expr::Type;
+use grafsynth_ir::net::{
+    Driver, Evolution, InputId, Net, OutputId, StepId, StepKind, VarId, VarOrigin,
+};
+
+use crate::row::{Effect, Row, has_column};
+
+/// What a column of a trace shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum ColumnKind {
+    /// The number of the row: 0 is the reset.
+    Scan,
+    /// Ticks since the last row.
+    Dt,
+    /// An input, extern condition or event, as the stimulus gave it.
+    Input(InputId),
+    /// The active steps.
+    Steps,
+    /// An output; for an extern action without parameters, the number of its calls.
+    Output(OutputId),
+    /// The calls of an extern action with parameters.
+    Calls(OutputId),
+    /// A variable.
+    Var(VarId),
+    /// One element of an array; the place is that in [`Row::vars`].
+    Element(VarId, u32),
+    /// The fault flag.
+    Fault,
+}
+
+/// One column.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Column {
+    /// The header.
+    pub name: String,
+    /// What it shows.
+    pub kind: ColumnKind,
+    /// What its numbers can be, where it holds numbers.
+    pub ty: Type,
+}
+
+/// What `steps` shows beyond leaves and enclosing steps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct TraceOptions {
+    /// Composite and parallel states, at their place in the document.
+    pub composites: bool,
+    /// Macro-steps any of whose steps is active, before the first step of their expansion.
+    pub macros: bool,
+}
+
+/// One entry that the column `steps` can have.
+#[derive(Debug, Clone, PartialEq, Eq)]
+struct StepEntry {
+    name: String,
+    /// Shown while one of these is active.
+    steps: Vec<StepId>,
+}
+
+/// The columns of a net's traces.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct TraceLayout {
+    /// The columns, in order.
+    pub columns: Vec<Column>,
+    /// The module's name in VCD.
+    pub(crate) name: String,
+    entries: Vec<StepEntry>,
+    /// By step: the entry that stands for it alone.
+    entry_of: Vec<Option<u32>>,
+    /// Entries of macro-steps, which more than one step stands for.
+    groups: Vec<u32>,
+    /// By variable: the place of its first value in [`Row::vars`].
+    var_places: Vec<usize>,
+}
+
+/// A cell of a trace.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Value {
+    /// A number; Booleans are 0 and 1.
+    Number(i64),
+    /// Active steps: their places in the layout's list of steps, ascending.
+    Steps(Vec<u32>),
+    /// Calls with their arguments, in order.
+    Calls(Vec<Vec<i64>>),
+}
+
+/// One row of a trace.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct TraceRow {
+    /// One value for each column.
+    pub values: Vec<Value>,
+    /// For each column, whether the chart leaves the cell open; empty if it leaves none.
+    pub open: Vec<bool>,
+}
+
+/// What an engine did under a stimulus.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Trace {
+    /// The columns.
+    pub layout: TraceLayout,
+    /// Row 0 is the reset.
+    pub rows: Vec<TraceRow>,
+}
+
+impl TraceLayout {
+    /// The columns that semantics §11 gives a net.
+    #[must_use]
+    pub fn of(net: &Net) -> Self {
+        Self::with(net, TraceOptions::default())
+    }
+
+    /// The same with more entries in `steps`.
+    #[must_use]
+    pub fn with(net: &Net, options: TraceOptions) -> Self {
+        let mut layout = TraceLayout {
+            columns: Vec::new(),
+            name: net.name.text.clone(),
+            entries: Vec::new(),
+            entry_of: vec![None; net.steps.len()],
+            groups: Vec::new(),
+            var_places: Vec::new(),
+        };
+        let count = Type::Int { lo: 0, hi: i64::from(i32::MAX) };
+        layout.column("scan", ColumnKind::Scan, count);
+        layout.column("dt", ColumnKind::Dt, count);
+        for (id, input) in net.inputs.iter().filter(|(_, input)| has_column(input.kind)) {
+            layout.column(&input.name.text, ColumnKind::Input(id), input.ty);
+        }
+        layout.column("steps", ColumnKind::Steps, Type::Bool);
+        layout.list_steps(net, options);
+        for (id, output) in net.outputs.iter() {
+            match &output.driver {
+                Driver::Extern { params, .. } if params.is_empty() => {
+                    layout.column(&output.name.text, ColumnKind::Output(id), count);
+                }
+                Driver::Extern { .. } => {
+                    layout.column(&output.name.text, ColumnKind::Calls(id), count)
+                }
+                Driver::Continuous(_)
+                | Driver::Mealy(_)
+                | Driver::Stored(_)
+                | Driver::Controlled(_) => {
+                    layout.column(&output.name.text, ColumnKind::Output(id), output.ty);
+                }
+            }
+        }
+        layout.list_vars(net);
+        if net.settings.evolution != Evolution::Single {
+            layout.column("fault", ColumnKind::Fault, Type::Bool);
+        }
+        layout
+    }
+
+    fn column(&mut self, name: &str, kind: ColumnKind, ty: Type) {
+        self.columns.push(Column { name: name.to_owned(), kind, ty });
+    }
+
+    fn list_steps(&mut self, net: &Net, options: TraceOptions) {
+        for (id, step) in net.steps.iter() {
+            if options.macros {
+                for one in net.macros.iter().filter(|one| one.steps.iter().min() == Some(&id)) {
+                    self.groups.push(self.entries.len() as u32);
+                    self.entries
+                        .push(StepEntry { name: one.name.text.clone(), steps: one.steps.clone() });
+                }
+            }
+            let is_shown = match step.kind {
+                StepKind::Leaf | StepKind::Enclosing | StepKind::Final => true,
+                StepKind::Composite | StepKind::Parallel => options.composites,
+            };
+            if is_shown && !step.hidden {
+                self.entry_of[id.index()] = Some(self.entries.len() as u32);
+                self.entries.push(StepEntry { name: step.name.text.clone(), steps: vec![id] });
+            }
+        }
+    }
+
+    fn list_vars(&mut self, net: &Net) {
+        let mut place = 0;
+        for (id, var) in net.vars.iter() {
+            self.var_places.push(place);
+            place += var.len.unwrap_or(1) as usize;
+            if var.origin != VarOrigin::Declared {
+                continue;
+            }
+            match var.len {
+                None => self.column(&var.name.text, ColumnKind::Var(id), var.ty),
+                Some(len) => {
+                    for element in 0..len {
+                        self.column(
+                            &format!("{}[{element}]", var.name),
+                            ColumnKind::Element(id, element),
+                            var.ty,
+                        );
+                    }
+                }
+            }
+        }
+    }
+
+    /// The names that the column `steps` can show, in order.
+    pub fn step_names(&self) -> impl ExactSizeIterator<Item = &str> {
+        self.entries.iter().map(|entry| entry.name.as_str())
+    }
+
+    /// The cells of a row; `scan` is filled in by [`Trace::push`] or stays 0.
+    #[must_use]
+    pub fn row(&self, row: &Row) -> TraceRow {
+        let values = self.columns.iter().map(|column| self.value(column.kind, row)).collect();
+        let mut cells = TraceRow { values, open: Vec::new() };
+        if row.open.row {
+            self.open_all(&mut cells);
+        } else if row.open.any() {
+            cells.open = self.columns.iter().map(|column| is_open(column.kind, row)).collect();
+        }
+        cells
+    }
+
+    /// Marks every cell but the stimulus's own as open.
+    pub fn open_all(&self, row: &mut TraceRow) {
+        row.open = self.columns.iter().map(|column| !is_given(column.kind)).collect();
+    }
+
+    fn value(&self, kind: ColumnKind, row: &Row) -> Value {
+        let var = |var: VarId, element: u32| {
+            let place = self.var_places[var.index()] + element as usize;
+            Value::Number(row.vars.get(place).copied().unwrap_or(0))
+        };
+        match kind {
+            ColumnKind::Scan => Value::Number(0),
+            ColumnKind::Dt => Value::Number(i64::from(row.dt)),
+            ColumnKind::Input(input) => {
+                Value::Number(row.inputs.get(input.index()).copied().unwrap_or(0))
+            }
+            ColumnKind::Steps => Value::Steps(self.shown_steps(&row.steps)),
+            ColumnKind::Output(output) => {
+                Value::Number(row.outputs.get(output.index()).copied().unwrap_or(0))
+            }
+            ColumnKind::Calls(output) => Value::Calls(
+                row.effects
+                    .iter()
+                    .filter_map(|effect| match effect {
+                        Effect::Call(called, arguments) if *called == output => {
+                            Some(arguments.clone())
+                        }
+                        Effect::Call(..) | Effect::Condition(_) | Effect::Code(_) => None,
+                    })
+                    .collect(),
+            ),
+            ColumnKind::Var(id) => var(id, 0),
+            ColumnKind::Element(id, element) => var(id, element),
+            ColumnKind::Fault => Value::Number(i64::from(row.fault)),
+        }
+    }
+
+    fn shown_steps(&self, active: &[StepId]) -> Vec<u32> {
+        let mut shown: Vec<u32> = active
+            .iter()
+            .filter_map(|step| self.entry_of.get(step.index()).copied().flatten())
+            .collect();
+        for group in &self.groups {
+            if self.entries[*group as usize].steps.iter().any(|step| active.contains(step)) {
+                shown.push(*group);
+            }
+        }
+        shown.sort_unstable();
+        shown
+    }
+
+    /// The cell as a trace in CSV shows it.
+    #[must_use]
+    pub fn text(&self, value: &Value) -> String {
+        let mut text = String::new();
+        self.write_value(&mut text, value);
+        text
+    }
+
+    pub(crate) fn write_value(&self, text: &mut String, value: &Value) {
+        // Writing into a String cannot fail.
+        match value {
+            Value::Number(number) => {
+                let _ = write!(text, "{number}");
+            }
+            Value::Steps(steps) => {
+                for (place, step) in steps.iter().enumerate() {
+                    if place > 0 {
+                        text.push(' ');
+                    }
+                    text.push_str(
+                        self.entries.get(*step as usize).map_or("?", |entry| entry.name.as_str()),
+                    );
+                }
+            }
+            Value::Calls(calls) => {
+                for (place, call) in calls.iter().enumerate() {
+                    if place > 0 {
+                        text.push(';');
+                    }
+                    for (place, argument) in call.iter().enumerate() {
+                        if place > 0 {
+                            text.push(':');
+                        }
+                        let _ = write!(text, "{argument}");
+                    }
+                }
+            }
+        }
+    }
+}
+
+impl Trace {
+    /// A trace without rows.
+    #[must_use]
+    pub fn new(layout: TraceLayout) -> Self {
+        Trace { layout, rows: Vec::new() }
+    }
+
+    /// Adds a row and numbers it.
+    pub fn push(&mut self, mut row: TraceRow) {
+        if let Some(scan) = row.values.first_mut() {
+            *scan = Value::Number(self.rows.len() as i64);
+        }
+        self.rows.push(row);
+    }
+}
+
+/// The stimulus gives it, so it is never open.
+fn is_given(kind: ColumnKind) -> bool {
+    match kind {
+        ColumnKind::Scan | ColumnKind::Dt | ColumnKind::Input(_) => true,
+        ColumnKind::Steps
+        | ColumnKind::Output(_)
+        | ColumnKind::Calls(_)
+        | ColumnKind::Var(_)
+        | ColumnKind::Element(..)
+        | ColumnKind::Fault => false,
+    }
+}
+
+/// Semantics §3.6: what is left open, and what follows from it in this row. A mealy output does not follow from the next situation.
+fn is_open(kind: ColumnKind, row: &Row) -> bool {
+    match kind {
+        ColumnKind::Output(output) | ColumnKind::Calls(output) => {
+            row.open.outputs.contains(&output)
+                || (row.open.next && !row.open.fixed.contains(&output))
+        }
+        ColumnKind::Scan
+        | ColumnKind::Dt
+        | ColumnKind::Input(_)
+        | ColumnKind::Steps
+        | ColumnKind::Var(_)
+        | ColumnKind::Element(..)
+        | ColumnKind::Fault => row.open.next && !is_given(kind),
+    }
+}
+
+/// The first cell in which two traces differ.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Difference {
+    /// The row; where one trace is shorter, the first row that it lacks.
+    pub row: usize,
+    /// The header of the column; `scan` where a row is missing, and the column's own place where the headers differ.
+    pub column: String,
+    /// The cell in the left trace; empty where there is none.
+    pub left: String,
+    /// The cell in the right trace; empty where there is none.
+    pub right: String,
+}
+
+/// The first difference of two traces, row by row, left to right within a row; none if they are equal. Cells that either trace marks as open are
+/// equal to everything.
+#[must_use]
+pub fn compare(left: &Trace, right: &Trace) -> Option<Difference> {
+    let name = |trace: &Trace, at: usize| {
+        trace.layout.columns.get(at).map_or(String::new(), |column| column.name.clone())
+    };
+    let n_columns = left.layout.columns.len().max(right.layout.columns.len());
+    for at in 0..n_columns {
+        let (left, right) = (name(left, at), name(right, at));
+        if left != right {
+            return Some(Difference { row: 0, column: format!("header {}", at + 1), left, right });
+        }
+    }
+    let same_names = left.layout.entries.iter().map(|entry| &entry.name).eq(right
+        .layout
+        .entries
+        .iter()
+        .map(|entry| &entry.name));
+    for row in 0..left.rows.len().max(right.rows.len()) {
+        let (Some(a), Some(b)) = (left.rows.get(row), right.rows.get(row)) else {
+            let shown = |trace: &Trace| {
+                if row < trace.rows.len() { row.to_string() } else { String::new() }
+            };
+            return Some(Difference {
+                row,
+                column: "scan".to_owned(),
+                left: shown(left),
+                right: shown(right),
+            });
+        };
+        for at in 0..n_columns {
+            let is_open = [a, b].iter().any(|row| row.open.get(at).copied().unwrap_or(false));
+            let cells = (a.values.get(at), b.values.get(at));
+            let is_equal = match cells {
+                (Some(Value::Steps(_)), Some(Value::Steps(_))) if !same_names => {
+                    cell_text(left, row, at) == cell_text(right, row, at)
+                }
+                (a, b) => a == b,
+            };
+            if !is_equal && !is_open {
+                let column = name(left, at);
+                return Some(Difference {
+                    row,
+                    column,
+                    left: cell_text(left, row, at),
+                    right: cell_text(right, row, at),
+                });
+            }
+        }
+    }
+    None
+}
+
+fn cell_text(trace: &Trace, row: usize, at: usize) -> String {
+    let value = trace.rows.get(row).and_then(|row| row.values.get(at));
+    value.map_or(String::new(), |value| trace.layout.text(value))
+}
