@@ -9,7 +9,7 @@
 use crate::arena::{Arena, Id};
 use crate::expr::{Expr as GenericExpr, Type};
 use crate::net::{
-    ActionId, EdgeId, HistoryId, InputId, OutputId, SendId, StepId, TimerId, TransitionId, VarId,
+    ActionId, EdgeId, HistoryId, InputId, OutputId, PartId, SendId, StepId, TimerId, TransitionId, VarId,
     Verbatim,
 };
 
@@ -31,6 +31,8 @@ pub struct Program {
     pub reset_effects: Vec<ResetEffect>,
     /// The values of all outputs after reset, by output id; extern actions show their calls in `reset_effects` and have 0 here.
     pub reset_outputs: Vec<i64>,
+    /// The fault flag of row 0: a statechart runs to completion at reset, and may fail to.
+    pub reset_fault: bool,
     /// The reaction.
     pub body: Vec<Stmt>,
 }
@@ -102,8 +104,8 @@ pub enum Origin {
     SendRuns(SendId),
     /// The history recorded this step.
     Recorded(HistoryId, StepId),
-    /// The chart has ended in a top-level final state.
-    Ended,
+    /// The statechart of this part has ended in a top-level final state.
+    Ended(PartId),
     /// The fault flag of the last reaction.
     Fault,
     /// The last value of an output that is held (end of chart, busy).
@@ -112,7 +114,7 @@ pub enum Origin {
     Helper,
 }
 
-/// The parts of the ACTION_CONTROL block that keep state.
+/// The parts of the ACTION_CONTROL block that keep state. `DSHeld` is the last input of the timer of DS, whose own latch stands behind the timer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[expect(missing_docs, reason = "the names are those of the standard's block")]
 pub enum ActionPart {
@@ -124,6 +126,7 @@ pub enum ActionPart {
     P1,
     SD,
     DS,
+    DSHeld,
     SL,
 }
 

@@ -1,0 +1,356 @@
+//! Both ends of a reaction: what Latch adds to timers (§3.1), and controlled actions, tasks, free timers and outputs after the evolution (§3.8).
+
+use std::collections::BTreeMap;
+
+use super::{Builder, cell, temp, when};
+use crate::arena::IdMap;
+use crate::expr::{ArithOp, CompareOp, Expr as GenericExpr, ExprKind, Type};
+use crate::net::{
+    ActionId, ControlledAction, Driver, Emission, ExternCall, OutputId, Qualifier,
+};
+use crate::program::{ActionPart, CellId, Expr, Leaf, Origin, Stmt, TempRole};
+use crate::simplify::simplify;
+use crate::span::Span;
+
+/// Mealy outputs with the values they have in this reaction.
+pub(super) type Mealy = BTreeMap<OutputId, Expr>;
+
+fn plus(id: CellId, ticks: Expr) -> Expr {
+    GenericExpr::new(ExprKind::Arith(ArithOp::Add, Box::new(cell(id)), Box::new(ticks)), Span::default())
+}
+
+fn dt() -> Expr {
+    Expr::leaf(Leaf::Dt, Span::default())
+}
+
+fn at_least(id: CellId, ticks: u32) -> Expr {
+    Expr::compare(CompareOp::Ge, cell(id), Expr::int(i64::from(ticks)))
+}
+
+/// What of ACTION_CONTROL a qualifier brings.
+fn part_of(qualifier: Qualifier) -> Option<ActionPart> {
+    match qualifier {
+        Qualifier::N | Qualifier::R => None,
+        Qualifier::S => Some(ActionPart::S),
+        Qualifier::L => Some(ActionPart::L),
+        Qualifier::D => Some(ActionPart::D),
+        Qualifier::P => Some(ActionPart::P),
+        Qualifier::P1 => Some(ActionPart::P1),
+        Qualifier::P0 => Some(ActionPart::P0),
+        Qualifier::SD => Some(ActionPart::SD),
+        Qualifier::DS => Some(ActionPart::DS),
+        Qualifier::SL => Some(ActionPart::SL),
+    }
+}
+
+/// The part has a timer.
+fn is_timed(part: ActionPart) -> bool {
+    match part {
+        ActionPart::L | ActionPart::D | ActionPart::SD | ActionPart::DS | ActionPart::SL => true,
+        ActionPart::S | ActionPart::P | ActionPart::P0 | ActionPart::P1 | ActionPart::DSHeld => false,
+    }
+}
+
+/// Where the last input of a part's timer is kept: with SD and SL it is the latch before the timer.
+fn held_of(part: ActionPart) -> ActionPart {
+    if part == ActionPart::DS { ActionPart::DSHeld } else { part }
+}
+
+impl Builder<'_> {
+    /// The cells of controlled actions: Q where it is read later, and what the standard's block remembers for the qualifiers in use.
+    pub(super) fn action_cells(&mut self) {
+        let net = self.net;
+        for (id, action) in net.actions.iter() {
+            let has_final_scan = net.settings.final_scan && !action.body.is_empty();
+            if self.needs.controlled[id] || has_final_scan || net.settings.policy.is_statechart() {
+                let q = self.new_cell(action.name.text.clone(), Type::Bool, Origin::ActionQ(id));
+                self.action_q[id] = Some(q);
+            }
+            let mut parts: Vec<ActionPart> = action.uses.iter().filter_map(|one| part_of(one.qualifier)).collect();
+            parts.sort_unstable();
+            parts.dedup();
+            for part in parts {
+                let letters = format!("{part:?}");
+                let name = format!("{}.{letters}", action.name);
+                // What is remembered: the latch, the last input of a pulse, or whether the timer's input held.
+                let latch = self.new_cell(name.clone(), Type::Bool, Origin::ActionLatch(id, part));
+                self.action_latch.insert((id, part), latch);
+                if is_timed(part) {
+                    let ty = Type::Int { lo: 0, hi: i64::from(action.duration) };
+                    let timer = self.new_cell(format!("{name}.time"), ty, Origin::ActionTimer(id, part));
+                    self.action_time.insert((id, part), timer);
+                }
+                if part == ActionPart::DS {
+                    let origin = Origin::ActionLatch(id, ActionPart::DSHeld);
+                    let held = self.new_cell(format!("{name}.held"), Type::Bool, origin);
+                    self.action_latch.insert((id, ActionPart::DSHeld), held);
+                }
+            }
+        }
+    }
+
+    /// L2 without mealy outputs and sends: all timers advance.
+    pub(super) fn latch(&mut self, out: &mut Vec<Stmt>) {
+        for (step, _) in self.net.steps.iter() {
+            let counters = [self.elapsed[step], self.last_elapsed[step]];
+            let list: Vec<Stmt> =
+                counters.into_iter().flatten().map(|id| Stmt::Store(id, None, plus(id, dt()))).collect();
+            when(self.is_active(step), list, out);
+        }
+        for (ticks, runs) in self.timer.values().flatten() {
+            when(cell(*runs), vec![Stmt::Store(*ticks, None, plus(*ticks, dt()))], out);
+        }
+        for ((id, part), time) in &self.action_time {
+            if let Some(held) = self.action_latch.get(&(*id, held_of(*part))) {
+                when(cell(*held), vec![Stmt::Store(*time, None, plus(*time, dt()))], out);
+            }
+        }
+    }
+
+    /// Mealy outputs: evaluated before the micro-step.
+    pub(super) fn mealy_outputs(&mut self, out: &mut Vec<Stmt>) -> Mealy {
+        let mut mealy = Mealy::new();
+        for (id, output) in self.net.outputs.iter() {
+            if let Driver::Mealy(emissions) = &output.driver {
+                let value = self.emitted(emissions);
+                let value = self.named(output.name.text.clone(), TempRole::Helper, value, out);
+                mealy.insert(id, value);
+            }
+        }
+        mealy
+    }
+
+    /// END of §3.9: E1 to E4. What has stopped for good (the charts that have ended) is held by the caller's conditions.
+    pub(super) fn end(&mut self, mealy: Mealy, out: &mut Vec<Stmt>) {
+        let running = Expr::bool(true);
+        let q = self.controlled_actions(out);
+        self.tasks(out);
+        self.free_timers(&running, out);
+        self.outputs(&mealy, &q, out);
+        for (step, data) in self.net.steps.iter() {
+            let texts = data.code.iter().cloned().map(Stmt::Code).collect();
+            when(self.is_active(step), texts, out);
+        }
+    }
+
+    /// E1: the three passes of §3.5. Gives Q of each action.
+    pub(super) fn controlled_actions(&mut self, out: &mut Vec<Stmt>) -> IdMap<ControlledAction, Expr> {
+        let net = self.net;
+        let mut q = IdMap::filled(&net.actions, Expr::bool(false));
+        let mut fell: Vec<(ActionId, Expr)> = Vec::new();
+        for (id, action) in net.actions.iter() {
+            let now = self.action_control(id, out);
+            let now = self.named(action.name.text.clone(), TempRole::Helper, now, out);
+            if let Some(memory) = self.action_q[id] {
+                if net.settings.final_scan && !action.body.is_empty() {
+                    let value = Expr::and([cell(memory), now.clone().not()]);
+                    fell.push((id, self.named(format!("{}.fell", action.name), TempRole::Helper, value, out)));
+                }
+                out.push(Stmt::Store(memory, None, now.clone()));
+            }
+            self.remember_pulses(id, out);
+            q[id] = now;
+        }
+        for (id, fell) in fell {
+            let body = self.list(&net.actions[id].body);
+            when(fell, body, out);
+        }
+        for (id, action) in net.actions.iter() {
+            let body = self.list(&action.body);
+            when(q[id].clone(), body, out);
+        }
+        q
+    }
+
+    /// The OR over the steps that carry the action with this qualifier.
+    fn action_input(&self, id: ActionId, qualifier: Qualifier) -> Expr {
+        let uses = self.net.actions[id].uses.iter().filter(|one| one.qualifier == qualifier);
+        Expr::or(uses.map(|one| {
+            Expr::and([self.is_active(one.step), self.read_condition(one.condition.as_ref())])
+        }))
+    }
+
+    /// ACTION_CONTROL: steps latches and timers, and gives Q.
+    fn action_control(&mut self, id: ActionId, out: &mut Vec<Stmt>) -> Expr {
+        let name = self.net.actions[id].name.text.clone();
+        let reset = self.action_input(id, Qualifier::R);
+        let reset = self.named(format!("{name}.R"), TempRole::Helper, reset, out);
+        let mut ways = vec![self.action_input(id, Qualifier::N)];
+        for (qualifier, part) in
+            [(Qualifier::S, ActionPart::S), (Qualifier::SD, ActionPart::SD), (Qualifier::SL, ActionPart::SL)]
+        {
+            if let Some(latch) = self.action_latch.get(&(id, part)).copied() {
+                let value = Expr::or([cell(latch), self.action_input(id, qualifier)]);
+                out.push(Stmt::Store(latch, None, simplify(&Expr::and([reset.clone().not(), value]))));
+                if part == ActionPart::S {
+                    ways.push(cell(latch));
+                }
+            }
+        }
+        for part in [ActionPart::L, ActionPart::D, ActionPart::DS, ActionPart::SD, ActionPart::SL] {
+            let Some((time, held)) = self
+                .action_time
+                .get(&(id, part))
+                .copied()
+                .zip(self.action_latch.get(&(id, held_of(part))).copied())
+            else {
+                continue;
+            };
+            let input = match part {
+                ActionPart::L => Some(Qualifier::L),
+                ActionPart::D => Some(Qualifier::D),
+                ActionPart::DS => Some(Qualifier::DS),
+                ActionPart::SD
+                | ActionPart::SL
+                | ActionPart::S
+                | ActionPart::P
+                | ActionPart::P0
+                | ActionPart::P1
+                | ActionPart::DSHeld => None,
+            };
+            if let Some(qualifier) = input {
+                let value = self.action_input(id, qualifier);
+                out.push(Stmt::Store(held, None, simplify(&value)));
+            }
+            let input = cell(held);
+            when(input.clone().not(), vec![Stmt::Store(time, None, Expr::int(0))], out);
+            let late = at_least(time, self.net.actions[id].duration);
+            match part {
+                ActionPart::L | ActionPart::SL => ways.push(Expr::and([input, simplify(&late.not())])),
+                ActionPart::D | ActionPart::SD => ways.push(Expr::and([input, late])),
+                ActionPart::DS => {
+                    if let Some(latch) = self.action_latch.get(&(id, ActionPart::DS)).copied() {
+                        let value = Expr::or([cell(latch), Expr::and([input, late])]);
+                        out.push(Stmt::Store(latch, None, simplify(&Expr::and([reset.clone().not(), value]))));
+                        ways.push(cell(latch));
+                    }
+                }
+                ActionPart::S | ActionPart::P | ActionPart::P0 | ActionPart::P1 | ActionPart::DSHeld => {}
+            }
+        }
+        for (qualifier, part) in
+            [(Qualifier::P, ActionPart::P), (Qualifier::P1, ActionPart::P1), (Qualifier::P0, ActionPart::P0)]
+        {
+            if let Some(old) = self.action_latch.get(&(id, part)).copied() {
+                let now = self.action_input(id, qualifier);
+                ways.push(if part == ActionPart::P0 {
+                    Expr::and([cell(old), now.not()])
+                } else {
+                    Expr::and([now, cell(old).not()])
+                });
+            }
+        }
+        Expr::and([reset.not(), Expr::or(ways)])
+    }
+
+    /// The inputs of pulses become what the next reaction compares with; nothing that they read has changed since.
+    fn remember_pulses(&mut self, id: ActionId, out: &mut Vec<Stmt>) {
+        for (qualifier, part) in
+            [(Qualifier::P, ActionPart::P), (Qualifier::P1, ActionPart::P1), (Qualifier::P0, ActionPart::P0)]
+        {
+            if let Some(old) = self.action_latch.get(&(id, part)).copied() {
+                let now = self.action_input(id, qualifier);
+                out.push(Stmt::Store(old, None, simplify(&now)));
+            }
+        }
+    }
+
+    /// E2: the tasks that the budget lets run, step by step.
+    pub(super) fn tasks(&mut self, out: &mut Vec<Stmt>) {
+        let net = self.net;
+        for (id, step) in net.steps.iter() {
+            let Some(index) = self.task[id] else { continue };
+            let mut list = Vec::new();
+            let budget = i64::from(step.budget);
+            let costs: i64 = step.tasks.iter().map(|task| i64::from(task.cost)).fold(0, i64::saturating_add);
+            // Where all tasks fit at once nothing needs to be counted.
+            let rest = (costs > budget).then(|| {
+                self.new_temp(format!("{}.rest", step.name), Type::Int { lo: 0, hi: budget }, TempRole::Helper)
+            });
+            if let Some(rest) = rest {
+                list.push(Stmt::Set(rest, Expr::int(budget)));
+            }
+            for (at, task) in step.tasks.iter().enumerate() {
+                let at = i64::try_from(at).unwrap_or(i64::MAX);
+                let cost = Expr::int(i64::from(task.cost));
+                let is_next = Expr::compare(CompareOp::Eq, cell(index), Expr::int(at));
+                let fits = rest.map(|rest| Expr::compare(CompareOp::Ge, temp(rest), cost.clone()));
+                let mut body = vec![Stmt::Store(index, None, Expr::int(at.saturating_add(1)))];
+                if let Some(rest) = rest {
+                    let left = ExprKind::Arith(ArithOp::Sub, Box::new(temp(rest)), Box::new(cost));
+                    body.push(Stmt::Set(rest, Expr::new(left, Span::default())));
+                }
+                body.extend(self.list(&task.body));
+                list.push(Stmt::If(Expr::and([is_next].into_iter().chain(fits)), body, Vec::new()));
+            }
+            when(self.is_active(id), list, out);
+        }
+    }
+
+    /// E3: a free timer whose condition does not hold starts anew.
+    pub(super) fn free_timers(&mut self, running: &Expr, out: &mut Vec<Stmt>) {
+        for (id, timer) in self.net.timers.iter() {
+            let Some((ticks, runs)) = self.timer[id] else { continue };
+            let holds = self.read(&timer.condition);
+            let mut list = vec![Stmt::Store(runs, None, holds)];
+            when(cell(runs).not(), vec![Stmt::Store(ticks, None, Expr::int(0))], &mut list);
+            when(running.clone(), list, out);
+        }
+    }
+
+    /// E4: outputs and calls of continuous extern actions, in declaration order.
+    pub(super) fn outputs(&mut self, mealy: &Mealy, q: &IdMap<ControlledAction, Expr>, out: &mut Vec<Stmt>) {
+        let net = self.net;
+        for (id, output) in net.outputs.iter() {
+            match &output.driver {
+                Driver::Continuous(emissions) => {
+                    let value = simplify(&self.emitted(emissions));
+                    out.push(Stmt::Output(id, value));
+                }
+                Driver::Mealy(_) => {
+                    out.push(Stmt::Output(id, mealy.get(&id).cloned().unwrap_or_else(|| Expr::bool(false))));
+                }
+                Driver::Stored(var) => out.push(Stmt::Output(id, cell(self.var[*var]))),
+                Driver::Controlled(action) => out.push(Stmt::Output(id, q[*action].clone())),
+                Driver::Extern { calls, .. } => self.continuous_call(id, calls, out),
+            }
+        }
+    }
+
+    /// Some step that carries it is active and its condition holds.
+    pub(super) fn emitted(&self, emissions: &[Emission]) -> Expr {
+        Expr::or(emissions.iter().map(|emission| {
+            Expr::and([self.is_active(emission.step), self.read_condition(emission.condition.as_ref())])
+        }))
+    }
+
+    /// One call a reaction; with arguments, those of the first step that asks for it.
+    pub(super) fn continuous_call(&mut self, id: OutputId, calls: &[ExternCall], out: &mut Vec<Stmt>) {
+        let asks: Vec<Expr> = calls
+            .iter()
+            .map(|call| {
+                Expr::and([self.is_active(call.step), self.read_condition(call.condition.as_ref())])
+            })
+            .collect();
+        let Some(first) = calls.first() else { return };
+        if first.arguments.is_empty() {
+            when(Expr::or(asks), vec![Stmt::Call(id, Vec::new())], out);
+            return;
+        }
+        let name = self.net.outputs[id].name.text.clone();
+        let called = (calls.len() > 1).then(|| self.new_temp(format!("{name}.called"), Type::Bool, TempRole::Helper));
+        if let Some(called) = called {
+            out.push(Stmt::Set(called, Expr::bool(false)));
+        }
+        for (at, (call, asks)) in calls.iter().zip(asks).enumerate() {
+            let mut body = Vec::new();
+            let arguments = call.arguments.iter().map(|argument| self.read(argument)).collect();
+            self.call(id, arguments, &mut body);
+            let free = called.filter(|_| at > 0).map(|called| temp(called).not());
+            if let Some(called) = called.filter(|_| at + 1 < calls.len()) {
+                body.push(Stmt::Set(called, Expr::bool(true)));
+            }
+            when(Expr::and([asks].into_iter().chain(free)), body, out);
+        }
+    }
+}

@@ -1,0 +1,69 @@
+//! The orders that a net fixes once and for all: ranks of partial charts, urgency of transitions (§3.3, §4).
+
+use crate::arena::IdMap;
+use crate::net::{Enter, Net, Part, Policy, Schedule, StepId, TransitionId, TransitionKind};
+
+/// Stands for "no number", which comes last.
+pub(super) const LAST: u64 = u64::MAX;
+
+/// Sorted lists of everything that has an order of its own in a micro-step.
+#[derive(Debug, Clone)]
+pub(super) struct Ranks {
+    rank: IdMap<Part, u64>,
+    /// Steps in the order of their lists: rank, declaration.
+    pub(super) steps: Vec<StepId>,
+    /// Transitions and reactions in the order of actions: rank, static urgency, declaration.
+    pub(super) transitions: Vec<TransitionId>,
+}
+
+impl Ranks {
+    pub(super) fn of(net: &Net) -> Self {
+        // Parts stand depth first, so the chart that holds a part is the last one before it with a lower level.
+        let mut way = Vec::new();
+        let rank = IdMap::build(&net.parts, |id, part| {
+            while way.last().is_some_and(|above| net.parts[*above].level >= part.level) {
+                way.pop();
+            }
+            way.push(id);
+            match net.settings.schedule {
+                Schedule::Declared => way.first().map_or(LAST, |top| top.index() as u64),
+                Schedule::Level => u64::from(part.level),
+                Schedule::Priority => {
+                    way.iter().rev().find_map(|part| net.parts[*part].priority).map_or(LAST, u64::from)
+                }
+            }
+        });
+        let mut steps: Vec<StepId> = net.steps.ids().collect();
+        steps.sort_by_key(|step| rank[net.steps[*step].part]);
+        let mut transitions: Vec<TransitionId> = net.transitions.ids().collect();
+        transitions.sort_by_key(|id| (rank[net.transitions[*id].part], urgency(net, *id)));
+        Ranks { rank, steps, transitions }
+    }
+
+    /// Lower goes first.
+    pub(super) fn of_transition(&self, net: &Net, transition: TransitionId) -> u64 {
+        self.rank[net.transitions[transition].part]
+    }
+}
+
+/// The static urgency of a transition (§3.3): lower goes first. A reaction has none.
+pub(super) fn urgency(net: &Net, id: TransitionId) -> u64 {
+    let transition = &net.transitions[id];
+    match (net.settings.policy, transition.kind) {
+        (Policy::Priority, TransitionKind::Move) => transition.priority.map_or(LAST, u64::from),
+        (Policy::PriorityAge, TransitionKind::Move) => following(net, id)
+            .filter_map(|step| net.steps[step].priority)
+            .min()
+            .map_or(LAST, u64::from),
+        (Policy::All | Policy::InnerFirst | Policy::OuterFirst, TransitionKind::Move)
+        | (_, TransitionKind::Reaction) => LAST,
+    }
+}
+
+/// The steps that follow a transition.
+pub(super) fn following(net: &Net, id: TransitionId) -> impl Iterator<Item = StepId> + '_ {
+    net.transitions[id].enters.iter().filter_map(|enter| match enter {
+        Enter::Step(step) => Some(*step),
+        Enter::InitialContent(_) | Enter::History(_) => None,
+    })
+}

@@ -1,0 +1,104 @@
+//! Expressions of the net over the cells and temps of the program.
+
+use std::convert::Infallible;
+
+use super::{Builder, cell};
+use crate::expr::{CompareOp, ExprKind};
+use crate::net::{self, EdgeOperand, Net, StepId};
+use crate::program::{Expr, Leaf};
+use crate::span::Span;
+
+impl Builder<'_> {
+    /// The expression with every value read as it stands at this place of the program. Edges and events are those of the check.
+    pub(super) fn read(&self, expr: &net::Expr) -> Expr {
+        let read = expr.try_map::<Leaf, Infallible>(
+            &mut |leaf, span| Ok(Expr { span, ..self.read_leaf(*leaf) }),
+            &mut |leaf, _| Ok(self.read_array(*leaf)),
+        );
+        let Ok(read) = read;
+        crate::simplify::simplify(&read)
+    }
+
+    /// A condition that may be absent.
+    pub(super) fn read_condition(&self, condition: Option<&net::Expr>) -> Expr {
+        condition.map_or_else(|| Expr::bool(true), |condition| self.read(condition))
+    }
+
+    fn read_leaf(&self, leaf: net::Leaf) -> Expr {
+        match leaf {
+            net::Leaf::Input(input) if self.net.inputs[input].kind.is_event() => {
+                self.holds[input].clone().unwrap_or_else(|| Expr::bool(false))
+            }
+            net::Leaf::Input(input) => Expr::leaf(Leaf::Input(input), Span::default()),
+            net::Leaf::Var(var) => cell(self.var[var]),
+            net::Leaf::Active(step) => self.is_active(step),
+            net::Leaf::Elapsed(step) => self.elapsed[step].map_or_else(|| Expr::int(0), cell),
+            net::Leaf::LastElapsed(step) => self.last_elapsed[step].map_or_else(|| Expr::int(0), cell),
+            net::Leaf::TasksDone(step) => self.tasks_done(step),
+            net::Leaf::Timer(timer) => self.timer[timer].map_or_else(|| Expr::int(0), |(ticks, _)| cell(ticks)),
+            net::Leaf::Rise(edge) => match (&self.edge_now[edge], self.edge[edge]) {
+                (Some(now), Some(old)) => Expr::and([now.clone(), cell(old).not()]),
+                (None, _) | (_, None) => Expr::bool(false),
+            },
+            net::Leaf::Fall(edge) => match (&self.edge_now[edge], self.edge[edge]) {
+                (Some(now), Some(old)) => Expr::and([now.clone().not(), cell(old)]),
+                (None, _) | (_, None) => Expr::bool(false),
+            },
+            net::Leaf::Fireable(transition) => {
+                self.fireable[transition].clone().unwrap_or_else(|| Expr::bool(false))
+            }
+            net::Leaf::Controlled(action) => self.action_q[action].map_or_else(|| Expr::bool(false), cell),
+        }
+    }
+
+    fn read_array(&self, leaf: net::Leaf) -> Leaf {
+        match leaf {
+            net::Leaf::Var(var) => Leaf::Cell(self.var[var]),
+            net::Leaf::Input(_)
+            | net::Leaf::Active(_)
+            | net::Leaf::Elapsed(_)
+            | net::Leaf::LastElapsed(_)
+            | net::Leaf::TasksDone(_)
+            | net::Leaf::Timer(_)
+            | net::Leaf::Rise(_)
+            | net::Leaf::Fall(_)
+            | net::Leaf::Fireable(_)
+            | net::Leaf::Controlled(_) => unreachable!("a valid net indexes arrays only"),
+        }
+    }
+
+    /// `s.done`: a step without tasks has done them at once.
+    fn tasks_done(&self, step: StepId) -> Expr {
+        let active = self.is_active(step);
+        let Some(index) = self.task[step] else { return active };
+        let all = i64::try_from(self.net.steps[step].tasks.len()).unwrap_or(i64::MAX);
+        Expr::and([active, Expr::compare(CompareOp::Eq, cell(index), Expr::int(all))])
+    }
+}
+
+/// The operand reads inputs and constants alone (§3.7).
+pub(super) fn is_over_inputs(operand: &EdgeOperand) -> bool {
+    let mut over_inputs = true;
+    operand.expr.for_each_leaf(&mut |leaf| over_inputs &= matches!(leaf, net::Leaf::Input(_)));
+    over_inputs
+}
+
+/// A name for the memory of an operand: that of its first leaf.
+pub(super) fn name_of_operand(net: &Net, operand: &EdgeOperand) -> String {
+    let mut name = None;
+    operand.expr.for_each_leaf(&mut |leaf| {
+        name.get_or_insert_with(|| match *leaf {
+            net::Leaf::Input(input) => net.inputs[input].name.text.clone(),
+            net::Leaf::Var(var) => net.vars[var].name.text.clone(),
+            net::Leaf::Active(step)
+            | net::Leaf::Elapsed(step)
+            | net::Leaf::LastElapsed(step)
+            | net::Leaf::TasksDone(step) => net.steps[step].name.text.clone(),
+            net::Leaf::Timer(timer) => net.timers[timer].name.text.clone(),
+            net::Leaf::Controlled(action) => net.actions[action].name.text.clone(),
+            net::Leaf::Rise(_) | net::Leaf::Fall(_) | net::Leaf::Fireable(_) => "edge".to_owned(),
+        });
+    });
+    let name = name.unwrap_or_else(|| "edge".to_owned());
+    if matches!(operand.expr.kind, ExprKind::Leaf(_)) { format!("{name}.before") } else { format!("{name}.condition.before") }
+}

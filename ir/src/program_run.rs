@@ -1,0 +1,179 @@
+//! Runs a reaction program: an interpreter as plain as the program itself.
+//!
+//! It is used to execute the reset of a net while its program is made (so that everything reset does is a constant of the [`Program`]), and as an engine
+//! of the differential tests: whatever the simulator says of a net must come out of its program too.
+//!
+//! ```
+//! use grafsynth_ir::program::Program;
+//! use grafsynth_ir::program_run::Machine;
+//! let program = Program::default();
+//! let mut machine = Machine::new(&program);
+//! assert!(machine.react(&[], 1).outputs.is_empty());
+//! ```
+
+use crate::expr::{Expr as GenericExpr, ExprKind};
+use crate::program::{CellId, Expr, Leaf, Program, ResetEffect, Stmt};
+
+/// A program with a state.
+#[derive(Debug, Clone)]
+pub struct Machine<'a> {
+    program: &'a Program,
+    cells: Vec<Vec<i64>>,
+    temps: Vec<i64>,
+}
+
+/// What one reaction, or the reset, shows to the outside.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Shown {
+    /// The value of each output by its id; extern actions, and outputs that the program gives no value, have 0.
+    pub outputs: Vec<i64>,
+    /// Calls of extern actions and verbatim texts, in order.
+    pub effects: Vec<ResetEffect>,
+    /// The fault flag.
+    pub fault: bool,
+}
+
+impl<'a> Machine<'a> {
+    /// The machine after reset.
+    #[must_use]
+    pub fn new(program: &'a Program) -> Self {
+        Machine {
+            program,
+            cells: program.cells.values().map(|cell| cell.init.clone()).collect(),
+            temps: vec![0; program.temps.len()],
+        }
+    }
+
+    /// Goes back to the state after reset, and tells what reset shows.
+    pub fn reset(&mut self) -> Shown {
+        *self = Machine::new(self.program);
+        Shown {
+            outputs: self.program.reset_outputs.clone(),
+            effects: self.program.reset_effects.clone(),
+            fault: self.program.reset_fault,
+        }
+    }
+
+    /// The elements of a cell: one unless it is an array.
+    #[must_use]
+    pub fn cell(&self, cell: CellId) -> &[i64] {
+        self.cells.get(cell.index()).map_or(&[], Vec::as_slice)
+    }
+
+    /// Overwrites a cell. Elements that the cell does not have are ignored; values saturate to its type.
+    pub fn set_cell(&mut self, cell: CellId, values: &[i64]) {
+        for (at, value) in values.iter().enumerate() {
+            self.store(cell, at, *value);
+        }
+    }
+
+    /// One reaction: `inputs` by input id (missing ones are 0; those of internal events are not looked at), `dt` ticks after the last one.
+    pub fn react(&mut self, inputs: &[i64], dt: u32) -> Shown {
+        let program = self.program;
+        let mut shown =
+            Shown { outputs: vec![0; program.reset_outputs.len()], ..Shown::default() };
+        self.run(&program.body, &Latched { inputs, dt }, &mut shown);
+        shown
+    }
+
+    fn run(&mut self, body: &[Stmt], latched: &Latched<'_>, shown: &mut Shown) {
+        for statement in body {
+            match statement {
+                Stmt::Set(temp, value) => {
+                    let value = self.value(value, latched);
+                    if let Some(slot) = self.temps.get_mut(temp.index()) {
+                        *slot = value;
+                    }
+                }
+                Stmt::Store(cell, index, value) => {
+                    let value = self.value(value, latched);
+                    let index = index.as_ref().map_or(0, |index| self.value(index, latched));
+                    if let Ok(index) = usize::try_from(index) {
+                        self.store(*cell, index, value);
+                    }
+                }
+                Stmt::If(condition, then, otherwise) => {
+                    let holds = self.value(condition, latched) != 0;
+                    self.run(if holds { then } else { otherwise }, latched, shown);
+                }
+                Stmt::Repeat { limit, condition, body } => {
+                    for _ in 0..*limit {
+                        if self.value(condition, latched) == 0 {
+                            break;
+                        }
+                        self.run(body, latched, shown);
+                    }
+                }
+                Stmt::Output(output, value) => {
+                    let value = self.value(value, latched);
+                    if shown.outputs.len() <= output.index() {
+                        shown.outputs.resize(output.index() + 1, 0);
+                    }
+                    shown.outputs[output.index()] = value;
+                }
+                Stmt::Call(output, arguments) => {
+                    let arguments = arguments.iter().map(|a| self.value(a, latched)).collect();
+                    shown.effects.push(ResetEffect::Call(*output, arguments));
+                }
+                Stmt::Code(text) => shown.effects.push(ResetEffect::Code(text.clone())),
+                Stmt::Fault(value) => shown.fault = self.value(value, latched) != 0,
+            }
+        }
+    }
+
+    fn store(&mut self, cell: CellId, index: usize, value: i64) {
+        if let (Some(declared), Some(values)) =
+            (self.program.cells.get(cell), self.cells.get_mut(cell.index()))
+            && let Some(slot) = values.get_mut(index)
+        {
+            *slot = declared.ty.saturate(value);
+        }
+    }
+
+    fn value(&self, expr: &Expr, latched: &Latched<'_>) -> i64 {
+        evaluate(expr, &mut |leaf, index| match leaf {
+            Leaf::Cell(cell) => {
+                let index = usize::try_from(index).ok();
+                index.and_then(|index| self.cell(*cell).get(index)).copied().unwrap_or(0)
+            }
+            Leaf::Temp(temp) => self.temps.get(temp.index()).copied().unwrap_or(0),
+            Leaf::Input(input) => latched.inputs.get(input.index()).copied().unwrap_or(0),
+            Leaf::Dt => i64::from(latched.dt),
+        })
+    }
+}
+
+struct Latched<'a> {
+    inputs: &'a [i64],
+    dt: u32,
+}
+
+/// The value of an expression, 0 and 1 for truth values. `leaf` gives that of a leaf (index 0) or an array element. What validation excludes (division by
+/// zero, more than 64 bits) gives 0, so that no program can stop the interpreter.
+pub fn evaluate<L>(expr: &GenericExpr<L>, leaf: &mut impl FnMut(&L, i64) -> i64) -> i64 {
+    match &expr.kind {
+        ExprKind::Bool(value) => i64::from(*value),
+        ExprKind::Int(value) => *value,
+        ExprKind::Leaf(inner) => leaf(inner, 0),
+        ExprKind::Element(array, index) => {
+            let index = evaluate(index, leaf);
+            leaf(array, index)
+        }
+        ExprKind::Not(a) => i64::from(evaluate(a, leaf) == 0),
+        ExprKind::And(all) => i64::from(all.iter().all(|a| evaluate(a, leaf) != 0)),
+        ExprKind::Or(all) => i64::from(all.iter().any(|a| evaluate(a, leaf) != 0)),
+        ExprKind::Compare(op, a, b) => {
+            let a = evaluate(a, leaf);
+            i64::from(op.apply(a, evaluate(b, leaf)))
+        }
+        ExprKind::Neg(a) => evaluate(a, leaf).checked_neg().unwrap_or(0),
+        ExprKind::Arith(op, a, b) => {
+            let a = evaluate(a, leaf);
+            op.apply(a, evaluate(b, leaf)).unwrap_or(0)
+        }
+        ExprKind::Select(c, a, b) => {
+            let chosen = if evaluate(c, leaf) != 0 { a } else { b };
+            evaluate(chosen, leaf)
+        }
+    }
+}
