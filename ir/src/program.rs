@@ -108,8 +108,8 @@ pub enum Origin {
     Ended(PartId),
     /// The fault flag of the last reaction.
     Fault,
-    /// The last value of an output that is held (end of chart, busy).
-    HeldOutput(OutputId),
+    /// What the steps of an ended chart gave to an output in its last row; or an output that is held while a chip is busy.
+    HeldOutput(OutputId, PartId),
     /// The value a step's bit had when an edge comparison started; and other helpers of one pass.
     Helper,
 }

@@ -442,13 +442,13 @@ fn meta_of(net: &Net, origin: Origin) -> Meta {
         Origin::ActionQ(action) | Origin::ActionLatch(action, _) | Origin::ActionTimer(action, _) => net.actions[action].meta.clone(),
         Origin::Pending(event) => net.inputs[event].meta.clone(),
         Origin::SendTimer(send) | Origin::SendRuns(send) => net.sends[send].meta.clone(),
-        Origin::HeldOutput(output) => net.outputs[output].meta.clone(),
+        Origin::HeldOutput(output, _) => net.outputs[output].meta.clone(),
         Origin::Edge(_)
         | Origin::InternalQueue
         | Origin::InternalLength
         | Origin::ExternalQueue
         | Origin::ExternalLength
-        | Origin::Ended
+        | Origin::Ended(_)
         | Origin::Fault
         | Origin::Helper => Meta::default(),
     }
