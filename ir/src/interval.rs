@@ -12,8 +12,8 @@ use crate::net::{Leaf, Net, PropertyLeaf};
 use crate::span::Span;
 use std::fmt;
 
-/// The deepest expression that is accepted: twice what the chart language allows, so that what a lowering wraps around an expression fits too.
-pub const DEPTH_LIMIT: usize = 512;
+/// The deepest expression that is accepted: what the chart language allows, and room for what a lowering wraps around it.
+pub const DEPTH_LIMIT: usize = 320;
 
 /// The type of a tick count (`s.t`, a free timer) before it is narrowed to the constants it is compared with.
 pub const TICKS: Type = Type::Int { lo: 0, hi: u32::MAX as i64 };

@@ -26,6 +26,7 @@ pub mod program;
 pub mod program_run;
 pub mod simplify;
 pub mod span;
+pub mod text;
 pub mod validate;
 
 pub use arena::{Arena, Id, IdMap};

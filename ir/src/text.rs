@@ -1,0 +1,137 @@
+//! The text form of a net: for dumps after a pass, bug reports, tests, and as an input of every verb (`.net`).
+//!
+//! [`print`] writes every field but the spans; [`parse`] gives the same net back, with spans that point into the text. That holds for nets that are
+//! not valid too, so a broken net can be written down: an object whose name does not find it (an id beyond its arena, the second of two equal names)
+//! is written `?N` by its position.
+//!
+//! # Form
+//! One declaration a line. Those of one kind stand in declaration order; the order of kinds is free. Lines below a declaration that begin with one of
+//! its own words belong to it (the printer indents them). Blanks part tokens and mean nothing else; `//` starts a comment.
+//!
+//! ```text
+//! net truck
+//! policy priority-age
+//! evolution single
+//! schedule declared
+//! tick 10000000 ns
+//!
+//! part truck level 1
+//!
+//! input m "loading request" bool
+//! output R "move right" bool continuous
+//!     emit p2 if not b
+//! var n int 0..99 = 0
+//!
+//! step p1 "waiting" req "R12" in truck initial
+//!     entry { n := n + 1 }
+//! step p2 in truck
+//!
+//! transition t1 in truck p1 -> p2 when m and n < 99
+//!     do { raise E }
+//! ```
+//!
+//! # Grammar
+//! `[x]` optional, `{x}` repeated, `|` choice; capitals are rules. `LIST(x)` is `( [x {, x}] )`.
+//!
+//! ```text
+//! net NAME
+//! policy all | priority | priority-age | inner-first | outer-first
+//! evolution single | stable limit N
+//! schedule declared | level | priority
+//! fire one    assign simultaneous    final scan    events exclusive    queue N    tick N ns
+//! part NAME META level N [priority N]
+//!     enter LIST(ENTER)                                      what reset enters
+//! input NAME META TYPE [extern | event | internal] [synchronous]
+//! output NAME META TYPE [registered] (continuous | mealy | extern | stored VAR | controlled ACTION)
+//!     emit STEP [if EXPR]
+//!     param TYPE [NAME]
+//!     call STEP LIST(EXPR) [if EXPR]
+//! var NAME META TYPE ["[" N "]"] [stored | hidden] [= INT {, INT}]
+//! timer NAME META [expired] while EXPR
+//! edge %N = EXPR
+//! step NAME META in PART [initial] [enclosing | composite | parallel | final] [parent STEP] [link] [hidden] [priority N] [budget N] [done EVENT]
+//!     entry BLOCK    exit BLOCK    content BLOCK
+//!     code STRING STRING                                     language, text
+//!     task NAME META cost N BLOCK
+//! transition NAME META in PART [reaction] [STEP {, STEP}] -> [ENTER {, ENTER}] [clears LIST(STEP)] [restart] [on LIST(EVENT)] [priority N] [deadline N ns] [when EXPR]
+//!     do BLOCK
+//! action NAME META duration N
+//!     use STEP QUALIFIER [if EXPR]
+//!     body BLOCK
+//! slot NAME META sends EVENT after N
+//! history NAME META of STEP
+//!     case STEP LIST(ENTER)    default LIST(ENTER)    content BLOCK
+//! force STEP LIST(PART) (hold | situation LIST(STEP))
+//! (assume | assert) [NAME] META never EXPR
+//! open (next | output OUTPUT) when EXPR
+//! macro NAME META entry STEP exit STEP steps LIST(STEP)
+//! place (step | var | transition | output) NAME on (chip | cpu)
+//! device NAME
+//! pin NAME N
+//!
+//! META   = [STRING] {req STRING}                             comment, requirement tags
+//! ENTER  = STEP | content STEP | history HISTORY
+//! TYPE   = bool | int INT..INT
+//! BLOCK  = "{" {STMT (";" | line break)} "}"
+//! STMT   = VAR ["[" EXPR "]"] := EXPR | raise EVENT | send SLOT | cancel SLOT | call OUTPUT LIST(EXPR) | code STRING STRING
+//!        | if EXPR BLOCK [else BLOCK]
+//! EXPR   = operators from loose to tight: or; and; not; = <> < <= > >= (not chained); + -; * / mod; then
+//!          true | false | INT | LEAF ["[" EXPR "]"] | ( EXPR ) | -( EXPR ) | select( EXPR, EXPR, EXPR ) | and LIST(EXPR) | or LIST(EXPR)
+//! LEAF   = SIGNAL | (input | var | timer) ?N | STEP.active | STEP.t | STEP.T | STEP.done | TRANSITION.fireable | ACTION.q | OUTPUT.out | rise(%N) | fall(%N)
+//! NAME   = letters, digits, `_`, parts joined by `.`; any other name, a word of this grammar, or a name that ends in one of the endings
+//!          of LEAF stands in back quotes: `odd name`
+//! ```
+//!
+//! `a and b and c` is one conjunction of three; `(a and b) and c` has a conjunction inside. Strings and quoted names know `\n \t \r \\ \" \` \u{1F600}`.
+//! `clears` is left out where it is the preceding steps (nothing for a reaction), `when` where it is `true`.
+
+mod declarations;
+mod erase;
+mod expr;
+mod lexer;
+mod parse;
+mod print;
+mod statements;
+
+pub use parse::parse;
+pub use print::{print, print_expr};
+
+use crate::net::Net;
+
+/// True if both nets are the same but for places in the source.
+#[must_use]
+pub fn same(a: &Net, b: &Net) -> bool {
+    a.without_spans() == b.without_spans()
+}
+
+/// Words that have a meaning somewhere in the grammar, sorted; a name like one of them is quoted.
+const RESERVED: &[&str] = &[
+    "action", "and", "assert", "assign", "assume", "body", "bool", "budget", "call", "cancel", "case", "chip", "clears",
+    "code", "composite", "content", "continuous", "controlled", "cost", "cpu", "deadline", "default", "device", "do",
+    "done", "duration", "edge", "else", "emit", "enclosing", "enter", "entry", "event", "events", "evolution", "exit",
+    "expired", "extern", "fall", "false", "final", "fire", "force", "hidden", "history", "hold", "if", "in", "initial",
+    "input", "int", "internal", "level", "link", "macro", "mealy", "mod", "net", "never", "next", "not", "of", "on",
+    "open", "or", "output", "parallel", "param", "parent", "part", "pin", "place", "policy", "priority", "queue", "raise",
+    "reaction", "registered", "req", "restart", "rise", "schedule", "select", "send", "sends", "situation", "slot",
+    "step", "steps", "stored", "synchronous", "task", "tick", "timer", "transition", "true", "use", "var", "when",
+    "while",
+];
+
+/// Endings of a leaf's name.
+const SUFFIXES: &[&str] = &["T", "active", "done", "fireable", "out", "q", "t"];
+
+/// True if the name stands in a text without quotes.
+fn is_plain(name: &str) -> bool {
+    let mut parts = name.split('.');
+    parts.next().is_some_and(|first| first.starts_with(|c: char| c.is_alphabetic() || c == '_'))
+        && name.split('.').all(|part| !part.is_empty() && part.chars().all(is_word_char))
+        && name.rsplit_once('.').is_none_or(|(_, last)| SUFFIXES.binary_search(&last).is_err())
+        && RESERVED.binary_search(&name).is_err()
+}
+
+fn is_word_char(c: char) -> bool {
+    c.is_alphanumeric() || c == '_'
+}
+
+#[cfg(test)]
+mod tests;

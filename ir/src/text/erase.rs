@@ -1,0 +1,148 @@
+//! A net without places, to compare nets that come from different sources.
+
+use crate::expr::{Expr, ExprKind};
+use crate::net::*;
+use crate::span::{Name, Span};
+
+impl Net {
+    /// The same net with every span set to the default. Two nets that differ only in where they were written become equal.
+    #[must_use]
+    pub fn without_spans(&self) -> Net {
+        let mut net = self.clone();
+        name(&mut net.name);
+        for (_, item) in net.parts.iter_mut() {
+            named(&mut item.name, &mut item.meta);
+        }
+        for (_, item) in net.inputs.iter_mut() {
+            named(&mut item.name, &mut item.meta);
+        }
+        for (_, item) in net.outputs.iter_mut() {
+            named(&mut item.name, &mut item.meta);
+            driver(&mut item.driver);
+        }
+        for (_, item) in net.vars.iter_mut() {
+            named(&mut item.name, &mut item.meta);
+        }
+        for (_, item) in net.timers.iter_mut() {
+            named(&mut item.name, &mut item.meta);
+            expr(&mut item.condition);
+        }
+        for (_, item) in net.edges.iter_mut() {
+            expr(&mut item.expr);
+        }
+        for (_, item) in net.steps.iter_mut() {
+            named(&mut item.name, &mut item.meta);
+            for list in [&mut item.entry, &mut item.exit, &mut item.initial_content] {
+                block(list);
+            }
+            for task in &mut item.tasks {
+                named(&mut task.name, &mut task.meta);
+                block(&mut task.body);
+            }
+        }
+        for (_, item) in net.transitions.iter_mut() {
+            named(&mut item.name, &mut item.meta);
+            expr(&mut item.guard);
+            block(&mut item.actions);
+        }
+        for (_, item) in net.actions.iter_mut() {
+            named(&mut item.name, &mut item.meta);
+            block(&mut item.body);
+            for of in &mut item.uses {
+                of.span = Span::default();
+                of.condition.iter_mut().for_each(expr);
+            }
+        }
+        for (_, item) in net.sends.iter_mut() {
+            named(&mut item.name, &mut item.meta);
+        }
+        for (_, item) in net.histories.iter_mut() {
+            named(&mut item.name, &mut item.meta);
+            block(&mut item.default_content);
+        }
+        for item in &mut net.forcings {
+            item.span = Span::default();
+        }
+        for item in &mut net.properties {
+            item.meta.span = Span::default();
+            expr(&mut item.never);
+        }
+        for item in &mut net.unspecified {
+            expr(&mut item.when);
+        }
+        for item in &mut net.macros {
+            named(&mut item.name, &mut item.meta);
+        }
+        for item in &mut net.placements {
+            item.span = Span::default();
+        }
+        net.board.device.iter_mut().for_each(name);
+        net.board.pins.iter_mut().for_each(|(pin, _)| name(pin));
+        net
+    }
+}
+
+fn name(name: &mut Name) {
+    name.span = Span::default();
+}
+
+fn named(of: &mut Name, meta: &mut Meta) {
+    name(of);
+    meta.span = Span::default();
+}
+
+fn driver(driver: &mut Driver) {
+    match driver {
+        Driver::Continuous(emissions) | Driver::Mealy(emissions) => {
+            for emission in emissions {
+                emission.span = Span::default();
+                emission.condition.iter_mut().for_each(expr);
+            }
+        }
+        Driver::Extern { calls, .. } => {
+            for call in calls {
+                call.span = Span::default();
+                call.condition.iter_mut().for_each(expr);
+                call.arguments.iter_mut().for_each(expr);
+            }
+        }
+        Driver::Stored(_) | Driver::Controlled(_) => {}
+    }
+}
+
+fn block(list: &mut Block) {
+    for stmt in list {
+        stmt.span = Span::default();
+        match &mut stmt.kind {
+            StmtKind::Assign { index, value, .. } => {
+                index.iter_mut().for_each(expr);
+                expr(value);
+            }
+            StmtKind::Call { arguments, .. } => arguments.iter_mut().for_each(expr),
+            StmtKind::If { condition, then, otherwise } => {
+                expr(condition);
+                block(then);
+                block(otherwise);
+            }
+            StmtKind::Raise(_) | StmtKind::Send(_) | StmtKind::Cancel(_) | StmtKind::Code(_) => {}
+        }
+    }
+}
+
+fn expr<L>(of: &mut Expr<L>) {
+    of.span = Span::default();
+    match &mut of.kind {
+        ExprKind::Bool(_) | ExprKind::Int(_) | ExprKind::Leaf(_) => {}
+        ExprKind::Element(_, a) | ExprKind::Not(a) | ExprKind::Neg(a) => expr(a),
+        ExprKind::And(all) | ExprKind::Or(all) => all.iter_mut().for_each(expr),
+        ExprKind::Compare(_, a, b) | ExprKind::Arith(_, a, b) => {
+            expr(a);
+            expr(b);
+        }
+        ExprKind::Select(a, b, c) => {
+            expr(a);
+            expr(b);
+            expr(c);
+        }
+    }
+}

@@ -1,0 +1,301 @@
+//! Expressions of the text form: operator precedence, with a bound on depth.
+
+use super::SUFFIXES;
+use super::lexer::Kind;
+use super::parse::{Fail, Parser, Signal};
+use crate::codes;
+use crate::expr::{ArithOp, CompareOp, Expr, ExprKind};
+use crate::interval::DEPTH_LIMIT;
+use crate::net::{Leaf, OutputId, PropertyLeaf};
+use crate::span::Span;
+
+/// An expression and its height.
+type Tall<L> = (Expr<L>, usize);
+
+/// Leaves that the text form can name.
+pub(super) trait ReadLeaf: Sized {
+    fn net(leaf: Leaf) -> Self;
+    /// None where outputs cannot be read.
+    fn output(id: OutputId) -> Option<Self>;
+}
+
+impl ReadLeaf for Leaf {
+    fn net(leaf: Leaf) -> Self {
+        leaf
+    }
+    fn output(_: OutputId) -> Option<Self> {
+        None
+    }
+}
+
+impl ReadLeaf for PropertyLeaf {
+    fn net(leaf: Leaf) -> Self {
+        PropertyLeaf::Net(leaf)
+    }
+    fn output(id: OutputId) -> Option<Self> {
+        Some(PropertyLeaf::Output(id))
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Infix {
+    Or,
+    And,
+    Compare(CompareOp),
+    Arith(ArithOp),
+}
+
+impl Infix {
+    /// As the printer numbers them.
+    fn level(self) -> u8 {
+        match self {
+            Infix::Or => 1,
+            Infix::And => 2,
+            Infix::Compare(_) => 4,
+            Infix::Arith(ArithOp::Add | ArithOp::Sub) => 5,
+            Infix::Arith(ArithOp::Mul | ArithOp::Div | ArithOp::Mod) => 6,
+        }
+    }
+}
+
+impl Parser<'_> {
+    pub(super) fn expr<L: ReadLeaf>(&mut self) -> Result<Expr<L>, Fail> {
+        Ok(self.above(0, 0)?.0)
+    }
+
+    /// An expression of operators that bind tighter than `level`.
+    fn above<L: ReadLeaf>(&mut self, level: u8, depth: usize) -> Result<Tall<L>, Fail> {
+        let (mut left, mut height) = self.operand(level, depth)?;
+        let mut compared = false;
+        while let Some(op) = self.infix().filter(|op| op.level() > level) {
+            if matches!(op, Infix::Compare(_)) && std::mem::replace(&mut compared, true) {
+                return self.fail(codes::NET_SYNTAX, self.here(), "comparisons cannot be chained: use parentheses");
+            }
+            self.bump();
+            let (right, other) = match op {
+                // Both operands of a comparison are sums; operators of one level group to the left.
+                Infix::Compare(_) | Infix::Arith(_) | Infix::Or | Infix::And => self.above(op.level(), depth + 1)?,
+            };
+            height = height.max(other) + 1;
+            left = combine(op, left, right);
+            while let Infix::And | Infix::Or = op
+                && self.infix() == Some(op)
+            {
+                self.bump();
+                let (more, tall) = self.above(op.level(), depth + 1)?;
+                height = height.max(tall + 1);
+                let end = more.span;
+                if let ExprKind::And(all) | ExprKind::Or(all) = &mut left.kind {
+                    all.push(more);
+                }
+                left.span = left.span.to(end);
+            }
+            self.not_too_deep(height)?;
+        }
+        Ok((left, height))
+    }
+
+    fn not_too_deep(&mut self, levels: usize) -> Result<(), Fail> {
+        if levels <= DEPTH_LIMIT {
+            return Ok(());
+        }
+        self.fail(codes::NET_LIMIT, self.here(), format!("the expression has more than {DEPTH_LIMIT} levels"))
+    }
+
+    fn infix(&self) -> Option<Infix> {
+        let token = self.token();
+        if !matches!(token.kind, Kind::Word | Kind::Symbol) {
+            return None;
+        }
+        Some(match self.text() {
+            "or" => Infix::Or,
+            "and" => Infix::And,
+            "=" => Infix::Compare(CompareOp::Eq),
+            "<>" => Infix::Compare(CompareOp::Ne),
+            "<" => Infix::Compare(CompareOp::Lt),
+            "<=" => Infix::Compare(CompareOp::Le),
+            ">" => Infix::Compare(CompareOp::Gt),
+            ">=" => Infix::Compare(CompareOp::Ge),
+            "+" => Infix::Arith(ArithOp::Add),
+            "-" => Infix::Arith(ArithOp::Sub),
+            "*" => Infix::Arith(ArithOp::Mul),
+            "/" => Infix::Arith(ArithOp::Div),
+            "mod" => Infix::Arith(ArithOp::Mod),
+            _ => return None,
+        })
+    }
+
+    fn operand<L: ReadLeaf>(&mut self, level: u8, depth: usize) -> Result<Tall<L>, Fail> {
+        // A level of the expression is at most one operator and one pair of parentheses.
+        self.not_too_deep(depth.div_ceil(2))?;
+        let start = self.here();
+        match (self.token().kind, self.text()) {
+            (Kind::Symbol, "(") => {
+                self.bump();
+                let (inner, height) = self.above(0, depth + 1)?;
+                self.expect(")")?;
+                Ok((inner, height))
+            }
+            (Kind::Symbol, "-") => self.minus(start, depth),
+            (Kind::Word, "not") if level <= 3 => {
+                self.bump();
+                let (inner, height) = self.above(2, depth + 1)?;
+                let span = start.to(inner.span);
+                Ok((Expr::new(ExprKind::Not(Box::new(inner)), span), height + 1))
+            }
+            (Kind::Word, word @ ("and" | "or")) => {
+                let is_and = word == "and";
+                self.bump();
+                let (all, height) = self.several(depth)?;
+                let kind = if is_and { ExprKind::And(all) } else { ExprKind::Or(all) };
+                Ok((Expr::new(kind, start.to(self.before())), height + 1))
+            }
+            (Kind::Word, "select") => {
+                self.bump();
+                self.expect("(")?;
+                let (c, h) = self.above(0, depth + 1)?;
+                self.expect(",")?;
+                let (a, i) = self.above(0, depth + 1)?;
+                self.expect(",")?;
+                let (b, j) = self.above(0, depth + 1)?;
+                self.expect(")")?;
+                let kind = ExprKind::Select(Box::new(c), Box::new(a), Box::new(b));
+                Ok((Expr::new(kind, start.to(self.before())), h.max(i).max(j) + 1))
+            }
+            (Kind::Word, word @ ("true" | "false")) => {
+                let value = word == "true";
+                self.bump();
+                Ok((Expr::new(ExprKind::Bool(value), start), 1))
+            }
+            (Kind::Number, _) => Ok((Expr::new(ExprKind::Int(self.integer()?), start), 1)),
+            _ => self.leaf_or_element(start, depth),
+        }
+    }
+
+    /// `-5` is a constant, `-(5)` the negation of one.
+    fn minus<L: ReadLeaf>(&mut self, start: Span, depth: usize) -> Result<Tall<L>, Fail> {
+        if self.peek_kind() == Kind::Number {
+            let value = self.integer()?;
+            return Ok((Expr::new(ExprKind::Int(value), start.to(self.before())), 1));
+        }
+        self.bump();
+        self.expect("(")?;
+        let (inner, height) = self.above(0, depth + 1)?;
+        self.expect(")")?;
+        Ok((Expr::new(ExprKind::Neg(Box::new(inner)), start.to(self.before())), height + 1))
+    }
+
+    /// `( [e {, e}] )`
+    fn several<L: ReadLeaf>(&mut self, depth: usize) -> Result<(Vec<Expr<L>>, usize), Fail> {
+        let mut height = 0;
+        let all = self.list(|parser| {
+            let (expr, tall) = parser.above(0, depth + 1)?;
+            height = height.max(tall);
+            Ok(expr)
+        })?;
+        Ok((all, height))
+    }
+
+    pub(super) fn arguments(&mut self) -> Result<Vec<Expr<Leaf>>, Fail> {
+        Ok(self.several(0)?.0)
+    }
+
+    fn leaf_or_element<L: ReadLeaf>(&mut self, start: Span, depth: usize) -> Result<Tall<L>, Fail> {
+        let leaf = self.leaf()?;
+        if !self.eat("[") {
+            return Ok((Expr::new(ExprKind::Leaf(leaf), start.to(self.before())), 1));
+        }
+        let (index, height) = self.above(0, depth + 1)?;
+        self.expect("]")?;
+        Ok((Expr::new(ExprKind::Element(leaf, Box::new(index)), start.to(self.before())), height + 1))
+    }
+
+    fn leaf<L: ReadLeaf>(&mut self) -> Result<L, Fail> {
+        let token = self.token();
+        let leaf = match (token.kind, self.text()) {
+            (Kind::Word, edge @ ("rise" | "fall")) => {
+                let is_rise = edge == "rise";
+                self.bump();
+                self.expect("(")?;
+                let id = self.edge()?;
+                self.expect(")")?;
+                if is_rise { Leaf::Rise(id) } else { Leaf::Fall(id) }
+            }
+            (Kind::Word, "input") => {
+                self.bump();
+                Leaf::Input(self.position()?)
+            }
+            (Kind::Word, "var") => {
+                self.bump();
+                Leaf::Var(self.position()?)
+            }
+            (Kind::Word, "timer") => {
+                self.bump();
+                Leaf::Timer(self.position()?)
+            }
+            (Kind::Word | Kind::Quoted | Kind::Position, _) => return self.named_leaf(),
+            _ => return self.unexpected("a value"),
+        };
+        Ok(L::net(leaf))
+    }
+
+    fn named_leaf<L: ReadLeaf>(&mut self) -> Result<L, Fail> {
+        let token = self.token();
+        // A plain word carries its ending; after a quoted name or a position it is a token of its own.
+        let split = match token.kind {
+            Kind::Word => self.text().rsplit_once('.').filter(|(_, last)| SUFFIXES.binary_search(last).is_ok()),
+            _ => None,
+        };
+        let (owner, ending) = match split {
+            Some((owner, ending)) => (crate::text::lexer::Token { end: token.start + owner.len(), ..token }, Some(ending)),
+            None => (token, None),
+        };
+        self.not_reserved()?;
+        self.bump();
+        let ending = match ending {
+            Some(ending) => Some(ending),
+            None if self.token().kind == Kind::Suffix => {
+                let ending = &self.text()[1..];
+                self.bump();
+                Some(ending)
+            }
+            None => None,
+        };
+        Ok(L::net(match ending {
+            None => match self.signal(owner)? {
+                Signal::Input(id) => Leaf::Input(id),
+                Signal::Var(id) => Leaf::Var(id),
+                Signal::Timer(id) => Leaf::Timer(id),
+            },
+            Some("active") => Leaf::Active(self.step_named(owner)?),
+            Some("t") => Leaf::Elapsed(self.step_named(owner)?),
+            Some("T") => Leaf::LastElapsed(self.step_named(owner)?),
+            Some("done") => Leaf::TasksDone(self.step_named(owner)?),
+            Some("fireable") => Leaf::Fireable(self.transition_named(owner)?),
+            Some("q") => Leaf::Controlled(self.action_named(owner)?),
+            Some("out") => {
+                let id = self.output_named(owner)?;
+                let span = token.span(self.file());
+                return match L::output(id) {
+                    Some(leaf) => Ok(leaf),
+                    None => self.fail(codes::NET_SYNTAX, span, "an output can be read in properties only"),
+                };
+            }
+            Some(other) => {
+                let message = format!("`.{other}` is no value of anything");
+                return self.fail(codes::NET_SYNTAX, self.before(), message);
+            }
+        }))
+    }
+}
+
+fn combine<L>(op: Infix, a: Expr<L>, b: Expr<L>) -> Expr<L> {
+    let span = a.span.to(b.span);
+    let kind = match op {
+        Infix::Or => ExprKind::Or(vec![a, b]),
+        Infix::And => ExprKind::And(vec![a, b]),
+        Infix::Compare(op) => ExprKind::Compare(op, Box::new(a), Box::new(b)),
+        Infix::Arith(op) => ExprKind::Arith(op, Box::new(a), Box::new(b)),
+    };
+    Expr::new(kind, span)
+}

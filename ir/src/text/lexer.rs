@@ -1,0 +1,198 @@
+//! Tokens of the text form, made one at a time: nothing is stored, so a long line costs no memory.
+
+use super::is_word_char;
+use crate::span::{FileId, Span};
+use std::borrow::Cow;
+
+/// Kinds of tokens.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Kind {
+    /// A plain name or a word of the grammar, dots included.
+    Word,
+    /// A name in back quotes.
+    Quoted,
+    /// `.ending` after a quoted name.
+    Suffix,
+    /// A text in double quotes.
+    Str,
+    /// Decimal digits.
+    Number,
+    /// `%N`
+    Edge,
+    /// `?N`
+    Position,
+    /// Punctuation.
+    Symbol,
+    /// The end of a line.
+    Newline,
+    /// The end of the text.
+    End,
+    /// A quote that does not end in its line.
+    Open,
+    /// A character that starts no token.
+    Bad,
+}
+
+/// A token: its kind and its bytes.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Token {
+    pub(super) kind: Kind,
+    pub(super) start: usize,
+    pub(super) end: usize,
+}
+
+/// The rest of a text.
+#[derive(Debug, Clone)]
+pub(super) struct Lexer<'a> {
+    source: &'a str,
+    at: usize,
+}
+
+/// Longest first, so that `:=` is not read as `:`.
+const SYMBOLS: &[&str] = &[
+    "->", ":=", "<=", ">=", "<>", "..", "(", ")", "[", "]", "{", "}", ",", ";", "=", "<", ">", "+", "-", "*", "/",
+];
+
+impl<'a> Lexer<'a> {
+    pub(super) fn new(source: &'a str) -> Self {
+        Lexer { source, at: 0 }
+    }
+
+    pub(super) fn next(&mut self) -> Token {
+        self.skip_blanks();
+        let start = self.at;
+        let rest = &self.source[start..];
+        let Some(first) = rest.chars().next() else { return Token { kind: Kind::End, start, end: start } };
+        let (kind, length) = match first {
+            '\n' => (Kind::Newline, 1),
+            '`' | '"' => match quoted(rest, first) {
+                Some(length) => (if first == '`' { Kind::Quoted } else { Kind::Str }, length),
+                None => (Kind::Open, rest.find('\n').unwrap_or(rest.len())),
+            },
+            '%' | '?' if rest[1..].starts_with(|c: char| c.is_ascii_digit()) => {
+                (if first == '%' { Kind::Edge } else { Kind::Position }, 1 + digits(&rest[1..]))
+            }
+            '0'..='9' => (Kind::Number, digits(rest)),
+            '.' if !rest.starts_with("..") && self.source[..start].ends_with(|c: char| c == '`' || c.is_ascii_digit()) => {
+                (Kind::Suffix, 1 + word(&rest[1..]))
+            }
+            c if c.is_alphabetic() || c == '_' => (Kind::Word, dotted(rest)),
+            c => match SYMBOLS.iter().find(|symbol| rest.starts_with(**symbol)) {
+                Some(symbol) => (Kind::Symbol, symbol.len()),
+                None => (Kind::Bad, c.len_utf8()),
+            },
+        };
+        self.at = start + length;
+        Token { kind, start, end: self.at }
+    }
+
+    fn skip_blanks(&mut self) {
+        loop {
+            let rest = &self.source[self.at..];
+            let blanks = rest.len() - rest.trim_start_matches([' ', '\t', '\r']).len();
+            self.at += blanks;
+            if !self.source[self.at..].starts_with("//") {
+                return;
+            }
+            let rest = &self.source[self.at..];
+            self.at += rest.find('\n').unwrap_or(rest.len());
+        }
+    }
+}
+
+impl Token {
+    pub(super) fn text<'a>(&self, source: &'a str) -> &'a str {
+        &source[self.start..self.end]
+    }
+
+    pub(super) fn span(&self, file: FileId) -> Span {
+        Span::new(file, self.start, self.end)
+    }
+}
+
+fn digits(text: &str) -> usize {
+    text.bytes().take_while(u8::is_ascii_digit).count()
+}
+
+fn word(text: &str) -> usize {
+    text.find(|c| !is_word_char(c)).unwrap_or(text.len())
+}
+
+/// The length of words joined by single dots; `0..9` and `a..` end before the dots.
+fn dotted(text: &str) -> usize {
+    let mut length = word(text);
+    while let Some(rest) = text[length..].strip_prefix('.') {
+        match word(rest) {
+            0 => break,
+            more => length += 1 + more,
+        }
+    }
+    length
+}
+
+/// The length of a quoted text with both quotes; none if its line ends before.
+fn quoted(text: &str, quote: char) -> Option<usize> {
+    let mut escaped = false;
+    for (at, c) in text.char_indices().skip(1) {
+        match c {
+            '\n' => return None,
+            _ if escaped => escaped = false,
+            '\\' => escaped = true,
+            _ if c == quote => return Some(at + 1),
+            _ => {}
+        }
+    }
+    None
+}
+
+/// The text between quotes, escapes resolved; none if there is an escape that does not exist.
+pub(super) fn unquote(text: &str) -> Option<Cow<'_, str>> {
+    let inner = text.get(1..text.len().checked_sub(1)?)?;
+    if !inner.contains('\\') {
+        return Some(Cow::Borrowed(inner));
+    }
+    let mut out = String::with_capacity(inner.len());
+    let mut chars = inner.chars();
+    while let Some(c) = chars.next() {
+        if c != '\\' {
+            out.push(c);
+            continue;
+        }
+        match chars.next()? {
+            'n' => out.push('\n'),
+            't' => out.push('\t'),
+            'r' => out.push('\r'),
+            c @ ('\\' | '"' | '`') => out.push(c),
+            'u' => {
+                let hex = chars.as_str().strip_prefix('{')?;
+                let (hex, rest) = hex.split_once('}')?;
+                out.push(char::from_u32(u32::from_str_radix(hex, 16).ok()?)?);
+                chars = rest.chars();
+            }
+            _ => return None,
+        }
+    }
+    Some(Cow::Owned(out))
+}
+
+/// `text` between two `quote`s, so that [`unquote`] gives it back and it stays on one line.
+pub(super) fn quote(text: &str, quote: char) -> String {
+    let mut out = String::with_capacity(text.len() + 2);
+    out.push(quote);
+    for c in text.chars() {
+        match c {
+            '\n' => out.push_str("\\n"),
+            '\t' => out.push_str("\\t"),
+            '\r' => out.push_str("\\r"),
+            '\\' => out.push_str("\\\\"),
+            c if c == quote => {
+                out.push('\\');
+                out.push(c);
+            }
+            c if c.is_control() => out.push_str(&format!("\\u{{{:x}}}", u32::from(c))),
+            c => out.push(c),
+        }
+    }
+    out.push(quote);
+    out
+}
