@@ -1,0 +1,166 @@
+//! The input rows that an exploration tries.
+
+use grafsynth_ir::expr::{Expr, ExprKind, Type};
+use grafsynth_ir::net::{InputId, InputKind, Leaf, Net, PropertyLeaf, PropertyRole};
+use grafsynth_sim::{InputRow, breaks_assumption};
+
+use crate::exclusive::net_expr;
+use crate::relevance::Inputs;
+
+/// The values of each input that are worth trying, and what the chart assumes of them.
+#[derive(Debug, Clone)]
+pub(crate) struct Alphabet<'n> {
+    net: &'n Net,
+    values: Vec<Vec<i64>>,
+    /// For each assumption the inputs it reads: they are chosen together.
+    assumed: Vec<Inputs>,
+    /// Meets all assumptions; inputs that do not matter have these values.
+    base: InputRow,
+    events_exclusive: bool,
+}
+
+/// Why the inputs of a net cannot be enumerated.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum NoAlphabet {
+    /// No row meets the assumptions.
+    Contradiction,
+    /// Too many values or rows.
+    TooMany(String),
+}
+
+impl<'n> Alphabet<'n> {
+    /// `all_values`: every value of every integer input; else one for each interval between the constants an input is compared with, where
+    /// that is all that happens to it.
+    pub(crate) fn of(net: &'n Net, all_values: bool, limit: u64) -> Result<Self, NoAlphabet> {
+        let mut values = Vec::new();
+        for (id, input) in net.inputs.iter() {
+            let list = match (input.kind, input.ty) {
+                (InputKind::InternalEvent, _) => vec![0],
+                (_, Type::Bool) => vec![0, 1],
+                (_, Type::Int { lo, hi }) => {
+                    let classes = if all_values { None } else { classes(net, id, lo, hi) };
+                    match classes {
+                        Some(classes) => classes,
+                        None if hi.abs_diff(lo) < limit.min(4096) => (lo..=hi).collect(),
+                        None => {
+                            let text = format!("input `{}` has {} values", input.name, hi.abs_diff(lo).saturating_add(1));
+                            return Err(NoAlphabet::TooMany(text));
+                        }
+                    }
+                }
+            };
+            values.push(list);
+        }
+        let mut assumed = Vec::new();
+        let mut constrained = Inputs::none(net);
+        for property in net.properties.iter().filter(|property| property.role == PropertyRole::Assume) {
+            let mut set = Inputs::none(net);
+            property.never.for_each_leaf(&mut |leaf| {
+                if let PropertyLeaf::Net(Leaf::Input(input)) = leaf {
+                    set.insert(*input);
+                }
+            });
+            constrained.add(&set);
+            assumed.push(set);
+        }
+        let base = InputRow::zero(net);
+        let mut alphabet = Alphabet { net, values, assumed, base, events_exclusive: net.settings.events_exclusive };
+        if alphabet.excludes(&alphabet.base) {
+            let rows = alphabet.rows(&constrained, limit.saturating_mul(16)).ok_or_else(|| {
+                NoAlphabet::TooMany("the assumptions read too many inputs to try all of them".to_owned())
+            })?;
+            match rows.first() {
+                Some(row) => alphabet.base = row.clone(),
+                None => return Err(NoAlphabet::Contradiction),
+            }
+        }
+        Ok(alphabet)
+    }
+
+    /// A row that cannot be in a stimulus.
+    pub(crate) fn excludes(&self, row: &InputRow) -> bool {
+        let two_events = self.events_exclusive
+            && self.net.inputs.iter().filter(|(id, input)| input.kind.is_event() && row.value(*id) != 0).count() > 1;
+        two_events || breaks_assumption(self.net, row)
+    }
+
+    /// All rows over the inputs that matter, the others at their base value; none if there are more than `limit` to look at.
+    pub(crate) fn rows(&self, matter: &Inputs, limit: u64) -> Option<Vec<InputRow>> {
+        let mut matter = matter.clone();
+        loop {
+            // What an assumption ties together is chosen together.
+            let before = matter.clone();
+            for set in self.assumed.iter().filter(|set| set.meets(&before)) {
+                matter.add(set);
+            }
+            if matter == before {
+                break;
+            }
+        }
+        let chosen: Vec<InputId> = self.net.inputs.ids().filter(|input| matter.contains(*input)).collect();
+        let mut count: u64 = 1;
+        for input in &chosen {
+            count = count.checked_mul(self.values[input.index()].len() as u64).filter(|count| *count <= limit)?;
+        }
+        let mut rows = Vec::with_capacity(count as usize);
+        let mut row = self.base.clone();
+        for input in &chosen {
+            row.values[input.index()] = self.values[input.index()][0];
+        }
+        let mut digits = vec![0; chosen.len()];
+        loop {
+            if !self.excludes(&row) {
+                rows.push(row.clone());
+            }
+            let Some(at) = (0..chosen.len()).find(|at| digits[*at] + 1 < self.values[chosen[*at].index()].len()) else {
+                break;
+            };
+            for lower in 0..at {
+                digits[lower] = 0;
+                row.values[chosen[lower].index()] = self.values[chosen[lower].index()][0];
+            }
+            digits[at] += 1;
+            row.values[chosen[at].index()] = self.values[chosen[at].index()][digits[at]];
+        }
+        Some(rows)
+    }
+}
+
+/// One value of each interval between the constants that an input is compared with; none if it is used in any other way, or in a property.
+fn classes(net: &Net, input: InputId, lo: i64, hi: i64) -> Option<Vec<i64>> {
+    let mut cuts: Vec<i64> = vec![lo];
+    let mut only_compared = true;
+    crate::walk::for_each_expr(net, &mut |expr| collect(expr, input, &mut cuts, &mut only_compared));
+    for property in &net.properties {
+        match net_expr(&property.never) {
+            Some(expr) => collect(&expr, input, &mut cuts, &mut only_compared),
+            None => property.never.for_each_leaf(&mut |leaf| {
+                only_compared &= *leaf != PropertyLeaf::Net(Leaf::Input(input));
+            }),
+        }
+    }
+    cuts.retain(|cut| (lo..=hi).contains(cut));
+    cuts.sort_unstable();
+    cuts.dedup();
+    only_compared.then_some(cuts)
+}
+
+fn collect(expr: &Expr<Leaf>, input: InputId, cuts: &mut Vec<i64>, only_compared: &mut bool) {
+    if let ExprKind::Compare(_, a, b) = &expr.kind {
+        let pair = match (&a.kind, &b.kind) {
+            (ExprKind::Leaf(Leaf::Input(own)), ExprKind::Int(value)) if *own == input => Some(*value),
+            (ExprKind::Int(value), ExprKind::Leaf(Leaf::Input(own))) if *own == input => Some(*value),
+            _ => None,
+        };
+        if let Some(value) = pair {
+            // `< v`, `= v` and `> v` are different; each begins where the last one ends.
+            cuts.push(value);
+            cuts.push(value.saturating_add(1));
+            return;
+        }
+    }
+    if matches!(expr.kind, ExprKind::Leaf(Leaf::Input(own)) if own == input) {
+        *only_compared = false;
+    }
+    expr.operands().for_each(|operand| collect(operand, input, cuts, only_compared));
+}

@@ -1,0 +1,41 @@
+//! The diagnostic codes of this crate: `G08`, what is proved or found out about a chart.
+
+use grafsynth_ir::Code;
+
+/// A step that no stimulus activates.
+pub const UNREACHABLE_STEP: Code = Code { id: "G0801", title: "step that is never active" };
+/// A transition that no stimulus makes fire.
+pub const DEAD_TRANSITION: Code = Code { id: "G0802", title: "transition that never fires" };
+/// A situation that nothing leaves.
+pub const DEAD_END: Code = Code { id: "G0803", title: "situation without a way out" };
+/// Two transitions that share a step and can be true together.
+pub const CONFLICT: Code = Code { id: "G0804", title: "two transitions leave one step together" };
+/// A reaction that does not become stable.
+pub const LIVELOCK: Code = Code { id: "G0805", title: "chart that does not become stable" };
+/// Two lists that write one variable in one micro-step.
+pub const RACE: Code = Code { id: "G0806", title: "two writers of one variable" };
+/// An event that finds its queue full.
+pub const QUEUE_OVERFLOW: Code = Code { id: "G0807", title: "event lost in a full queue" };
+/// A branch that may wait for ever.
+pub const STARVATION: Code = Code { id: "G0808", title: "branch that can starve" };
+/// Assumptions that leave no input.
+pub const ASSUMPTION_EMPTY: Code = Code { id: "G0809", title: "assumption that no input meets" };
+/// An assignment that does not fit its variable.
+pub const SATURATION: Code = Code { id: "G0810", title: "value that does not fit its variable" };
+/// Two forcing orders that disagree.
+pub const FORCING_RACE: Code = Code { id: "G0811", title: "two forcing orders that disagree" };
+
+/// All codes of this crate, in order.
+pub const ALL: &[Code] = &[
+    UNREACHABLE_STEP,
+    DEAD_TRANSITION,
+    DEAD_END,
+    CONFLICT,
+    LIVELOCK,
+    RACE,
+    QUEUE_OVERFLOW,
+    STARVATION,
+    ASSUMPTION_EMPTY,
+    SATURATION,
+    FORCING_RACE,
+];

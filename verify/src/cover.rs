@@ -1,0 +1,589 @@
+//! A cover by sequential components: sets of steps that hold one token.
+//!
+//! # Why a set of steps keeps its token
+//! Let S be a set of steps with exactly one active at reset. It stays so if, for every transition that moves,
+//!
+//! 1. it takes as many steps out of S as it puts into S, and that is none or one (`|pre ∩ S| = |post ∩ S| ≤ 1`), and
+//! 2. no two transitions that take the same step of S and put different ones into S fire in one micro-step.
+//!
+//! With one step s of S active, the transitions that touch S all take s; by 2 they agree on what they put in; so X' (semantics §3.2) holds exactly one
+//! step of S again. The *stays active* rule only matters for a step that is added while active, which here is s itself. Condition 2 is where the
+//! conflict policy counts: where transitions compete for a step only one of them fires; under `all` it needs receptivities that exclude each other
+//! ([`crate::exclusive`]). Where 1 is weakened to `|post ∩ S| ≤ |pre ∩ S| ≤ 1`, at most one stays active.
+//!
+//! Forcing and enclosing steps (semantics §8) set the situation of S directly; they keep the token exactly if each order, or the activation links,
+//! name one step of S. What an enclosing step encloses loses its token with it, so such a component is not always active.
+//!
+//! # How the sets are found
+//! By reduction, in nearly linear time. Each step begins as a *place* of its own.
+//! - *Series*: a transition with one place on each side makes one place of the two: whatever set holds one must hold the other.
+//! - *Parallel*: two places that the same transitions fill and empty hold the same number of tokens for ever; one of them is set aside, and is as good a
+//!   component as the other.
+//!
+//! What is nested forks, joins and choices reduces completely. In the rest a search with a bounded number of wrong turns looks for the sets. Every
+//! component that is returned meets the conditions above by construction.
+
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+
+use grafsynth_ir::arena::IdMap;
+use grafsynth_ir::facts::{Component, Invariant, Proof};
+use grafsynth_ir::net::{ForcingOrder, Net, Step, StepId, StepKind, TransitionKind};
+
+use crate::exclusive;
+
+/// How many places a set may have while it is searched for, and how many wrong turns a search may take.
+const SEARCH_PLACES: usize = 4096;
+const SEARCH_TURNS: usize = 256;
+
+/// What [`cover`] finds.
+#[derive(Debug, Clone, Default)]
+pub struct Cover {
+    /// Disjoint components, ordered by their first step.
+    pub components: Vec<Component>,
+    /// Sets of which exactly one step is active.
+    pub invariants: Vec<Invariant>,
+    /// The component of each step.
+    pub component_of: IdMap<Step, Option<u32>>,
+    /// Steps that no component covers.
+    pub n_uncovered: usize,
+}
+
+/// Finds disjoint sequential components of any net, by its structure alone.
+#[must_use]
+pub fn cover(net: &Net) -> Cover {
+    let found = if net.settings.policy.is_statechart() { regions(net) } else { Reduction::of(net).run() };
+    finish(net, found)
+}
+
+/// Steps with a bound of one token, and whether the token is always there.
+type Found = Vec<(Vec<StepId>, bool)>;
+
+fn finish(net: &Net, mut found: Found) -> Cover {
+    for (steps, _) in &mut found {
+        steps.sort_unstable();
+    }
+    found.retain(|(steps, _)| !steps.is_empty());
+    found.sort();
+    let mut component_of = IdMap::filled(&net.steps, None);
+    let mut components = Vec::new();
+    let mut invariants = Vec::new();
+    for (steps, always) in found {
+        let index = components.len() as u32;
+        steps.iter().for_each(|step| component_of[*step] = Some(index));
+        if always {
+            invariants.push(Invariant { steps: steps.clone(), count: 1, by: Proof::Structural });
+        }
+        components.push(Component { steps, always, by: Proof::Structural });
+    }
+    let n_uncovered = component_of.values().filter(|index| index.is_none()).count();
+    Cover { components, invariants, component_of, n_uncovered }
+}
+
+/// A statechart: the top-level states of a chart, and the children of each composite state, are entered and left one for another (SCXML's legal
+/// configurations, which validation makes every transition and initial content complete).
+fn regions(net: &Net) -> Found {
+    let mut always_active = IdMap::filled(&net.steps, false);
+    let mut top: Vec<Vec<StepId>> = vec![Vec::new(); net.parts.len()];
+    let mut children: IdMap<Step, Vec<StepId>> = IdMap::filled(&net.steps, Vec::new());
+    for (id, step) in net.steps.iter() {
+        match step.parent {
+            Some(parent) => children[parent].push(id),
+            None => top[step.part.index()].push(id),
+        }
+    }
+    let mut found = Found::new();
+    for states in top {
+        if let [only] = states[..] {
+            always_active[only] = true;
+        }
+        found.push((states, true));
+    }
+    // Parents stand before their children.
+    for (id, step) in net.steps.iter() {
+        let inside = std::mem::take(&mut children[id]);
+        match step.kind {
+            StepKind::Parallel => inside.iter().for_each(|child| always_active[*child] = always_active[id]),
+            StepKind::Composite => {
+                if let [only] = inside[..] {
+                    always_active[only] = always_active[id];
+                }
+                found.push((inside, always_active[id]));
+            }
+            StepKind::Leaf | StepKind::Enclosing | StepKind::Final => {}
+        }
+    }
+    // A region of a parallel state stands beside others, so it is a component of its own: active exactly while its parent is.
+    let covered: BTreeSet<StepId> = found.iter().flat_map(|(steps, _)| steps.iter().copied()).collect();
+    for id in net.steps.ids().filter(|id| !covered.contains(id)) {
+        found.push((vec![id], always_active[id]));
+    }
+    found
+}
+
+/// A set of steps that can only be in a component together.
+#[derive(Debug, Clone, Default)]
+struct Place {
+    steps: Vec<StepId>,
+    /// The enclosing step that all of them lie in.
+    parent: Option<StepId>,
+    /// The step with the number of this place is active at reset.
+    starts: bool,
+    /// Active at reset, of all steps.
+    n_initial: u32,
+    /// Activated with the enclosing step.
+    n_links: u32,
+    /// For each forcing order for a chart that holds them: its number, and how many of the steps it names (none: `hold`).
+    forced: Vec<(u32, Option<u32>)>,
+    /// A token may get lost.
+    is_lossy: bool,
+    /// In no component.
+    is_out: bool,
+    /// Nontrivial transitions that touch it; may name some that are trivial by now.
+    touching: Vec<u32>,
+    /// Where it was noted among the places compared for the parallel rule.
+    signature: Option<Signature>,
+}
+
+/// Equal for places that always hold equally many tokens.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+struct Signature {
+    moves: Vec<(u32, bool)>,
+    parent: Option<StepId>,
+    n_initial: u32,
+    n_links: u32,
+    forced: Vec<(u32, Option<u32>)>,
+}
+
+struct Reduction<'a> {
+    net: &'a Net,
+    places: Vec<Place>,
+    /// Union-find over places.
+    leader: Vec<u32>,
+    /// Set aside by the parallel rule: the place that stayed.
+    twin: Vec<Option<u32>>,
+    moves: Vec<Move>,
+    queue: VecDeque<u32>,
+    /// Places whose signature may have changed.
+    dirty: BTreeSet<u32>,
+}
+
+/// A transition between places.
+#[derive(Debug, Clone, Default)]
+struct Move {
+    pre: Vec<u32>,
+    post: Vec<u32>,
+    is_trivial: bool,
+}
+
+impl<'a> Reduction<'a> {
+    fn of(net: &'a Net) -> Self {
+        let mut places: Vec<Place> = net
+            .steps
+            .iter()
+            .map(|(id, step)| Place {
+                steps: vec![id],
+                parent: step.parent,
+                n_links: u32::from(step.activation_link),
+                ..Place::default()
+            })
+            .collect();
+        for step in initial_situation(net) {
+            places[step.index()].n_initial = 1;
+            places[step.index()].starts = true;
+        }
+        // Whoever shares a step with somebody who may fire too doubles the token.
+        for overlap in exclusive::firing_together(net) {
+            places[overlap.step.index()].is_out = true;
+        }
+        for (number, forcing) in net.forcings.iter().enumerate() {
+            let mut is_target = vec![false; net.parts.len()];
+            forcing.target.iter().for_each(|part| is_target[part.index()] = true);
+            let named: Option<BTreeSet<StepId>> = match &forcing.order {
+                ForcingOrder::Hold => None,
+                ForcingOrder::Situation(steps) => Some(closure(net, steps.iter().copied()).into_iter().collect()),
+            };
+            for (id, _) in net.steps.iter().filter(|(_, step)| is_target[step.part.index()]) {
+                let count = named.as_ref().map(|named| u32::from(named.contains(&id)));
+                places[id.index()].forced.push((number as u32, count));
+            }
+        }
+        let mut moves = Vec::new();
+        for transition in net.transitions.values().filter(|transition| transition.kind == TransitionKind::Move) {
+            let number = moves.len() as u32;
+            let pre: Vec<u32> = transition.requires.iter().map(|step| step.index() as u32).collect();
+            let post: Vec<u32> = exclusive::entered(transition).map(|step| step.index() as u32).collect();
+            for place in pre.iter().chain(&post) {
+                places[*place as usize].touching.push(number);
+            }
+            moves.push(Move { pre, post, is_trivial: false });
+        }
+        let n_places = places.len() as u32;
+        Reduction {
+            net,
+            leader: (0..n_places).collect(),
+            twin: vec![None; places.len()],
+            queue: (0..moves.len() as u32).collect(),
+            dirty: (0..n_places).collect(),
+            places,
+            moves,
+        }
+    }
+
+    fn find(&mut self, mut place: u32) -> u32 {
+        while self.leader[place as usize] != place {
+            let above = self.leader[place as usize];
+            self.leader[place as usize] = self.leader[above as usize];
+            place = self.leader[place as usize];
+        }
+        place
+    }
+
+    fn run(mut self) -> Found {
+        for place in 0..self.places.len() as u32 {
+            if self.places[place as usize].is_out {
+                self.exclude(place);
+            }
+        }
+        loop {
+            while let Some(number) = self.queue.pop_front() {
+                self.reduce(number);
+            }
+            if !self.set_twins_aside() {
+                break;
+            }
+        }
+        self.components()
+    }
+
+    /// Looks at one transition again: forgets places that are no longer there, and applies the series rule.
+    fn reduce(&mut self, number: u32) {
+        let at = number as usize;
+        if self.moves[at].is_trivial {
+            return;
+        }
+        for side in 0..2 {
+            let list = std::mem::take(if side == 0 { &mut self.moves[at].pre } else { &mut self.moves[at].post });
+            let mut kept: Vec<u32> = list.into_iter().map(|place| self.find(place)).collect();
+            kept.retain(|place| !self.places[*place as usize].is_out && self.twin[*place as usize].is_none());
+            kept.sort_unstable();
+            for pair in 1..kept.len() {
+                // Two tokens taken from one place, or put into it.
+                if kept[pair] == kept[pair - 1] {
+                    self.exclude(kept[pair]);
+                }
+            }
+            kept.dedup();
+            kept.retain(|place| !self.places[*place as usize].is_out);
+            *(if side == 0 { &mut self.moves[at].pre } else { &mut self.moves[at].post }) = kept;
+        }
+        let Move { pre, post, .. } = self.moves[at].clone();
+        match (&pre[..], &post[..]) {
+            ([], []) => self.moves[at].is_trivial = true,
+            // A token from nowhere: nobody knows how often.
+            ([], _) => post.iter().for_each(|place| self.exclude(*place)),
+            // A token that goes: no set with this place keeps it.
+            (_, []) => pre.iter().for_each(|place| self.places[*place as usize].is_lossy = true),
+            ([one], [other]) if one == other => {
+                self.moves[at].is_trivial = true;
+                self.dirty.insert(*one);
+            }
+            ([one], [other]) => {
+                self.moves[at].is_trivial = true;
+                self.join(*one, *other);
+            }
+            (_, _) => {}
+        }
+    }
+
+    /// Takes a place out of every component, and all transitions that touch it have one place less.
+    fn exclude(&mut self, place: u32) {
+        self.places[place as usize].is_out = true;
+        let touching = std::mem::take(&mut self.places[place as usize].touching);
+        self.queue.extend(touching);
+    }
+
+    fn join(&mut self, one: u32, other: u32) {
+        let size = |place: u32| self.places[place as usize].touching.len() + self.places[place as usize].steps.len();
+        let (into, from) = if size(one) >= size(other) { (one, other) } else { (other, one) };
+        let starts = self.places[from as usize].starts;
+        let small = std::mem::replace(&mut self.places[from as usize], Place { starts, ..Place::default() });
+        self.leader[from as usize] = into;
+        self.dirty.insert(into);
+        let big = &mut self.places[into as usize];
+        let fits = big.parent == small.parent
+            && big.forced.len() == small.forced.len()
+            && big.forced.iter().zip(&small.forced).all(|(a, b)| a.0 == b.0);
+        big.steps.extend(small.steps);
+        big.n_initial += small.n_initial;
+        big.n_links += small.n_links;
+        big.is_lossy |= small.is_lossy;
+        for (mine, theirs) in big.forced.iter_mut().zip(&small.forced) {
+            mine.1 = mine.1.zip(theirs.1).map(|(a, b)| a + b);
+        }
+        // Only transitions of the smaller place can touch both now.
+        self.queue.extend(small.touching.iter().copied());
+        big.touching.extend(small.touching);
+        if !fits {
+            self.exclude(into);
+        }
+    }
+
+    /// The parallel rule, for all places at once. True if it applied somewhere.
+    fn set_twins_aside(&mut self) -> bool {
+        let mut noted: BTreeMap<Signature, u32> = BTreeMap::new();
+        for place in 0..self.places.len() as u32 {
+            if let Some(signature) = self.places[place as usize].signature.clone()
+                && self.leader[place as usize] == place
+                && self.twin[place as usize].is_none()
+                && !self.dirty.contains(&place)
+            {
+                noted.insert(signature, place);
+            }
+        }
+        let mut applied = false;
+        for place in std::mem::take(&mut self.dirty) {
+            let data = &self.places[place as usize];
+            if self.leader[place as usize] != place || self.twin[place as usize].is_some() || data.is_out {
+                continue;
+            }
+            let mut moves: Vec<(u32, bool)> = Vec::new();
+            for number in &data.touching {
+                let a_move = &self.moves[*number as usize];
+                if a_move.is_trivial {
+                    continue;
+                }
+                moves.extend(a_move.pre.contains(&place).then_some((*number, false)));
+                moves.extend(a_move.post.contains(&place).then_some((*number, true)));
+            }
+            moves.sort_unstable();
+            moves.dedup();
+            if moves.is_empty() {
+                continue;
+            }
+            let data = &mut self.places[place as usize];
+            data.touching = moves.iter().map(|(number, _)| *number).collect();
+            data.touching.dedup();
+            let signature = Signature {
+                moves,
+                parent: data.parent,
+                n_initial: data.n_initial,
+                n_links: data.n_links,
+                forced: data.forced.clone(),
+            };
+            data.signature = Some(signature.clone());
+            match noted.get(&signature) {
+                Some(stays) => {
+                    self.twin[place as usize] = Some(*stays);
+                    applied = true;
+                    let touching = self.places[place as usize].touching.clone();
+                    self.queue.extend(touching);
+                }
+                None => {
+                    noted.insert(signature, place);
+                }
+            }
+        }
+        applied
+    }
+
+    fn components(mut self) -> Found {
+        let mut found = Found::new();
+        // Places that a component holds, so that their twins are components too.
+        let mut is_proved = vec![false; self.places.len()];
+        let mut is_taken = vec![false; self.places.len()];
+        let live: Vec<u32> = (0..self.places.len() as u32)
+            .filter(|place| {
+                let at = *place as usize;
+                self.leader[at] == *place && self.twin[at].is_none() && !self.places[at].is_out
+            })
+            .collect();
+        let mut turns = self.places.len() * 8 + 4096;
+        for place in live {
+            if is_taken[place as usize] {
+                continue;
+            }
+            let Some((set, is_lossy)) = self.grow(place, &is_taken, &mut turns) else { continue };
+            let Some(always) = self.token(&set, is_lossy) else { continue };
+            let n_set = set.len();
+            let fresh: Vec<u32> = set.into_iter().filter(|member| !is_taken[*member as usize]).collect();
+            let is_whole = fresh.len() == n_set;
+            let mut steps = Vec::new();
+            for member in fresh {
+                is_taken[member as usize] = true;
+                is_proved[member as usize] = true;
+                steps.extend(self.places[member as usize].steps.iter().copied());
+            }
+            found.push((steps, always && is_whole));
+        }
+        for place in 0..self.places.len() as u32 {
+            if self.twin[place as usize].is_none() || self.places[place as usize].is_out {
+                continue;
+            }
+            let mut stays = place;
+            while let Some(other) = self.twin[stays as usize] {
+                stays = self.find(other);
+            }
+            if is_proved[stays as usize] {
+                found.push((self.places[place as usize].steps.clone(), false));
+            }
+        }
+        found
+    }
+
+    /// Whether the set holds at most one token; if so, whether it always holds one.
+    fn token(&self, set: &[u32], is_lossy: bool) -> Option<bool> {
+        let places = || set.iter().map(|place| &self.places[*place as usize]);
+        let parent = places().next()?.parent;
+        if places().any(|place| place.parent != parent) {
+            return None;
+        }
+        let n_initial: u32 = places().map(|place| place.n_initial).sum();
+        let n_links: u32 = places().map(|place| place.n_links).sum();
+        let mut always = n_initial == 1 && !is_lossy && !places().any(|place| place.is_lossy);
+        if n_initial > 1 {
+            return None;
+        }
+        if parent.is_some() {
+            // Exactly one while the enclosing step is active, at best; the step is not always active.
+            always = false;
+            let parent_starts = parent.is_some_and(|parent| self.places[parent.index()].starts);
+            if n_links > 1 || n_initial > 0 && !parent_starts {
+                return None;
+            }
+        }
+        let first = &places().next()?.forced;
+        for (index, order) in first.iter().enumerate() {
+            let mut sum = order.1.map(|_| 0);
+            for place in places() {
+                if place.forced.len() != first.len() || place.forced[index].0 != order.0 {
+                    return None;
+                }
+                sum = sum.zip(place.forced[index].1).map(|(a, b)| a + b);
+            }
+            match sum {
+                None | Some(1) => {}
+                Some(0) => always = false,
+                Some(_) => return None,
+            }
+        }
+        if places().any(|place| place.forced.len() != first.len()) {
+            return None;
+        }
+        // An enclosing step outside the set may clear only what lies in it; forcing closes situations downwards, which `closure` did.
+        Some(always)
+    }
+
+    /// The smallest sets first: adds places until every transition takes as many tokens as it puts, or gives up. Also tells whether a token may go.
+    fn grow(&self, start: u32, is_taken: &[bool], turns: &mut usize) -> Option<(Vec<u32>, bool)> {
+        let mut set: Vec<u32> = vec![start];
+        let mut inside: BTreeSet<u32> = BTreeSet::from([start]);
+        // For each decision: the size of the set before it, and the alternatives that are left.
+        let mut decisions: Vec<(usize, usize, Vec<u32>)> = Vec::new();
+        let mut n_turns = 0;
+        let mut checked = 0;
+        let mut is_lossy = false;
+        let budget = (*turns).min(SEARCH_TURNS);
+        'grow: loop {
+            let mut dead_end = set.len() > SEARCH_PLACES;
+            while checked < set.len() && !dead_end {
+                let place = set[checked];
+                let mut choice: Option<Vec<u32>> = None;
+                for number in &self.places[place as usize].touching {
+                    let a_move = &self.moves[*number as usize];
+                    if a_move.is_trivial {
+                        continue;
+                    }
+                    let taken = a_move.pre.iter().filter(|place| inside.contains(place)).count();
+                    let put = a_move.post.iter().filter(|place| inside.contains(place)).count();
+                    match (taken, put) {
+                        (0, 0) | (1, 1) => {}
+                        (1, 0) if a_move.post.is_empty() => is_lossy = true,
+                        (1, 0) => choice = Some(self.ranked(place, &a_move.post, is_taken)),
+                        (0, 1) => choice = Some(self.ranked(place, &a_move.pre, is_taken)),
+                        (_, _) => dead_end = true,
+                    }
+                    if choice.is_some() || dead_end {
+                        break;
+                    }
+                }
+                match choice {
+                    Some(mut options) if !dead_end => match options.pop() {
+                        Some(next) => {
+                            decisions.push((set.len(), checked, options));
+                            set.push(next);
+                            inside.insert(next);
+                            // This place is looked at again; those before it may be touched by the new one, which looks at them itself.
+                        }
+                        None => dead_end = true,
+                    },
+                    Some(_) | None if !dead_end => checked += 1,
+                    Some(_) | None => {}
+                }
+                dead_end |= set.len() > SEARCH_PLACES;
+            }
+            if !dead_end {
+                return Some((set, is_lossy));
+            }
+            loop {
+                let (size, at, mut options) = decisions.pop()?;
+                n_turns += 1;
+                *turns = turns.saturating_sub(1);
+                if n_turns > budget {
+                    return None;
+                }
+                for gone in set.drain(size..) {
+                    inside.remove(&gone);
+                }
+                checked = at.min(set.len());
+                if let Some(next) = options.pop() {
+                    decisions.push((size, at, options));
+                    set.push(next);
+                    inside.insert(next);
+                    continue 'grow;
+                }
+            }
+        }
+    }
+
+    /// Candidates, the best one last: not taken by another component, of the same part, near in declaration order.
+    fn ranked(&self, from: u32, candidates: &[u32], is_taken: &[bool]) -> Vec<u32> {
+        let first_step = |place: u32| self.places[place as usize].steps.first().copied();
+        let part = |place: u32| first_step(place).map(|step| self.net.steps[step].part);
+        let distance =
+            |place: u32| first_step(place).zip(first_step(from)).map_or(0, |(a, b)| a.index().abs_diff(b.index()));
+        let mut options: Vec<u32> = candidates.to_vec();
+        options.sort_by_key(|place| {
+            std::cmp::Reverse((is_taken[*place as usize], part(*place) != part(from), distance(*place), *place))
+        });
+        options
+    }
+}
+
+/// The steps that reset activates, before forcing.
+#[must_use]
+pub fn initial_situation(net: &Net) -> Vec<StepId> {
+    closure(net, net.steps.iter().filter(|(_, step)| step.is_initial).map(|(id, _)| id))
+}
+
+/// Closed downwards along activation links (semantics §2), in declaration order.
+#[must_use]
+pub fn closure(net: &Net, steps: impl IntoIterator<Item = StepId>) -> Vec<StepId> {
+    let mut is_in = IdMap::filled(&net.steps, false);
+    for step in steps {
+        is_in[step] = true;
+    }
+    // Parents stand before their children, so one pass in order is enough.
+    for (id, step) in net.steps.iter() {
+        if let Some(parent) = step.parent
+            && step.activation_link
+            && is_in[parent]
+            && net.steps[parent].kind == StepKind::Enclosing
+        {
+            is_in[id] = true;
+        }
+    }
+    is_in.iter().filter(|(_, is_in)| **is_in).map(|(id, _)| id).collect()
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,53 @@
+//! Every expression of a net.
+
+use grafsynth_ir::net::{Block, Driver, Expr, Net, StmtKind};
+
+/// Calls `visit` with every expression of the net but those of properties.
+pub(crate) fn for_each_expr(net: &Net, visit: &mut impl FnMut(&Expr)) {
+    for output in net.outputs.values() {
+        match &output.driver {
+            Driver::Continuous(emissions) | Driver::Mealy(emissions) => {
+                emissions.iter().filter_map(|emission| emission.condition.as_ref()).for_each(&mut *visit);
+            }
+            Driver::Extern { calls, .. } => {
+                for call in calls {
+                    call.condition.iter().chain(&call.arguments).for_each(&mut *visit);
+                }
+            }
+            Driver::Stored(_) | Driver::Controlled(_) => {}
+        }
+    }
+    net.timers.values().for_each(|timer| visit(&timer.condition));
+    net.edges.values().for_each(|edge| visit(&edge.expr));
+    for step in net.steps.values() {
+        for list in [&step.entry, &step.exit, &step.initial_content] {
+            block(list, visit);
+        }
+        step.tasks.iter().for_each(|task| block(&task.body, visit));
+    }
+    for transition in net.transitions.values() {
+        visit(&transition.guard);
+        block(&transition.actions, visit);
+    }
+    for action in net.actions.values() {
+        action.uses.iter().filter_map(|one| one.condition.as_ref()).for_each(&mut *visit);
+        block(&action.body, visit);
+    }
+    net.histories.values().for_each(|history| block(&history.default_content, visit));
+    net.unspecified.iter().for_each(|open| visit(&open.when));
+}
+
+fn block(list: &Block, visit: &mut impl FnMut(&Expr)) {
+    for stmt in list {
+        match &stmt.kind {
+            StmtKind::Assign { index, value, .. } => index.iter().chain([value]).for_each(&mut *visit),
+            StmtKind::Call { arguments, .. } => arguments.iter().for_each(&mut *visit),
+            StmtKind::If { condition, then, otherwise } => {
+                visit(condition);
+                block(then, visit);
+                block(otherwise, visit);
+            }
+            StmtKind::Raise(_) | StmtKind::Send(_) | StmtKind::Cancel(_) | StmtKind::Code(_) => {}
+        }
+    }
+}
