@@ -250,7 +250,7 @@ fn typed<L>(expr: &Expr<L>, leaves: &mut impl Leaves<L>, depth: usize) -> Typed 
             leaves.leaf(leaf, span)?;
             refuse(span, TypeErrorKind::DurationAlone)
         }
-        ExprKind::Leaf(leaf) => Ok(leaves.leaf(leaf, span)?),
+        ExprKind::Leaf(leaf) => Ok(ordered(leaves.leaf(leaf, span)?)),
         ExprKind::Element(array, index) => {
             let (ty, len) = leaves.array(array, span)?;
             let (lo, hi) = number(index, leaves, below)?;
@@ -258,7 +258,7 @@ fn typed<L>(expr: &Expr<L>, leaves: &mut impl Leaves<L>, depth: usize) -> Typed 
                 Some(len) if lo < 0 || hi >= i64::from(len) => {
                     refuse(index.span, TypeErrorKind::IndexOutOfArray { lo, hi, len })
                 }
-                Some(_) | None => Ok(ty),
+                Some(_) | None => Ok(ordered(ty)),
             }
         }
         ExprKind::Not(a) => {
@@ -294,6 +294,14 @@ fn typed<L>(expr: &Expr<L>, leaves: &mut impl Leaves<L>, depth: usize) -> Typed 
                 }
             }
         }
+    }
+}
+
+/// The bounds in order, so that a declaration with `lo > hi` (reported elsewhere) does not upset the arithmetic.
+fn ordered(ty: Type) -> Type {
+    match ty {
+        Type::Bool => Type::Bool,
+        Type::Int { lo, hi } => Type::Int { lo: lo.min(hi), hi: lo.max(hi) },
     }
 }
 

@@ -10,7 +10,7 @@ use crate::net::{Leaf, OutputId, PropertyLeaf};
 use crate::span::Span;
 
 /// An expression and its height.
-type Tall<L> = (Expr<L>, usize);
+type Tall<L> = (Box<Expr<L>>, usize);
 
 /// Leaves that the text form can name.
 pub(super) trait ReadLeaf: Sized {
@@ -60,39 +60,33 @@ impl Infix {
 
 impl Parser<'_> {
     pub(super) fn expr<L: ReadLeaf>(&mut self) -> Result<Expr<L>, Fail> {
-        Ok(self.above(0, 0)?.0)
+        Ok(*self.above(0, 0)?.0)
     }
 
     /// An expression of operators that bind tighter than `level`.
     fn above<L: ReadLeaf>(&mut self, level: u8, depth: usize) -> Result<Tall<L>, Fail> {
-        let (mut left, mut height) = self.operand(level, depth)?;
+        let mut left = self.operand(level, depth)?;
         let mut compared = false;
         while let Some(op) = self.infix().filter(|op| op.level() > level) {
             if matches!(op, Infix::Compare(_)) && std::mem::replace(&mut compared, true) {
-                return self.fail(codes::NET_SYNTAX, self.here(), "comparisons cannot be chained: use parentheses");
+                return self.chained();
             }
             self.bump();
-            let (right, other) = match op {
-                // Both operands of a comparison are sums; operators of one level group to the left.
-                Infix::Compare(_) | Infix::Arith(_) | Infix::Or | Infix::And => self.above(op.level(), depth + 1)?,
-            };
-            height = height.max(other) + 1;
+            // Both operands of a comparison are sums; operators of one level group to the left.
+            let right = self.above(op.level(), depth + 1)?;
             left = combine(op, left, right);
-            while let Infix::And | Infix::Or = op
-                && self.infix() == Some(op)
-            {
+            while matches!(op, Infix::And | Infix::Or) && self.infix() == Some(op) {
                 self.bump();
-                let (more, tall) = self.above(op.level(), depth + 1)?;
-                height = height.max(tall + 1);
-                let end = more.span;
-                if let ExprKind::And(all) | ExprKind::Or(all) = &mut left.kind {
-                    all.push(more);
-                }
-                left.span = left.span.to(end);
+                let more = self.above(op.level(), depth + 1)?;
+                append(&mut left, more);
             }
-            self.not_too_deep(height)?;
+            self.not_too_deep(left.1)?;
         }
-        Ok((left, height))
+        Ok(left)
+    }
+
+    fn chained<T>(&mut self) -> Result<T, Fail> {
+        self.fail(codes::NET_SYNTAX, self.here(), "comparisons cannot be chained: use parentheses")
     }
 
     fn not_too_deep(&mut self, levels: usize) -> Result<(), Fail> {
@@ -125,64 +119,82 @@ impl Parser<'_> {
         })
     }
 
+    /// What stands between operators. Each form has a function of its own, which keeps the frames of the recursion small.
     fn operand<L: ReadLeaf>(&mut self, level: u8, depth: usize) -> Result<Tall<L>, Fail> {
         // A level of the expression is at most one operator and one pair of parentheses.
         self.not_too_deep(depth.div_ceil(2))?;
-        let start = self.here();
         match (self.token().kind, self.text()) {
             (Kind::Symbol, "(") => {
                 self.bump();
-                let (inner, height) = self.above(0, depth + 1)?;
+                let inner = self.above(0, depth + 1)?;
                 self.expect(")")?;
-                Ok((inner, height))
+                Ok(inner)
             }
-            (Kind::Symbol, "-") => self.minus(start, depth),
-            (Kind::Word, "not") if level <= 3 => {
-                self.bump();
-                let (inner, height) = self.above(2, depth + 1)?;
-                let span = start.to(inner.span);
-                Ok((Expr::new(ExprKind::Not(Box::new(inner)), span), height + 1))
-            }
-            (Kind::Word, word @ ("and" | "or")) => {
-                let is_and = word == "and";
-                self.bump();
-                let (all, height) = self.several(depth)?;
-                let kind = if is_and { ExprKind::And(all) } else { ExprKind::Or(all) };
-                Ok((Expr::new(kind, start.to(self.before())), height + 1))
-            }
-            (Kind::Word, "select") => {
-                self.bump();
-                self.expect("(")?;
-                let (c, h) = self.above(0, depth + 1)?;
-                self.expect(",")?;
-                let (a, i) = self.above(0, depth + 1)?;
-                self.expect(",")?;
-                let (b, j) = self.above(0, depth + 1)?;
-                self.expect(")")?;
-                let kind = ExprKind::Select(Box::new(c), Box::new(a), Box::new(b));
-                Ok((Expr::new(kind, start.to(self.before())), h.max(i).max(j) + 1))
-            }
-            (Kind::Word, word @ ("true" | "false")) => {
-                let value = word == "true";
-                self.bump();
-                Ok((Expr::new(ExprKind::Bool(value), start), 1))
-            }
-            (Kind::Number, _) => Ok((Expr::new(ExprKind::Int(self.integer()?), start), 1)),
-            _ => self.leaf_or_element(start, depth),
+            (Kind::Symbol, "-") => self.minus(depth),
+            (Kind::Word, "not") if level <= 3 => self.negation(depth),
+            (Kind::Word, "and" | "or") => self.junction(depth),
+            (Kind::Word, "select") => self.select(depth),
+            (Kind::Word, "true" | "false") => Ok(self.truth()),
+            (Kind::Number, _) => self.constant(),
+            _ => self.leaf_or_element(depth),
         }
     }
 
+    fn truth<L>(&mut self) -> Tall<L> {
+        let value = self.text() == "true";
+        let span = self.here();
+        self.bump();
+        tall(ExprKind::Bool(value), span, 0)
+    }
+
+    fn constant<L>(&mut self) -> Result<Tall<L>, Fail> {
+        let start = self.here();
+        let value = self.integer()?;
+        Ok(tall(ExprKind::Int(value), start.to(self.before()), 0))
+    }
+
+    fn negation<L: ReadLeaf>(&mut self, depth: usize) -> Result<Tall<L>, Fail> {
+        let start = self.here();
+        self.bump();
+        let (inner, height) = self.above(2, depth + 1)?;
+        let span = start.to(inner.span);
+        Ok(tall(ExprKind::Not(inner), span, height))
+    }
+
+    /// `and(..)`, for conjunctions of fewer than two.
+    fn junction<L: ReadLeaf>(&mut self, depth: usize) -> Result<Tall<L>, Fail> {
+        let start = self.here();
+        let is_and = self.text() == "and";
+        self.bump();
+        let (all, height) = self.several(depth)?;
+        let kind = if is_and { ExprKind::And(all) } else { ExprKind::Or(all) };
+        Ok(tall(kind, start.to(self.before()), height))
+    }
+
+    fn select<L: ReadLeaf>(&mut self, depth: usize) -> Result<Tall<L>, Fail> {
+        let start = self.here();
+        self.bump();
+        self.expect("(")?;
+        let (c, h) = self.above(0, depth + 1)?;
+        self.expect(",")?;
+        let (a, i) = self.above(0, depth + 1)?;
+        self.expect(",")?;
+        let (b, j) = self.above(0, depth + 1)?;
+        self.expect(")")?;
+        Ok(tall(ExprKind::Select(c, a, b), start.to(self.before()), h.max(i).max(j)))
+    }
+
     /// `-5` is a constant, `-(5)` the negation of one.
-    fn minus<L: ReadLeaf>(&mut self, start: Span, depth: usize) -> Result<Tall<L>, Fail> {
+    fn minus<L: ReadLeaf>(&mut self, depth: usize) -> Result<Tall<L>, Fail> {
         if self.peek_kind() == Kind::Number {
-            let value = self.integer()?;
-            return Ok((Expr::new(ExprKind::Int(value), start.to(self.before())), 1));
+            return self.constant();
         }
+        let start = self.here();
         self.bump();
         self.expect("(")?;
         let (inner, height) = self.above(0, depth + 1)?;
         self.expect(")")?;
-        Ok((Expr::new(ExprKind::Neg(Box::new(inner)), start.to(self.before())), height + 1))
+        Ok(tall(ExprKind::Neg(inner), start.to(self.before()), height))
     }
 
     /// `( [e {, e}] )`
@@ -191,7 +203,7 @@ impl Parser<'_> {
         let all = self.list(|parser| {
             let (expr, tall) = parser.above(0, depth + 1)?;
             height = height.max(tall);
-            Ok(expr)
+            Ok(*expr)
         })?;
         Ok((all, height))
     }
@@ -200,14 +212,15 @@ impl Parser<'_> {
         Ok(self.several(0)?.0)
     }
 
-    fn leaf_or_element<L: ReadLeaf>(&mut self, start: Span, depth: usize) -> Result<Tall<L>, Fail> {
+    fn leaf_or_element<L: ReadLeaf>(&mut self, depth: usize) -> Result<Tall<L>, Fail> {
+        let start = self.here();
         let leaf = self.leaf()?;
         if !self.eat("[") {
-            return Ok((Expr::new(ExprKind::Leaf(leaf), start.to(self.before())), 1));
+            return Ok(tall(ExprKind::Leaf(leaf), start.to(self.before()), 0));
         }
         let (index, height) = self.above(0, depth + 1)?;
         self.expect("]")?;
-        Ok((Expr::new(ExprKind::Element(leaf, Box::new(index)), start.to(self.before())), height + 1))
+        Ok(tall(ExprKind::Element(leaf, index), start.to(self.before()), height))
     }
 
     fn leaf<L: ReadLeaf>(&mut self) -> Result<L, Fail> {
@@ -289,13 +302,27 @@ impl Parser<'_> {
     }
 }
 
-fn combine<L>(op: Infix, a: Expr<L>, b: Expr<L>) -> Expr<L> {
+/// An expression of this kind whose tallest operand has `below` levels.
+fn tall<L>(kind: ExprKind<L>, span: Span, below: usize) -> Tall<L> {
+    (Box::new(Expr::new(kind, span)), below + 1)
+}
+
+fn combine<L>(op: Infix, (a, h): Tall<L>, (b, i): Tall<L>) -> Tall<L> {
     let span = a.span.to(b.span);
     let kind = match op {
-        Infix::Or => ExprKind::Or(vec![a, b]),
-        Infix::And => ExprKind::And(vec![a, b]),
-        Infix::Compare(op) => ExprKind::Compare(op, Box::new(a), Box::new(b)),
-        Infix::Arith(op) => ExprKind::Arith(op, Box::new(a), Box::new(b)),
+        Infix::Or => ExprKind::Or(vec![*a, *b]),
+        Infix::And => ExprKind::And(vec![*a, *b]),
+        Infix::Compare(op) => ExprKind::Compare(op, a, b),
+        Infix::Arith(op) => ExprKind::Arith(op, a, b),
     };
-    Expr::new(kind, span)
+    tall(kind, span, h.max(i))
+}
+
+/// One more operand of a conjunction or disjunction.
+fn append<L>(left: &mut Tall<L>, (more, height): Tall<L>) {
+    left.0.span = left.0.span.to(more.span);
+    left.1 = left.1.max(height + 1);
+    if let ExprKind::And(all) | ExprKind::Or(all) = &mut left.0.kind {
+        all.push(*more);
+    }
 }
