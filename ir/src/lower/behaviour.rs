@@ -1,0 +1,364 @@
+//! Pass `behaviour`: insides of steps, reactions and transitions, in declaration order, so that `otherwise` meets exactly the transitions above it.
+
+use super::codes;
+use super::context::{Lowering, Outcome, ScopeId, Symbol};
+use super::expand::Work;
+use super::expressions::Place;
+use super::statements::ListKind;
+use crate::chart::{self, Path, StepItemKind};
+use crate::diag::Diagnostic;
+use crate::expr::{CompareOp, Expr, ExprKind};
+use crate::net::{
+    Enter, InputId, Leaf, Meta, Policy, StepId, Task, TransitionId,
+};
+use crate::span::{Name, Span};
+
+/// After `roles` and `declarations`: conditions and lists read outputs.
+pub(super) fn behaviour(lowering: &mut Lowering<'_>) {
+    lowering.leaving = vec![Vec::new(); lowering.net.steps.len()];
+    for index in 0..lowering.work.len() {
+        match lowering.work[index] {
+            Work::Step { scope, id, source } => step(lowering, scope, id, source),
+            Work::Reaction { scope, id, step, source } => {
+                reaction(lowering, scope, id, step, source);
+            }
+            Work::Transition { scope, id, source } if lowering.is_statechart() => {
+                super::statechart::transition(lowering, scope, id, source);
+            }
+            Work::Transition { scope, id, source } => transition(lowering, scope, id, source),
+            Work::State { scope, id, source } => {
+                super::statechart::state(lowering, scope, id, source);
+            }
+            Work::Declaration { .. }
+            | Work::Property { .. }
+            | Work::Place { .. }
+            | Work::Board { .. } => {}
+        }
+    }
+    priorities_without_effect(lowering);
+}
+
+fn step<'a>(lowering: &mut Lowering<'a>, scope: ScopeId, id: StepId, source: &'a chart::Step) {
+    let mut budget: Option<(u32, Span)> = None;
+    let mut tasks: Vec<Task> = Vec::new();
+    for item in &source.body {
+        match &item.kind {
+            StepItemKind::Entry(block) => {
+                let list = lowering.block(scope, ListKind::Change, block);
+                lowering.net.steps[id].entry.extend(list);
+            }
+            StepItemKind::Exit(block) => {
+                let list = lowering.block(scope, ListKind::Change, block);
+                lowering.net.steps[id].exit.extend(list);
+            }
+            StepItemKind::Budget(number) => {
+                if let Some((_, first)) = budget {
+                    lowering.report(
+                        Diagnostic::error(
+                            codes::SETTING_TWICE,
+                            format!("step {} has two budgets", source.name),
+                        )
+                        .at(item.span, "again here")
+                        .at(first, "first here")
+                        .help("keep one of them"),
+                    );
+                } else {
+                    budget = Some((*number, item.span));
+                }
+            }
+            StepItemKind::Task { name, cost, body } => {
+                if let Some(first) = tasks.iter().find(|task| task.name.text == name.text) {
+                    let first = first.name.span;
+                    lowering.report(
+                        Diagnostic::error(
+                            codes::DUPLICATE_NAME,
+                            format!("step {} has two tasks {name}", source.name),
+                        )
+                        .at(name.span, "again here")
+                        .at(first, "first here")
+                        .help("give one of them another name"),
+                    );
+                }
+                let body = lowering.block(scope, ListKind::Task, body);
+                let meta = Meta { span: item.span, ..Meta::default() };
+                tasks.push(Task { name: name.clone(), cost: *cost, body, meta });
+            }
+            StepItemKind::Code(code) => lowering.net.steps[id].code.push(code.clone()),
+            // Actions belong to outputs, priorities to `expand`, reactions to work of their own, forcing to its pass.
+            StepItemKind::Action { .. }
+            | StepItemKind::On { .. }
+            | StepItemKind::Priority(_)
+            | StepItemKind::Force { .. } => {}
+        }
+    }
+    if tasks.is_empty() {
+        if let Some((_, span)) = budget {
+            lowering.report(
+                Diagnostic::warning(
+                    codes::NO_EFFECT,
+                    format!("step {} has a budget and no task", source.name),
+                )
+                .at(span, "")
+                .help("write `task NAME cost N { .. }` in it, or remove the budget"),
+            );
+        }
+        return;
+    }
+    // Without a budget nothing bounds what a step may run (semantics §6).
+    let limit = budget.map_or(u32::MAX, |(number, _)| number);
+    for task in tasks.iter().filter(|task| task.cost > limit) {
+        let mut finding = Diagnostic::error(
+            codes::BUDGET,
+            format!(
+                "task {} costs {}, its step {} has a budget of {limit}",
+                task.name, task.cost, source.name
+            ),
+        )
+        .at(task.name.span, "can never run");
+        if let Some((_, span)) = budget {
+            finding = finding.at(span, "the budget");
+        }
+        lowering.report(finding.help("break the task up, or raise the budget"));
+    }
+    lowering.net.steps[id].budget = limit;
+    lowering.net.steps[id].tasks = tasks;
+}
+
+fn reaction<'a>(
+    lowering: &mut Lowering<'a>,
+    scope: ScopeId,
+    id: TransitionId,
+    step: StepId,
+    source: &'a chart::StepItem,
+) {
+    let StepItemKind::On { events, guard, actions } = &source.kind else {
+        unreachable!("only `on` items become reactions");
+    };
+    let events = event_list(lowering, scope, events);
+    let place = Place {
+        edges: true,
+        events: true,
+        ..Place::level(scope, "the condition of a reaction")
+    };
+    let guard = guard.as_ref().map(|guard| lowering.condition::<Leaf>(guard, &place));
+    let actions = lowering.block(scope, ListKind::Change, actions);
+    let reaction = &mut lowering.net.transitions[id];
+    reaction.requires = vec![step];
+    reaction.events = events;
+    if let Some(Ok(guard)) = guard {
+        reaction.guard = guard;
+    }
+    reaction.actions = actions;
+    reaction.restart = false;
+    reaction.meta.span = source.span;
+}
+
+/// The events after `on`, each once.
+pub(super) fn event_list(lowering: &mut Lowering<'_>, scope: ScopeId, names: &[Name]) -> Vec<InputId> {
+    let mut events: Vec<InputId> = Vec::new();
+    for name in names {
+        let Ok(event) = lowering.event(scope, name) else { continue };
+        if events.contains(&event) {
+            lowering.report(
+                Diagnostic::warning(codes::STEP_TWICE, format!("event {name} is named twice"))
+                    .at(name.span, "again here")
+                    .help("remove it"),
+            );
+        } else {
+            events.push(event);
+        }
+    }
+    events
+}
+
+/// Which end of a transition.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum End {
+    Source,
+    Target,
+}
+
+fn transition<'a>(
+    lowering: &mut Lowering<'a>,
+    scope: ScopeId,
+    id: TransitionId,
+    source: &'a chart::Transition,
+) {
+    let requires = steps(lowering, scope, &source.sources, End::Source);
+    let enters = steps(lowering, scope, &source.targets, End::Target);
+    let events = event_list(lowering, scope, &source.events);
+    let guard = receptivity(lowering, scope, source, requires.as_deref().ok());
+    let actions = lowering.block(scope, ListKind::Change, &source.actions);
+    if source.sources.is_empty() && source.targets.is_empty() {
+        lowering.report(
+            Diagnostic::error(codes::WRONG_KIND, "a transition without steps on both sides")
+                .at(source.meta.span, "")
+                .help("name the steps before and after it"),
+        );
+    }
+    let (Ok(requires), Ok(enters)) = (requires, enters) else { return };
+    border(lowering, source, &requires, &enters);
+    for step in &requires {
+        lowering.leaving[step.index()].push(id);
+    }
+    let transition = &mut lowering.net.transitions[id];
+    transition.requires.clone_from(&requires);
+    transition.clears = requires;
+    transition.enters = enters.into_iter().map(Enter::Step).collect();
+    transition.events = events;
+    transition.actions = actions;
+    if let Ok(guard) = guard {
+        transition.guard = guard;
+    }
+}
+
+/// The steps that a side of a transition names, in declaration order: for a macro-step its exit step before the transition, its entry step after it.
+fn steps(
+    lowering: &mut Lowering<'_>,
+    scope: ScopeId,
+    paths: &[Path],
+    end: End,
+) -> Outcome<Vec<StepId>> {
+    let mut found: Vec<StepId> = Vec::new();
+    let mut failed = None;
+    for path in paths {
+        match one_step(lowering, scope, path, end) {
+            Ok(step) if found.contains(&step) => {
+                lowering.report(
+                    Diagnostic::warning(codes::STEP_TWICE, format!("step {path} is named twice"))
+                        .at(path.span(), "again here")
+                        .help("remove it: a step is on a side of a transition or it is not"),
+                );
+            }
+            Ok(step) => found.push(step),
+            Err(reported) => failed = Some(reported),
+        }
+    }
+    found.sort_unstable();
+    failed.map_or(Ok(found), Err)
+}
+
+fn one_step(lowering: &mut Lowering<'_>, scope: ScopeId, path: &Path, end: End) -> Outcome<StepId> {
+    match lowering.symbol(scope, path)? {
+        Symbol::Step(step) => Ok(step),
+        Symbol::MacroStep(instance) => {
+            let instance = &lowering.instances[instance];
+            let step = if end == End::Source { instance.exit } else { instance.entry };
+            step.ok_or_else(|| lowering.already_told())
+        }
+        other => Err(lowering.wrong_kind(path.span(), path, other, "a step")),
+    }
+}
+
+/// What a transition says after `when` and `after`.
+fn receptivity(
+    lowering: &mut Lowering<'_>,
+    scope: ScopeId,
+    source: &chart::Transition,
+    requires: Option<&[StepId]>,
+) -> Outcome<Expr<Leaf>> {
+    let mut operands = Vec::new();
+    let mut failed = None;
+    if let Some(guard) = &source.guard {
+        // Sources that were refused must not make `otherwise` a second mistake.
+        if let Some(requires) = requires {
+            let place = Place {
+                edges: true,
+                events: true,
+                otherwise: Some(requires),
+                ..Place::level(scope, "a receptivity")
+            };
+            match lowering.condition::<Leaf>(guard, &place) {
+                Ok(guard) => operands.push(guard),
+                Err(reported) => failed = Some(reported),
+            }
+        }
+    }
+    if let Some((ns, span)) = source.after {
+        if source.sources.is_empty() {
+            failed = Some(
+                lowering.report(
+                    Diagnostic::error(codes::AFTER_SOURCE, "`after` stands on a source transition")
+                        .at(span, "there is no step before it whose time could be asked for")
+                        .help("name a step before it, or use `timer T while ..` and `when T >= ..`"),
+                ),
+            );
+        }
+        match lowering.ticks(ns, span) {
+            // `after 0` is true.
+            Ok(0) => {}
+            Ok(ticks) => operands.extend(requires.into_iter().flatten().map(|step| {
+                let time = Expr::leaf(Leaf::Elapsed(*step), span);
+                let ticks = Expr::new(ExprKind::Int(i64::from(ticks)), span);
+                Expr::compare(CompareOp::Ge, time, ticks)
+            })),
+            Err(reported) => failed = Some(reported),
+        }
+    }
+    if let (Some([]), Some(inside)) = (requires, lowering.scopes[scope].inside) {
+        // A source transition inside an enclosure is enabled while the enclosing step is active (semantics C4).
+        operands.insert(0, Expr::leaf(Leaf::Active(inside), source.meta.span));
+    }
+    failed.map_or_else(|| Ok(Expr::and(operands)), Err)
+}
+
+/// A transition stays within one enclosure (semantics §8).
+fn border(lowering: &mut Lowering<'_>, source: &chart::Transition, requires: &[StepId], enters: &[StepId]) {
+    let inside = |step: &StepId| lowering.net.steps[*step].parent;
+    let mut all = requires.iter().chain(enters);
+    let Some(first) = all.next() else { return };
+    let Some(other) = all.find(|step| inside(step) != inside(first)) else { return };
+    let name = |step: &StepId| lowering.net.steps[*step].name.text.clone();
+    let place = |step: &StepId| match inside(step) {
+        Some(parent) => format!("inside {}", name(&parent)),
+        None => "in no enclosing step".to_owned(),
+    };
+    let message = format!(
+        "a transition leads across the border of an enclosure: {} is {}, {} is {}",
+        name(first),
+        place(first),
+        name(other),
+        place(other)
+    );
+    lowering.report(
+        Diagnostic::error(codes::ENCLOSURE_BORDER, message)
+            .at(source.meta.span, "")
+            .help("lead it to the enclosing step, and mark with `*` what that activates"),
+    );
+}
+
+/// Priorities that the policy never asks for.
+fn priorities_without_effect(lowering: &mut Lowering<'_>) {
+    let (of_transitions, of_steps, policy) = match lowering.net.settings.policy {
+        Policy::All => (false, false, "all"),
+        Policy::Priority => (true, false, "priority"),
+        Policy::PriorityAge => (false, true, "priority-age"),
+        // In statecharts a priority is an error, reported where it stands.
+        Policy::InnerFirst | Policy::OuterFirst => return,
+    };
+    let transitions = lowering.net.transitions.values();
+    let transition = transitions.filter(|one| one.priority.is_some() && !of_transitions).map(|one| {
+        ("transition", one.name.text.clone(), one.meta.span, "priorities of steps: write `priority` in the following step")
+    });
+    let steps = lowering.net.steps.values();
+    let step = steps.filter(|one| one.priority.is_some() && !of_steps).map(|one| {
+        ("step", one.name.text.clone(), one.name.span, "priorities of transitions")
+    });
+    let found: Vec<_> = transition.chain(step).collect();
+    for (what, name, span, other) in found {
+        let help = match lowering.net.settings.policy {
+            Policy::All => "all fireable transitions fire: choose `conflict priority` or make the conditions exclude each other".to_owned(),
+            Policy::Priority | Policy::PriorityAge | Policy::InnerFirst | Policy::OuterFirst => {
+                format!("`conflict {policy}` asks for {other}")
+            }
+        };
+        lowering.report(
+            Diagnostic::warning(
+                codes::PRIORITY_UNUSED,
+                format!("the priority of {what} {name} has no effect under `conflict {policy}`"),
+            )
+            .at(span, "")
+            .help(help),
+        );
+    }
+}

@@ -1,0 +1,108 @@
+//! Codes of findings about names, types and lowering: `G0200` to `G0299`. Each has a page in `docs/codes`.
+
+use crate::diag::Code;
+
+macro_rules! codes {
+    ($($(#[$doc:meta])* $name:ident = $id:literal, $title:literal;)*) => {
+        $($(#[$doc])* pub const $name: Code = Code { id: $id, title: $title };)*
+        /// All codes of this crate's lowering, in order.
+        pub const ALL: &[Code] = &[$($name),*];
+    };
+}
+
+codes! {
+    /// Nothing of that name is visible at this place.
+    UNKNOWN_NAME = "G0201", "unknown name";
+    /// Two things of one body have one name.
+    DUPLICATE_NAME = "G0202", "name declared twice";
+    /// The name stands for something else than what is needed here.
+    WRONG_KIND = "G0203", "name of the wrong kind";
+    /// A macro-step lies in its own expansion.
+    MACRO_RECURSION = "G0204", "macro-step in its own expansion";
+    /// A macro needs exactly one entry and one exit step.
+    MACRO_SHAPE = "G0205", "macro without its entry or exit step";
+    /// A setting stands twice.
+    SETTING_TWICE = "G0206", "setting given twice";
+    /// Two settings, or a setting and an item, exclude each other.
+    SETTING_CONFLICT = "G0207", "settings that exclude each other";
+    /// An expression has no type, or another one than is needed.
+    TYPE = "G0208", "value of the wrong type";
+    /// A value must be known before the chart runs.
+    CONSTANT_NEEDED = "G0209", "constant needed";
+    /// A duration is no multiple of the tick.
+    DURATION_ROUNDED = "G0210", "duration rounded up to the tick";
+    /// A duration has more ticks than a timer can count.
+    DURATION_TOO_LONG = "G0211", "duration too long";
+    /// A time stands elsewhere than in a comparison with a constant.
+    TIME_ALONE = "G0212", "time outside a comparison with a constant";
+    /// An edge or an event stands where it has no meaning.
+    PULSE_PLACE = "G0213", "edge or event where none can stand";
+    /// `otherwise` stands elsewhere than in the receptivity of a transition that leaves a step.
+    OTHERWISE_PLACE = "G0214", "`otherwise` where it has no meaning";
+    /// An output is driven in two ways.
+    OUTPUT_ROLES = "G0215", "output driven in two ways";
+    /// Nothing drives an output.
+    OUTPUT_UNDRIVEN = "G0216", "output never driven";
+    /// An output that has no memory is read.
+    OUTPUT_UNREADABLE = "G0217", "output that cannot be read";
+    /// A timed action lacks its duration, has a needless one, or two.
+    ACTION_DURATION = "G0218", "duration of a timed action";
+    /// A call does not fit its declaration.
+    CALL_ARGUMENTS = "G0219", "arguments of a call";
+    /// `after` needs a step whose time it can ask for.
+    AFTER_SOURCE = "G0220", "`after` on a source transition";
+    /// A transition leads across the border of an enclosure.
+    ENCLOSURE_BORDER = "G0221", "transition across the border of an enclosure";
+    /// Something stands in a chart of the other kind.
+    CHART_KIND = "G0222", "not in this kind of chart";
+    /// An assignment stores a bound whatever its value.
+    NEVER_FITS = "G0223", "assignment that never fits";
+    /// A task costs more than its step may use.
+    BUDGET = "G0224", "task above its budget";
+    /// A task holds assignments and calls only.
+    TASK_BODY = "G0225", "statement that a task cannot hold";
+    /// An initial value does not fit its declaration.
+    INITIAL_VALUE = "G0226", "initial value";
+    /// An assumption speaks of more than inputs.
+    ASSUMPTION = "G0227", "assumption about more than inputs";
+    /// Pins of a board contradict each other.
+    BOARD = "G0228", "board";
+    /// The expansion has more objects than the tool accepts.
+    EXPANSION_SIZE = "G0229", "expansion too large";
+    /// A chart without an initial step never does anything.
+    NO_INITIAL_STEP = "G0230", "no initial step";
+    /// A priority that the conflict policy never asks for.
+    PRIORITY_UNUSED = "G0231", "priority without effect";
+    /// A macro that no macro-step uses.
+    UNUSED_MACRO = "G0232", "macro never used";
+    /// Two sends of one name differ.
+    SEND_SLOT = "G0233", "sends of one name that differ";
+    /// A forcing order that cannot be obeyed.
+    FORCING = "G0234", "forcing order";
+    /// A step stands twice on one side of a transition.
+    STEP_TWICE = "G0235", "step named twice";
+    /// An element of something that is no array, or an array without its index.
+    ARRAY = "G0236", "array and index";
+    /// A signal of the environment is declared inside a body.
+    DECLARED_INSIDE = "G0237", "declared inside a body";
+    /// A range or an array size that cannot be.
+    RANGE = "G0238", "range or size";
+    /// Something written has no effect here.
+    NO_EFFECT = "G0239", "without effect";
+    /// Something is declared and never used.
+    UNUSED = "G0240", "never used";
+    /// Two transitions are the same.
+    DUPLICATE_TRANSITION = "G0241", "same transition twice";
+    /// No path of transitions leads to a step.
+    UNREACHED_STEP = "G0242", "step that nothing reaches";
+    /// No transition leaves a step.
+    NO_WAY_OUT = "G0243", "step without way out";
+    /// A condition has one value whatever happens.
+    CONSTANT_CONDITION = "G0244", "condition with one value";
+    /// A more urgent transition of the same step always fires.
+    NEVER_TAKEN = "G0245", "transition that is never taken";
+    /// The time of a macro-step that is left and entered within one reaction.
+    MACRO_TIME = "G0246", "time of a macro-step";
+    /// A construct that this version cannot lower.
+    NOT_SUPPORTED = "G0247", "not supported yet";
+}

@@ -1,0 +1,240 @@
+//! What the passes of the lowering share: the net as far as it is built, the scopes of names, and the findings.
+
+use super::expand::Work;
+use super::roles::{Role, Use};
+use crate::chart::{self, Design};
+use crate::diag::Diagnostic;
+use crate::expr::Expr;
+use crate::net::{
+    EdgeId, HistoryId, InputId, Leaf, Net, OutputId, PartId, SendId, StepId, TimerId,
+    TransitionId, VarId,
+};
+use crate::span::Span;
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
+
+/// Says that a diagnostic was given; whoever holds one goes on with the next item.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Reported(());
+
+impl Reported {
+    /// What stands behind was told where it was declared.
+    pub(super) fn already() -> Self {
+        Reported(())
+    }
+}
+
+/// A result whose error was already told to the user.
+pub(super) type Outcome<T> = Result<T, Reported>;
+
+/// The findings so far, each once: a macro that is expanded ten times has its mistakes told once.
+#[derive(Debug, Default)]
+pub(super) struct Findings {
+    pub(super) list: Vec<Diagnostic>,
+    seen: BTreeSet<(&'static str, Option<Span>, String)>,
+}
+
+impl Findings {
+    pub(super) fn add(&mut self, diagnostic: Diagnostic) -> Reported {
+        let place = diagnostic.labels.first().map(|label| label.span);
+        if self.seen.insert((diagnostic.code.id, place, diagnostic.message.clone())) {
+            self.list.push(diagnostic);
+        }
+        Reported(())
+    }
+}
+
+/// Names one of [`Lowering::scopes`].
+pub(super) type ScopeId = usize;
+/// Names one of [`Lowering::macros`].
+pub(super) type MacroId = usize;
+/// Names one of [`Lowering::instances`].
+pub(super) type InstanceId = usize;
+
+/// A body in which names are declared: a chart, an expansion of a macro, an enclosure, a state.
+#[derive(Debug)]
+pub(super) struct Scope<'a> {
+    /// Where a name is looked for next; for an expansion the body in which the macro was drawn, not the one that uses it.
+    pub(super) parent: Option<ScopeId>,
+    /// What stands before a local name in its full name.
+    pub(super) prefix: String,
+    /// What is declared here.
+    pub(super) names: BTreeMap<&'a str, Entry>,
+    /// The partial chart that its steps and transitions belong to.
+    pub(super) part: PartId,
+    /// The innermost enclosing step or state.
+    pub(super) inside: Option<StepId>,
+    /// The chart, as an index into [`Design::charts`].
+    pub(super) chart: usize,
+}
+
+/// A declared name.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Entry {
+    pub(super) symbol: Symbol,
+    /// Where it was declared.
+    pub(super) span: Span,
+}
+
+/// A constant's value.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Value {
+    Bool(bool),
+    Int(i64),
+    /// Nanoseconds.
+    Duration(u64),
+}
+
+/// What a name stands for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Symbol {
+    Const(Value),
+    Input(InputId),
+    Output(OutputId),
+    Var(VarId),
+    Timer(TimerId),
+    Step(StepId),
+    MacroStep(InstanceId),
+    Macro(MacroId),
+    Transition(TransitionId),
+    Chart(ScopeId),
+    History(HistoryId),
+    /// Its declaration was refused; uses of it are not reported again.
+    Broken,
+}
+
+/// A macro as drawn, in one of the bodies that see it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct MacroDefinition<'a> {
+    pub(super) source: &'a chart::Macro,
+    pub(super) scope: ScopeId,
+    pub(super) is_used: bool,
+}
+
+/// A send slot that has a name.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Slot {
+    pub(super) event: InputId,
+    pub(super) delay: u32,
+    pub(super) span: Span,
+    /// Made at its first mention.
+    pub(super) id: Option<SendId>,
+}
+
+/// One expansion of a macro.
+#[derive(Debug)]
+pub(super) struct Instance {
+    pub(super) scope: ScopeId,
+    pub(super) entry: Option<StepId>,
+    pub(super) exit: Option<StepId>,
+    /// All steps of the expansion, nested ones included: they stand together.
+    pub(super) steps: Range<usize>,
+    /// The timer of `m.t`, made at its first use.
+    pub(super) timer: Option<TimerId>,
+}
+
+/// The state of a lowering; each pass takes it, adds its share to `net`, and hands it on.
+#[derive(Debug)]
+pub(super) struct Lowering<'a> {
+    pub(super) design: &'a Design,
+    pub(super) net: Net,
+    pub(super) found: Findings,
+    pub(super) scopes: Vec<Scope<'a>>,
+    /// Charts by name.
+    pub(super) charts: BTreeMap<&'a str, ScopeId>,
+    /// Per chart: its scope and its partial charts, which stand together.
+    pub(super) chart_bodies: Vec<(ScopeId, Range<usize>)>,
+    /// Per chart: says `actions iec`.
+    pub(super) iec: Vec<bool>,
+    /// The scope inside an enclosing step or a state.
+    pub(super) bodies: BTreeMap<StepId, ScopeId>,
+    pub(super) macros: Vec<MacroDefinition<'a>>,
+    pub(super) instances: Vec<Instance>,
+    /// Expands macros that nothing uses, to find the mistakes in them.
+    pub(super) expand_unused: bool,
+    /// Everything with an inside, in declaration order.
+    pub(super) work: Vec<Work<'a>>,
+    /// Full names given so far.
+    pub(super) taken: BTreeSet<String>,
+    /// For bases that several made names share: the next number to try.
+    pub(super) next_suffix: BTreeMap<String, u32>,
+    /// Per output, how step bodies use it.
+    pub(super) uses: Vec<Vec<Use<'a>>>,
+    /// Per output.
+    pub(super) roles: Vec<Role>,
+    /// Operands of edges by shape.
+    pub(super) edges: BTreeMap<Expr<Leaf>, EdgeId>,
+    /// `t1/E/t2` by durations in ticks and shape of E.
+    pub(super) delays: BTreeMap<(u32, Expr<Leaf>, u32), Expr<Leaf>>,
+    /// Named send slots, by body and name: where they stand in `slot_list`.
+    pub(super) slots: BTreeMap<(ScopeId, &'a str), usize>,
+    pub(super) slot_list: Vec<Slot>,
+    /// Per step, transitions declared so far that leave it.
+    pub(super) leaving: Vec<Vec<TransitionId>>,
+    /// How many mentions `otherwise` was turned into.
+    pub(super) otherwise_mentions: usize,
+    /// Name suggestions given: looking for a near name costs time for each candidate.
+    pub(super) suggestions: usize,
+    /// Names with dots of a finished net; used instead of scopes when properties are added to one.
+    pub(super) flat: Option<BTreeMap<String, Symbol>>,
+    /// Steps with tasks: `s.done` asks for them before they are lowered.
+    pub(super) tasked: BTreeSet<StepId>,
+    /// How many expressions lie around the present one.
+    pub(super) expression_depth: usize,
+}
+
+impl<'a> Lowering<'a> {
+    pub(super) fn new(design: &'a Design) -> Self {
+        Lowering {
+            design,
+            net: Net::default(),
+            found: Findings::default(),
+            scopes: Vec::new(),
+            charts: BTreeMap::new(),
+            chart_bodies: Vec::new(),
+            iec: Vec::new(),
+            bodies: BTreeMap::new(),
+            macros: Vec::new(),
+            instances: Vec::new(),
+            expand_unused: false,
+            work: Vec::new(),
+            taken: BTreeSet::new(),
+            next_suffix: BTreeMap::new(),
+            uses: Vec::new(),
+            roles: Vec::new(),
+            edges: BTreeMap::new(),
+            delays: BTreeMap::new(),
+            slots: BTreeMap::new(),
+            slot_list: Vec::new(),
+            leaving: Vec::new(),
+            otherwise_mentions: 0,
+            suggestions: 0,
+            flat: None,
+            tasked: BTreeSet::new(),
+            expression_depth: 0,
+        }
+    }
+
+    pub(super) fn report(&mut self, diagnostic: Diagnostic) -> Reported {
+        self.found.add(diagnostic)
+    }
+
+    /// A full name that nothing has yet, made of `base`: itself, or with the first free number behind it.
+    pub(super) fn fresh_name(&mut self, base: &str) -> String {
+        if self.taken.insert(base.to_owned()) {
+            return base.to_owned();
+        }
+        let next = self.next_suffix.entry(base.to_owned()).or_insert(2);
+        loop {
+            let name = format!("{base}_{next}");
+            *next += 1;
+            if self.taken.insert(name.clone()) {
+                return name;
+            }
+        }
+    }
+
+    pub(super) fn is_statechart(&self) -> bool {
+        self.net.settings.policy.is_statechart()
+    }
+}

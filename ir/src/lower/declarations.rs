@@ -1,0 +1,113 @@
+//! Pass `declarations`: initial values and the conditions of timers.
+
+use super::codes;
+use super::context::{Lowering, Outcome, ScopeId, Symbol, Value};
+use super::expand::Work;
+use super::expressions::Place;
+use super::roles::Role;
+use crate::chart::{DeclarationKind, Expr as Drawn};
+use crate::diag::Diagnostic;
+use crate::expr::Type;
+use crate::span::Name;
+
+/// After `roles`: a timer may run while a stored output is true.
+pub(super) fn declarations(lowering: &mut Lowering<'_>) {
+    for index in 0..lowering.work.len() {
+        let Work::Declaration { scope, source, symbol } = lowering.work[index] else { continue };
+        match (&source.kind, symbol) {
+            (DeclarationKind::Var { ty, init, .. }, Symbol::Var(var)) => {
+                let n_elements = lowering.net.vars[var].init.len();
+                if let Some(values) = initial_values(lowering, scope, &source.name, *ty, init, n_elements) {
+                    lowering.net.vars[var].init = values;
+                }
+            }
+            (DeclarationKind::Output { ty, init: Some(init), .. }, Symbol::Output(output)) => {
+                let values = initial_values(lowering, scope, &source.name, *ty, std::slice::from_ref(init), 1);
+                match lowering.roles[output.index()] {
+                    Role::Stored(var) => {
+                        if let Some(values) = values {
+                            lowering.net.vars[var].init = values;
+                        }
+                    }
+                    Role::Continuous | Role::Mealy | Role::Controlled(_) => {
+                        lowering.report(
+                            Diagnostic::warning(
+                                codes::NO_EFFECT,
+                                format!("the initial value of output {} has no effect", source.name),
+                            )
+                            .at(init.span, "no list assigns this output, so its steps decide from the start")
+                            .help("remove it, or assign the output in lists"),
+                        );
+                    }
+                    Role::Extern | Role::Broken => {}
+                }
+            }
+            (DeclarationKind::Timer { condition }, Symbol::Timer(timer)) => {
+                let place = Place::level(scope, "the condition of a timer");
+                if let Ok(condition) = lowering.condition(condition, &place) {
+                    lowering.net.timers[timer].condition = condition;
+                }
+            }
+            _ => {}
+        }
+    }
+}
+
+/// Values at reset, one for each element; none when a mistake was reported.
+fn initial_values(
+    lowering: &mut Lowering<'_>,
+    scope: ScopeId,
+    name: &Name,
+    ty: Type,
+    init: &[Drawn],
+    n_elements: usize,
+) -> Option<Vec<i64>> {
+    let values: Vec<Outcome<i64>> =
+        init.iter().map(|value| initial_value(lowering, scope, name, ty, value)).collect();
+    let values: Vec<i64> = values.into_iter().collect::<Outcome<_>>().ok()?;
+    match values.as_slice() {
+        [] => Some(vec![ty.saturate(0); n_elements]),
+        [one] => Some(vec![*one; n_elements]),
+        _ if values.len() == n_elements => Some(values),
+        _ => {
+            let span = init.iter().map(|value| value.span).reduce(crate::span::Span::to)?;
+            lowering.report(
+                Diagnostic::error(
+                    codes::INITIAL_VALUE,
+                    format!("{name} has {n_elements} elements and {} initial values", values.len()),
+                )
+                .at(span, "")
+                .help("give one value for all, or one for each element"),
+            );
+            None
+        }
+    }
+}
+
+fn initial_value(
+    lowering: &mut Lowering<'_>,
+    scope: ScopeId,
+    name: &Name,
+    ty: Type,
+    drawn: &Drawn,
+) -> Outcome<i64> {
+    let mistake = match (lowering.constant_value(scope, drawn)?, ty) {
+        (Value::Bool(value), Type::Bool) => return Ok(i64::from(value)),
+        (Value::Int(value @ (0 | 1)), Type::Bool) => return Ok(value),
+        (Value::Int(value), Type::Int { lo, hi }) if (lo..=hi).contains(&value) => return Ok(value),
+        (Value::Int(value), Type::Int { lo, hi }) => {
+            format!("the initial value {value} of {name} is not within {lo}..{hi}")
+        }
+        (Value::Int(_) | Value::Duration(_), Type::Bool) => {
+            format!("the initial value of {name} is `true` or `false`")
+        }
+        (Value::Bool(_) | Value::Duration(_), Type::Int { lo, hi }) => {
+            format!("the initial value of {name} is a number of {lo}..{hi}")
+        }
+    };
+    Err(lowering.report(
+        Diagnostic::error(codes::INITIAL_VALUE, mistake)
+            .at(drawn.span, "")
+            .at(name.span, "declared here"),
+    ))
+}

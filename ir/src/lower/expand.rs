@@ -1,0 +1,769 @@
+//! Pass `expand`: every macro-step becomes a copy of its macro, every body a scope, every object an item of the net with its full name, in
+//! declaration order (semantics §1). Insides (conditions, lists) follow in later passes, when all names are known.
+//!
+//! ```text
+//! macro m { entry step e  exit step x  e -> x }        steps  p  a.e  a.x  b.e  b.x
+//! step p  macro step a = m  macro step b = m     =>    transitions  a.e_x  b.e_x
+//! ```
+
+use super::codes;
+use super::context::{Instance, Lowering, MacroDefinition, MacroId, Scope, ScopeId, Symbol};
+use crate::chart::{self, DeclarationKind, Item, SettingKind, StepItemKind, StepRole};
+use crate::diag::Diagnostic;
+use crate::expr::{Expr, Type};
+use crate::net::{
+    Driver, Input, InputKind, Net, Output, Param, Part, PartId, Step, StepId, StepKind, Timer,
+    Transition, TransitionId, TransitionKind, Var, VarOrigin,
+};
+use crate::span::{Name, Span};
+use std::collections::BTreeMap;
+
+/// How deep bodies may lie in each other; the chart language allows as many.
+const MAX_DEPTH: usize = 256;
+/// How many steps and transitions an expansion may bring the net to.
+const MAX_OBJECTS: usize = 300_000;
+/// How many elements an array may have.
+const MAX_LENGTH: u32 = 65_536;
+
+/// Something whose inside a later pass lowers.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Work<'a> {
+    Declaration { scope: ScopeId, source: &'a chart::Declaration, symbol: Symbol },
+    Step { scope: ScopeId, id: StepId, source: &'a chart::Step },
+    State { scope: ScopeId, id: StepId, source: &'a chart::State },
+    Reaction { scope: ScopeId, id: TransitionId, step: StepId, source: &'a chart::StepItem },
+    Transition { scope: ScopeId, id: TransitionId, source: &'a chart::Transition },
+    Property { scope: ScopeId, source: &'a chart::Property },
+    Place { scope: ScopeId, source: &'a chart::Place },
+    Board { scope: ScopeId, source: &'a chart::Board },
+}
+
+/// Builds scopes and skeletons. After `settings`, since the kind of chart decides what may stand in it.
+pub(super) fn expand(lowering: &mut Lowering<'_>) {
+    let design = lowering.design;
+    let several = design.charts.len() > 1;
+    if let Some(first) = design.charts.first() {
+        lowering.net.name = first.name.clone();
+    }
+    let mut first_spans: BTreeMap<&str, Span> = BTreeMap::new();
+    for (index, chart) in design.charts.iter().enumerate() {
+        let part = lowering.net.parts.push(Part {
+            name: chart.name.clone(),
+            level: 1,
+            priority: part_priority(&chart.items),
+            initial: Vec::new(),
+            meta: chart.meta.clone(),
+        });
+        let prefix = if several { format!("{}.", chart.name) } else { String::new() };
+        let scope = new_scope(lowering, None, prefix, part, None, index);
+        if let Some(&first) = first_spans.get(chart.name.text.as_str()) {
+            lowering.report(
+                Diagnostic::error(
+                    codes::DUPLICATE_NAME,
+                    format!("two charts have the name {}", chart.name),
+                )
+                .at(chart.name.span, "again here")
+                .at(first, "first here")
+                .help("give one of them another name"),
+            );
+        } else {
+            first_spans.insert(&chart.name.text, chart.name.span);
+            lowering.charts.insert(&chart.name.text, scope);
+        }
+        // Parts of a chart stand together because each chart is expanded before the next one gets its part.
+        let mut expansion = Expansion { lowering: &mut *lowering, open: Vec::new(), depth: 0, is_full: false };
+        expansion.items(scope, &chart.items);
+        let parts = part.index()..lowering.net.parts.len();
+        lowering.chart_bodies.push((scope, parts));
+    }
+    if !lowering.expand_unused {
+        unused_macros(lowering);
+    }
+    name_transitions(lowering);
+}
+
+fn new_scope(
+    lowering: &mut Lowering<'_>,
+    parent: Option<ScopeId>,
+    prefix: String,
+    part: PartId,
+    inside: Option<StepId>,
+    chart: usize,
+) -> ScopeId {
+    lowering.scopes.push(Scope { parent, prefix, names: BTreeMap::new(), part, inside, chart });
+    lowering.scopes.len() - 1
+}
+
+/// The `priority n` of a chart or body.
+fn part_priority(items: &[Item]) -> Option<u32> {
+    items.iter().find_map(|item| match item {
+        Item::Setting(setting) => match setting.kind {
+            SettingKind::Priority(priority) => Some(priority),
+            SettingKind::Tick(_)
+            | SettingKind::Conflict(_)
+            | SettingKind::EvolutionSingle
+            | SettingKind::EvolutionStable(_)
+            | SettingKind::Schedule(_)
+            | SettingKind::FireOne(_)
+            | SettingKind::AssignSimultaneous(_)
+            | SettingKind::ActionsIec
+            | SettingKind::FinalScan
+            | SettingKind::Queue(_)
+            | SettingKind::EventsExclusive => None,
+        },
+        Item::Declaration(_)
+        | Item::Step(_)
+        | Item::Transition(_)
+        | Item::Macro(_)
+        | Item::MacroStep(_)
+        | Item::Enclosing(_)
+        | Item::State(_)
+        | Item::Property(_)
+        | Item::Place(_)
+        | Item::Board(_) => None,
+    })
+}
+
+fn unused_macros(lowering: &mut Lowering<'_>) {
+    let unused: Vec<&Name> =
+        lowering.macros.iter().filter(|one| !one.is_used).map(|one| &one.source.name).collect();
+    for name in unused {
+        lowering.report(
+            Diagnostic::warning(codes::UNUSED_MACRO, format!("macro {name} is never used"))
+                .at(name.span, "")
+                .help(format!("use it with `macro step m1 = {name}`, or remove it")),
+        );
+    }
+}
+
+/// Transitions without a name get one of the steps before and after them: `p1_p2`.
+fn name_transitions(lowering: &mut Lowering<'_>) {
+    for index in 0..lowering.work.len() {
+        let (scope, id, base, span) = match lowering.work[index] {
+            Work::Transition { scope, id, source } => {
+                if source.name.as_ref().is_some_and(|name| !name.text.is_empty()) {
+                    continue;
+                }
+                let end = |paths: &[chart::Path]| {
+                    paths.first().map(|path| path.to_string().replace('.', "_"))
+                };
+                let base = match (end(&source.sources), end(&source.targets)) {
+                    (Some(from), Some(to)) => format!("{from}_{to}"),
+                    (Some(from), None) => format!("{from}_out"),
+                    (None, Some(to)) => format!("in_{to}"),
+                    (None, None) => "always".to_owned(),
+                };
+                (scope, id, base, source.meta.span)
+            }
+            Work::Reaction { scope, id, step, source } => {
+                let name = &lowering.net.steps[step].meta;
+                let span = if source.span == Span::default() { name.span } else { source.span };
+                let local = local_name(&lowering.net, step, &lowering.scopes[scope].prefix);
+                let base = match &source.kind {
+                    StepItemKind::On { events, .. } => match events.first() {
+                        Some(event) => format!("{local}_on_{event}"),
+                        None => format!("{local}_on"),
+                    },
+                    StepItemKind::Action { .. }
+                    | StepItemKind::Entry(_)
+                    | StepItemKind::Exit(_)
+                    | StepItemKind::Priority(_)
+                    | StepItemKind::Budget(_)
+                    | StepItemKind::Task { .. }
+                    | StepItemKind::Code(_)
+                    | StepItemKind::Force { .. } => unreachable!("only `on` items are reactions"),
+                };
+                (scope, id, base, span)
+            }
+            Work::Declaration { .. }
+            | Work::Step { .. }
+            | Work::State { .. }
+            | Work::Property { .. }
+            | Work::Place { .. }
+            | Work::Board { .. } => continue,
+        };
+        let base = format!("{}{base}", lowering.scopes[scope].prefix);
+        let name = lowering.fresh_name(&base);
+        lowering.net.transitions[id].name = Name::new(name, span);
+    }
+}
+
+fn local_name(net: &Net, step: StepId, prefix: &str) -> String {
+    let full = &net.steps[step].name.text;
+    full.strip_prefix(prefix).unwrap_or(full).to_owned()
+}
+
+/// A step without anything in it.
+fn plain_step(name: Name, part: PartId, kind: StepKind, meta: crate::net::Meta) -> Step {
+    Step {
+        name,
+        part,
+        is_initial: false,
+        kind,
+        parent: None,
+        activation_link: false,
+        hidden: false,
+        priority: None,
+        entry: Vec::new(),
+        exit: Vec::new(),
+        initial_content: Vec::new(),
+        code: Vec::new(),
+        tasks: Vec::new(),
+        budget: 0,
+        done_event: None,
+        meta,
+    }
+}
+
+struct Expansion<'l, 'a> {
+    lowering: &'l mut Lowering<'a>,
+    /// Macro-steps being expanded: the macro drawn, and the macro-step that uses it.
+    open: Vec<(&'a chart::Macro, Span)>,
+    /// How many bodies lie around the present one.
+    depth: usize,
+    /// The limit of objects was reached and reported.
+    is_full: bool,
+}
+
+impl<'a> Expansion<'_, 'a> {
+    fn items(&mut self, scope: ScopeId, items: &'a [Item]) {
+        if self.depth >= MAX_DEPTH {
+            let span = self.lowering.net.parts[self.lowering.scopes[scope].part].name.span;
+            let finding = Diagnostic::error(
+                codes::EXPANSION_SIZE,
+                format!("bodies lie more than {MAX_DEPTH} deep in each other"),
+            )
+            .at(span, "the innermost one")
+            .help("use fewer levels");
+            self.lowering.report(finding);
+            return;
+        }
+        self.depth += 1;
+        let first_macro = self.lowering.macros.len();
+        for item in items {
+            if let Item::Macro(source) = item {
+                let id = self.lowering.macros.len();
+                self.lowering.declare(scope, &source.name, Symbol::Macro(id));
+                self.lowering.macros.push(MacroDefinition { source, scope, is_used: false });
+            }
+        }
+        let last_macro = self.lowering.macros.len();
+        for item in items {
+            // After the limit of objects nothing more is expanded, or macros of macros would still take for ever.
+            if !self.is_full {
+                self.item(scope, item);
+            }
+        }
+        if self.lowering.expand_unused {
+            for id in first_macro..last_macro {
+                if !self.lowering.macros[id].is_used {
+                    let name = self.lowering.macros[id].source.name.clone();
+                    self.instantiate(scope, &name, id, name.span);
+                }
+            }
+        }
+        self.depth -= 1;
+    }
+
+    fn item(&mut self, scope: ScopeId, item: &'a Item) {
+        match item {
+            Item::Setting(setting) => {
+                let is_top = self.lowering.scopes[scope].parent.is_none();
+                if !is_top && !matches!(setting.kind, SettingKind::Priority(_)) {
+                    self.lowering.report(
+                        Diagnostic::error(
+                            codes::DECLARED_INSIDE,
+                            "this setting belongs to the chart, not to a body in it",
+                        )
+                        .at(setting.span, "")
+                        .help("move it to the top of the chart"),
+                    );
+                }
+            }
+            Item::Declaration(declaration) => self.declaration(scope, declaration),
+            Item::Step(step) => {
+                if matches!(step.role, StepRole::Final) && !self.lowering.is_statechart() {
+                    self.only_in_statechart(step.name.span, "a final state");
+                }
+                let kind =
+                    if step.role == StepRole::Final { StepKind::Final } else { StepKind::Leaf };
+                self.step(scope, step, kind);
+            }
+            Item::Transition(transition) => self.transition(scope, transition),
+            Item::Macro(_) => {}
+            Item::MacroStep(step) => self.macro_step(scope, step),
+            Item::Enclosing(enclosing) => self.enclosing(scope, enclosing),
+            Item::State(state) => self.state(scope, state),
+            Item::Property(source) => {
+                self.lowering.work.push(Work::Property { scope, source });
+            }
+            Item::Place(source) => self.lowering.work.push(Work::Place { scope, source }),
+            Item::Board(source) => self.lowering.work.push(Work::Board { scope, source }),
+        }
+    }
+
+    fn only_in_statechart(&mut self, span: Span, what: &str) {
+        self.lowering.report(
+            Diagnostic::error(
+                codes::CHART_KIND,
+                format!("{what} needs a statechart, and this chart is none"),
+            )
+            .at(span, "")
+            .help("write `conflict inner-first` or `conflict outer-first` to make it a statechart"),
+        );
+    }
+
+    fn not_in_statechart(&mut self, span: Span, what: &str) {
+        if self.lowering.is_statechart() {
+            self.lowering.report(
+                Diagnostic::error(codes::CHART_KIND, format!("{what} cannot stand in a statechart"))
+                    .at(span, "")
+                    .help("a statechart has states, regions and history; choose another conflict policy for a Grafcet"),
+            );
+        }
+    }
+
+    fn declaration(&mut self, scope: ScopeId, source: &'a chart::Declaration) {
+        let is_top = self.lowering.scopes[scope].parent.is_none();
+        let (belongs_outside, what) = match source.kind {
+            DeclarationKind::Input { .. } => (true, "an input"),
+            DeclarationKind::Output { .. } => (true, "an output"),
+            DeclarationKind::ExternCondition { .. } => (true, "an extern condition"),
+            DeclarationKind::ExternAction { .. } => (true, "an extern action"),
+            DeclarationKind::Event { internal } => (!internal, "an event"),
+            DeclarationKind::Var { .. }
+            | DeclarationKind::Timer { .. }
+            | DeclarationKind::Const { .. } => (false, ""),
+        };
+        if belongs_outside && !is_top {
+            self.lowering.report(
+                Diagnostic::error(
+                    codes::DECLARED_INSIDE,
+                    format!("{what} belongs to the chart, not to a body in it"),
+                )
+                .at(source.name.span, "declared here")
+                .help("declare it at the top of the chart; bodies see it"),
+            );
+        }
+        let name = self.lowering.full_name(scope, &source.name);
+        let meta = source.meta.clone();
+        let ranges_fit = self.ranges(source);
+        let net = &mut self.lowering.net;
+        let input = |net: &mut Net, ty, kind, synchronous| {
+            let name = name.clone();
+            Symbol::Input(net.inputs.push(Input { name, ty, kind, synchronous, meta: meta.clone() }))
+        };
+        let symbol = match &source.kind {
+            DeclarationKind::Input { ty, synchronous } => {
+                input(net, *ty, InputKind::Pin, *synchronous)
+            }
+            DeclarationKind::ExternCondition { ty } => input(net, *ty, InputKind::Extern, false),
+            DeclarationKind::Event { internal } => {
+                let kind = if *internal { InputKind::InternalEvent } else { InputKind::Event };
+                input(net, Type::Bool, kind, false)
+            }
+            DeclarationKind::Output { ty, registered, .. } => {
+                let driver = Driver::Continuous(Vec::new());
+                let registered = *registered;
+                Symbol::Output(net.outputs.push(Output { name, ty: *ty, driver, registered, meta }))
+            }
+            DeclarationKind::ExternAction { params } => {
+                let params = params
+                    .iter()
+                    .map(|(name, ty)| Param { name: name.clone(), ty: *ty })
+                    .collect();
+                let driver = Driver::Extern { params, calls: Vec::new() };
+                let ty = Type::Bool;
+                Symbol::Output(net.outputs.push(Output { name, ty, driver, registered: false, meta }))
+            }
+            DeclarationKind::Var { ty, len, .. } => {
+                let zero = ty.saturate(0);
+                let init = vec![zero; len.unwrap_or(1).clamp(1, MAX_LENGTH) as usize];
+                let origin = VarOrigin::Declared;
+                let len = len.map(|len| len.clamp(1, MAX_LENGTH));
+                Symbol::Var(net.vars.push(Var { name, ty: *ty, len, init, origin, meta }))
+            }
+            DeclarationKind::Timer { .. } => {
+                let condition = Expr::bool(false);
+                Symbol::Timer(net.timers.push(Timer { name, condition, starts_expired: false, meta }))
+            }
+            DeclarationKind::Const { value } => {
+                match self.lowering.constant_value(scope, value) {
+                    Ok(value) => Symbol::Const(value),
+                    Err(_) => Symbol::Broken,
+                }
+            }
+        };
+        self.lowering.declare(scope, &source.name, symbol);
+        if ranges_fit {
+            self.lowering.work.push(Work::Declaration { scope, source, symbol });
+        }
+    }
+
+    /// Checks declared ranges and lengths.
+    fn ranges(&mut self, source: &chart::Declaration) -> bool {
+        let mut fit = true;
+        let mut check = |ty: &Type, lowering: &mut Lowering<'a>| {
+            let Type::Int { lo, hi } = *ty else { return };
+            let message = if lo > hi {
+                format!("the range {lo}..{hi} of {} has no value", source.name)
+            } else if lo < i64::from(i32::MIN) || hi > i64::from(i32::MAX) {
+                format!("the range {lo}..{hi} of {} needs more than 32 bits", source.name)
+            } else {
+                return;
+            };
+            fit = false;
+            let mut finding =
+                Diagnostic::error(codes::RANGE, message).at(source.name.span, "declared here");
+            if lo > hi {
+                finding = finding.help(format!("write {hi}..{lo}"));
+            } else {
+                finding = finding.help("bounds lie between -2147483648 and 2147483647");
+            }
+            lowering.report(finding);
+        };
+        match &source.kind {
+            DeclarationKind::Input { ty, .. }
+            | DeclarationKind::Output { ty, .. }
+            | DeclarationKind::ExternCondition { ty } => check(ty, self.lowering),
+            DeclarationKind::Var { ty, len, .. } => {
+                check(ty, self.lowering);
+                if let Some(len) = *len
+                    && (len == 0 || len > MAX_LENGTH)
+                {
+                    fit = false;
+                    self.lowering.report(
+                        Diagnostic::error(
+                            codes::RANGE,
+                            format!("the array {} has {len} elements", source.name),
+                        )
+                        .at(source.name.span, "declared here")
+                        .help(format!("an array has 1 to {MAX_LENGTH} elements")),
+                    );
+                }
+            }
+            DeclarationKind::ExternAction { params } => {
+                for (_, ty) in params {
+                    check(ty, self.lowering);
+                }
+            }
+            DeclarationKind::Event { .. }
+            | DeclarationKind::Timer { .. }
+            | DeclarationKind::Const { .. } => {}
+        }
+        fit
+    }
+
+    /// True while there is room for more steps and transitions.
+    fn has_room(&mut self, span: Span) -> bool {
+        let objects = self.lowering.net.steps.len() + self.lowering.net.transitions.len();
+        // What the file itself says is bounded by its size; only expansions multiply.
+        if self.open.is_empty() || objects < MAX_OBJECTS {
+            return true;
+        }
+        if !self.is_full {
+            self.is_full = true;
+            let span = self.open.first().map_or(span, |(_, span)| *span);
+            self.lowering.report(
+                Diagnostic::error(
+                    codes::EXPANSION_SIZE,
+                    format!("the expansion of macro-steps has more than {MAX_OBJECTS} steps and transitions"),
+                )
+                .at(span, "reached in the expansion of this macro-step")
+                .help("macros that use macros several times multiply: use fewer levels"),
+            );
+        }
+        false
+    }
+
+    fn step(&mut self, scope: ScopeId, source: &'a chart::Step, kind: StepKind) -> Option<StepId> {
+        if !self.has_room(source.name.span) {
+            return None;
+        }
+        let name = self.lowering.full_name(scope, &source.name);
+        let place = &self.lowering.scopes[scope];
+        let mut step = plain_step(name, place.part, kind, source.meta.clone());
+        step.parent = place.inside;
+        step.activation_link = source.activation_link;
+        step.is_initial =
+            source.role == StepRole::Initial && !self.lowering.is_statechart();
+        let mut priority: Option<(u32, Span)> = None;
+        let mut twice = Vec::new();
+        for item in &source.body {
+            if let StepItemKind::Priority(number) = item.kind {
+                match priority {
+                    Some((_, first)) => twice.push((item.span, first)),
+                    None => priority = Some((number, item.span)),
+                }
+            }
+        }
+        step.priority = priority.map(|(number, _)| number);
+        for (again, first) in twice {
+            self.lowering.report(
+                Diagnostic::error(
+                    codes::SETTING_TWICE,
+                    format!("step {} has two priorities", source.name),
+                )
+                .at(again, "again here")
+                .at(first, "first here")
+                .help("keep one of them"),
+            );
+        }
+        let id = self.lowering.net.steps.push(step);
+        self.lowering.declare(scope, &source.name, Symbol::Step(id));
+        self.lowering.work.push(Work::Step { scope, id, source });
+        if source.body.iter().any(|item| matches!(item.kind, StepItemKind::Task { .. })) {
+            self.lowering.tasked.insert(id);
+        }
+        for item in &source.body {
+            if matches!(item.kind, StepItemKind::On { .. }) {
+                let part = self.lowering.scopes[scope].part;
+                let reaction = self.skeleton(Name::default(), part, TransitionKind::Reaction);
+                let reaction = self.lowering.net.transitions.push(reaction);
+                self.lowering.work.push(Work::Reaction { scope, id: reaction, step: id, source: item });
+            }
+        }
+        Some(id)
+    }
+
+    fn skeleton(&self, name: Name, part: PartId, kind: TransitionKind) -> Transition {
+        Transition {
+            name,
+            part,
+            kind,
+            requires: Vec::new(),
+            clears: Vec::new(),
+            enters: Vec::new(),
+            events: Vec::new(),
+            guard: Expr::bool(true),
+            priority: None,
+            restart: self.lowering.is_statechart(),
+            actions: Vec::new(),
+            deadline_ns: None,
+            meta: crate::net::Meta::default(),
+        }
+    }
+
+    fn transition(&mut self, scope: ScopeId, source: &'a chart::Transition) {
+        if !self.has_room(source.meta.span) {
+            return;
+        }
+        let part = self.lowering.scopes[scope].part;
+        let name = match &source.name {
+            Some(name) => self.lowering.full_name(scope, name),
+            None => Name::default(),
+        };
+        let mut transition = self.skeleton(name, part, TransitionKind::Move);
+        transition.priority = source.priority;
+        transition.restart |= source.restart;
+        transition.deadline_ns = source.deadline_ns;
+        transition.meta = source.meta.clone();
+        let id = self.lowering.net.transitions.push(transition);
+        if let Some(name) = &source.name {
+            self.lowering.declare(scope, name, Symbol::Transition(id));
+        }
+        self.lowering.work.push(Work::Transition { scope, id, source });
+    }
+
+    fn macro_step(&mut self, scope: ScopeId, source: &'a chart::MacroStep) {
+        self.not_in_statechart(source.name.span, "a macro-step");
+        let Some(symbol) = self.macro_of(scope, source) else {
+            self.lowering.declare(scope, &source.name, Symbol::Broken);
+            return;
+        };
+        self.lowering.macros[symbol].is_used = true;
+        // Declared before its expansion so that the expansion cannot use the name for something else.
+        let instance = self.lowering.instances.len();
+        self.lowering.declare(scope, &source.name, Symbol::MacroStep(instance));
+        let Some(instance) = self.instantiate(scope, &source.name, symbol, source.name.span) else {
+            return;
+        };
+        let instance = &self.lowering.instances[instance];
+        if let (Some(entry), Some(exit)) = (instance.entry, instance.exit) {
+            if let Some(priority) = source.priority {
+                self.lowering.net.steps[entry].priority = Some(priority);
+            }
+            if source.is_initial {
+                self.lowering.net.steps[entry].is_initial = true;
+            }
+            let steps = instance.steps.clone().map(StepId::from_index).collect();
+            let name = Name::new(
+                format!("{}{}", self.lowering.scopes[scope].prefix, source.name.text),
+                source.name.span,
+            );
+            self.lowering.taken.insert(name.text.clone());
+            let meta = source.meta.clone();
+            self.lowering.net.macros.push(crate::net::MacroStep { name, steps, entry, exit, meta });
+        }
+    }
+
+    /// The macro that a macro-step names.
+    fn macro_of(&mut self, scope: ScopeId, source: &chart::MacroStep) -> Option<MacroId> {
+        match self.lowering.symbol_of(scope, &source.body) {
+            Ok(Symbol::Macro(id)) => Some(id),
+            Ok(other) => {
+                self.lowering.wrong_kind(source.body.span, &source.body, other, "a macro");
+                None
+            }
+            Err(_) => None,
+        }
+    }
+
+    fn instantiate(
+        &mut self,
+        scope: ScopeId,
+        name: &Name,
+        id: MacroId,
+        span: Span,
+    ) -> Option<usize> {
+        let MacroDefinition { source, scope: drawn_in, .. } = self.lowering.macros[id];
+        let number = self.lowering.instances.len();
+        let outer = &self.lowering.scopes[scope];
+        let (outer_part, inside, chart) = (outer.part, outer.inside, outer.chart);
+        let prefix = format!("{}{}.", outer.prefix, name.text);
+        let part = Part {
+            name: Name::new(prefix.trim_end_matches('.'), name.span),
+            level: self.lowering.net.parts[outer_part].level + 1,
+            priority: part_priority(&source.items).or(self.lowering.net.parts[outer_part].priority),
+            initial: Vec::new(),
+            meta: source.meta.clone(),
+        };
+        let cycle = self.open.iter().position(|(open, _)| std::ptr::eq(*open, source));
+        let part = self.lowering.net.parts.push(part);
+        let body = new_scope(self.lowering, Some(drawn_in), prefix, part, inside, chart);
+        let first = self.lowering.net.steps.len();
+        self.lowering.instances.push(Instance {
+            scope: body,
+            entry: None,
+            exit: None,
+            steps: first..first,
+            timer: None,
+        });
+        if let Some(start) = cycle {
+            self.recursion(start, source, span);
+            return None;
+        }
+        self.open.push((source, span));
+        self.items(body, &source.items);
+        self.open.pop();
+        let (entry, exit) = self.ends(body, source);
+        let last = self.lowering.net.steps.len();
+        let instance = &mut self.lowering.instances[number];
+        instance.steps = first..last;
+        instance.entry = entry;
+        instance.exit = exit;
+        Some(number)
+    }
+
+    /// A macro-step leads back to a macro that is being expanded.
+    fn recursion(&mut self, start: usize, source: &chart::Macro, span: Span) {
+        let mut cycle: Vec<&str> =
+            self.open[start..].iter().map(|(open, _)| open.name.text.as_str()).collect();
+        cycle.push(&source.name.text);
+        let message = format!("macro {} lies in its own expansion: {}", source.name, cycle.join(" -> "));
+        let mut finding = Diagnostic::error(codes::MACRO_RECURSION, message)
+            .at(span, format!("expands {} again", source.name));
+        for (_, span) in &self.open[start + 1..] {
+            finding = finding.at(*span, "expanded here");
+        }
+        let finding = finding.help("an expansion is copied into the net, so it must end somewhere");
+        self.lowering.report(finding);
+    }
+
+    /// Entry and exit step of an expansion.
+    fn ends(&mut self, body: ScopeId, source: &'a chart::Macro) -> (Option<StepId>, Option<StepId>) {
+        let mut entries: Vec<&chart::Step> = Vec::new();
+        let mut exits: Vec<&chart::Step> = Vec::new();
+        for item in &source.items {
+            let Item::Step(step) = item else { continue };
+            match step.role {
+                StepRole::MacroEntry => entries.push(step),
+                StepRole::MacroExit => exits.push(step),
+                StepRole::MacroEntryExit => {
+                    entries.push(step);
+                    exits.push(step);
+                }
+                StepRole::Plain | StepRole::Initial | StepRole::Final => {}
+            }
+        }
+        (self.end(body, source, "entry", &entries), self.end(body, source, "exit", &exits))
+    }
+
+    fn end(
+        &mut self,
+        body: ScopeId,
+        source: &chart::Macro,
+        word: &str,
+        steps: &[&chart::Step],
+    ) -> Option<StepId> {
+        let name = &source.name;
+        match steps {
+            [] => {
+                self.lowering.report(
+                    Diagnostic::error(codes::MACRO_SHAPE, format!("macro {name} has no {word} step"))
+                        .at(name.span, "")
+                        .help(format!("write `{word} step` at the step where it {}", if word == "entry" { "begins" } else { "ends" })),
+                );
+                None
+            }
+            [first, rest @ ..] => {
+                for again in rest {
+                    self.lowering.report(
+                        Diagnostic::error(
+                            codes::MACRO_SHAPE,
+                            format!("macro {name} has more than one {word} step"),
+                        )
+                        .at(again.name.span, "again here")
+                        .at(first.name.span, "first here")
+                        .help("a macro-step has exactly one of each"),
+                    );
+                }
+                match self.lowering.find(body, &first.name.text) {
+                    Some(Symbol::Step(step)) => Some(step),
+                    _ => None,
+                }
+            }
+        }
+    }
+
+    fn enclosing(&mut self, scope: ScopeId, source: &'a chart::Enclosing) {
+        self.not_in_statechart(source.step.name.span, "an enclosing step");
+        let Some(id) = self.step(scope, &source.step, StepKind::Enclosing) else { return };
+        let outer = &self.lowering.scopes[scope];
+        let (outer_part, chart) = (outer.part, outer.chart);
+        let prefix = format!("{}{}.", outer.prefix, source.step.name.text);
+        let part = Part {
+            name: self.lowering.net.steps[id].name.clone(),
+            level: self.lowering.net.parts[outer_part].level + 1,
+            priority: part_priority(&source.items).or(self.lowering.net.parts[outer_part].priority),
+            initial: Vec::new(),
+            meta: source.step.meta.clone(),
+        };
+        let part = self.lowering.net.parts.push(part);
+        let body = new_scope(self.lowering, Some(scope), prefix, part, Some(id), chart);
+        self.lowering.bodies.insert(id, body);
+        self.items(body, &source.items);
+    }
+
+    fn state(&mut self, scope: ScopeId, source: &'a chart::State) {
+        if !self.lowering.is_statechart() {
+            self.only_in_statechart(source.step.name.span, "a state");
+        }
+        let has_children =
+            source.items.iter().any(|item| matches!(item, Item::Step(_) | Item::State(_)));
+        let kind = match (source.step.role, source.is_parallel, has_children) {
+            (StepRole::Final, _, _) => StepKind::Final,
+            (_, true, _) => StepKind::Parallel,
+            (_, false, true) => StepKind::Composite,
+            (_, false, false) => StepKind::Leaf,
+        };
+        let Some(id) = self.step(scope, &source.step, kind) else { return };
+        let outer = &self.lowering.scopes[scope];
+        let (part, chart) = (outer.part, outer.chart);
+        let prefix = format!("{}{}.", outer.prefix, source.step.name.text);
+        let body = new_scope(self.lowering, Some(scope), prefix, part, Some(id), chart);
+        self.lowering.bodies.insert(id, body);
+        self.lowering.work.push(Work::State { scope: body, id, source });
+        self.items(body, &source.items);
+    }
+}

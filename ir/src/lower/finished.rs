@@ -1,0 +1,90 @@
+//! Properties and boards that come from files of their own and speak of a net that is finished.
+
+use super::context::{Entry, Instance, Lowering, Scope, Symbol};
+use super::roles::Role;
+use super::{placement, properties as pass};
+use crate::chart::{self, Design};
+use crate::diag::{Diagnostic, any_error};
+use crate::net::{Board, Driver, Net, PartId, Property, VarOrigin};
+use std::collections::BTreeMap;
+
+/// Properties from a file beside the design or from the command line, in the words of the net: full names, `m1.active` of macro-steps, durations.
+///
+/// # Errors
+/// Every mistake in them.
+pub fn properties(net: &Net, properties: &[chart::Property]) -> Result<Vec<Property>, Vec<Diagnostic>> {
+    let design = Design::default();
+    let mut lowering = of_net(&design, net);
+    let lowered: Vec<Property> = properties
+        .iter()
+        .filter_map(|property| pass::property(&mut lowering, 0, property).ok())
+        .collect();
+    if any_error(&lowering.found.list) { Err(lowering.found.list) } else { Ok(lowered) }
+}
+
+/// A board from a file of its own, checked against the signals of the net.
+///
+/// # Errors
+/// Every mistake in it.
+pub fn board(net: &Net, board: &chart::Board) -> Result<Board, Vec<Diagnostic>> {
+    let design = Design::default();
+    let mut lowering = of_net(&design, net);
+    let lowered = placement::board(&mut lowering, 0, board);
+    if any_error(&lowering.found.list) { Err(lowering.found.list) } else { Ok(lowered) }
+}
+
+/// A lowering whose names are those of a finished net.
+fn of_net<'a>(design: &'a Design, net: &Net) -> Lowering<'a> {
+    let mut lowering = Lowering::new(design);
+    let mut flat: BTreeMap<String, Symbol> = BTreeMap::new();
+    let hidden = |origin| origin == VarOrigin::StoredOutput;
+    for (id, var) in net.vars.iter().filter(|(_, var)| !hidden(var.origin)) {
+        flat.insert(var.name.text.clone(), Symbol::Var(id));
+    }
+    for (id, timer) in net.timers.iter() {
+        flat.insert(timer.name.text.clone(), Symbol::Timer(id));
+    }
+    for (id, transition) in net.transitions.iter() {
+        flat.insert(transition.name.text.clone(), Symbol::Transition(id));
+    }
+    for (id, input) in net.inputs.iter() {
+        flat.insert(input.name.text.clone(), Symbol::Input(id));
+    }
+    for (id, output) in net.outputs.iter() {
+        flat.insert(output.name.text.clone(), Symbol::Output(id));
+        lowering.roles.push(match output.driver {
+            Driver::Continuous(_) => Role::Continuous,
+            Driver::Mealy(_) => Role::Mealy,
+            Driver::Stored(var) => Role::Stored(var),
+            Driver::Controlled(action) => Role::Controlled(action),
+            Driver::Extern { .. } => Role::Extern,
+        });
+    }
+    for one in &net.macros {
+        // The steps of an expansion stand together.
+        let (Some(first), Some(last)) = (one.steps.first(), one.steps.last()) else { continue };
+        flat.insert(one.name.text.clone(), Symbol::MacroStep(lowering.instances.len()));
+        lowering.instances.push(Instance {
+            scope: 0,
+            entry: Some(one.entry),
+            exit: Some(one.exit),
+            steps: first.index()..last.index() + 1,
+            timer: None,
+        });
+    }
+    // Last, so that a step wins over anything else of its name.
+    for (id, step) in net.steps.iter() {
+        flat.insert(step.name.text.clone(), Symbol::Step(id));
+    }
+    lowering.flat = Some(flat);
+    lowering.scopes.push(Scope {
+        parent: None,
+        prefix: String::new(),
+        names: BTreeMap::<&str, Entry>::new(),
+        part: PartId::from_index(0),
+        inside: None,
+        chart: 0,
+    });
+    lowering.net = net.clone();
+    lowering
+}

@@ -1,0 +1,522 @@
+//! Warnings about a valid net that probably does not mean what it says. All of them follow from its structure; what needs the reachable situations is the
+//! verifier's.
+
+use super::codes;
+use super::expressions::without_spans;
+use crate::arena::IdMap;
+use crate::diag::Diagnostic;
+use crate::expr::{CompareOp, Expr, ExprKind, Type};
+use crate::interval::{TICKS, net_type};
+use crate::net::{
+    Block, Driver, Enter, InputId, InputKind, Leaf, Net, Policy, PropertyLeaf, Step, StepId, StepKind,
+    StmtKind, TransitionId, TransitionKind, VarOrigin,
+};
+use crate::span::Span;
+use std::collections::BTreeMap;
+
+/// All lints, in the order of the functions below; within one, in declaration order. Linear in the size of the net, but for sorting.
+#[must_use]
+pub fn lints(net: &Net) -> Vec<Diagnostic> {
+    let mut out = Vec::new();
+    unused(net, &mut out);
+    duplicates(net, &mut out);
+    unreached(net, &mut out);
+    no_way_out(net, &mut out);
+    constants(net, &mut out);
+    never_taken(net, &mut out);
+    out
+}
+
+/// Inputs, variables and timers that nothing mentions.
+fn unused(net: &Net, out: &mut Vec<Diagnostic>) {
+    let mut seen = Mentions {
+        inputs: vec![false; net.inputs.len()],
+        vars: vec![false; net.vars.len()],
+        timers: vec![false; net.timers.len()],
+    };
+    seen.net(net);
+    let mut report = |what: &str, name: &crate::span::Name, help: &str| {
+        out.push(
+            Diagnostic::warning(codes::UNUSED, format!("{what} {name} is never used"))
+                .at(name.span, "")
+                .help(help),
+        );
+    };
+    for (_, input) in net.inputs.iter().filter(|(id, _)| !seen.inputs[id.index()]) {
+        let what = match input.kind {
+            InputKind::Pin => "input",
+            InputKind::Extern => "extern condition",
+            InputKind::Event | InputKind::InternalEvent => "event",
+        };
+        report(what, &input.name, "use it in a condition, or remove it");
+    }
+    for (id, var) in net.vars.iter() {
+        if var.origin == VarOrigin::Declared && !seen.vars[id.index()] {
+            report("variable", &var.name, "remove it");
+        }
+    }
+    for (id, timer) in net.timers.iter() {
+        if !seen.timers[id.index()] {
+            report("timer", &timer.name, "compare it with a constant in a condition, or remove it");
+        }
+    }
+}
+
+/// What some expression or list of the net mentions.
+struct Mentions {
+    inputs: Vec<bool>,
+    vars: Vec<bool>,
+    timers: Vec<bool>,
+}
+
+impl Mentions {
+    fn net(&mut self, net: &Net) {
+        for transition in net.transitions.values() {
+            self.expr(&transition.guard);
+            for event in &transition.events {
+                self.inputs[event.index()] = true;
+            }
+            self.block(&transition.actions);
+        }
+        for step in net.steps.values() {
+            self.block(&step.entry);
+            self.block(&step.exit);
+            self.block(&step.initial_content);
+            for task in &step.tasks {
+                self.block(&task.body);
+            }
+            if let Some(event) = step.done_event {
+                self.inputs[event.index()] = true;
+            }
+        }
+        for edge in net.edges.values() {
+            self.expr(&edge.expr);
+        }
+        for timer in net.timers.values() {
+            self.expr(&timer.condition);
+        }
+        for output in net.outputs.values() {
+            match &output.driver {
+                Driver::Continuous(emissions) | Driver::Mealy(emissions) => {
+                    emissions.iter().filter_map(|one| one.condition.as_ref()).for_each(|one| self.expr(one));
+                }
+                Driver::Stored(var) => self.vars[var.index()] = true,
+                Driver::Controlled(_) => {}
+                Driver::Extern { calls, .. } => {
+                    for call in calls {
+                        call.condition.iter().chain(&call.arguments).for_each(|one| self.expr(one));
+                    }
+                }
+            }
+        }
+        for action in net.actions.values() {
+            action.uses.iter().filter_map(|one| one.condition.as_ref()).for_each(|one| self.expr(one));
+            self.block(&action.body);
+        }
+        for history in net.histories.values() {
+            self.block(&history.default_content);
+        }
+        for slot in net.sends.values() {
+            self.inputs[slot.event.index()] = true;
+        }
+        for property in &net.properties {
+            property.never.for_each_leaf(&mut |leaf| match leaf {
+                PropertyLeaf::Net(leaf) => self.leaf(*leaf),
+                PropertyLeaf::Output(_) => {}
+            });
+        }
+        for open in &net.unspecified {
+            self.expr(&open.when);
+        }
+    }
+
+    fn expr(&mut self, expr: &Expr<Leaf>) {
+        expr.for_each_leaf(&mut |leaf| self.leaf(*leaf));
+    }
+
+    fn leaf(&mut self, leaf: Leaf) {
+        match leaf {
+            Leaf::Input(input) => self.inputs[input.index()] = true,
+            Leaf::Var(var) => self.vars[var.index()] = true,
+            Leaf::Timer(timer) => self.timers[timer.index()] = true,
+            Leaf::Active(_)
+            | Leaf::Elapsed(_)
+            | Leaf::LastElapsed(_)
+            | Leaf::TasksDone(_)
+            | Leaf::Rise(_)
+            | Leaf::Fall(_)
+            | Leaf::Fireable(_)
+            | Leaf::Controlled(_) => {}
+        }
+    }
+
+    fn block(&mut self, block: &Block) {
+        for stmt in block {
+            match &stmt.kind {
+                StmtKind::Assign { var, index, value } => {
+                    self.vars[var.index()] = true;
+                    index.iter().chain([value]).for_each(|one| self.expr(one));
+                }
+                StmtKind::Raise(event) => self.inputs[event.index()] = true,
+                StmtKind::Call { arguments, .. } => arguments.iter().for_each(|one| self.expr(one)),
+                StmtKind::If { condition, then, otherwise } => {
+                    self.expr(condition);
+                    self.block(then);
+                    self.block(otherwise);
+                }
+                StmtKind::Send(_) | StmtKind::Cancel(_) | StmtKind::Code(_) => {}
+            }
+        }
+    }
+}
+
+/// The place to show for a transition.
+fn place(net: &Net, id: TransitionId) -> Span {
+    let transition = &net.transitions[id];
+    if transition.meta.span == Span::default() { transition.name.span } else { transition.meta.span }
+}
+
+/// Transitions with the same steps, events and receptivity.
+fn duplicates(net: &Net, out: &mut Vec<Diagnostic>) {
+    type Ends<'n> = (&'n [StepId], &'n [Enter], &'n [InputId]);
+    let mut groups: BTreeMap<Ends<'_>, Vec<TransitionId>> = BTreeMap::new();
+    for (id, one) in net.transitions.iter().filter(|(_, one)| one.kind == TransitionKind::Move) {
+        groups.entry((&one.requires, &one.enters, &one.events)).or_default().push(id);
+    }
+    let mut found: Vec<(TransitionId, TransitionId)> = Vec::new();
+    for group in groups.values().filter(|group| group.len() > 1) {
+        let mut first: BTreeMap<Expr<Leaf>, TransitionId> = BTreeMap::new();
+        for id in group {
+            let earlier = *first.entry(without_spans(&net.transitions[*id].guard)).or_insert(*id);
+            if earlier != *id {
+                found.push((*id, earlier));
+            }
+        }
+    }
+    found.sort_unstable();
+    for (id, earlier) in found {
+        let (again, first) = (&net.transitions[id].name, &net.transitions[earlier].name);
+        out.push(
+            Diagnostic::warning(
+                codes::DUPLICATE_TRANSITION,
+                format!("transition {again} says the same as {first}"),
+            )
+            .at(place(net, id), "again here")
+            .at(place(net, earlier), "first here")
+            .help("remove one of them"),
+        );
+    }
+}
+
+/// Steps that no chain of transitions reaches from the start, whatever the receptivities say.
+fn unreached(net: &Net, out: &mut Vec<Diagnostic>) {
+    let mut reach = Reach {
+        net,
+        reached: IdMap::filled(&net.steps, false),
+        todo: Vec::new(),
+    };
+    net.steps.iter().filter(|(_, step)| step.is_initial).for_each(|(id, _)| reach.step(id));
+    for part in net.parts.values() {
+        reach.enters(&part.initial);
+    }
+    for forcing in &net.forcings {
+        if let crate::net::ForcingOrder::Situation(steps) = &forcing.order {
+            steps.iter().for_each(|step| reach.step(*step));
+        }
+    }
+    let mut leaving: IdMap<Step, Vec<TransitionId>> = IdMap::filled(&net.steps, Vec::new());
+    let mut linked: IdMap<Step, Vec<StepId>> = IdMap::filled(&net.steps, Vec::new());
+    let mut missing: Vec<usize> = Vec::with_capacity(net.transitions.len());
+    for (id, transition) in net.transitions.iter() {
+        missing.push(transition.requires.len());
+        for step in &transition.requires {
+            leaving[*step].push(id);
+        }
+        if transition.requires.is_empty() {
+            reach.enters(&transition.enters);
+        }
+    }
+    for (id, step) in net.steps.iter() {
+        if let Some(parent) = step.parent.filter(|_| step.activation_link) {
+            linked[parent].push(id);
+        }
+    }
+    while let Some(step) = reach.todo.pop() {
+        for next in &linked[step] {
+            reach.step(*next);
+        }
+        for id in &leaving[step] {
+            missing[id.index()] -= 1;
+            if missing[id.index()] == 0 {
+                reach.enters(&net.transitions[*id].enters);
+            }
+        }
+    }
+    let mut entered: IdMap<Step, bool> = IdMap::filled(&net.steps, false);
+    for transition in net.transitions.values() {
+        for enter in &transition.enters {
+            if let Enter::Step(step) = enter {
+                entered[*step] = true;
+            }
+        }
+    }
+    for (id, step) in net.steps.iter().filter(|(id, step)| !reach.reached[*id] && !step.hidden) {
+        let name = &step.name;
+        let message = if entered[id] {
+            format!("step {name} can never be active: what leads to it is never active itself")
+        } else {
+            format!("step {name} can never be active: no transition leads to it")
+        };
+        out.push(
+            Diagnostic::warning(codes::UNREACHED_STEP, message)
+                .at(name.span, "")
+                .help("make it an initial step, lead a transition to it, or remove it"),
+        );
+    }
+}
+
+struct Reach<'n> {
+    net: &'n Net,
+    reached: IdMap<Step, bool>,
+    todo: Vec<StepId>,
+}
+
+impl Reach<'_> {
+    fn step(&mut self, step: StepId) {
+        if !self.reached[step] {
+            self.reached[step] = true;
+            self.todo.push(step);
+        }
+    }
+
+    fn enters(&mut self, enters: &[Enter]) {
+        let net = self.net;
+        for enter in enters {
+            match *enter {
+                Enter::Step(step) => self.step(step),
+                Enter::InitialContent(_) => {}
+                // Whatever a history may record was entered some other way before; its default is what it adds.
+                Enter::History(history) => {
+                    for enter in &net.histories[history].default {
+                        if let Enter::Step(step) = *enter {
+                            self.step(step);
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Steps that are entered and that no transition leaves.
+fn no_way_out(net: &Net, out: &mut Vec<Diagnostic>) {
+    let mut left: IdMap<Step, bool> = IdMap::filled(&net.steps, false);
+    let mut entered: IdMap<Step, bool> = IdMap::filled(&net.steps, false);
+    for transition in net.transitions.values().filter(|one| one.kind == TransitionKind::Move) {
+        transition.requires.iter().for_each(|step| left[*step] = true);
+        for enter in &transition.enters {
+            if let Enter::Step(step) = enter {
+                entered[*step] = true;
+            }
+        }
+    }
+    let forced: Vec<bool> = {
+        let mut forced = vec![false; net.parts.len()];
+        net.forcings.iter().flat_map(|forcing| &forcing.target).for_each(|part| forced[part.index()] = true);
+        forced
+    };
+    let macro_of: BTreeMap<StepId, &crate::net::MacroStep> =
+        net.macros.iter().map(|one| (one.exit, one)).collect();
+    for (id, step) in net.steps.iter() {
+        // An enclosing step, a state or a forcing order takes a step out too; and a step that is active for ever may be all that is wanted of a chart.
+        let is_plain = step.parent.is_none() && step.kind != StepKind::Final && !step.hidden;
+        if left[id] || !entered[id] || !is_plain || forced[step.part.index()] {
+            continue;
+        }
+        let (what, name, span) = match macro_of.get(&id) {
+            Some(one) => ("macro-step", &one.name, one.name.span),
+            None => ("step", &step.name, step.name.span),
+        };
+        out.push(
+            Diagnostic::warning(codes::NO_WAY_OUT, format!("{what} {name} has no way out"))
+                .at(span, "no transition leaves it: once active, it stays so for ever")
+                .help("lead a transition from it to where the cycle goes on"),
+        );
+    }
+}
+
+/// The interval of a number, times included.
+fn bounds(net: &Net, expr: &Expr<Leaf>) -> Option<(i64, i64)> {
+    if let ExprKind::Leaf(Leaf::Elapsed(_) | Leaf::LastElapsed(_) | Leaf::Timer(_)) = expr.kind {
+        return Some(TICKS.bounds());
+    }
+    match net_type(net, expr) {
+        Ok(Type::Int { lo, hi }) => Some((lo, hi)),
+        Ok(Type::Bool) | Err(_) => None,
+    }
+}
+
+/// The value of a condition that has the same one whatever happens.
+fn truth(net: &Net, expr: &Expr<Leaf>) -> Option<bool> {
+    match &expr.kind {
+        ExprKind::Bool(value) => Some(*value),
+        ExprKind::Not(a) => truth(net, a).map(|value| !value),
+        ExprKind::And(all) => junction(net, all, true),
+        ExprKind::Or(all) => junction(net, all, false),
+        ExprKind::Compare(op, a, b) => {
+            let ((al, ah), (bl, bh)) = (bounds(net, a)?, bounds(net, b)?);
+            let (always, never) = match op {
+                CompareOp::Eq => (al == ah && bl == bh && al == bl, ah < bl || bh < al),
+                CompareOp::Ne => (ah < bl || bh < al, al == ah && bl == bh && al == bl),
+                CompareOp::Lt => (ah < bl, al >= bh),
+                CompareOp::Le => (ah <= bl, al > bh),
+                CompareOp::Gt => (al > bh, ah <= bl),
+                CompareOp::Ge => (al >= bh, ah < bl),
+            };
+            if always { Some(true) } else { never.then_some(false) }
+        }
+        ExprKind::Select(c, a, b) => match truth(net, c)? {
+            true => truth(net, a),
+            false => truth(net, b),
+        },
+        ExprKind::Int(_) | ExprKind::Leaf(_) | ExprKind::Element(..) | ExprKind::Neg(_) | ExprKind::Arith(..) => None,
+    }
+}
+
+/// `a and not a` is false, `a or not a` is true.
+fn junction(net: &Net, all: &[Expr<Leaf>], is_and: bool) -> Option<bool> {
+    let values: Vec<Option<bool>> = all.iter().map(|one| truth(net, one)).collect();
+    if values.contains(&Some(!is_and)) {
+        return Some(!is_and);
+    }
+    if values.iter().all(|value| *value == Some(is_and)) {
+        return Some(is_and);
+    }
+    let mut plain: Vec<Expr<Leaf>> = Vec::new();
+    let mut negated: Vec<Expr<Leaf>> = Vec::new();
+    for one in all {
+        match &one.kind {
+            ExprKind::Not(inner) => negated.push(without_spans(inner)),
+            ExprKind::Bool(_)
+            | ExprKind::Int(_)
+            | ExprKind::Leaf(_)
+            | ExprKind::Element(..)
+            | ExprKind::And(_)
+            | ExprKind::Or(_)
+            | ExprKind::Compare(..)
+            | ExprKind::Neg(_)
+            | ExprKind::Arith(..)
+            | ExprKind::Select(..) => plain.push(without_spans(one)),
+        }
+    }
+    plain.sort_unstable();
+    negated.iter().any(|one| plain.binary_search(one).is_ok()).then_some(!is_and)
+}
+
+/// Conditions that have one value, but for a receptivity that says `true` plainly.
+fn constants(net: &Net, out: &mut Vec<Diagnostic>) {
+    for (id, transition) in net.transitions.iter() {
+        let name = &transition.name;
+        match truth(net, &transition.guard) {
+            Some(true) if !transition.guard.is_true() => {
+                out.push(constant(
+                    &transition.guard,
+                    place(net, id),
+                    format!("the condition of {name} is always true"),
+                    "leave it out where that is meant",
+                ));
+            }
+            Some(false) => {
+                out.push(constant(
+                    &transition.guard,
+                    place(net, id),
+                    format!("the condition of {name} is never true, so it never fires"),
+                    "look at the ranges of the variables in it, or remove the transition",
+                ));
+            }
+            Some(true) | None => {}
+        }
+        conditions_in(net, &transition.actions, out);
+    }
+    for step in net.steps.values() {
+        for list in [&step.entry, &step.exit, &step.initial_content] {
+            conditions_in(net, list, out);
+        }
+    }
+    for output in net.outputs.values() {
+        let (Driver::Continuous(emissions) | Driver::Mealy(emissions)) = &output.driver else { continue };
+        for emission in emissions {
+            let Some(condition) = &emission.condition else { continue };
+            if let Some(value) = truth(net, condition) {
+                let step = &net.steps[emission.step].name;
+                out.push(constant(
+                    condition,
+                    emission.span,
+                    format!("the condition of {} in {step} is always {value}", output.name),
+                    "look at the ranges of the variables in it",
+                ));
+            }
+        }
+    }
+}
+
+fn conditions_in(net: &Net, block: &Block, out: &mut Vec<Diagnostic>) {
+    for stmt in block {
+        let StmtKind::If { condition, then, otherwise } = &stmt.kind else { continue };
+        if let Some(value) = truth(net, condition) {
+            out.push(constant(
+                condition,
+                stmt.span,
+                format!("this `if` is always {value}"),
+                "look at the ranges of the variables in it",
+            ));
+        }
+        conditions_in(net, then, out);
+        conditions_in(net, otherwise, out);
+    }
+}
+
+fn constant(condition: &Expr<Leaf>, fallback: Span, message: String, help: &str) -> Diagnostic {
+    let span = if condition.span == Span::default() { fallback } else { condition.span };
+    Diagnostic::warning(codes::CONSTANT_CONDITION, message).at(span, "").help(help)
+}
+
+/// Under `priority`, what stands behind a transition that always fires.
+fn never_taken(net: &Net, out: &mut Vec<Diagnostic>) {
+    if net.settings.policy != Policy::Priority {
+        return;
+    }
+    let mut leaving: IdMap<Step, Vec<TransitionId>> = IdMap::filled(&net.steps, Vec::new());
+    for (id, one) in net.transitions.iter().filter(|(_, one)| one.kind == TransitionKind::Move) {
+        one.requires.iter().for_each(|step| leaving[*step].push(id));
+    }
+    let mut found: BTreeMap<TransitionId, TransitionId> = BTreeMap::new();
+    for (_, group) in leaving.iter() {
+        let mut group: Vec<TransitionId> = group.clone();
+        group.sort_by_key(|id| (net.transitions[*id].priority.unwrap_or(u32::MAX), *id));
+        let first = group.iter().position(|id| {
+            let one = &net.transitions[*id];
+            one.requires.len() == 1 && one.events.is_empty() && truth(net, &one.guard) == Some(true)
+        });
+        let Some(first) = first else { continue };
+        let winner = group[first];
+        for id in &group[first + 1..] {
+            // A rank comes before the priority: only transitions of one partial chart surely have the same.
+            if net.transitions[*id].part == net.transitions[winner].part {
+                found.entry(*id).or_insert(winner);
+            }
+        }
+    }
+    for (id, winner) in found {
+        let (name, winner_name) = (&net.transitions[id].name, &net.transitions[winner].name);
+        out.push(
+            Diagnostic::warning(
+                codes::NEVER_TAKEN,
+                format!("transition {name} is never taken: {winner_name} always goes first"),
+            )
+            .at(place(net, id), "")
+            .at(place(net, winner), "its condition is always true")
+            .help("write a condition there, or a more urgent `priority` here (1 is the most urgent)"),
+        );
+    }
+}

@@ -1,0 +1,126 @@
+//! From chart to net: names resolved, macro-steps expanded, everything typed.
+//!
+//! Front ends hand over what was drawn ([`crate::chart`]); this is the one place that says what it means, so a mistake reads the same whatever the
+//! language. All mistakes of a design are found at once: a pass that meets one leaves the item out and goes on.
+//!
+//! ```
+//! use grafsynth_ir::chart::{Chart, Design, Item, Step, StepRole};
+//! use grafsynth_ir::{FileId, Name, Span, lower};
+//!
+//! let name = |text| Name::new(text, Span::new(FileId(0), 0, 0));
+//! let step = Step { name: name("p1"), role: StepRole::Initial, ..Step::default() };
+//! let chart = Chart { name: name("demo"), items: vec![Item::Step(step)], ..Chart::default() };
+//! let (net, findings) = lower::lower(&Design { edition: None, charts: vec![chart] });
+//! assert!(findings.is_empty());
+//! assert_eq!(net.unwrap().steps.len(), 1);
+//! ```
+
+mod beginnings;
+mod behaviour;
+pub mod codes;
+mod context;
+mod declarations;
+mod expand;
+mod expressions;
+mod finished;
+mod forcing;
+mod limit;
+pub mod lints;
+mod names;
+mod outputs;
+mod placement;
+pub mod program;
+mod properties;
+mod roles;
+mod settings;
+mod statechart;
+mod statements;
+
+#[cfg(test)]
+mod tests;
+
+pub use finished::{board, properties};
+
+use crate::chart::Design;
+use crate::diag::{Diagnostic, any_error};
+use crate::net::Net;
+use crate::validate::{Valid, validate};
+use context::Lowering;
+
+/// A pass adds its share to the net.
+type Pass = fn(&mut Lowering<'_>);
+
+/// The passes with their stable names, in order. Each one's own documentation says what it needs of those before it.
+const PIPELINE: &[(&str, Pass)] = &[
+    ("settings", settings::settings),
+    ("expand", expand::expand),
+    ("roles", roles::roles),
+    ("declarations", declarations::declarations),
+    ("behaviour", behaviour::behaviour),
+    ("outputs", outputs::outputs),
+    ("forcing", forcing::forcing),
+    ("beginnings", beginnings::beginnings),
+    ("properties", properties::properties),
+    ("placement", placement::placement),
+    ("limit", limit::limit),
+];
+
+/// The names of all passes, in the order in which they run.
+pub fn passes() -> impl Iterator<Item = &'static str> {
+    PIPELINE.iter().map(|(name, _)| *name)
+}
+
+/// Lowers a design to its net, with every finding of the design: errors, and warnings about what is probably not meant.
+///
+/// There is a net exactly if no finding is an error. The same design gives the same net and the same findings in the same order.
+#[must_use]
+pub fn lower(design: &Design) -> (Option<Valid<Net>>, Vec<Diagnostic>) {
+    let (net, mut findings) = run(design, PIPELINE);
+    if any_error(&findings) {
+        return (None, findings);
+    }
+    match validate(net) {
+        Ok(net) => {
+            findings.extend(lints::lints(&net));
+            (Some(net), findings)
+        }
+        // Whatever a pass does not look for itself; the breach has its place in the source.
+        Err(breaches) => {
+            findings.extend(breaches);
+            (None, findings)
+        }
+    }
+}
+
+/// The net as it stands after a pass, for looking into the lowering; none if there is no pass of that name.
+#[must_use]
+pub fn dump_after(design: &Design, pass: &str) -> Option<Net> {
+    let end = PIPELINE.iter().position(|(name, _)| *name == pass)?;
+    let mut lowering = Lowering::new(design);
+    for (_, pass) in &PIPELINE[..=end] {
+        pass(&mut lowering);
+    }
+    Some(lowering.net)
+}
+
+fn run(design: &Design, pipeline: &[(&str, Pass)]) -> (Net, Vec<Diagnostic>) {
+    let mut lowering = Lowering::new(design);
+    for (_, pass) in pipeline {
+        pass(&mut lowering);
+    }
+    if lowering.macros.iter().all(|one| one.is_used) {
+        return (lowering.net, lowering.found.list);
+    }
+    // What nothing uses is in no net, but its mistakes are mistakes: they are found in a second lowering that expands each unused macro once.
+    let mut second = Lowering::new(design);
+    second.expand_unused = true;
+    for (_, pass) in pipeline {
+        pass(&mut second);
+    }
+    for finding in second.found.list {
+        if finding.is_error() {
+            lowering.found.add(finding);
+        }
+    }
+    (lowering.net, lowering.found.list)
+}

@@ -1,0 +1,338 @@
+//! Finding out what a name stands for: the body it is written in first, then the bodies around it, then the chart, then `chart.name`.
+
+use super::codes;
+use super::context::{Entry, InstanceId, Lowering, Outcome, ScopeId, Symbol};
+use crate::chart::Path;
+use crate::diag::{Diagnostic, nearest};
+use crate::net::{Driver, InputKind, StepId};
+use crate::span::{Name, Span};
+
+/// After so many suggestions only the plain message is given: a file with thousands of unknown names is no slip of the pen.
+const MAX_SUGGESTIONS: usize = 100;
+
+/// A step or a macro-step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum StepLike {
+    Step(StepId),
+    MacroStep(InstanceId),
+}
+
+/// What an expression can ask a step for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Attribute {
+    /// `active`
+    Active,
+    /// `t`
+    Elapsed,
+    /// `T`
+    LastElapsed,
+    /// `done`
+    Done,
+}
+
+/// What a path in an expression stands for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Resolved {
+    Symbol(Symbol),
+    Attribute(StepLike, Attribute),
+}
+
+/// Why a path stands for nothing.
+enum Unknown {
+    /// The name at this place of the path is not declared in this scope (none: nowhere around).
+    Name(usize, Option<ScopeId>),
+    /// The name before this place has no inside.
+    NoInside(usize, Symbol),
+    /// The declaration was refused.
+    Broken,
+}
+
+impl<'a> Lowering<'a> {
+    /// Declares a name in a body; a second declaration is reported and changes nothing.
+    pub(super) fn declare(&mut self, scope: ScopeId, name: &'a Name, symbol: Symbol) -> bool {
+        if name.text.is_empty() {
+            return false;
+        }
+        if let Some(earlier) = self.scopes[scope].names.get(name.text.as_str()) {
+            let first = earlier.span;
+            self.report(
+                Diagnostic::error(codes::DUPLICATE_NAME, format!("{name} is declared twice"))
+                    .at(name.span, "declared again here")
+                    .at(first, "first declared here")
+                    .help("give one of them another name"),
+            );
+            return false;
+        }
+        self.scopes[scope].names.insert(&name.text, Entry { symbol, span: name.span });
+        true
+    }
+
+    /// The full name of something that is declared in a body; it is taken from now on.
+    pub(super) fn full_name(&mut self, scope: ScopeId, name: &Name) -> Name {
+        let full = format!("{}{}", self.scopes[scope].prefix, name.text);
+        self.taken.insert(full.clone());
+        Name::new(full, name.span)
+    }
+
+    /// What a name stands for, seen from a body.
+    pub(super) fn find(&self, scope: ScopeId, text: &str) -> Option<Symbol> {
+        if let Some(flat) = &self.flat {
+            return flat.get(text).copied();
+        }
+        let mut next = Some(scope);
+        while let Some(scope) = next {
+            if let Some(entry) = self.scopes[scope].names.get(text) {
+                return Some(entry.symbol);
+            }
+            next = self.scopes[scope].parent;
+        }
+        self.charts.get(text).map(|chart| Symbol::Chart(*chart))
+    }
+
+    /// The body inside something, where it has one.
+    pub(super) fn inside(&self, symbol: Symbol) -> Option<ScopeId> {
+        match symbol {
+            Symbol::Chart(scope) => Some(scope),
+            Symbol::MacroStep(instance) => Some(self.instances[instance].scope),
+            Symbol::Step(step) => self.bodies.get(&step).copied(),
+            Symbol::Const(_)
+            | Symbol::Input(_)
+            | Symbol::Output(_)
+            | Symbol::Var(_)
+            | Symbol::Timer(_)
+            | Symbol::Macro(_)
+            | Symbol::Transition(_)
+            | Symbol::History(_)
+            | Symbol::Broken => None,
+        }
+    }
+
+    fn walk(&self, scope: ScopeId, names: &[Name]) -> Result<Symbol, Unknown> {
+        let Some((first, rest)) = names.split_first() else { return Err(Unknown::Broken) };
+        if let Some(flat) = &self.flat {
+            return self.walk_flat(flat, names);
+        }
+        let mut symbol = self.find(scope, &first.text).ok_or(Unknown::Name(0, None))?;
+        for (index, name) in rest.iter().enumerate() {
+            if symbol == Symbol::Broken {
+                return Err(Unknown::Broken);
+            }
+            let inside = self.inside(symbol).ok_or(Unknown::NoInside(index + 1, symbol))?;
+            let entry = self.scopes[inside].names.get(name.text.as_str());
+            symbol = entry.ok_or(Unknown::Name(index + 1, Some(inside)))?.symbol;
+        }
+        if symbol == Symbol::Broken { Err(Unknown::Broken) } else { Ok(symbol) }
+    }
+
+    /// In a finished net names have dots already; the name of an only chart may stand before them.
+    fn walk_flat(
+        &self,
+        flat: &std::collections::BTreeMap<String, Symbol>,
+        names: &[Name],
+    ) -> Result<Symbol, Unknown> {
+        let joined = |names: &[Name]| {
+            names.iter().map(|name| name.text.as_str()).collect::<Vec<_>>().join(".")
+        };
+        if let Some(symbol) = flat.get(&joined(names)) {
+            return Ok(*symbol);
+        }
+        match names.split_first() {
+            Some((first, rest)) if !rest.is_empty() && first.text == self.net.name.text => {
+                flat.get(&joined(rest)).copied().ok_or(Unknown::Name(1, None))
+            }
+            _ => Err(Unknown::Name(0, None)),
+        }
+    }
+
+    /// What a path stands for, without a word when it stands for nothing.
+    pub(super) fn peek(&self, scope: ScopeId, path: &Path) -> Option<Resolved> {
+        self.attribute(scope, path)
+            .map(|(like, attribute)| Resolved::Attribute(like, attribute))
+            .or_else(|| self.walk(scope, &path.names).ok().map(Resolved::Symbol))
+    }
+
+    /// `s.active` and its like: the last name is an attribute and what stands before it is a step.
+    fn attribute(&self, scope: ScopeId, path: &Path) -> Option<(StepLike, Attribute)> {
+        let (last, before) = path.names.split_last()?;
+        let attribute = match last.text.as_str() {
+            "active" => Attribute::Active,
+            "t" => Attribute::Elapsed,
+            "T" => Attribute::LastElapsed,
+            "done" => Attribute::Done,
+            _ => return None,
+        };
+        match self.walk(scope, before).ok()? {
+            Symbol::Step(step) => Some((StepLike::Step(step), attribute)),
+            Symbol::MacroStep(instance) => Some((StepLike::MacroStep(instance), attribute)),
+            Symbol::Const(_)
+            | Symbol::Input(_)
+            | Symbol::Output(_)
+            | Symbol::Var(_)
+            | Symbol::Timer(_)
+            | Symbol::Macro(_)
+            | Symbol::Transition(_)
+            | Symbol::Chart(_)
+            | Symbol::History(_)
+            | Symbol::Broken => None,
+        }
+    }
+
+    /// What a path in an expression stands for.
+    pub(super) fn resolve(&mut self, scope: ScopeId, path: &Path) -> Outcome<Resolved> {
+        if let Some(found) = self.peek(scope, path) {
+            return Ok(found);
+        }
+        match self.walk(scope, &path.names) {
+            Ok(symbol) => Ok(Resolved::Symbol(symbol)),
+            Err(unknown) => Err(self.report_unknown(scope, &path.names, &unknown)),
+        }
+    }
+
+    /// What a path outside expressions stands for: no attributes there.
+    pub(super) fn symbol(&mut self, scope: ScopeId, path: &Path) -> Outcome<Symbol> {
+        self.walk(scope, &path.names)
+            .map_err(|unknown| self.report_unknown(scope, &path.names, &unknown))
+    }
+
+    /// As [`Lowering::symbol`] for a name without dots.
+    pub(super) fn symbol_of(&mut self, scope: ScopeId, name: &Name) -> Outcome<Symbol> {
+        let names = std::slice::from_ref(name);
+        self.walk(scope, names).map_err(|unknown| self.report_unknown(scope, names, &unknown))
+    }
+
+    fn report_unknown(
+        &mut self,
+        scope: ScopeId,
+        names: &[Name],
+        unknown: &Unknown,
+    ) -> super::context::Reported {
+        match *unknown {
+            Unknown::Broken => self.already_told(),
+            Unknown::NoInside(at, symbol) => {
+                let (owner, name) = (&names[at - 1], &names[at]);
+                let kind = self.kind(symbol);
+                let mut finding = Diagnostic::error(
+                    codes::WRONG_KIND,
+                    format!("{owner} is {kind}, which has nothing named {name} in it"),
+                )
+                .at(name.span, "")
+                .at(owner.span, kind);
+                if matches!(symbol, Symbol::Step(_)) {
+                    finding = finding.help(format!("of a step you can ask {owner}.active, {owner}.t and {owner}.done"));
+                }
+                self.report(finding)
+            }
+            Unknown::Name(at, inside) => {
+                let name = &names[at];
+                let message = match inside {
+                    Some(_) => format!("there is no {name} in {}", names[at - 1]),
+                    None => format!("unknown name {name}"),
+                };
+                let mut finding =
+                    Diagnostic::error(codes::UNKNOWN_NAME, message).at(name.span, "not declared");
+                if self.suggestions < MAX_SUGGESTIONS {
+                    self.suggestions += 1;
+                    finding = self.suggest(finding, scope, name, inside);
+                }
+                self.report(finding)
+            }
+        }
+    }
+
+    fn suggest(&self, finding: Diagnostic, scope: ScopeId, name: &Name, inside: Option<ScopeId>) -> Diagnostic {
+        if inside.is_none() && self.charts.len() > 1 {
+            let owner = self.charts.iter().find(|(_, chart)| {
+                **chart != scope && self.scopes[**chart].names.contains_key(name.text.as_str())
+            });
+            if let Some((chart, _)) = owner {
+                return finding
+                    .help(format!("chart {chart} has one: write {chart}.{name}"))
+                    .fix(name.span, format!("{chart}.{name}"));
+            }
+        }
+        let mut candidates: Vec<&str> = Vec::new();
+        if let Some(flat) = &self.flat {
+            candidates.extend(flat.keys().map(String::as_str));
+        }
+        let mut next = inside.or((!self.scopes.is_empty()).then_some(scope));
+        while let Some(scope) = next {
+            candidates.extend(self.scopes[scope].names.keys());
+            next = if inside.is_some() { None } else { self.scopes[scope].parent };
+        }
+        match nearest(&name.text, candidates) {
+            Some(near) => finding.help(format!("did you mean {near}?")).fix(name.span, near),
+            None => finding,
+        }
+    }
+
+    /// The word for what a name stands for, with its article.
+    pub(super) fn kind(&self, symbol: Symbol) -> &'static str {
+        match symbol {
+            Symbol::Input(input) => match self.net.inputs[input].kind {
+                InputKind::Pin => "an input",
+                InputKind::Extern => "an extern condition",
+                InputKind::Event | InputKind::InternalEvent => "an event",
+            },
+            Symbol::Output(output) => match self.net.outputs[output].driver {
+                Driver::Extern { .. } => "an extern action",
+                Driver::Continuous(_)
+                | Driver::Mealy(_)
+                | Driver::Stored(_)
+                | Driver::Controlled(_) => "an output",
+            },
+            Symbol::Const(_)
+            | Symbol::Var(_)
+            | Symbol::Timer(_)
+            | Symbol::Step(_)
+            | Symbol::MacroStep(_)
+            | Symbol::Macro(_)
+            | Symbol::Transition(_)
+            | Symbol::Chart(_)
+            | Symbol::History(_)
+            | Symbol::Broken => symbol.kind(),
+        }
+    }
+
+    /// For things that were told where they were declared: stops without another finding.
+    pub(super) fn already_told(&mut self) -> super::context::Reported {
+        super::context::Reported::already()
+    }
+
+    /// "m is an input, not a step".
+    pub(super) fn wrong_kind(
+        &mut self,
+        span: Span,
+        name: &dyn std::fmt::Display,
+        symbol: Symbol,
+        wanted: &str,
+    ) -> super::context::Reported {
+        if symbol == Symbol::Broken {
+            return self.already_told();
+        }
+        let kind = self.kind(symbol);
+        self.report(
+            Diagnostic::error(codes::WRONG_KIND, format!("{name} is {kind}, not {wanted}"))
+                .at(span, format!("{wanted} is needed here")),
+        )
+    }
+}
+
+impl Symbol {
+    /// The word for it, with its article.
+    pub(super) fn kind(self) -> &'static str {
+        match self {
+            Symbol::Const(_) => "a constant",
+            Symbol::Input(_) => "an input",
+            Symbol::Output(_) => "an output",
+            Symbol::Var(_) => "a variable",
+            Symbol::Timer(_) => "a timer",
+            Symbol::Step(_) => "a step",
+            Symbol::MacroStep(_) => "a macro-step",
+            Symbol::Macro(_) => "a macro",
+            Symbol::Transition(_) => "a transition",
+            Symbol::Chart(_) => "a chart",
+            Symbol::History(_) => "a history",
+            Symbol::Broken => "unknown",
+        }
+    }
+}

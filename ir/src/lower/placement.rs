@@ -1,0 +1,137 @@
+//! Pass `placement`: where the designer wants things to be, and the pins of the board.
+
+use super::codes;
+use super::context::{Lowering, Outcome, ScopeId, Symbol};
+use super::expand::Work;
+use crate::chart;
+use crate::diag::Diagnostic;
+use crate::net::{Board, PlacedItem, Placement, StepId};
+use crate::span::{Name, Span};
+use std::collections::BTreeMap;
+
+/// Pins that are no signal of the chart.
+const BOARD_SIGNALS: &[&str] = &["clock", "tick", "reset", "busy", "oe", "vcc", "gnd", "nc"];
+
+/// After `expand`.
+pub(super) fn placement(lowering: &mut Lowering<'_>) {
+    let mut first_board: Option<Span> = None;
+    for index in 0..lowering.work.len() {
+        match lowering.work[index] {
+            Work::Place { scope, source } => place(lowering, scope, source),
+            Work::Board { scope, source } => {
+                if let Some(first) = first_board {
+                    lowering.report(
+                        Diagnostic::error(codes::BOARD, "a second board")
+                            .at(source.span, "")
+                            .at(first, "the first one")
+                            .help("one design is on one board; keep others in board files beside the chart"),
+                    );
+                    continue;
+                }
+                first_board = Some(source.span);
+                let board = board(lowering, scope, source);
+                lowering.net.board = board;
+            }
+            Work::Declaration { .. }
+            | Work::Step { .. }
+            | Work::State { .. }
+            | Work::Reaction { .. }
+            | Work::Transition { .. }
+            | Work::Property { .. } => {}
+        }
+    }
+}
+
+fn place(lowering: &mut Lowering<'_>, scope: ScopeId, source: &chart::Place) {
+    let (side, span) = (source.side, source.span);
+    for path in &source.items {
+        let items: Vec<PlacedItem> = match lowering.symbol(scope, path) {
+            Ok(Symbol::Step(step)) => vec![PlacedItem::Step(step)],
+            Ok(Symbol::Var(var)) => vec![PlacedItem::Var(var)],
+            Ok(Symbol::Transition(transition)) => vec![PlacedItem::Transition(transition)],
+            Ok(Symbol::Output(output)) => vec![PlacedItem::Output(output)],
+            Ok(Symbol::MacroStep(instance)) => lowering.instances[instance]
+                .steps
+                .clone()
+                .map(|step| PlacedItem::Step(StepId::from_index(step)))
+                .collect(),
+            Ok(other) => {
+                lowering.wrong_kind(path.span(), path, other, "a step, transition, variable or output");
+                continue;
+            }
+            Err(_) => continue,
+        };
+        lowering.net.placements.extend(items.into_iter().map(|item| Placement { item, side, span }));
+    }
+}
+
+/// The board with the full names of its signals.
+pub(super) fn board(lowering: &mut Lowering<'_>, scope: ScopeId, source: &chart::Board) -> Board {
+    let mut by_signal: BTreeMap<&str, Span> = BTreeMap::new();
+    let mut by_number: BTreeMap<u32, &Name> = BTreeMap::new();
+    let mut pins = Vec::with_capacity(source.pins.len());
+    for (name, number) in &source.pins {
+        // A ground or an unconnected pin may stand several times.
+        let is_repeatable = matches!(name.text.as_str(), "vcc" | "gnd" | "nc");
+        if let Some(first) = by_signal.insert(&name.text, name.span)
+            && !is_repeatable
+        {
+            lowering.report(
+                Diagnostic::error(codes::BOARD, format!("{name} has two pins"))
+                    .at(name.span, "again here")
+                    .at(first, "first here"),
+            );
+        }
+        if let Some(first) = by_number.insert(*number, name) {
+            let (other, first) = (first.text.clone(), first.span);
+            lowering.report(
+                Diagnostic::error(codes::BOARD, format!("pin {number} is given to {other} and to {name}"))
+                    .at(name.span, "again here")
+                    .at(first, "first here"),
+            );
+        }
+        let full = if BOARD_SIGNALS.contains(&name.text.as_str()) {
+            Ok(name.text.clone())
+        } else {
+            signal(lowering, scope, name)
+        };
+        if let Ok(full) = full {
+            pins.push((Name::new(full, name.span), *number));
+        }
+    }
+    Board { device: Some(source.device.clone()), pins }
+}
+
+fn signal(lowering: &mut Lowering<'_>, scope: ScopeId, name: &Name) -> Outcome<String> {
+    // A name of a finished net has its dots already.
+    let path = chart::Path {
+        names: if lowering.flat.is_some() {
+            vec![name.clone()]
+        } else {
+            name.text.split('.').map(|part| Name::new(part, name.span)).collect()
+        },
+    };
+    let net = &lowering.net;
+    let found = match lowering.peek(scope, &path) {
+        Some(super::names::Resolved::Symbol(symbol)) => match symbol {
+            Symbol::Input(input) => Some(&net.inputs[input].name),
+            Symbol::Output(output) => Some(&net.outputs[output].name),
+            Symbol::Step(step) => Some(&net.steps[step].name),
+            Symbol::Var(var) => Some(&net.vars[var].name),
+            Symbol::Const(_)
+            | Symbol::Timer(_)
+            | Symbol::MacroStep(_)
+            | Symbol::Macro(_)
+            | Symbol::Transition(_)
+            | Symbol::Chart(_)
+            | Symbol::History(_)
+            | Symbol::Broken => None,
+        },
+        Some(super::names::Resolved::Attribute(..)) | None => None,
+    };
+    if let Some(found) = found {
+        return Ok(found.text.clone());
+    }
+    let symbol = lowering.symbol(scope, &path)?;
+    Err(lowering.wrong_kind(name.span, name, symbol, "a signal"))
+}

@@ -1,0 +1,48 @@
+//! Pass `properties`: what is assumed of the environment and what must hold.
+
+use super::codes;
+use super::context::{Lowering, Outcome, ScopeId};
+use super::expand::Work;
+use super::expressions::Place;
+use crate::chart;
+use crate::diag::Diagnostic;
+use crate::net::{Leaf, Property, PropertyLeaf, PropertyRole};
+
+/// After `roles`, which say how outputs are read.
+pub(super) fn properties(lowering: &mut Lowering<'_>) {
+    for index in 0..lowering.work.len() {
+        let Work::Property { scope, source } = lowering.work[index] else { continue };
+        if let Ok(property) = property(lowering, scope, source) {
+            lowering.net.properties.push(property);
+        }
+    }
+}
+
+/// One property; `always e` is `never not e`.
+pub(super) fn property(
+    lowering: &mut Lowering<'_>,
+    scope: ScopeId,
+    source: &chart::Property,
+) -> Outcome<Property> {
+    let expr = lowering.condition::<PropertyLeaf>(&source.expr, &Place::level(scope, "a property"))?;
+    let role = if source.is_assumption { PropertyRole::Assume } else { PropertyRole::Assert };
+    if source.is_assumption {
+        let mut is_about_inputs = true;
+        expr.for_each_leaf(&mut |leaf| {
+            is_about_inputs &= matches!(leaf, PropertyLeaf::Net(Leaf::Input(_)));
+        });
+        if !is_about_inputs {
+            return Err(lowering.report(
+                Diagnostic::error(codes::ASSUMPTION, "an assumption speaks of more than inputs")
+                    .at(source.expr.span, "")
+                    .help("the environment can promise what it sends, not what the chart does: use `assert`"),
+            ));
+        }
+    }
+    let never = if source.is_never { expr } else { expr.not() };
+    let name = match &source.name {
+        Some(name) => lowering.full_name(scope, name).text,
+        None => String::new(),
+    };
+    Ok(Property { name, role, never, meta: source.meta.clone() })
+}

@@ -1,0 +1,339 @@
+//! Pass `roles`: what drives each output (semantics §3.5, §3.6). An output is continuous, stored or controlled, never two of them; an extern action is
+//! continuous, controlled or called. Expressions ask for it, so it is found out before any of them is lowered.
+
+use super::codes;
+use super::context::{Lowering, ScopeId, Slot, Symbol};
+use super::expand::Work;
+use super::names::Resolved;
+use crate::chart::{self, ActionHow, Block, DeclarationKind, StepItemKind, StmtKind};
+use crate::diag::Diagnostic;
+use crate::expr::Type;
+use crate::net::{
+    ActionId, ControlledAction, Driver, OutputId, Qualifier, StepId, Var, VarId, VarOrigin,
+};
+use crate::span::Span;
+
+/// What drives an output.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Role {
+    Continuous,
+    Mealy,
+    Stored(VarId),
+    Controlled(ActionId),
+    Extern,
+    /// Its declaration or use was refused.
+    Broken,
+}
+
+/// One step's use of an output or extern action.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Use<'a> {
+    pub(super) step: StepId,
+    pub(super) scope: ScopeId,
+    pub(super) how: ActionHow,
+    pub(super) condition: Option<&'a chart::Expr>,
+    pub(super) arguments: Option<&'a [chart::Expr]>,
+    pub(super) span: Span,
+}
+
+/// True for a qualifier that makes all uses of its action controlled.
+pub(super) fn is_controlling(how: ActionHow) -> bool {
+    match how {
+        ActionHow::Bare | ActionHow::After(_) | ActionHow::For(_) => false,
+        ActionHow::Qualified(qualifier, _) => match qualifier {
+            Qualifier::N | Qualifier::L | Qualifier::D => false,
+            Qualifier::R
+            | Qualifier::S
+            | Qualifier::P
+            | Qualifier::P0
+            | Qualifier::P1
+            | Qualifier::SD
+            | Qualifier::DS
+            | Qualifier::SL => true,
+        },
+    }
+}
+
+/// After `expand`: all steps that may use an output are known.
+pub(super) fn roles(lowering: &mut Lowering<'_>) {
+    let n_outputs = lowering.net.outputs.len();
+    let mut collected = Collected {
+        uses: vec![Vec::new(); n_outputs],
+        assigned: vec![None; n_outputs],
+        called: vec![None; n_outputs],
+    };
+    for index in 0..lowering.work.len() {
+        collected.collect(lowering, lowering.work[index]);
+    }
+    let Collected { uses, assigned, called } = collected;
+    lowering.uses = uses;
+    lowering.roles = vec![Role::Broken; n_outputs];
+    for index in 0..lowering.work.len() {
+        let Work::Declaration { scope, source, symbol: Symbol::Output(id) } = lowering.work[index]
+        else {
+            continue;
+        };
+        let places = (assigned[id.index()], called[id.index()]);
+        lowering.roles[id.index()] = role(lowering, scope, source, id, places);
+    }
+}
+
+struct Collected<'a> {
+    uses: Vec<Vec<Use<'a>>>,
+    assigned: Vec<Option<Span>>,
+    called: Vec<Option<Span>>,
+}
+
+impl<'a> Collected<'a> {
+    fn collect(&mut self, lowering: &mut Lowering<'a>, work: Work<'a>) {
+        match work {
+            Work::Step { scope, id, source } => {
+                for item in &source.body {
+                    match &item.kind {
+                        StepItemKind::Action { target, arguments, how, condition } => {
+                            let found = match lowering.symbol_of(scope, target) {
+                                Ok(Symbol::Output(output)) => output,
+                                Ok(other) => {
+                                    not_an_output(lowering, target, other);
+                                    continue;
+                                }
+                                Err(_) => continue,
+                            };
+                            self.uses[found.index()].push(Use {
+                                step: id,
+                                scope,
+                                how: *how,
+                                condition: condition.as_ref(),
+                                arguments: arguments.as_deref(),
+                                span: item.span,
+                            });
+                        }
+                        StepItemKind::Entry(block) | StepItemKind::Exit(block) => {
+                            self.block(lowering, scope, block);
+                        }
+                        StepItemKind::Task { body, .. } => self.block(lowering, scope, body),
+                        StepItemKind::On { actions, .. } => self.block(lowering, scope, actions),
+                        StepItemKind::Priority(_)
+                        | StepItemKind::Budget(_)
+                        | StepItemKind::Code(_)
+                        | StepItemKind::Force { .. } => {}
+                    }
+                }
+            }
+            Work::Transition { scope, source, .. } => self.block(lowering, scope, &source.actions),
+            Work::State { scope, source, .. } => {
+                if let Some((_, content)) = &source.initial {
+                    self.block(lowering, scope, content);
+                }
+                for history in &source.histories {
+                    self.block(lowering, scope, &history.content);
+                }
+            }
+            Work::Declaration { .. }
+            | Work::Reaction { .. }
+            | Work::Property { .. }
+            | Work::Place { .. }
+            | Work::Board { .. } => {}
+        }
+    }
+
+    fn block(&mut self, lowering: &mut Lowering<'a>, scope: ScopeId, block: &'a Block) {
+        for stmt in block {
+            match &stmt.kind {
+                StmtKind::Assign { target, .. } => {
+                    if let Some(Resolved::Symbol(Symbol::Output(output))) =
+                        lowering.peek(scope, target)
+                    {
+                        self.assigned[output.index()].get_or_insert(stmt.span);
+                    }
+                }
+                StmtKind::Call { function, .. } => {
+                    if let Some(Symbol::Output(output)) = lowering.find(scope, &function.text) {
+                        self.called[output.index()].get_or_insert(stmt.span);
+                    }
+                }
+                StmtKind::Send { event, after, slot: Some(slot) } => {
+                    let Some(Symbol::Input(event)) = lowering.find(scope, &event.text) else {
+                        continue;
+                    };
+                    let Ok(delay) = lowering.ticks(after.unwrap_or(0), stmt.span) else { continue };
+                    let made = Slot { event, delay, span: stmt.span, id: None };
+                    let next = lowering.slot_list.len();
+                    let index = *lowering.slots.entry((scope, &slot.text)).or_insert(next);
+                    if index == next {
+                        lowering.slot_list.push(made);
+                    }
+                    let first = lowering.slot_list[index];
+                    if (first.event, first.delay) != (event, delay) {
+                        lowering.report(
+                            Diagnostic::error(
+                                codes::SEND_SLOT,
+                                format!("two different sends have the name {slot}"),
+                            )
+                            .at(slot.span, "another event or another time")
+                            .at(first.span, "first used here")
+                            .help("one name is one timer: give this one another name"),
+                        );
+                    }
+                }
+                StmtKind::If { then, otherwise, .. } => {
+                    self.block(lowering, scope, then);
+                    self.block(lowering, scope, otherwise);
+                }
+                StmtKind::Send { slot: None, .. }
+                | StmtKind::Raise(_)
+                | StmtKind::Cancel(_)
+                | StmtKind::Code(_) => {}
+            }
+        }
+    }
+}
+
+fn not_an_output(lowering: &mut Lowering<'_>, target: &crate::span::Name, symbol: Symbol) {
+    if symbol == Symbol::Broken {
+        return;
+    }
+    let kind = lowering.kind(symbol);
+    let mut finding =
+        Diagnostic::error(codes::WRONG_KIND, format!("{target} is {kind}, not an output"))
+            .at(target.span, "a step drives outputs and calls extern actions");
+    if matches!(symbol, Symbol::Var(_)) {
+        finding = finding.help(format!("assign it in a list, as in `entry {{ {target} := 1 }}`"));
+    }
+    lowering.report(finding);
+}
+
+fn role(
+    lowering: &mut Lowering<'_>,
+    scope: ScopeId,
+    source: &chart::Declaration,
+    id: OutputId,
+    (assigned, called): (Option<Span>, Option<Span>),
+) -> Role {
+    let name = &source.name;
+    let uses = &lowering.uses[id.index()];
+    let first_use = uses.first().map(|one| one.span);
+    let controlling = uses.iter().find(|one| is_controlling(one.how)).map(|one| one.span);
+    let iec = lowering.iec.get(lowering.scopes[scope].chart).copied().unwrap_or(false);
+    let is_controlled = controlling.is_some() || (iec && first_use.is_some());
+    let (ty, mealy) = match source.kind {
+        DeclarationKind::Output { ty, mealy, .. } => (ty, mealy),
+        DeclarationKind::ExternAction { .. } => {
+            return extern_role(lowering, source, (first_use, called));
+        }
+        DeclarationKind::Input { .. }
+        | DeclarationKind::Var { .. }
+        | DeclarationKind::Event { .. }
+        | DeclarationKind::Timer { .. }
+        | DeclarationKind::ExternCondition { .. }
+        | DeclarationKind::Const { .. } => return Role::Broken,
+    };
+    if let (Some(assigned), Some(first_use)) = (assigned, first_use) {
+        let way = if is_controlled { "by qualifiers" } else { "while a step is active" };
+        lowering.report(
+            Diagnostic::error(
+                codes::OUTPUT_ROLES,
+                format!("output {name} is driven {way} and assigned in lists"),
+            )
+            .at(assigned, "assigned here: keeps its value")
+            .at(first_use, format!("driven {way} here"))
+            .help("an output has one kind: `set` and `reset` it in steps, or assign it everywhere"),
+        );
+        return Role::Broken;
+    }
+    if mealy && (assigned.is_some() || is_controlled) {
+        let place = assigned.or(controlling).or(first_use).unwrap_or(name.span);
+        lowering.report(
+            Diagnostic::error(
+                codes::OUTPUT_ROLES,
+                format!("the mealy output {name} is given a memory"),
+            )
+            .at(place, "this keeps a value")
+            .at(name.span, "declared `mealy` here")
+            .help("a mealy output is a function of the situation and the inputs: drive it in step bodies, without qualifiers"),
+        );
+        return Role::Broken;
+    }
+    if let (Type::Int { lo, hi }, Some(place)) = (ty, first_use) {
+        lowering.report(
+            Diagnostic::error(
+                codes::TYPE,
+                format!("output {name} holds a number ({lo}..{hi}) and is switched like a truth value"),
+            )
+            .at(place, "switched on and off here")
+            .at(name.span, "declared here")
+            .help(format!("assign it instead, as in `entry {{ {name} := {hi} }}`")),
+        );
+        return Role::Broken;
+    }
+    if assigned.is_none() && first_use.is_none() {
+        lowering.report(
+            Diagnostic::warning(codes::OUTPUT_UNDRIVEN, format!("nothing drives output {name}"))
+                .at(name.span, "it keeps its initial value")
+                .help("name it in the body of a step, or remove it"),
+        );
+    }
+    let output = &lowering.net.outputs[id];
+    let (full, meta) = (output.name.clone(), output.meta.clone());
+    if assigned.is_some() || (first_use.is_none() && !ty.is_bool()) {
+        let origin = VarOrigin::StoredOutput;
+        let init = vec![ty.saturate(0)];
+        let var = lowering.net.vars.push(Var { name: full, ty, len: None, init, origin, meta });
+        return Role::Stored(var);
+    }
+    if is_controlled {
+        return Role::Controlled(lowering.net.actions.push(ControlledAction {
+            name: full,
+            uses: Vec::new(),
+            duration: 0,
+            body: Vec::new(),
+            meta,
+        }));
+    }
+    if mealy { Role::Mealy } else { Role::Continuous }
+}
+
+fn extern_role(
+    lowering: &mut Lowering<'_>,
+    source: &chart::Declaration,
+    (used, called): (Option<Span>, Option<Span>),
+) -> Role {
+    let name = &source.name;
+    match (used, called) {
+        (Some(used), Some(called)) => {
+            lowering.report(
+                Diagnostic::error(
+                    codes::OUTPUT_ROLES,
+                    format!("extern action {name} is called in lists and while a step is active"),
+                )
+                .at(called, "called here, once")
+                .at(used, "called here, in every reaction")
+                .help("use it in one of the two ways, or declare a second extern action"),
+            );
+            Role::Broken
+        }
+        (None, None) => {
+            lowering.report(
+                Diagnostic::warning(
+                    codes::OUTPUT_UNDRIVEN,
+                    format!("nothing calls extern action {name}"),
+                )
+                .at(name.span, "")
+                .help("name it in the body of a step or `call` it in a list, or remove it"),
+            );
+            Role::Extern
+        }
+        (Some(_), None) | (None, Some(_)) => Role::Extern,
+    }
+}
+
+/// The driver of an output that has its role and no uses yet.
+pub(super) fn empty_driver(role: Role, present: &Driver) -> Driver {
+    match role {
+        Role::Continuous => Driver::Continuous(Vec::new()),
+        Role::Mealy => Driver::Mealy(Vec::new()),
+        Role::Stored(var) => Driver::Stored(var),
+        Role::Controlled(action) => Driver::Controlled(action),
+        Role::Extern | Role::Broken => present.clone(),
+    }
+}

@@ -1,0 +1,248 @@
+//! Pass `settings`: what the charts of a file set, once each, and what excludes each other (semantics §1 C1, §3.4).
+
+use super::codes;
+use super::context::Lowering;
+use crate::chart::{Chart, DeclarationKind, Item, SettingKind};
+use crate::diag::Diagnostic;
+use crate::net::{Evolution, Policy, Schedule};
+use crate::span::Span;
+
+/// A setting and where it was written.
+type Set<T> = Option<(T, Span)>;
+
+/// What one chart says.
+#[derive(Debug, Default)]
+struct Said {
+    tick: Set<u64>,
+    policy: Set<Policy>,
+    evolution: Set<Option<Evolution>>,
+    /// The bound of `evolution stable limit n`; 0 while none is written.
+    limit: Set<u32>,
+    schedule: Set<Schedule>,
+    fire_one: Set<bool>,
+    assign_simultaneous: Set<bool>,
+    iec: Set<bool>,
+    final_scan: Set<bool>,
+    queue: Set<u32>,
+    events_exclusive: Set<bool>,
+    priority: Set<u32>,
+}
+
+/// Before everything else: durations need the tick, names the kind of chart.
+pub(super) fn settings(lowering: &mut Lowering<'_>) {
+    let design = lowering.design;
+    let said: Vec<Said> = design.charts.iter().map(|chart| read(lowering, chart)).collect();
+    lowering.iec = said.iter().map(|said| said.iec.is_some()).collect();
+
+    let settings = &mut lowering.net.settings;
+    settings.evolution = Evolution::Stable { limit: 0 };
+    let mut clashes = Vec::new();
+    let mut shared = Shared { said: &said, clashes: &mut clashes };
+    if let Some(tick) = shared.one("tick", |said| said.tick) {
+        settings.tick_ns = tick.max(1);
+    }
+    let evolution = shared.one("evolution", |said| said.evolution).flatten();
+    let limit = shared.one("limit", |said| said.limit);
+    settings.schedule = shared.one("schedule", |said| said.schedule).unwrap_or(Schedule::Declared);
+    settings.fire_one = shared.one("fire", |said| said.fire_one).unwrap_or(false);
+    settings.assign_simultaneous =
+        shared.one("assign", |said| said.assign_simultaneous).unwrap_or(false);
+    settings.queue = shared.one("queue", |said| said.queue);
+    settings.events_exclusive = shared.one("events", |said| said.events_exclusive).is_some();
+    settings.policy =
+        shared.each("conflict", Policy::All, |said| said.policy, &design.charts);
+    settings.final_scan =
+        shared.each("final scan", false, |said| said.final_scan, &design.charts);
+    match evolution {
+        Some(Evolution::Single) => settings.evolution = Evolution::Single,
+        Some(Evolution::Stable { .. }) | None => {
+            settings.evolution = Evolution::Stable { limit: limit.unwrap_or(0) };
+        }
+    }
+    for clash in clashes {
+        lowering.report(clash);
+    }
+    for said in &said {
+        exclusions(lowering, said);
+    }
+    if lowering.net.settings.evolution != Evolution::Single {
+        mealy_needs_single(lowering, &said);
+    }
+}
+
+fn read(lowering: &mut Lowering<'_>, chart: &Chart) -> Said {
+    let mut said = Said::default();
+    for item in &chart.items {
+        let Item::Setting(setting) = item else { continue };
+        let span = setting.span;
+        let earlier = match &setting.kind {
+            SettingKind::Tick(ns) => once(&mut said.tick, *ns, span),
+            SettingKind::Conflict(policy) => once(&mut said.policy, *policy, span),
+            SettingKind::EvolutionSingle => {
+                once(&mut said.evolution, Some(Evolution::Single), span)
+            }
+            SettingKind::EvolutionStable(limit) => {
+                if let Some(limit) = *limit {
+                    let limit = limit.max(1);
+                    said.limit.get_or_insert((limit, span));
+                }
+                once(&mut said.evolution, Some(Evolution::Stable { limit: 0 }), span)
+            }
+            SettingKind::Schedule(schedule) => once(&mut said.schedule, *schedule, span),
+            SettingKind::FireOne(one) => once(&mut said.fire_one, *one, span),
+            SettingKind::AssignSimultaneous(on) => once(&mut said.assign_simultaneous, *on, span),
+            SettingKind::ActionsIec => once(&mut said.iec, true, span),
+            SettingKind::FinalScan => once(&mut said.final_scan, true, span),
+            SettingKind::Queue(bound) => once(&mut said.queue, (*bound).max(1), span),
+            SettingKind::EventsExclusive => once(&mut said.events_exclusive, true, span),
+            SettingKind::Priority(priority) => once(&mut said.priority, *priority, span),
+        };
+        if let Some(earlier) = earlier {
+            let what = word(&setting.kind);
+            lowering.report(
+                Diagnostic::error(codes::SETTING_TWICE, format!("`{what}` is set twice"))
+                    .at(span, "again here")
+                    .at(earlier, "first here")
+                    .help("keep one of them"),
+            );
+        }
+    }
+    said
+}
+
+/// Stores the first value and gives the place of an earlier one.
+fn once<T>(slot: &mut Set<T>, value: T, span: Span) -> Option<Span> {
+    match slot {
+        Some((_, earlier)) => Some(*earlier),
+        None => {
+            *slot = Some((value, span));
+            None
+        }
+    }
+}
+
+fn word(kind: &SettingKind) -> &'static str {
+    match kind {
+        SettingKind::Tick(_) => "tick",
+        SettingKind::Conflict(_) => "conflict",
+        SettingKind::EvolutionSingle | SettingKind::EvolutionStable(_) => "evolution",
+        SettingKind::Schedule(_) => "schedule",
+        SettingKind::FireOne(_) => "fire",
+        SettingKind::AssignSimultaneous(_) => "assign",
+        SettingKind::ActionsIec => "actions",
+        SettingKind::FinalScan => "final scan",
+        SettingKind::Queue(_) => "queue",
+        SettingKind::EventsExclusive => "events exclusive",
+        SettingKind::Priority(_) => "priority",
+    }
+}
+
+struct Shared<'s> {
+    said: &'s [Said],
+    clashes: &'s mut Vec<Diagnostic>,
+}
+
+impl Shared<'_> {
+    /// A setting that may stand in any chart of the file and holds for all.
+    fn one<T: Copy + PartialEq>(&mut self, word: &str, get: impl Fn(&Said) -> Set<T>) -> Option<T> {
+        let mut found: Set<T> = None;
+        for (value, span) in self.said.iter().filter_map(get) {
+            match found {
+                None => found = Some((value, span)),
+                Some((first, _)) if first == value => {}
+                Some((_, first_span)) => self.clash(word, span, first_span),
+            }
+        }
+        found.map(|(value, _)| value)
+    }
+
+    /// A setting that each chart has for itself, in the cases in which the charts agree.
+    fn each<T: Copy + PartialEq>(
+        &mut self,
+        word: &str,
+        default: T,
+        get: impl Fn(&Said) -> Set<T>,
+        charts: &[Chart],
+    ) -> T {
+        let effective: Vec<(T, Span)> = self
+            .said
+            .iter()
+            .zip(charts)
+            .map(|(said, chart)| get(said).unwrap_or((default, chart.name.span)))
+            .collect();
+        let Some(&(first, first_span)) = effective.first() else { return default };
+        for &(value, span) in &effective {
+            if value != first {
+                self.clash(word, span, first_span);
+            }
+        }
+        first
+    }
+
+    fn clash(&mut self, word: &str, span: Span, first: Span) {
+        self.clashes.push(
+            Diagnostic::error(
+                codes::SETTING_CONFLICT,
+                format!("the charts of one file differ in `{word}`"),
+            )
+            .at(span, "differs here")
+            .at(first, "from what holds here")
+            .help("charts that run side by side share it: write the same in each, or use two files"),
+        );
+    }
+}
+
+fn exclusions(lowering: &mut Lowering<'_>, said: &Said) {
+    let is_statechart = lowering.is_statechart();
+    let exclude = |lowering: &mut Lowering<'_>, span, message: String, help: &str| {
+        lowering
+            .report(Diagnostic::error(codes::SETTING_CONFLICT, message).at(span, "").help(help));
+    };
+    if is_statechart {
+        if let Some((Some(Evolution::Single), span)) = said.evolution {
+            exclude(
+                lowering,
+                span,
+                "a statechart runs to completion, so its evolution is `stable`".into(),
+                "leave `evolution single` out, or choose another conflict policy",
+            );
+        }
+        if let Some((true, span)) = said.fire_one {
+            exclude(
+                lowering,
+                span,
+                "`fire one` has no meaning in a statechart".into(),
+                "leave it out: which transitions fire follows from the hierarchy",
+            );
+        }
+    } else if let Some((_, span)) = said.queue {
+        exclude(
+            lowering,
+            span,
+            "`queue` has no meaning outside a statechart".into(),
+            "leave it out: here an event holds in exactly one micro-step and is never queued",
+        );
+    }
+}
+
+fn mealy_needs_single(lowering: &mut Lowering<'_>, said: &[Said]) {
+    let design = lowering.design;
+    for (chart, said) in design.charts.iter().zip(said) {
+        for item in &chart.items {
+            let Item::Declaration(declaration) = item else { continue };
+            if matches!(declaration.kind, DeclarationKind::Output { mealy: true, .. }) {
+                let name = &declaration.name;
+                let mut finding = Diagnostic::error(
+                    codes::SETTING_CONFLICT,
+                    format!("the mealy output {name} needs `evolution single`"),
+                )
+                .at(name.span, "declared `mealy` here");
+                finding = match said.evolution {
+                    Some((_, span)) => finding.at(span, "the evolution is `stable`"),
+                    None => finding.at(chart.name.span, "the evolution is `stable` where nothing else is said"),
+                };
+                lowering.report(finding.help("write `evolution single`, or leave out `mealy`"));
+            }
+        }
+    }
+}

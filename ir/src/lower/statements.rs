@@ -1,0 +1,320 @@
+//! Lists: assignments, events, calls and choices.
+
+use super::codes;
+use super::context::{Lowering, Outcome, ScopeId, Symbol};
+use super::expressions::Place;
+use super::roles::Role;
+use crate::chart;
+use crate::diag::{Diagnostic, nearest};
+use crate::expr::{Expr, Type};
+use crate::interval::{TypeError, TypeErrorKind};
+use crate::net::{
+    Block, Driver, InputId, Leaf, Meta, OutputId, Param, SendId, SendSlot, Stmt, StmtKind, VarId,
+};
+use crate::span::{Name, Span};
+
+/// Which list it is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum ListKind {
+    /// Of a step, transition or reaction: everything may stand in it.
+    Change,
+    /// Of a task: assignments and calls.
+    Task,
+}
+
+impl<'a> Lowering<'a> {
+    /// A list; what is wrong in it is reported and left out.
+    pub(super) fn block(
+        &mut self,
+        scope: ScopeId,
+        kind: ListKind,
+        drawn: &'a [chart::Stmt],
+    ) -> Block {
+        let place = match kind {
+            ListKind::Change => Place::list(scope),
+            ListKind::Task => Place::level(scope, "a task"),
+        };
+        drawn.iter().filter_map(|stmt| self.stmt(&place, kind, stmt).ok()).collect()
+    }
+
+    fn stmt(&mut self, place: &Place<'_>, kind: ListKind, drawn: &'a chart::Stmt) -> Outcome<Stmt> {
+        let span = drawn.span;
+        let kind = match &drawn.kind {
+            chart::StmtKind::Assign { target, index, value } => {
+                self.assign(place, target, index.as_ref(), value)?
+            }
+            chart::StmtKind::Call { function, arguments } => {
+                let output = match self.symbol_of(place.scope, function)? {
+                    Symbol::Output(output)
+                        if matches!(self.net.outputs[output].driver, Driver::Extern { .. }) =>
+                    {
+                        output
+                    }
+                    other => {
+                        return Err(self.wrong_kind(
+                            function.span,
+                            function,
+                            other,
+                            "an extern action",
+                        ));
+                    }
+                };
+                let arguments = self.arguments(place, output, function, arguments, span)?;
+                StmtKind::Call { output, arguments }
+            }
+            chart::StmtKind::If { condition, then, otherwise } => {
+                let condition = self.condition(condition, place);
+                let then = self.block(place.scope, kind, then);
+                let otherwise = self.block(place.scope, kind, otherwise);
+                StmtKind::If { condition: condition?, then, otherwise }
+            }
+            chart::StmtKind::Raise(_)
+            | chart::StmtKind::Send { .. }
+            | chart::StmtKind::Cancel(_)
+                if kind == ListKind::Task =>
+            {
+                return Err(self.report(
+                    Diagnostic::error(codes::TASK_BODY, "a task holds assignments and calls only")
+                        .at(span, "")
+                        .help("set a variable in the task and raise the event in a transition that asks for it"),
+                ));
+            }
+            chart::StmtKind::Raise(event) => StmtKind::Raise(self.event(place.scope, event)?),
+            chart::StmtKind::Send { event, after, slot } => {
+                self.only_statecharts_send(span, "send")?;
+                let event_id = self.event(place.scope, event)?;
+                match slot {
+                    Some(slot) => StmtKind::Send(self.slot(place.scope, slot)?),
+                    None => {
+                        let delay = self.ticks(after.unwrap_or(0), span)?;
+                        StmtKind::Send(self.new_slot(
+                            &format!("{}_send", event.text),
+                            event_id,
+                            delay,
+                            span,
+                        ))
+                    }
+                }
+            }
+            chart::StmtKind::Cancel(slot) => {
+                self.only_statecharts_send(span, "cancel")?;
+                StmtKind::Cancel(self.slot(place.scope, slot)?)
+            }
+            chart::StmtKind::Code(code) => StmtKind::Code(code.clone()),
+        };
+        Ok(Stmt { kind, span })
+    }
+
+    fn assign(
+        &mut self,
+        place: &Place<'_>,
+        target: &chart::Path,
+        index: Option<&chart::Expr>,
+        drawn: &chart::Expr,
+    ) -> Outcome<StmtKind> {
+        // Both sides are looked at before the first mistake stops the statement.
+        let value = self.typed(drawn, place);
+        let index = index.map(|index| self.typed(index, place));
+        let var = self.assigned(place.scope, target)?;
+        let (ty, len) = (self.net.vars[var].ty, self.net.vars[var].len);
+        let index = match (index.transpose()?, len) {
+            (None, None) => None,
+            (Some((index, ty)), Some(len)) => Some(self.index(index, ty, len)?),
+            (None, Some(_)) => {
+                let kind = TypeErrorKind::ArrayWithoutIndex;
+                return Err(self.report_type(&TypeError { span: target.span(), kind }));
+            }
+            (Some(_), None) => {
+                let kind = TypeErrorKind::NotAnArray;
+                return Err(self.report_type(&TypeError { span: target.span(), kind }));
+            }
+        };
+        let (value, value_type) = value?;
+        self.fits(&value, value_type, ty, &format!("{target}"))?;
+        Ok(StmtKind::Assign { var, index, value })
+    }
+
+    fn index(&mut self, index: Expr<Leaf>, ty: Type, len: u32) -> Outcome<Expr<Leaf>> {
+        let kind = match ty {
+            Type::Bool => TypeErrorKind::IntExpected,
+            Type::Int { lo, hi } if lo < 0 || hi >= i64::from(len) => {
+                TypeErrorKind::IndexOutOfArray { lo, hi, len }
+            }
+            Type::Int { .. } => return Ok(index),
+        };
+        Err(self.report_type(&TypeError { span: index.span, kind }))
+    }
+
+    /// The variable that an assignment changes.
+    fn assigned(&mut self, scope: ScopeId, target: &chart::Path) -> Outcome<VarId> {
+        match self.symbol(scope, target)? {
+            Symbol::Var(var) => Ok(var),
+            Symbol::Output(output) => match self.roles[output.index()] {
+                Role::Stored(var) => Ok(var),
+                Role::Extern => Err(self.wrong_kind(
+                    target.span(),
+                    target,
+                    Symbol::Output(output),
+                    "a variable or an output",
+                )),
+                // An output that is assigned and has another role was reported by `roles`.
+                Role::Continuous | Role::Mealy | Role::Controlled(_) | Role::Broken => {
+                    Err(self.already_told())
+                }
+            },
+            symbol @ Symbol::Input(_) => {
+                let kind = self.kind(symbol);
+                let help = if kind == "an event" {
+                    format!("write `raise {target}`")
+                } else {
+                    "keep the value in a variable declared with `var`".to_owned()
+                };
+                Err(self.report(
+                    Diagnostic::error(
+                        codes::WRONG_KIND,
+                        format!("{target} is {kind}, which the chart cannot assign"),
+                    )
+                    .at(target.span(), "a variable or an output is needed here")
+                    .help(help),
+                ))
+            }
+            other => {
+                Err(self.wrong_kind(target.span(), target, other, "a variable or an output"))
+            }
+        }
+    }
+
+    /// Checks that a value is of the kind that its target holds, and warns when it is cut whatever it is.
+    fn fits(
+        &mut self,
+        value: &Expr<Leaf>,
+        value_type: Type,
+        target: Type,
+        name: &str,
+    ) -> Outcome<()> {
+        let kind = match (value_type, target) {
+            (Type::Bool, Type::Bool) => return Ok(()),
+            (Type::Int { lo, hi }, Type::Bool) => TypeErrorKind::BoolExpected { lo, hi },
+            (Type::Bool, Type::Int { .. }) => TypeErrorKind::IntExpected,
+            (Type::Int { lo, hi }, Type::Int { lo: least, hi: most }) => {
+                if hi < least || lo > most {
+                    let stored = if hi < least { least } else { most };
+                    self.report(
+                        Diagnostic::warning(
+                            codes::NEVER_FITS,
+                            format!("{name} always becomes {stored}: the value is {lo}..{hi}, the range {least}..{most}"),
+                        )
+                        .at(value.span, "never within the range")
+                        .help("an assignment stores the nearest bound; declare a larger range where that is not meant"),
+                    );
+                }
+                return Ok(());
+            }
+        };
+        Err(self.report_type(&TypeError { span: value.span, kind }))
+    }
+
+    /// The arguments of a call, one for each parameter.
+    pub(super) fn arguments(
+        &mut self,
+        place: &Place<'_>,
+        output: OutputId,
+        name: &Name,
+        drawn: &[chart::Expr],
+        span: Span,
+    ) -> Outcome<Vec<Expr<Leaf>>> {
+        let params: Vec<Param> = match &self.net.outputs[output].driver {
+            Driver::Extern { params, .. } => params.clone(),
+            Driver::Continuous(_)
+            | Driver::Mealy(_)
+            | Driver::Stored(_)
+            | Driver::Controlled(_) => Vec::new(),
+        };
+        let lowered: Vec<Outcome<(Expr<Leaf>, Type)>> =
+            drawn.iter().map(|argument| self.typed(argument, place)).collect();
+        if drawn.len() != params.len() {
+            let count = |n: usize| match n {
+                0 => "no argument".to_owned(),
+                1 => "1 argument".to_owned(),
+                n => format!("{n} arguments"),
+            };
+            let declared = self.net.outputs[output].meta.span;
+            return Err(self.report(
+                Diagnostic::error(
+                    codes::CALL_ARGUMENTS,
+                    format!("{name} takes {}, here it gets {}", count(params.len()), count(drawn.len())),
+                )
+                .at(span, "")
+                .at(declared, "declared here"),
+            ));
+        }
+        let mut arguments = Vec::with_capacity(drawn.len());
+        let mut failed = None;
+        for (index, (argument, param)) in lowered.into_iter().zip(&params).enumerate() {
+            let label = if param.name.is_empty() {
+                format!("argument {} of {name}", index + 1)
+            } else {
+                format!("{} of {name}", param.name)
+            };
+            match argument.and_then(|(value, ty)| {
+                self.fits(&value, ty, param.ty, &label).map(|()| value)
+            }) {
+                Ok(value) => arguments.push(value),
+                Err(reported) => failed = Some(reported),
+            }
+        }
+        failed.map_or(Ok(arguments), Err)
+    }
+
+    /// The event of that name.
+    pub(super) fn event(&mut self, scope: ScopeId, name: &Name) -> Outcome<InputId> {
+        match self.symbol_of(scope, name)? {
+            Symbol::Input(input) if self.net.inputs[input].kind.is_event() => Ok(input),
+            other => Err(self.wrong_kind(name.span, name, other, "an event")),
+        }
+    }
+
+    fn only_statecharts_send(&mut self, span: Span, word: &str) -> Outcome<()> {
+        if self.is_statechart() {
+            return Ok(());
+        }
+        Err(self.report(
+            Diagnostic::error(codes::CHART_KIND, format!("`{word}` stands in a chart that is no statechart"))
+                .at(span, "")
+                .help("wait in a step with `after`, or write `conflict inner-first` to make it a statechart"),
+        ))
+    }
+
+    /// The named slot; `roles` found all of them.
+    fn slot(&mut self, scope: ScopeId, name: &Name) -> Outcome<SendId> {
+        let mut next = Some(scope);
+        while let Some(scope) = next {
+            if let Some(&index) = self.slots.get(&(scope, name.text.as_str())) {
+                let slot = self.slot_list[index];
+                if let Some(id) = slot.id {
+                    return Ok(id);
+                }
+                let full = format!("{}{}", self.scopes[scope].prefix, name.text);
+                let id = self.new_slot(&full, slot.event, slot.delay, slot.span);
+                self.slot_list[index].id = Some(id);
+                return Ok(id);
+            }
+            next = self.scopes[scope].parent;
+        }
+        let known: Vec<&str> = self.slots.keys().map(|(_, name)| *name).collect();
+        let mut finding =
+            Diagnostic::error(codes::UNKNOWN_NAME, format!("no send has the name {name}"))
+                .at(name.span, "");
+        finding = match nearest(&name.text, known) {
+            Some(near) => finding.help(format!("did you mean {near}?")).fix(name.span, near),
+            None => finding.help(format!("name it where it is sent: `send e after 2 s as {name}`")),
+        };
+        Err(self.report(finding))
+    }
+
+    fn new_slot(&mut self, base: &str, event: InputId, delay: u32, span: Span) -> SendId {
+        let name = Name::new(self.fresh_name(base), span);
+        let meta = Meta { span, ..Meta::default() };
+        self.net.sends.push(SendSlot { name, event, delay, meta })
+    }
+}

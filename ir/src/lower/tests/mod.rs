@@ -1,0 +1,6 @@
+//! Tests of the lowering, on charts built by hand; whole files are lowered in the `tests` package.
+
+mod build;
+mod checks;
+mod structure;
+mod values;

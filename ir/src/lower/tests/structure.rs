@@ -1,0 +1,341 @@
+//! Names, expansion and order.
+
+use super::build::*;
+use crate::chart::{Item, MacroStep, StepRole, Transition};
+use crate::expr::ExprKind;
+use crate::lower::lower;
+use crate::net::{Enter, Evolution, Leaf, Net, Policy, TransitionKind};
+
+fn step_names(net: &Net) -> Vec<&str> {
+    net.steps.values().map(|step| step.name.text.as_str()).collect()
+}
+fn transition_names(net: &Net) -> Vec<&str> {
+    net.transitions.values().map(|one| one.name.text.as_str()).collect()
+}
+
+/// The truck of seed 004.
+fn truck() -> Vec<Vec<Item>> {
+    vec![
+        vec![single(), conflict(Policy::PriorityAge)],
+        inputs("m b p a"),
+        vec![output("R"), output("Z"), output("L")],
+        vec![
+            initial("p1", vec![]),
+            step("p2", vec![action("R")]),
+            step("p3", vec![action("Z")]),
+            step("p4", vec![action("L")]),
+            named("t1", "p1 -> p2", v("m")),
+            named("t2", "p2 -> p3", v("b")),
+            named("t3", "p3 -> p4", v("p")),
+            named("t4", "p4 -> p1", v("a")),
+        ],
+    ]
+}
+
+#[test]
+fn the_truck_has_four_steps_and_transitions() {
+    let net = clean(truck());
+    assert_eq!(step_names(&net), ["p1", "p2", "p3", "p4"]);
+    assert_eq!(transition_names(&net), ["t1", "t2", "t3", "t4"]);
+    assert_eq!(net.settings.evolution, Evolution::Single);
+    assert!(net.steps.values().next().unwrap().is_initial);
+}
+
+/// Seed 004 prints `t4: p1*a |- @p1`, which leaves p4 without a way out.
+#[test]
+fn the_misprint_of_the_seed_is_told() {
+    let mut items = truck();
+    items[3].pop();
+    items[3].push(named("t4", "p1 -> p1", v("a")));
+    assert_eq!(findings(items), ["G0243 step p4 has no way out"]);
+}
+
+fn fill() -> Item {
+    macro_of(
+        "fill",
+        vec![
+            step_of("e", StepRole::MacroEntry, vec![]),
+            step_of("x", StepRole::MacroExit, vec![]),
+            go("e -> x", v("a")),
+        ],
+    )
+}
+
+#[test]
+fn macro_steps_stand_at_their_place_each_with_its_own_steps() {
+    let net = clean(vec![
+        vec![single()],
+        inputs("a b"),
+        vec![
+            fill(),
+            initial("p", vec![]),
+            macro_step("m1", "fill"),
+            step("q", vec![]),
+            macro_step("m2", "fill"),
+            go("p -> m1", v("b")),
+            go("m1 -> q", v("b")),
+            go("q -> m2", v("m1.active")),
+            go("m2 -> p", v("m2.x.active")),
+        ],
+    ]);
+    assert_eq!(step_names(&net), ["p", "m1.e", "m1.x", "q", "m2.e", "m2.x"]);
+    assert_eq!(
+        transition_names(&net),
+        ["m1.e_x", "m2.e_x", "p_m1", "m1_q", "q_m2", "m2_p"]
+    );
+    let ids: Vec<_> = net.steps.ids().collect();
+    let all: Vec<_> = net.transitions.values().collect();
+    assert_eq!(all[2].enters, [Enter::Step(ids[1])], "entered at the entry step");
+    assert_eq!(all[3].requires, [ids[2]], "left from the exit step");
+    let active = |id: usize| Leaf::Active(ids[id]);
+    let mut read = Vec::new();
+    all[4].guard.for_each_leaf(&mut |leaf| read.push(*leaf));
+    assert_eq!(read, [active(1), active(2)], "m1.active is the OR of its steps");
+    let levels: Vec<u32> = net.parts.values().map(|part| part.level).collect();
+    assert_eq!(levels, [1, 2, 2]);
+    assert_eq!(net.macros.len(), 2);
+    assert_eq!((net.macros[1].entry, net.macros[1].exit), (ids[4], ids[5]));
+}
+
+#[test]
+fn macros_nest_and_local_names_win() {
+    let outer = macro_of(
+        "outer",
+        vec![
+            step_of("e", StepRole::MacroEntry, vec![]),
+            macro_step("inner", "fill"),
+            step_of("a", StepRole::MacroExit, vec![]),
+            go("e -> inner", v("a.active")),
+            go("inner -> a", v("b")),
+        ],
+    );
+    let net = clean(vec![
+        vec![single()],
+        inputs("a b"),
+        vec![
+            // Used before it is drawn.
+            macro_step("m", "outer"),
+            outer,
+            fill(),
+            initial("p", vec![]),
+            go("p -> m", v("b")),
+            go("m -> p", v("m.inner.active")),
+        ],
+    ]);
+    assert_eq!(step_names(&net), ["m.e", "m.inner.e", "m.inner.x", "m.a", "p"]);
+    let guard = &net.transitions.values().find(|one| one.name.text == "m.e_inner").unwrap().guard;
+    let local = net.steps.ids().nth(3).unwrap();
+    assert_eq!(guard.kind, ExprKind::Leaf(Leaf::Active(local)), "the step a, not the input a");
+    assert_eq!(net.macros.len(), 2);
+    assert_eq!(net.macros.iter().map(|one| one.steps.len()).collect::<Vec<_>>(), [2, 4]);
+}
+
+#[test]
+fn an_initial_macro_step_starts_at_its_entry() {
+    let initial = Item::MacroStep(MacroStep {
+        name: name("m"),
+        body: name("fill"),
+        is_initial: true,
+        priority: None,
+        meta: meta(),
+    });
+    let net = clean(vec![vec![single()], inputs("a"), vec![fill(), initial, go("m -> m", v("a"))]]);
+    assert_eq!(net.steps.values().map(|step| step.is_initial).collect::<Vec<_>>(), [true, false]);
+}
+
+#[test]
+fn a_macro_in_itself_is_refused_with_the_way_there() {
+    let body = |inner: &str| {
+        vec![
+            step_of("e", StepRole::MacroEntry, vec![]),
+            macro_step("i", inner),
+            step_of("x", StepRole::MacroExit, vec![]),
+            go("e -> i", v("true")),
+            go("i -> x", v("true")),
+        ]
+    };
+    let found = findings(vec![vec![
+        macro_of("a", body("b")),
+        macro_of("b", body("c")),
+        macro_of("c", body("b")),
+        initial("p", vec![]),
+        macro_step("m", "a"),
+        go("p -> m", v("true")),
+        go("m -> p", v("true")),
+    ]]);
+    assert_eq!(found, ["G0204 macro b lies in its own expansion: b -> c -> b"]);
+}
+
+#[test]
+fn an_expansion_that_explodes_is_stopped() {
+    let mut items = vec![initial("p", vec![]), macro_step("m", "a0"), go("p -> m", v("true")), go("m -> p", v("true"))];
+    for level in 0..30 {
+        let next = format!("a{}", level + 1);
+        items.push(macro_of(
+            &format!("a{level}"),
+            vec![
+                step_of("e", StepRole::MacroEntry, vec![]),
+                macro_step("l", &next),
+                macro_step("r", &next),
+                step_of("x", StepRole::MacroExit, vec![]),
+                go("e -> l & r", v("true")),
+                go("l & r -> x", v("true")),
+            ],
+        ));
+    }
+    items.push(macro_of("a30", vec![step_of("e", StepRole::MacroEntryExit, vec![])]));
+    let found = findings(vec![items]);
+    assert_eq!(
+        found.first().map(String::as_str),
+        Some("G0229 the expansion of macro-steps has more than 300000 steps and transitions")
+    );
+}
+
+#[test]
+fn mistakes_in_an_unused_macro_are_found_too() {
+    let found = findings(vec![
+        inputs("a"),
+        vec![
+            macro_of(
+                "m",
+                vec![
+                    step_of("e", StepRole::MacroEntry, vec![]),
+                    step_of("x", StepRole::MacroExit, vec![]),
+                    go("e -> x", v("aa")),
+                ],
+            ),
+            initial("p", vec![]),
+            go("p -> p", v("a")),
+        ],
+    ]);
+    assert_eq!(found, ["G0232 macro m is never used", "G0201 unknown name aa"]);
+}
+
+#[test]
+fn made_names_leave_the_users_names_alone() {
+    let net = clean(vec![
+        vec![single()],
+        inputs("a b"),
+        vec![
+            initial("p", vec![]),
+            step("q", vec![]),
+            go("p -> q", v("a")),
+            go("p -> q", v("b")),
+            named("p_q", "q -> p", v("a")),
+        ],
+    ]);
+    assert_eq!(transition_names(&net), ["p_q_2", "p_q_3", "p_q"]);
+}
+
+#[test]
+fn charts_side_by_side_carry_their_names() {
+    let one = |text: &str, guard: &str| {
+        chart(
+            text,
+            vec![
+                vec![single()],
+                inputs("a"),
+                vec![output("R"), initial("p", vec![action("R")]), step("q", vec![]), go("p -> q", v(guard)), go("q -> p", v("a"))],
+            ],
+        )
+    };
+    let (net, found) = lower(&design(vec![one("g", "a"), one("h", "g.p.active")]));
+    assert_eq!(told(&found), Vec::<String>::new());
+    let net = net.unwrap();
+    assert_eq!(step_names(&net), ["g.p", "g.q", "h.p", "h.q"]);
+    assert_eq!(net.inputs.values().map(|one| one.name.text.as_str()).collect::<Vec<_>>(), ["g.a", "h.a"]);
+    assert_eq!(net.parts.len(), 2);
+}
+
+#[test]
+fn settings_of_charts_side_by_side_must_agree() {
+    use crate::chart::SettingKind::Tick;
+    let one = |text: &str, settings| chart(text, vec![settings, vec![initial("p", vec![])]]);
+    let (_, found) = lower(&design(vec![
+        one("g", vec![setting(Tick(1)), setting(Tick(2))]),
+        one("h", vec![setting(Tick(3)), single()]),
+    ]));
+    assert_eq!(
+        told(&found),
+        ["G0206 `tick` is set twice", "G0207 the charts of one file differ in `tick`"]
+    );
+    let (net, _) = lower(&design(vec![one("g", vec![]), one("h", vec![single()])]));
+    assert_eq!(net.unwrap().settings.evolution, Evolution::Single, "said once for all");
+}
+
+#[test]
+fn the_limit_counts_steps_and_transitions() {
+    let net = clean(vec![inputs("a b"), vec![initial("p", vec![]), step("q", vec![]), go("p -> q", v("a")), go("q -> p", v("b"))]]);
+    assert_eq!(net.settings.evolution, Evolution::Stable { limit: 4 });
+    assert_eq!(net.settings.policy, Policy::All);
+}
+
+#[test]
+fn reactions_stand_at_their_step() {
+    use crate::chart::{StepItemKind, StmtKind};
+    let on = |text: &str| {
+        item(StepItemKind::On {
+            events: vec![name(text)],
+            guard: None,
+            actions: vec![stmt(StmtKind::Raise(name("done")))],
+        })
+    };
+    let net = clean(vec![
+        vec![single()],
+        inputs("a"),
+        vec![event("E"), event("done"), initial("p", vec![]), go("p -> q", v("a")), step("q", vec![on("E")]), go("q -> p", v("done"))],
+    ]);
+    assert_eq!(transition_names(&net), ["p_q", "q_on_E", "q_p"]);
+    let kinds: Vec<_> = net.transitions.values().map(|one| one.kind).collect();
+    assert_eq!(kinds, [TransitionKind::Move, TransitionKind::Reaction, TransitionKind::Move]);
+    let reaction = net.transitions.values().nth(1).unwrap();
+    assert_eq!((reaction.requires.len(), reaction.clears.len(), reaction.events.len()), (1, 0, 1));
+}
+
+#[test]
+fn otherwise_names_what_stands_above_and_leaves_a_common_step() {
+    let net = clean(vec![
+        vec![single()],
+        inputs("a b"),
+        vec![
+            initial("p", vec![]),
+            initial("q", vec![]),
+            named("t1", "p -> p", v("a")),
+            named("t2", "q -> q", v("b")),
+            named("t3", "p & q -> p & q", v("otherwise")),
+            named("t4", "p -> q", v("otherwise")),
+            named("t5", "p -> q", v("b")),
+        ],
+    ]);
+    let read = |index: usize| {
+        let mut read = Vec::new();
+        net.transitions.values().nth(index).unwrap().guard.for_each_leaf(&mut |leaf| match leaf {
+            Leaf::Fireable(id) => read.push(net.transitions[*id].name.text.as_str()),
+            other => panic!("{other:?}"),
+        });
+        read
+    };
+    assert_eq!(read(2), ["t1", "t2"]);
+    assert_eq!(read(3), ["t1", "t3"]);
+}
+
+/// 100 000 steps and as many transitions, each with an `otherwise`: the cost must stay near linear.
+#[test]
+fn large_charts_cost_near_linear() {
+    let build = |n: usize| {
+        let mut items = vec![];
+        for index in 0..n {
+            let text = format!("s{index}");
+            items.push(if index == 0 { initial(&text, vec![]) } else { step(&text, vec![]) });
+        }
+        for index in 0..n {
+            let to = format!("s{index} -> s{}", (index + 1) % n);
+            items.push(go(&to, v("a")));
+            items.push(Item::Transition(Transition { ..arrow(&to, Some(v("otherwise"))) }));
+        }
+        design(vec![chart("c", vec![vec![single()], inputs("a"), items])])
+    };
+    let design = build(5_000);
+    let (net, _) = lower(&design);
+    assert_eq!(net.unwrap().transitions.len(), 10_000);
+}
