@@ -1,1 +1,319 @@
-//! Nets to C99
+//! Nets to C99.
+//!
+//! [`emit`] turns a valid net and what is proved of it into a package of C files: a header with the instance structure and the interface, the chart, a
+//! port header with what differs between machines, and for charts with extern functions a header and a stub of the user's library. The text has no
+//! dynamic memory, no recursion and no global variables; it compiles without a warning as C99 and as C++11, and computes the same on machines whose
+//! `int` has 16 bits.
+//!
+//! ```
+//! use grafsynth_backend_c::{Options, emit};
+//! use grafsynth_ir::{facts::Facts, net::Net, span::Name, validate};
+//!
+//! let mut net = Net::default();
+//! net.name = Name::new("empty", Default::default());
+//! # net.parts.push(grafsynth_ir::net::Part { name: net.name.clone(), level: 1, ..Default::default() });
+//! let net = validate(net).expect("a chart without steps is valid");
+//! let package = emit(&net, &Facts::default(), &Options::default()).expect("and can be emitted");
+//! assert_eq!(package.files[0].name, "empty.h");
+//! ```
+//!
+//! There are two styles: `switch` (the module `switch`: a state variable for each sequential component, with tables where a component only waits for
+//! inputs) and `bits` (the reaction program of `grafsynth_ir::lower::program`, printed). `docs/c.md` describes the result for its users.
+
+mod bits;
+mod calls;
+mod cexpr;
+pub mod codes;
+mod consts;
+mod cprogram;
+mod ctext;
+mod harness;
+mod header;
+mod names;
+mod switch;
+mod times;
+
+pub use harness::{harness, multi_harness};
+
+use grafsynth_ir::diag::{Diagnostic, any_error};
+use grafsynth_ir::facts::Facts;
+use grafsynth_ir::net::{
+    ActionId, Block, InputId, Net, OutputId, StepId, StmtKind, TimerId, TransitionId, VarId,
+    Verbatim,
+};
+use grafsynth_ir::{Span, Valid};
+
+/// The shape of the emitted code.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+pub enum Style {
+    /// The best that carries the chart: `Switch`, with tables where they pay, else `Bits`.
+    #[default]
+    Auto,
+    /// A `switch` over a state variable for each sequential component, never tables.
+    Switch,
+    /// As `Switch`, with tables for all components that only wait for inputs, however small.
+    Tables,
+    /// One bit for each step, the whole reaction as straight code.
+    Bits,
+}
+
+impl Style {
+    /// The word on the command line.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Style::Auto => "auto",
+            Style::Switch => "switch",
+            Style::Tables => "tables",
+            Style::Bits => "bits",
+        }
+    }
+
+    /// The style of that name.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        [Style::Auto, Style::Switch, Style::Tables, Style::Bits]
+            .into_iter()
+            .find(|style| style.name() == name)
+    }
+}
+
+/// What the user can choose.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Options {
+    /// The shape of the code.
+    pub style: Style,
+    /// What all global names begin with, in place of the chart's name; also the names of the files.
+    pub prefix: Option<String>,
+    /// Call `NAME_activated` and `NAME_enabled` of the user's library when a step changes and when a transition becomes enabled (seed 000).
+    pub callbacks: bool,
+    /// The most transitions in one function; larger charts are split, so that a C compiler's time stays linear.
+    pub max_transitions: usize,
+    /// The name of the source, for the comment at the top of each file; no path, so that the text is the same everywhere.
+    pub source: String,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Options {
+            style: Style::Auto,
+            prefix: None,
+            callbacks: false,
+            max_transitions: 200,
+            source: String::new(),
+        }
+    }
+}
+
+/// Something of the net that a line of the output comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[expect(missing_docs, reason = "each variant names the thing it points to")]
+pub enum Object {
+    Step(StepId),
+    Transition(TransitionId),
+    Input(InputId),
+    Output(OutputId),
+    Var(VarId),
+    Timer(TimerId),
+    Action(ActionId),
+}
+
+impl Object {
+    /// Where it was declared.
+    #[must_use]
+    pub fn span(self, net: &Net) -> Span {
+        match self {
+            Object::Step(id) => net.steps[id].meta.span,
+            Object::Transition(id) => net.transitions[id].meta.span,
+            Object::Input(id) => net.inputs[id].meta.span,
+            Object::Output(id) => net.outputs[id].meta.span,
+            Object::Var(id) => net.vars[id].meta.span,
+            Object::Timer(id) => net.timers[id].meta.span,
+            Object::Action(id) => net.actions[id].meta.span,
+        }
+    }
+
+    /// What it is called in the chart.
+    #[must_use]
+    pub fn name(self, net: &Net) -> &str {
+        match self {
+            Object::Step(id) => &net.steps[id].name.text,
+            Object::Transition(id) => &net.transitions[id].name.text,
+            Object::Input(id) => &net.inputs[id].name.text,
+            Object::Output(id) => &net.outputs[id].name.text,
+            Object::Var(id) => &net.vars[id].name.text,
+            Object::Timer(id) => &net.timers[id].name.text,
+            Object::Action(id) => &net.actions[id].name.text,
+        }
+    }
+}
+
+/// One emitted file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct File {
+    /// Its name, without a folder.
+    pub name: String,
+    /// Its text.
+    pub text: String,
+    /// The user fills it in: it is written only where no file of that name exists.
+    pub keep_existing: bool,
+    /// For each line (from 1) that comes from something of the net, what it comes from.
+    pub map: Vec<(u32, Vec<Object>)>,
+}
+
+/// A chart in C.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Package {
+    /// The files: `NAME.h`, `NAME.c`, `NAME_port.h`, and for a chart with extern functions `NAME_user.h` and `NAME_user.c`.
+    pub files: Vec<File>,
+    /// The style that was taken: `switch`, `switch with tables` or `bits`.
+    pub style: &'static str,
+    /// Why `auto` did not take the style `switch`; empty where it did.
+    pub reason: String,
+    /// Warnings and notes.
+    pub diagnostics: Vec<Diagnostic>,
+    /// What the harness needs to know of names and types.
+    interface: header::Interface,
+}
+
+/// The net in C.
+///
+/// A fact is used only as far as it is proved; without facts every chart becomes the style `bits` or variables of one step each.
+///
+/// # Errors
+/// A prefix that is no identifier, a style that was asked for and can't carry the chart, and what the reaction program can't be made of.
+pub fn emit(
+    net: &Valid<Net>,
+    facts: &Facts,
+    options: &Options,
+) -> Result<Package, Vec<Diagnostic>> {
+    let mut diagnostics = Vec::new();
+    let wanted = options.prefix.as_deref().unwrap_or(&net.name.text);
+    if let Some(prefix) = &options.prefix
+        && names::identifier(prefix) != *prefix
+    {
+        diagnostics.push(
+            Diagnostic::error(
+                codes::BAD_PREFIX,
+                format!("`{prefix}` can't begin the names of C functions"),
+            )
+            .help(format!(
+                "use letters, digits and underscores, for example `{}`",
+                names::identifier(prefix)
+            )),
+        );
+    }
+    if any_error(&diagnostics) {
+        return Err(diagnostics);
+    }
+    let names = names::Names::of(net, wanted);
+    diagnostics.extend(renamed(net, &names));
+    diagnostics.extend(foreign_code(net));
+    let mut reason = String::new();
+    let switched = match options.style {
+        Style::Bits => None,
+        Style::Auto | Style::Switch | Style::Tables => {
+            match switch::program(net, facts, &names, options) {
+                Ok(program) => Some(program),
+                Err(refusal) if options.style == Style::Auto => {
+                    reason = refusal.what;
+                    None
+                }
+                Err(refusal) => {
+                    let message = format!(
+                        "the style `{}` does not carry {}",
+                        options.style.name(),
+                        refusal.what
+                    );
+                    diagnostics.push(
+                        Diagnostic::error(codes::STYLE_REFUSED, message)
+                            .at(refusal.span, "used here")
+                            .help("leave the style out, or ask for `bits`"),
+                    );
+                    return Err(diagnostics);
+                }
+            }
+        }
+    };
+    let program = match switched {
+        Some(program) => program,
+        None => match bits::program(net, &names, options) {
+            Ok(program) => program,
+            Err(errors) => {
+                diagnostics.extend(errors);
+                return Err(diagnostics);
+            }
+        },
+    };
+    let style = program.style;
+    let (files, interface) = header::lay_out(net, &names, program, options);
+    Ok(Package { files, style, reason, diagnostics, interface })
+}
+
+/// Functions of the user's library whose names C does not allow as they are.
+fn renamed(net: &Net, names: &names::Names) -> Vec<Diagnostic> {
+    let conditions = net
+        .inputs
+        .iter()
+        .filter(|(_, input)| input.kind == grafsynth_ir::net::InputKind::Extern)
+        .map(|(id, input)| (&input.name, &names.inputs[id]));
+    let actions = net
+        .outputs
+        .iter()
+        .filter(|(_, output)| names::is_extern(output))
+        .map(|(id, output)| (&output.name, &names.outputs[id]));
+    conditions
+        .chain(actions)
+        .filter(|(name, chosen)| name.text != **chosen)
+        .map(|(name, chosen)| {
+            Diagnostic::warning(
+                codes::RENAMED,
+                format!("the function of `{name}` is called `{chosen}` in C, where `{name}` can't be used"),
+            )
+            .at(name.span, "declared here")
+            .help("rename it in the chart, so that chart and library agree")
+        })
+        .collect()
+}
+
+/// Verbatim text for other languages: it is left out.
+fn foreign_code(net: &Net) -> Vec<Diagnostic> {
+    fn look(block: &Block, found: &mut Vec<(Verbatim, Span)>) {
+        for stmt in block {
+            match &stmt.kind {
+                StmtKind::Code(text) => found.push((text.clone(), stmt.span)),
+                StmtKind::If { then, otherwise, .. } => {
+                    look(then, found);
+                    look(otherwise, found);
+                }
+                StmtKind::Assign { .. }
+                | StmtKind::Raise(_)
+                | StmtKind::Send(_)
+                | StmtKind::Cancel(_)
+                | StmtKind::Call { .. } => {}
+            }
+        }
+    }
+    let mut found = Vec::new();
+    for step in net.steps.values() {
+        found.extend(step.code.iter().map(|text| (text.clone(), step.meta.span)));
+        for block in [&step.entry, &step.exit, &step.initial_content] {
+            look(block, &mut found);
+        }
+        step.tasks.iter().for_each(|task| look(&task.body, &mut found));
+    }
+    net.transitions.values().for_each(|transition| look(&transition.actions, &mut found));
+    net.actions.values().for_each(|action| look(&action.body, &mut found));
+    net.histories.values().for_each(|history| look(&history.default_content, &mut found));
+    found
+        .into_iter()
+        .filter(|(text, _)| !calls::is_c(&text.language))
+        .map(|(text, span)| {
+            Diagnostic::warning(
+                codes::FOREIGN_CODE,
+                format!("code for `{}` is left out of the C text", text.language),
+            )
+            .at(span, "written here")
+        })
+        .collect()
+}

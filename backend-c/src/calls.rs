@@ -1,0 +1,118 @@
+//! Statements that both styles print alike: calls, choices, verbatim text and the values after reset.
+
+use crate::Object;
+use crate::cexpr::{CExpr, Helpers, saturated};
+use crate::ctext::{Arm, Kind, Node};
+use crate::names::Names;
+use grafsynth_ir::expr::Type;
+use grafsynth_ir::net::{Driver, Net, OutputId, Verbatim};
+
+/// A function of the user's library.
+pub(crate) struct Callee<'a> {
+    pub(crate) net: &'a Net,
+    pub(crate) names: &'a Names,
+    pub(crate) output: OutputId,
+}
+
+impl Callee<'_> {
+    /// A call; the arguments saturate to the types of the parameters.
+    pub(crate) fn call(&self, arguments: Vec<CExpr>, helpers: &mut Helpers) -> Node {
+        let Driver::Extern { params, .. } = &self.net.outputs[self.output].driver else {
+            return Node::blank();
+        };
+        let values: Vec<String> = arguments
+            .into_iter()
+            .zip(params)
+            .map(|(value, param)| {
+                saturated(value, param.ty, &self.names.prefix, helpers).stored_as(param.ty)
+            })
+            .collect();
+        Node::line(format!("{}({});", self.names.outputs[self.output], values.join(", ")))
+            .from(Object::Output(self.output))
+    }
+}
+
+/// `if`/`else` with the cases that a constant condition leaves.
+pub(crate) fn either(condition: CExpr, then: Vec<Node>, otherwise: Vec<Node>) -> Vec<Node> {
+    if condition.is_true() {
+        return then;
+    }
+    if condition.is_false() {
+        return otherwise;
+    }
+    match (then.is_empty(), otherwise.is_empty()) {
+        (true, true) => Vec::new(),
+        (true, false) => vec![Node::when(&condition.not().text, otherwise)],
+        (false, true) => vec![Node::when(&condition.text, then)],
+        (false, false) => {
+            vec![
+                Kind::Block(vec![
+                    Arm::new(format!("if ({})", condition.text), then),
+                    Arm::new("else", otherwise),
+                ])
+                .into(),
+            ]
+        }
+    }
+}
+
+/// The user's C text; text for other languages is left out (the caller reports it).
+pub(crate) fn verbatim(text: &Verbatim) -> Vec<Node> {
+    if is_c(&text.language) {
+        // A block of its own, so that what it declares stays in it.
+        vec![Node::line("{"), Kind::Verbatim(text.text.clone()).into(), Node::line("}")]
+    } else {
+        Vec::new()
+    }
+}
+
+/// True for the names of C.
+pub(crate) fn is_c(language: &str) -> bool {
+    language.eq_ignore_ascii_case("c")
+}
+
+/// Sets a member to what it is after reset.
+pub(crate) fn initial(name: &str, ty: Type, len: Option<u32>, values: &[i64]) -> Vec<Node> {
+    let literal = |value: i64| constant(value, ty);
+    let Some(len) = len else {
+        return vec![Node::line(format!(
+            "{name} = {};",
+            literal(values.first().copied().unwrap_or(0))
+        ))];
+    };
+    let first = values.first().copied().unwrap_or(0);
+    if len > 4 && values.iter().all(|value| *value == first) {
+        let counter = if len <= 0xffff { "uint16_t" } else { "uint32_t" };
+        let bound = crate::times::unsigned(i64::from(len));
+        return vec![Node::block(
+            format!("for ({counter} i = 0; i < {bound}; ++i)"),
+            vec![Node::line(format!("{name}[i] = {};", literal(first)))],
+        )];
+    }
+    values
+        .iter()
+        .enumerate()
+        .map(|(index, value)| Node::line(format!("{name}[{index}] = {};", literal(*value))))
+        .collect()
+}
+
+/// Sets all outputs to what they are after reset.
+pub(crate) fn initial_outputs(net: &Net, names: &Names, values: &[i64]) -> Vec<Node> {
+    net.outputs
+        .iter()
+        .filter(|(_, output)| !crate::names::is_extern(output))
+        .map(|(id, output)| {
+            let value = values.get(id.index()).copied().unwrap_or(0);
+            Node::line(format!("out->{} = {};", names.outputs[id], constant(value, output.ty)))
+                .from(Object::Output(id))
+        })
+        .collect()
+}
+
+/// A constant of a type, as text.
+pub(crate) fn constant(value: i64, ty: Type) -> String {
+    match ty {
+        Type::Bool => (value != 0).to_string(),
+        Type::Int { .. } => CExpr::int(value).text,
+    }
+}

@@ -1,0 +1,562 @@
+//! Expressions in C, exact for every value and every width of `int`.
+//!
+//! Each C expression carries the interval of its value and the *class* of C type it is computed in. There are three integer classes, all signed: `int`
+//! (at least 16 bits everywhere), `int32_t` and `int64_t`. An operator is computed in the smallest class that holds its result and both operands; when
+//! neither operand has that class yet, the left one is cast, and the usual arithmetic conversions widen the other. So nothing overflows, nothing is
+//! ever converted to an unsigned type by accident, and a compiler with a 16-bit `int` gives the same answer as one with 32 bits.
+//!
+//! Comparisons that the intervals decide become constants: compilers warn about them, and dead code would be printed otherwise.
+
+use grafsynth_ir::expr::{ArithOp, CompareOp, Expr, ExprKind, Type};
+use grafsynth_ir::interval::type_of;
+
+/// The C type in which a value is computed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Class {
+    /// `bool`.
+    Bool,
+    /// `int`, used for values within 16 bits.
+    Int,
+    /// `int32_t`.
+    Wide,
+    /// `int64_t`.
+    Huge,
+}
+
+impl Class {
+    /// The smallest integer class that holds `lo..hi`.
+    pub(crate) fn of(lo: i64, hi: i64) -> Self {
+        if lo >= i64::from(i16::MIN) && hi <= i64::from(i16::MAX) {
+            Class::Int
+        } else if lo >= i64::from(i32::MIN) && hi <= i64::from(i32::MAX) {
+            Class::Wide
+        } else {
+            Class::Huge
+        }
+    }
+
+    /// The name of the type.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Class::Bool => "bool",
+            Class::Int => "int",
+            Class::Wide => "int32_t",
+            Class::Huge => "int64_t",
+        }
+    }
+}
+
+/// How tightly an expression binds, from `?:` to names and calls.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Prec {
+    Choice,
+    Or,
+    And,
+    Compare,
+    Sum,
+    Product,
+    Unary,
+    Atom,
+}
+
+/// A C expression with all that is known of its value.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct CExpr {
+    /// The text.
+    pub(crate) text: String,
+    /// Its outermost operator.
+    pub(crate) prec: Prec,
+    /// The type it has in C.
+    pub(crate) class: Class,
+    /// Smallest value; 0 or 1 for a Boolean.
+    pub(crate) lo: i64,
+    /// Largest value.
+    pub(crate) hi: i64,
+}
+
+impl CExpr {
+    /// A Boolean constant.
+    pub(crate) fn bool(value: bool) -> Self {
+        let number = i64::from(value);
+        CExpr {
+            text: value.to_string(),
+            prec: Prec::Atom,
+            class: Class::Bool,
+            lo: number,
+            hi: number,
+        }
+    }
+
+    /// An integer constant, in a spelling that has the right type where `int` has 16 bits too.
+    pub(crate) fn int(value: i64) -> Self {
+        let class = Class::of(value, value);
+        let (text, prec) = literal(value, class);
+        CExpr { text, prec, class, lo: value, hi: value }
+    }
+
+    /// A Boolean expression.
+    pub(crate) fn condition(text: impl Into<String>, prec: Prec) -> Self {
+        CExpr { text: text.into(), prec, class: Class::Bool, lo: 0, hi: 1 }
+    }
+
+    /// A name or member that holds a value of this type, stored as [`storage`] says.
+    pub(crate) fn place(text: impl Into<String>, ty: Type) -> Self {
+        match ty {
+            Type::Bool => CExpr::condition(text, Prec::Atom),
+            Type::Int { lo, hi } => {
+                let text = text.into();
+                let class = Class::of(lo, hi);
+                match storage(ty) {
+                    // An unsigned type as wide as the class would drag the other operand along, so it is widened at once.
+                    "uint16_t" if class == Class::Wide => {
+                        CExpr { text: format!("(int32_t){text}"), prec: Prec::Unary, class, lo, hi }
+                    }
+                    "uint32_t" => {
+                        CExpr { text: format!("(int64_t){text}"), prec: Prec::Unary, class, lo, hi }
+                    }
+                    _ => CExpr { text, prec: Prec::Atom, class, lo, hi },
+                }
+            }
+        }
+    }
+
+    /// The constant that this is, if it is one.
+    pub(crate) fn constant(&self) -> Option<i64> {
+        (self.lo == self.hi).then_some(self.lo)
+    }
+
+    /// True for the constant `true`.
+    pub(crate) fn is_true(&self) -> bool {
+        self.class == Class::Bool && self.lo == 1
+    }
+
+    /// True for the constant `false`.
+    pub(crate) fn is_false(&self) -> bool {
+        self.class == Class::Bool && self.hi == 0
+    }
+
+    /// The text, in brackets where it binds less than `at_least`.
+    pub(crate) fn within(&self, at_least: Prec) -> String {
+        if self.prec < at_least { format!("({})", self.text) } else { self.text.clone() }
+    }
+
+    /// The negation.
+    pub(crate) fn not(self) -> Self {
+        match self.constant() {
+            Some(value) => CExpr::bool(value == 0),
+            None => match self.text.strip_prefix('!') {
+                Some(inner) if self.prec == Prec::Unary && !inner.starts_with('(') => {
+                    CExpr::condition(inner, Prec::Atom)
+                }
+                _ => CExpr::condition(format!("!{}", self.within(Prec::Unary)), Prec::Unary),
+            },
+        }
+    }
+
+    /// The conjunction, constants removed.
+    pub(crate) fn and(all: impl IntoIterator<Item = CExpr>) -> Self {
+        Self::junction(all, true)
+    }
+
+    /// The disjunction, constants removed.
+    pub(crate) fn or(all: impl IntoIterator<Item = CExpr>) -> Self {
+        Self::junction(all, false)
+    }
+
+    fn junction(all: impl IntoIterator<Item = CExpr>, is_and: bool) -> Self {
+        let mut rest: Vec<CExpr> = Vec::new();
+        for operand in all {
+            if if is_and { operand.is_true() } else { operand.is_false() } {
+                continue;
+            }
+            if if is_and { operand.is_false() } else { operand.is_true() } {
+                return CExpr::bool(!is_and);
+            }
+            rest.push(operand);
+        }
+        if rest.len() == 1
+            && let Some(only) = rest.pop()
+        {
+            return only;
+        }
+        if rest.is_empty() {
+            return CExpr::bool(is_and);
+        }
+        let (sign, prec) = if is_and { (" && ", Prec::And) } else { (" || ", Prec::Or) };
+        let mut text = String::new();
+        for (index, operand) in rest.iter().enumerate() {
+            if index > 0 {
+                text.push_str(sign);
+            }
+            // `a || b && c` is legal and a warning, so the inner one gets brackets; a chain of the same sign needs none.
+            if operand.prec < Prec::Compare && operand.prec != prec {
+                text.push('(');
+                text.push_str(&operand.text);
+                text.push(')');
+            } else {
+                text.push_str(&operand.text);
+            }
+        }
+        CExpr::condition(text, prec)
+    }
+
+    /// A comparison of two numbers or two Booleans, decided here where the intervals decide it.
+    pub(crate) fn compare(op: CompareOp, a: CExpr, b: CExpr) -> Self {
+        if a.class == Class::Bool {
+            let wanted = matches!(op, CompareOp::Eq);
+            return match (a.constant(), b.constant()) {
+                (Some(x), Some(y)) => CExpr::bool((x == y) == wanted),
+                (Some(x), None) => {
+                    if (x == 1) == wanted {
+                        b
+                    } else {
+                        b.not()
+                    }
+                }
+                (None, Some(y)) => {
+                    if (y == 1) == wanted {
+                        a
+                    } else {
+                        a.not()
+                    }
+                }
+                (None, None) => {
+                    let sign = if wanted { "==" } else { "!=" };
+                    let text = format!("{} {sign} {}", a.within(Prec::Atom), b.within(Prec::Atom));
+                    CExpr::condition(text, Prec::Compare)
+                }
+            };
+        }
+        if let Some(known) = decided(op, &a, &b) {
+            return CExpr::bool(known);
+        }
+        let text = format!("{} {} {}", a.within(Prec::Sum), c_sign(op), b.within(Prec::Sum));
+        CExpr::condition(text, Prec::Compare)
+    }
+
+    /// One or the other.
+    pub(crate) fn select(condition: CExpr, a: CExpr, b: CExpr) -> Self {
+        if condition.is_true() {
+            return a;
+        }
+        if condition.is_false() {
+            return b;
+        }
+        if a.class == Class::Bool {
+            if let (Some(x), Some(y)) = (a.constant(), b.constant()) {
+                return match (x == 1, y == 1) {
+                    (true, false) => condition,
+                    (false, true) => condition.not(),
+                    (value, _) => CExpr::bool(value),
+                };
+            }
+        }
+        let text = format!(
+            "{} ? {} : {}",
+            condition.within(Prec::Atom),
+            a.within(Prec::Compare),
+            b.within(Prec::Compare)
+        );
+        CExpr {
+            text,
+            prec: Prec::Choice,
+            class: a.class.max(b.class),
+            lo: a.lo.min(b.lo),
+            hi: a.hi.max(b.hi),
+        }
+    }
+
+    /// Arithmetic; validation has shown that the result lies within 64 bits.
+    pub(crate) fn arith(op: ArithOp, a: CExpr, b: CExpr) -> Self {
+        if let (Some(x), Some(y)) = (a.constant(), b.constant())
+            && let Some(value) = op.apply(x, y)
+        {
+            return CExpr::int(value);
+        }
+        let (lo, hi) = arith_interval(op, &a, &b);
+        let class = Class::of(lo, hi).max(a.class).max(b.class);
+        let prec = match op {
+            ArithOp::Add | ArithOp::Sub => Prec::Sum,
+            ArithOp::Mul | ArithOp::Div | ArithOp::Mod => Prec::Product,
+        };
+        let right = if prec == Prec::Sum { Prec::Product } else { Prec::Unary };
+        let sign = match op {
+            ArithOp::Add => "+",
+            ArithOp::Sub => "-",
+            ArithOp::Mul => "*",
+            ArithOp::Div => "/",
+            ArithOp::Mod => "%",
+        };
+        let left = if a.class < class && b.class < class {
+            a.cast(class).within(prec)
+        } else {
+            a.within(prec)
+        };
+        let text = format!("{left} {sign} {}", b.within(right));
+        CExpr { text, prec, class, lo, hi }
+    }
+
+    /// Arithmetic negation.
+    pub(crate) fn neg(self) -> Self {
+        if let Some(value) = self.constant().and_then(i64::checked_neg) {
+            return CExpr::int(value);
+        }
+        let (lo, hi) = (self.hi.saturating_neg(), self.lo.saturating_neg());
+        let class = Class::of(lo, hi).max(self.class);
+        let inner = if self.class < class { self.cast(class) } else { self };
+        // Two signs in a row would read as a decrement.
+        let inner = if inner.text.starts_with('-') {
+            format!("({})", inner.text)
+        } else {
+            inner.within(Prec::Unary)
+        };
+        CExpr { text: format!("-{inner}"), prec: Prec::Unary, class, lo, hi }
+    }
+
+    /// The same value in a wider class.
+    pub(crate) fn cast(self, class: Class) -> Self {
+        let text = format!("({}){}", class.name(), self.within(Prec::Unary));
+        CExpr { text, prec: Prec::Unary, class, lo: self.lo, hi: self.hi }
+    }
+
+    /// The value converted to the type that stores `ty`; the value must lie within it (see [`saturated`]).
+    pub(crate) fn stored_as(&self, ty: Type) -> String {
+        let name = storage(ty);
+        let is_literal = self.constant().is_some() && self.prec >= Prec::Unary;
+        // What is computed in the very type that stores it needs no cast; neither does a literal that fits.
+        if self.class == Class::Bool || is_literal || name == self.class.name() || name == "int64_t"
+        {
+            self.text.clone()
+        } else {
+            format!("({name}){}", self.within(Prec::Unary))
+        }
+    }
+}
+
+/// The C type in which a value of this type is stored: the smallest that holds it.
+pub(crate) fn storage(ty: Type) -> &'static str {
+    let Type::Int { lo, hi } = ty else { return "bool" };
+    let fits = |a: i64, b: i64| lo >= a && hi <= b;
+    if fits(0, 0xff) {
+        "uint8_t"
+    } else if fits(-0x80, 0x7f) {
+        "int8_t"
+    } else if fits(0, 0xffff) {
+        "uint16_t"
+    } else if fits(-0x8000, 0x7fff) {
+        "int16_t"
+    } else if fits(i64::from(i32::MIN), i64::from(i32::MAX)) {
+        "int32_t"
+    } else if fits(0, i64::from(u32::MAX)) {
+        "uint32_t"
+    } else {
+        "int64_t"
+    }
+}
+
+/// Whether an interval decides a comparison of numbers.
+fn decided(op: CompareOp, a: &CExpr, b: &CExpr) -> Option<bool> {
+    let below = a.hi < b.lo;
+    let above = a.lo > b.hi;
+    let not_above = a.hi <= b.lo;
+    let not_below = a.lo >= b.hi;
+    let same = a.lo == a.hi && b.lo == b.hi && a.lo == b.lo;
+    match op {
+        CompareOp::Eq if same => Some(true),
+        CompareOp::Eq if below || above => Some(false),
+        CompareOp::Ne if same => Some(false),
+        CompareOp::Ne if below || above => Some(true),
+        CompareOp::Lt if below => Some(true),
+        CompareOp::Lt if not_below => Some(false),
+        CompareOp::Le if not_above => Some(true),
+        CompareOp::Le if above => Some(false),
+        CompareOp::Gt if above => Some(true),
+        CompareOp::Gt if not_above => Some(false),
+        CompareOp::Ge if not_below => Some(true),
+        CompareOp::Ge if below => Some(false),
+        CompareOp::Eq
+        | CompareOp::Ne
+        | CompareOp::Lt
+        | CompareOp::Le
+        | CompareOp::Gt
+        | CompareOp::Ge => None,
+    }
+}
+
+fn c_sign(op: CompareOp) -> &'static str {
+    match op {
+        CompareOp::Eq => "==",
+        CompareOp::Ne => "!=",
+        CompareOp::Lt => "<",
+        CompareOp::Le => "<=",
+        CompareOp::Gt => ">",
+        CompareOp::Ge => ">=",
+    }
+}
+
+/// The interval of an arithmetic result, as [`type_of`] computes it everywhere else.
+fn arith_interval(op: ArithOp, a: &CExpr, b: &CExpr) -> (i64, i64) {
+    let leaves = [Type::Int { lo: a.lo, hi: a.hi }, Type::Int { lo: b.lo, hi: b.hi }];
+    let leaf = |index: usize| Box::new(Expr::leaf(index, grafsynth_ir::Span::default()));
+    let expr = Expr::new(ExprKind::Arith(op, leaf(0), leaf(1)), grafsynth_ir::Span::default());
+    match type_of(&expr, &mut |index: &usize| leaves[*index]) {
+        Ok(ty) => ty.bounds(),
+        // Validation refuses such nets; the widest interval keeps the printer total.
+        Err(_) => (i64::MIN, i64::MAX),
+    }
+}
+
+/// A constant in a spelling whose type is that of its class on every target.
+fn literal(value: i64, class: Class) -> (String, Prec) {
+    let magnitude = value.unsigned_abs();
+    let wrap = |digits: u64| match class {
+        Class::Bool | Class::Int => digits.to_string(),
+        Class::Wide => format!("INT32_C({digits})"),
+        Class::Huge => format!("INT64_C({digits})"),
+    };
+    let lowest = match class {
+        Class::Bool | Class::Int => i64::from(i16::MIN),
+        Class::Wide => i64::from(i32::MIN),
+        Class::Huge => i64::MIN,
+    };
+    if value >= 0 {
+        (wrap(magnitude), Prec::Atom)
+    } else if value == lowest {
+        // The magnitude of the smallest value has no literal of its type.
+        (format!("(-{} - 1)", wrap(magnitude - 1)), Prec::Atom)
+    } else {
+        (format!("-{}", wrap(magnitude)), Prec::Unary)
+    }
+}
+
+/// How the leaves of an expression are read in C.
+pub(crate) trait Scope<L> {
+    /// A plain leaf.
+    fn leaf(&mut self, leaf: &L) -> CExpr;
+    /// One element of an array.
+    fn element(&mut self, array: &L, index: &CExpr) -> CExpr;
+}
+
+/// `expr` in C. The recursion is as deep as the expression, which validation bounds.
+pub(crate) fn c_expr<L>(expr: &Expr<L>, scope: &mut impl Scope<L>) -> CExpr {
+    match &expr.kind {
+        ExprKind::Bool(value) => CExpr::bool(*value),
+        ExprKind::Int(value) => CExpr::int(*value),
+        ExprKind::Leaf(leaf) => scope.leaf(leaf),
+        ExprKind::Element(array, index) => {
+            let index = c_expr(index, scope);
+            scope.element(array, &index)
+        }
+        ExprKind::Not(a) => c_expr(a, scope).not(),
+        ExprKind::And(all) => CExpr::and(all.iter().map(|a| c_expr(a, scope)).collect::<Vec<_>>()),
+        ExprKind::Or(all) => CExpr::or(all.iter().map(|a| c_expr(a, scope)).collect::<Vec<_>>()),
+        ExprKind::Compare(op, a, b) => {
+            let a = c_expr(a, scope);
+            CExpr::compare(*op, a, c_expr(b, scope))
+        }
+        ExprKind::Neg(a) => c_expr(a, scope).neg(),
+        ExprKind::Arith(op, a, b) => {
+            let a = c_expr(a, scope);
+            CExpr::arith(*op, a, c_expr(b, scope))
+        }
+        ExprKind::Select(c, a, b) => {
+            let c = c_expr(c, scope);
+            let a = c_expr(a, scope);
+            CExpr::select(c, a, c_expr(b, scope))
+        }
+    }
+}
+
+/// The helper functions that saturating stores need, one for each class in use.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub(crate) struct Helpers {
+    /// `PREFIX_clamp16`, `32`, `64`.
+    pub(crate) clamp: [bool; 3],
+    /// `PREFIX_later`: adds ticks to a timer, saturating.
+    pub(crate) later: bool,
+}
+
+/// `value` brought into `ty`: unchanged where its interval fits, else through a clamping helper of the right class.
+pub(crate) fn saturated(value: CExpr, ty: Type, prefix: &str, helpers: &mut Helpers) -> CExpr {
+    let Type::Int { lo, hi } = ty else { return value };
+    if value.lo >= lo && value.hi <= hi {
+        return value;
+    }
+    if value.hi <= lo {
+        return CExpr::int(lo);
+    }
+    if value.lo >= hi {
+        return CExpr::int(hi);
+    }
+    // Both bounds lie within the interval of the value, so the class of the value holds them.
+    let (lo, hi) = (lo.max(value.lo), hi.min(value.hi));
+    let (width, slot) = match value.class {
+        Class::Bool | Class::Int => (16, 0),
+        Class::Wide => (32, 1),
+        Class::Huge => (64, 2),
+    };
+    helpers.clamp[slot] = true;
+    let class = value.class;
+    let bound = |value: i64| literal(value, Class::of(value, value)).0;
+    let text = format!("{prefix}_clamp{width}({}, {}, {})", value.text, bound(lo), bound(hi));
+    CExpr { text, prec: Prec::Atom, class, lo, hi }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn var(name: &str, lo: i64, hi: i64) -> CExpr {
+        CExpr::place(name, Type::Int { lo, hi })
+    }
+
+    #[test]
+    fn arithmetic_is_cast_before_it_can_overflow_16_bits() {
+        let product = CExpr::arith(ArithOp::Mul, var("n", 0, 1000), CExpr::int(100));
+        assert_eq!(product.text, "(int32_t)n * 100");
+        let sum = CExpr::arith(ArithOp::Add, var("n", 0, 255), CExpr::int(1));
+        assert_eq!((sum.text.as_str(), sum.class), ("n + 1", Class::Int));
+        let unsigned = CExpr::arith(ArithOp::Sub, var("n", 0, 65535), CExpr::int(1));
+        assert_eq!(unsigned.text, "(int32_t)n - 1");
+        let huge = CExpr::arith(ArithOp::Mul, var("n", 0, 100_000), var("m", 0, 100_000));
+        assert_eq!(huge.text, "(int64_t)n * m");
+    }
+
+    #[test]
+    fn constants_have_their_type_on_every_target() {
+        assert_eq!(CExpr::int(-32768).text, "(-32767 - 1)");
+        assert_eq!(CExpr::int(40000).text, "INT32_C(40000)");
+        assert_eq!(CExpr::int(i64::MIN).text, "(-INT64_C(9223372036854775807) - 1)");
+        assert_eq!(CExpr::int(-5).neg().text, "5");
+        assert_eq!(CExpr::arith(ArithOp::Sub, var("n", 0, 9), CExpr::int(-5)).text, "n - -5");
+    }
+
+    #[test]
+    fn decided_comparisons_are_constants() {
+        assert!(CExpr::compare(CompareOp::Ge, var("n", 0, 9), CExpr::int(0)).is_true());
+        assert!(CExpr::compare(CompareOp::Gt, var("n", 0, 9), CExpr::int(9)).is_false());
+        assert_eq!(CExpr::compare(CompareOp::Gt, var("n", 0, 9), CExpr::int(8)).text, "n > 8");
+    }
+
+    #[test]
+    fn brackets_stand_where_a_compiler_wants_them() {
+        let atom = |name: &str| CExpr::condition(name, Prec::Atom);
+        let both = CExpr::and([atom("a"), atom("b")]);
+        let text = CExpr::or([both.clone(), atom("c")]).text;
+        assert_eq!(text, "(a && b) || c");
+        assert_eq!(both.not().text, "!(a && b)");
+        let equal = CExpr::compare(CompareOp::Eq, atom("a").not(), atom("b"));
+        assert_eq!(equal.text, "(!a) == b");
+    }
+
+    #[test]
+    fn saturation_is_only_where_it_can_happen() {
+        let mut helpers = Helpers::default();
+        let ty = Type::Int { lo: 0, hi: 9 };
+        let fits = saturated(var("n", 0, 9), ty, "p", &mut helpers);
+        assert_eq!(fits.text, "n");
+        let more = CExpr::arith(ArithOp::Add, var("n", 0, 9), CExpr::int(1));
+        assert_eq!(saturated(more, ty, "p", &mut helpers).text, "p_clamp16(n + 1, 1, 9)");
+        assert_eq!(helpers.clamp, [true, false, false]);
+    }
+}

@@ -1,0 +1,167 @@
+//! Values that are known before the chart runs: the state and outputs after reset.
+
+use grafsynth_ir::expr::{Expr, ExprKind};
+use grafsynth_ir::net::{Block, Driver, Leaf, Net, OutputId, StepId, StmtKind, VarId, Verbatim};
+use std::collections::BTreeSet;
+
+/// The value of an expression whose leaves are known; `leaf` gives a leaf or, with an index, an element. Booleans are 0 and 1.
+pub(crate) fn eval<L>(expr: &Expr<L>, leaf: &mut impl FnMut(&L, Option<i64>) -> i64) -> i64 {
+    match &expr.kind {
+        ExprKind::Bool(value) => i64::from(*value),
+        ExprKind::Int(value) => *value,
+        ExprKind::Leaf(it) => leaf(it, None),
+        ExprKind::Element(it, index) => {
+            let index = eval(index, leaf);
+            leaf(it, Some(index))
+        }
+        ExprKind::Not(a) => i64::from(eval(a, leaf) == 0),
+        ExprKind::And(all) => i64::from(all.iter().all(|a| eval(a, leaf) != 0)),
+        ExprKind::Or(all) => i64::from(all.iter().any(|a| eval(a, leaf) != 0)),
+        ExprKind::Compare(op, a, b) => i64::from(op.apply(eval(a, leaf), eval(b, leaf))),
+        ExprKind::Neg(a) => eval(a, leaf).saturating_neg(),
+        // Validation has shown that every result fits and no divisor is 0.
+        ExprKind::Arith(op, a, b) => op.apply(eval(a, leaf), eval(b, leaf)).unwrap_or(0),
+        ExprKind::Select(c, a, b) => {
+            if eval(c, leaf) != 0 {
+                eval(a, leaf)
+            } else {
+                eval(b, leaf)
+            }
+        }
+    }
+}
+
+/// Something that reset does to the outside.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum Effect {
+    /// Calls an extern action with these (saturated) arguments.
+    Call(OutputId, Vec<i64>),
+    /// Runs text.
+    Code(Verbatim),
+}
+
+/// What reset leaves behind, for nets without hierarchy, controlled actions and tasks (semantics §2).
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Reset {
+    /// Each variable's values.
+    pub(crate) vars: Vec<Vec<i64>>,
+    /// Each output's value.
+    pub(crate) outputs: Vec<i64>,
+    /// Calls and texts in order.
+    pub(crate) effects: Vec<Effect>,
+}
+
+/// Runs the reset of a flat net.
+pub(crate) fn reset(net: &Net) -> Reset {
+    let mut state = State {
+        net,
+        active: BTreeSet::new(),
+        vars: net.vars.values().map(|var| var.init.clone()).collect(),
+        effects: Vec::new(),
+    };
+    for (id, step) in net.steps.iter().filter(|(_, step)| step.is_initial) {
+        state.active.insert(id);
+        state.run(&step.entry);
+    }
+    let mut outputs = Vec::new();
+    for (id, output) in net.outputs.iter() {
+        outputs.push(match &output.driver {
+            Driver::Continuous(emissions) | Driver::Mealy(emissions) => {
+                let on = emissions.iter().any(|it| {
+                    state.active.contains(&it.step) && state.holds(it.condition.as_ref())
+                });
+                i64::from(on)
+            }
+            Driver::Stored(var) => state.var(*var, None),
+            Driver::Controlled(_) => 0,
+            Driver::Extern { calls, params } => {
+                let first = calls.iter().find(|it| {
+                    state.active.contains(&it.step) && state.holds(it.condition.as_ref())
+                });
+                if let Some(call) = first {
+                    let arguments = call
+                        .arguments
+                        .iter()
+                        .zip(params)
+                        .map(|(it, param)| param.ty.saturate(state.eval(it)))
+                        .collect();
+                    state.effects.push(Effect::Call(id, arguments));
+                }
+                0
+            }
+        });
+    }
+    for (_, step) in net.steps.iter().filter(|(_, step)| step.is_initial) {
+        state.effects.extend(step.code.iter().cloned().map(Effect::Code));
+    }
+    Reset { vars: state.vars, outputs, effects: state.effects }
+}
+
+struct State<'a> {
+    net: &'a Net,
+    active: BTreeSet<StepId>,
+    vars: Vec<Vec<i64>>,
+    effects: Vec<Effect>,
+}
+
+impl State<'_> {
+    fn var(&self, var: VarId, index: Option<i64>) -> i64 {
+        let index = index.and_then(|it| usize::try_from(it).ok()).unwrap_or(0);
+        self.vars[var.index()].get(index).copied().unwrap_or(0)
+    }
+
+    fn eval(&self, expr: &grafsynth_ir::net::Expr) -> i64 {
+        eval(expr, &mut |leaf, index| match *leaf {
+            Leaf::Var(var) => self.var(var, index),
+            Leaf::Active(step) | Leaf::TasksDone(step) => i64::from(self.active.contains(&step)),
+            // Inputs are 0, no time has passed, edges read false.
+            Leaf::Input(_)
+            | Leaf::Elapsed(_)
+            | Leaf::LastElapsed(_)
+            | Leaf::Timer(_)
+            | Leaf::Rise(_)
+            | Leaf::Fall(_)
+            | Leaf::Fireable(_)
+            | Leaf::Controlled(_) => 0,
+        })
+    }
+
+    fn holds(&self, condition: Option<&grafsynth_ir::net::Expr>) -> bool {
+        condition.is_none_or(|it| self.eval(it) != 0)
+    }
+
+    fn run(&mut self, block: &Block) {
+        for stmt in block {
+            match &stmt.kind {
+                StmtKind::Assign { var, index, value } => {
+                    let value = self.net.vars[*var].ty.saturate(self.eval(value));
+                    let index = index.as_ref().map_or(0, |it| self.eval(it));
+                    let slot = usize::try_from(index)
+                        .ok()
+                        .and_then(|it| self.vars[var.index()].get_mut(it));
+                    if let Some(slot) = slot {
+                        *slot = value;
+                    }
+                }
+                StmtKind::Call { output, arguments } => {
+                    let Driver::Extern { params, .. } = &self.net.outputs[*output].driver else {
+                        continue;
+                    };
+                    let values = arguments
+                        .iter()
+                        .zip(params)
+                        .map(|(it, param)| param.ty.saturate(self.eval(it)))
+                        .collect();
+                    self.effects.push(Effect::Call(*output, values));
+                }
+                StmtKind::If { condition, then, otherwise } => {
+                    let taken = if self.eval(condition) != 0 { then } else { otherwise };
+                    self.run(taken);
+                }
+                StmtKind::Code(text) => self.effects.push(Effect::Code(text.clone())),
+                // The plan refuses nets that raise or send.
+                StmtKind::Raise(_) | StmtKind::Send(_) | StmtKind::Cancel(_) => {}
+            }
+        }
+    }
+}

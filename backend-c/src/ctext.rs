@@ -1,0 +1,289 @@
+//! C text as a tree, and the writer that prints it.
+//!
+//! The tree says what stands where; it knows nothing of charts. Whatever is to be decided (names, types, order, shape) is decided before, in
+//! [`crate::switch`], [`crate::bits`] and [`crate::header`]; the writer only indents, places comments and keeps the provenance of each line.
+
+use crate::Object;
+
+/// A piece of a file.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub(crate) struct Node {
+    /// What is printed.
+    pub(crate) kind: Kind,
+    /// A comment at the end of the (first) line; empty for none.
+    pub(crate) note: String,
+    /// What of the net this comes from.
+    pub(crate) objects: Vec<Object>,
+}
+
+/// The kinds of pieces.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub(crate) enum Kind {
+    /// An empty line.
+    #[default]
+    Blank,
+    /// One line as it is.
+    Line(String),
+    /// A comment of its own, one line for each line of the text.
+    Comment(String),
+    /// Text of the user: its lines are printed as they are, at the present indent.
+    Verbatim(String),
+    /// A line of the preprocessor, never indented.
+    Directive(String),
+    /// `head {` body `}`; further arms (`else if`, `else`) follow on the closing line.
+    Block(Vec<Arm>),
+    /// `case X:` (its heads) with what follows one level deeper.
+    Case(Vec<String>, Vec<Node>),
+    /// Pieces one level deeper.
+    Nested(Vec<Node>),
+    /// A function: the opening brace stands on a line of its own.
+    Function(String, Vec<Node>),
+    /// `head {` body `} tail`, for types and tables.
+    Braces(String, Vec<Node>, String),
+}
+
+/// One arm of a [`Kind::Block`].
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Arm {
+    /// `if (..)`, `else if (..)`, `else`, `switch (..)`, `while (..)`.
+    pub(crate) head: String,
+    /// A comment behind the opening brace.
+    pub(crate) note: String,
+    /// What of the net this arm comes from.
+    pub(crate) objects: Vec<Object>,
+    /// What stands in it.
+    pub(crate) body: Vec<Node>,
+}
+
+impl Arm {
+    pub(crate) fn new(head: impl Into<String>, body: Vec<Node>) -> Self {
+        Arm { head: head.into(), note: String::new(), objects: Vec::new(), body }
+    }
+
+    /// The same arm with a comment and what it comes from.
+    pub(crate) fn noted(mut self, note: impl Into<String>, object: Object) -> Self {
+        self.note = note.into();
+        self.objects.push(object);
+        self
+    }
+}
+
+impl Node {
+    pub(crate) fn line(text: impl Into<String>) -> Self {
+        Kind::Line(text.into()).into()
+    }
+
+    pub(crate) fn comment(text: impl Into<String>) -> Self {
+        Kind::Comment(text.into()).into()
+    }
+
+    pub(crate) fn directive(text: impl Into<String>) -> Self {
+        Kind::Directive(text.into()).into()
+    }
+
+    pub(crate) fn blank() -> Self {
+        Kind::Blank.into()
+    }
+
+    /// `if (condition) { .. }`.
+    pub(crate) fn when(condition: &str, body: Vec<Node>) -> Self {
+        Kind::Block(vec![Arm::new(format!("if ({condition})"), body)]).into()
+    }
+
+    /// `head { .. }`.
+    pub(crate) fn block(head: impl Into<String>, body: Vec<Node>) -> Self {
+        Kind::Block(vec![Arm::new(head, body)]).into()
+    }
+
+    /// A function definition.
+    pub(crate) fn function(head: impl Into<String>, body: Vec<Node>) -> Self {
+        Kind::Function(head.into(), body).into()
+    }
+
+    /// The same with a comment at the end of its line.
+    pub(crate) fn note(mut self, note: impl Into<String>) -> Self {
+        self.note = note.into();
+        self
+    }
+
+    /// The same with one more thing that it comes from.
+    pub(crate) fn from(mut self, object: Object) -> Self {
+        self.objects.push(object);
+        self
+    }
+
+    /// The same with more things that it comes from.
+    pub(crate) fn from_all(mut self, objects: impl IntoIterator<Item = Object>) -> Self {
+        self.objects.extend(objects);
+        self
+    }
+}
+
+impl From<Kind> for Node {
+    fn from(kind: Kind) -> Self {
+        Node { kind, note: String::new(), objects: Vec::new() }
+    }
+}
+
+/// Text that is safe within a C comment, on one line.
+pub(crate) fn comment_text(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        let c = if c.is_control() { ' ' } else { c };
+        // `*/` would end the comment, `/*` is a warning, `??/` a trigraph.
+        if (c == '/' && out.ends_with('*'))
+            || (c == '*' && out.ends_with('/'))
+            || (c == '?' && out.ends_with('?'))
+        {
+            out.push(' ');
+        }
+        out.push(c);
+    }
+    out.trim().to_string()
+}
+
+/// Prints a tree.
+#[derive(Debug, Default)]
+pub(crate) struct Writer {
+    text: String,
+    line: u32,
+    indent: usize,
+    map: Vec<(u32, Vec<Object>)>,
+}
+
+impl Writer {
+    /// The text of all `nodes` and, for each line that comes from something, what it comes from.
+    pub(crate) fn write(nodes: &[Node]) -> (String, Vec<(u32, Vec<Object>)>) {
+        let mut writer = Writer::default();
+        writer.nodes(nodes);
+        (writer.text, writer.map)
+    }
+
+    fn nodes(&mut self, nodes: &[Node]) {
+        for node in nodes {
+            self.node(node);
+        }
+    }
+
+    fn node(&mut self, node: &Node) {
+        match &node.kind {
+            Kind::Blank => self.put("", "", &node.objects),
+            Kind::Line(text) => self.put(text, &node.note, &node.objects),
+            Kind::Comment(text) => self.comment(text, &node.objects),
+            Kind::Verbatim(text) => {
+                for line in text.lines() {
+                    self.put(line.trim_end(), "", &node.objects);
+                }
+            }
+            Kind::Directive(text) => {
+                let indent = std::mem::take(&mut self.indent);
+                self.put(text, &node.note, &node.objects);
+                self.indent = indent;
+            }
+            Kind::Block(arms) => self.block(arms, node),
+            Kind::Case(heads, body) => {
+                for (index, head) in heads.iter().enumerate() {
+                    let note = if index == 0 { node.note.as_str() } else { "" };
+                    self.put(head, note, &node.objects);
+                }
+                self.indented(body);
+            }
+            Kind::Nested(body) => self.indented(body),
+            Kind::Function(head, body) => {
+                self.put(head, &node.note, &node.objects);
+                self.put("{", "", &[]);
+                self.indented(body);
+                self.put("}", "", &[]);
+            }
+            Kind::Braces(head, body, tail) => {
+                self.put(&format!("{head} {{"), &node.note, &node.objects);
+                self.indented(body);
+                self.put(&format!("}}{tail}"), "", &[]);
+            }
+        }
+    }
+
+    fn block(&mut self, arms: &[Arm], node: &Node) {
+        for (index, arm) in arms.iter().enumerate() {
+            let open = if index == 0 { "" } else { "} " };
+            let objects: Vec<Object> = if index == 0 {
+                node.objects.iter().chain(&arm.objects).copied().collect()
+            } else {
+                arm.objects.clone()
+            };
+            let note = if index == 0 && arm.note.is_empty() { &node.note } else { &arm.note };
+            self.put(&format!("{open}{} {{", arm.head), note, &objects);
+            // The cases of a `switch` stand at its own indent.
+            if arm.head.starts_with("switch") {
+                self.nodes(&arm.body);
+            } else {
+                self.indented(&arm.body);
+            }
+        }
+        self.put("}", "", &[]);
+    }
+
+    fn indented(&mut self, nodes: &[Node]) {
+        self.indent += 1;
+        self.nodes(nodes);
+        self.indent -= 1;
+    }
+
+    fn comment(&mut self, text: &str, objects: &[Object]) {
+        let lines: Vec<String> = text.lines().map(comment_text).collect();
+        match lines.as_slice() {
+            [] => {}
+            [only] => self.put(&format!("/* {only} */"), "", objects),
+            [first, rest @ ..] => {
+                self.put(&format!("/* {first}"), "", objects);
+                for (index, line) in rest.iter().enumerate() {
+                    let end = if index + 1 == rest.len() { " */" } else { "" };
+                    let space = if line.is_empty() { "" } else { " " };
+                    self.put(&format!(" *{space}{line}{end}"), "", objects);
+                }
+            }
+        }
+    }
+
+    fn put(&mut self, text: &str, note: &str, objects: &[Object]) {
+        self.line += 1;
+        if !text.is_empty() {
+            for _ in 0..self.indent {
+                self.text.push_str("    ");
+            }
+            self.text.push_str(text);
+        }
+        if !note.is_empty() {
+            self.text.push_str(" /* ");
+            self.text.push_str(&comment_text(note));
+            self.text.push_str(" */");
+        }
+        self.text.push('\n');
+        if !objects.is_empty() {
+            self.map.push((self.line, objects.to_vec()));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn comments_cannot_be_left() {
+        assert_eq!(comment_text("a */ b /* c\nd ??/"), "a * / b / * c d ? ?/");
+        assert_eq!(comment_text("**//**"), "** // **");
+    }
+
+    #[test]
+    fn arms_share_a_line_with_the_closing_brace() {
+        let arms = vec![
+            Arm::new("if (a)", vec![Node::line("b();")])
+                .noted("t1", Object::Step(grafsynth_ir::Id::from_index(0))),
+            Arm::new("else", vec![Node::line("c();")]),
+        ];
+        let (text, map) = Writer::write(&[Kind::Block(arms).into()]);
+        assert_eq!(text, "if (a) { /* t1 */\n    b();\n} else {\n    c();\n}\n");
+        assert_eq!(map.len(), 1);
+    }
+}

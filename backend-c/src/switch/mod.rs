@@ -1,0 +1,41 @@
+//! The style `switch`: one small state variable for each sequential component, and only the transitions of the active steps are looked at.
+
+mod emit;
+mod plan;
+mod table;
+
+pub(crate) use plan::Refusal;
+
+use crate::cprogram::CProgram;
+use crate::names::Names;
+use crate::{Options, Style};
+use grafsynth_ir::facts::Facts;
+use grafsynth_ir::net::Net;
+
+/// The net in this style.
+///
+/// # Errors
+/// What the net uses that the style does not carry.
+pub(crate) fn program(
+    net: &Net,
+    facts: &Facts,
+    names: &Names,
+    options: &Options,
+) -> Result<CProgram, Refusal> {
+    let plan = plan::plan(net, facts)?;
+    if options.style == Style::Auto && !pays(&plan) {
+        return Err(Refusal {
+            what: "a chart most of whose steps lie in no sequential component".to_string(),
+            span: net.name.span,
+        });
+    }
+    let tables = table::Tables::choose(net, names, &plan, options);
+    Ok(emit::emit(net, facts, names, &plan, &tables, options))
+}
+
+/// Whether the components carry enough of the net for their variables to be better than one bit for each step.
+fn pays(plan: &plan::Plan) -> bool {
+    let steps: usize = plan.machines.iter().map(|machine| machine.steps.len()).sum();
+    let alone = plan.machines.iter().filter(|machine| machine.steps.len() == 1).count();
+    alone <= 4 || alone * 3 <= steps
+}

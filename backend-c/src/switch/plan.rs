@@ -1,0 +1,739 @@
+//! The plan of the `switch` style: which state variables there are, which one decides each transition, and whether this style carries the net at all.
+//!
+//! # State variables
+//! Every proved sequential component becomes one state variable; a step that lies in none becomes a variable of its own with the values *none* and
+//! *active*. A micro-step handles the variables in order. A transition is decided where its *owner* is handled: the first variable that it takes a step
+//! of. What it does to later variables waits in a flag, and what it adds to a variable that it takes nothing from waits until all are handled. So every
+//! receptivity is read before anything it depends on changes, without a second copy of the state. Where that can't be kept, the net is refused with
+//! the reason, and the caller takes the style `bits`.
+
+use grafsynth_ir::facts::Facts;
+use grafsynth_ir::net::{
+    Block, Driver, EdgeId, Enter, Evolution, Expr, InputId, InputKind, Leaf, Net, OutputId, Policy,
+    Step, StepId, StepKind, StmtKind, Transition, TransitionId, TransitionKind, Var, VarId,
+};
+use grafsynth_ir::{IdMap, Span};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Why the style can't carry the net: the construct in the user's words, and where it is.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Refusal {
+    /// What the chart uses.
+    pub(crate) what: String,
+    /// Where.
+    pub(crate) span: Span,
+}
+
+/// One state variable.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Machine {
+    /// Its steps; the position is the step's code, plus one where there is a value *none*.
+    pub(crate) steps: Vec<StepId>,
+    /// There are situations in which none of its steps is active; the code 0 says so.
+    pub(crate) has_none: bool,
+    /// One above the largest constant that the time of a step of this variable is compared with; none where no time is read.
+    pub(crate) timer_cap: Option<i64>,
+    /// A transition that takes nothing from this variable adds a step to it.
+    pub(crate) is_entered: bool,
+    /// A receptivity reads a step bit of this variable after the variable was handled.
+    pub(crate) needs_old: bool,
+    /// An entry or exit list, or actions of a transition that it owns.
+    pub(crate) has_lists: bool,
+}
+
+impl Machine {
+    /// The number of values.
+    pub(crate) fn values(&self) -> usize {
+        self.steps.len() + usize::from(self.has_none)
+    }
+}
+
+/// Which functions of the library are called when.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Latch {
+    /// At the start of every reaction.
+    Always,
+    /// At the start of the only case that is run and mentions it.
+    InCase,
+    /// At the first mention, kept for the reaction.
+    OnDemand,
+}
+
+/// All decisions.
+#[derive(Debug, Clone)]
+pub(crate) struct Plan {
+    /// The state variables, in the order in which they are handled.
+    pub(crate) machines: Vec<Machine>,
+    /// Variable and code of each step.
+    pub(crate) place: IdMap<Step, (usize, u32)>,
+    /// For each step, the transitions that take it, in the order in which they are asked.
+    pub(crate) leaving: IdMap<Step, Vec<TransitionId>>,
+    /// The variable that decides each transition; none for one that can never be enabled.
+    pub(crate) owner: IdMap<Transition, Option<usize>>,
+    /// The transition changes a variable besides its owner.
+    pub(crate) is_wide: IdMap<Transition, bool>,
+    /// When each extern condition is called.
+    pub(crate) latches: BTreeMap<InputId, Latch>,
+    /// Steps whose time is read.
+    pub(crate) timed: BTreeSet<StepId>,
+}
+
+impl Plan {
+    /// The steps that a transition takes from variable `machine`.
+    pub(crate) fn taken(
+        &self,
+        net: &Net,
+        transition: TransitionId,
+        machine: usize,
+    ) -> Option<StepId> {
+        net.transitions[transition]
+            .requires
+            .iter()
+            .copied()
+            .find(|step| self.place[*step].0 == machine)
+    }
+
+    /// The step that a transition adds to variable `machine`.
+    pub(crate) fn added(
+        &self,
+        net: &Net,
+        transition: TransitionId,
+        machine: usize,
+    ) -> Option<StepId> {
+        entered(&net.transitions[transition]).find(|step| self.place[*step].0 == machine)
+    }
+}
+
+/// The steps that a transition adds (histories are no part of this style).
+pub(crate) fn entered(transition: &Transition) -> impl Iterator<Item = StepId> {
+    transition.enters.iter().filter_map(|enter| match enter {
+        Enter::Step(step) => Some(*step),
+        Enter::InitialContent(_) | Enter::History(_) => None,
+    })
+}
+
+/// The plan, or why there is none.
+pub(crate) fn plan(net: &Net, facts: &Facts) -> Result<Plan, Refusal> {
+    refuse_features(net)?;
+    let (mut machines, place) = state_variables(net, facts);
+    let order = Order::of(net);
+    let mut leaving: IdMap<Step, Vec<TransitionId>> = IdMap::filled(&net.steps, Vec::new());
+    let mut owner = IdMap::filled(&net.transitions, None);
+    let mut is_wide = IdMap::filled(&net.transitions, false);
+    for (id, transition) in net.transitions.iter() {
+        let mut taken = BTreeMap::new();
+        let mut possible = true;
+        for step in &transition.requires {
+            // Two steps of one component are never active together, so such a transition is never enabled.
+            possible &= taken.insert(place[*step].0, *step).is_none_or(|earlier| earlier == *step);
+        }
+        if !possible {
+            continue;
+        }
+        let mut added = BTreeMap::new();
+        for step in entered(transition) {
+            if added.insert(place[step].0, step).is_some_and(|earlier| earlier != step) {
+                return refuse(
+                    "a transition into two steps that are never active together",
+                    transition.meta.span,
+                );
+            }
+        }
+        let Some(first) = taken.keys().next().copied() else {
+            return refuse("a source transition", transition.meta.span);
+        };
+        owner[id] = Some(first);
+        is_wide[id] = taken.len() > 1 || added.keys().any(|machine| *machine != first);
+        for machine in added.keys().filter(|machine| !taken.contains_key(machine)) {
+            machines[*machine].is_entered = true;
+        }
+        for step in taken.values() {
+            leaving[*step].push(id);
+        }
+    }
+    let mut place = place;
+    for machine in &mut machines {
+        // What waits for a variable needs a value that says that nothing does.
+        if machine.is_entered && !machine.has_none {
+            machine.has_none = true;
+            for step in &machine.steps {
+                place[*step].1 += 1;
+            }
+        }
+    }
+    for step in net.steps.ids() {
+        leaving[step].sort_by_key(|transition| order.key[*transition]);
+        leaving[step].dedup();
+    }
+    let mut plan = Plan {
+        machines,
+        place,
+        leaving,
+        owner,
+        is_wide,
+        latches: BTreeMap::new(),
+        timed: BTreeSet::new(),
+    };
+    competition(net, &plan, &order)?;
+    timers(net, &mut plan);
+    lists(net, &mut plan)?;
+    reads(net, &mut plan)?;
+    latches(net, &mut plan);
+    Ok(plan)
+}
+
+fn refuse<T>(what: impl Into<String>, span: Span) -> Result<T, Refusal> {
+    Err(Refusal { what: what.into(), span })
+}
+
+/// What needs the whole reaction as a program.
+fn refuse_features(net: &Net) -> Result<(), Refusal> {
+    let name = net.name.span;
+    if net.settings.policy.is_statechart() {
+        return refuse("a statechart", name);
+    }
+    if net.settings.fire_one {
+        return refuse("`fire one`", name);
+    }
+    if let Some(forcing) = net.forcings.first() {
+        return refuse("a forcing order", forcing.span);
+    }
+    if let Some(action) = net.actions.values().next() {
+        return refuse(format!("the controlled action `{}`", action.name), action.meta.span);
+    }
+    if let Some(timer) = net.timers.values().next() {
+        return refuse(format!("the free timer `{}`", timer.name), timer.meta.span);
+    }
+    if let Some(send) = net.sends.values().next() {
+        return refuse("a delayed event", send.meta.span);
+    }
+    for step in net.steps.values() {
+        if step.kind != StepKind::Leaf || step.parent.is_some() {
+            return refuse(
+                format!("the enclosing or enclosed step `{}`", step.name),
+                step.meta.span,
+            );
+        }
+        if !step.tasks.is_empty() {
+            return refuse(format!("tasks of step `{}`", step.name), step.meta.span);
+        }
+    }
+    for transition in net.transitions.values() {
+        if transition.kind == TransitionKind::Reaction {
+            return refuse("a reaction that leaves its step active", transition.meta.span);
+        }
+    }
+    Ok(())
+}
+
+/// One variable for each proved component, in the order of its first step, and one for each step that is left.
+fn state_variables(net: &Net, facts: &Facts) -> (Vec<Machine>, IdMap<Step, (usize, u32)>) {
+    let mut of: IdMap<Step, Option<usize>> = IdMap::filled(&net.steps, None);
+    let mut groups: Vec<(Vec<StepId>, bool)> = Vec::new();
+    for component in &facts.components {
+        let steps: Vec<StepId> = component
+            .steps
+            .iter()
+            .copied()
+            .filter(|step| step.index() < net.steps.len() && of[*step].is_none())
+            .collect();
+        if steps.is_empty() {
+            continue;
+        }
+        // A component that lost a step to an earlier one can be empty-handed.
+        let always = component.always && steps.len() == component.steps.len();
+        for step in &steps {
+            of[*step] = Some(groups.len());
+        }
+        groups.push((steps, always));
+    }
+    for step in net.steps.ids() {
+        if of[step].is_none() {
+            of[step] = Some(groups.len());
+            groups.push((vec![step], false));
+        }
+    }
+    groups.sort_by_key(|(steps, _)| steps.iter().min().copied());
+    let mut place = IdMap::filled(&net.steps, (0, 0));
+    let mut machines = Vec::with_capacity(groups.len());
+    for (index, (mut steps, always)) in groups.into_iter().enumerate() {
+        steps.sort();
+        for (code, step) in steps.iter().enumerate() {
+            let code = u32::try_from(code).unwrap_or(u32::MAX);
+            place[*step] = (index, code + u32::from(!always));
+        }
+        machines.push(Machine {
+            steps,
+            has_none: !always,
+            timer_cap: None,
+            is_entered: false,
+            needs_old: false,
+            has_lists: false,
+        });
+    }
+    (machines, place)
+}
+
+/// The static order of transitions that compete (§4), and whether it is enough.
+struct Order {
+    /// Sorts transitions that share a preceding step.
+    key: IdMap<Transition, (u32, usize)>,
+}
+
+impl Order {
+    fn of(net: &Net) -> Self {
+        let key = IdMap::build(&net.transitions, |id, transition| {
+            let urgency = match net.settings.policy {
+                Policy::Priority => transition.priority.unwrap_or(u32::MAX),
+                Policy::PriorityAge => entered(transition)
+                    .filter_map(|step| net.steps[step].priority)
+                    .min()
+                    .unwrap_or(u32::MAX),
+                Policy::All | Policy::InnerFirst | Policy::OuterFirst => 0,
+            };
+            (urgency, id.index())
+        });
+        Order { key }
+    }
+}
+
+/// Shows that asking the transitions of a step one after the other, each at its owner, picks exactly what the policy picks.
+fn competition(net: &Net, plan: &Plan, order: &Order) -> Result<(), Refusal> {
+    for step in net.steps.ids() {
+        let leaving = &plan.leaving[step];
+        for (index, later) in leaving.iter().enumerate() {
+            let span = net.transitions[*later].meta.span;
+            for earlier in &leaving[..index] {
+                match net.settings.policy {
+                    // Both fire where both are fireable, so the proof that a component has at most one active step must exclude that.
+                    Policy::All => {
+                        let excluded = entered(&net.transitions[*earlier]).any(|a| {
+                            entered(&net.transitions[*later])
+                                .any(|b| a != b && plan.place[a].0 == plan.place[b].0)
+                        });
+                        if !excluded {
+                            return refuse(
+                                "two transitions that may fire together from one step",
+                                span,
+                            );
+                        }
+                    }
+                    Policy::Priority | Policy::PriorityAge => {
+                        if net.transitions[*earlier].part != net.transitions[*later].part {
+                            return refuse("transitions of two charts that compete", span);
+                        }
+                        if net.settings.policy == Policy::PriorityAge
+                            && order.key[*earlier].0 == order.key[*later].0
+                        {
+                            return refuse(
+                                "transitions of equal priority that compete by age",
+                                span,
+                            );
+                        }
+                    }
+                    Policy::InnerFirst | Policy::OuterFirst => {}
+                }
+            }
+        }
+    }
+    if net.settings.policy == Policy::All {
+        return Ok(());
+    }
+    // A transition is decided at its owner; all that goes before it at its other steps must be known there.
+    for (id, transition) in net.transitions.iter() {
+        let Some(owner) = plan.owner[id] else { continue };
+        for step in transition.requires.iter().filter(|step| plan.place[**step].0 != owner) {
+            for rival in plan.leaving[*step].iter().take_while(|rival| **rival != id) {
+                let known = plan.owner[*rival].is_none_or(|it| it <= owner)
+                    || net.transitions[*rival].requires.iter().all(|it| it == step);
+                if !known {
+                    return refuse("joins that compete with each other", transition.meta.span);
+                }
+                let mut looks_back = false;
+                net.transitions[*rival]
+                    .guard
+                    .for_each_leaf(&mut |leaf| looks_back |= matches!(leaf, Leaf::Fireable(_)));
+                if looks_back && plan.owner[*rival].is_some_and(|it| it > owner) {
+                    return refuse(
+                        "a join that competes with an `otherwise`",
+                        transition.meta.span,
+                    );
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Everything of a net that is evaluated, with where it stands.
+pub(crate) fn each_guard<'a>(net: &'a Net) -> impl Iterator<Item = (TransitionId, &'a Expr)> {
+    net.transitions.iter().map(|(id, transition)| (id, &transition.guard))
+}
+
+/// Conditions and arguments of outputs, by the step that carries them.
+fn output_conditions(net: &Net) -> Vec<(OutputId, StepId, &Expr)> {
+    let mut all = Vec::new();
+    for (id, output) in net.outputs.iter() {
+        match &output.driver {
+            Driver::Continuous(emissions) | Driver::Mealy(emissions) => {
+                for emission in emissions {
+                    all.extend(
+                        emission.condition.iter().map(|condition| (id, emission.step, condition)),
+                    );
+                }
+            }
+            Driver::Extern { calls, .. } => {
+                for call in calls {
+                    all.extend(
+                        call.condition.iter().chain(&call.arguments).map(|it| (id, call.step, it)),
+                    );
+                }
+            }
+            Driver::Stored(_) | Driver::Controlled(_) => {}
+        }
+    }
+    all
+}
+
+/// The expressions of a block, those of nested blocks included.
+pub(crate) fn block_expressions<'a>(block: &'a Block, out: &mut Vec<&'a Expr>) {
+    for stmt in block {
+        match &stmt.kind {
+            StmtKind::Assign { index, value, .. } => out.extend(index.iter().chain([value])),
+            StmtKind::Call { arguments, .. } => out.extend(arguments),
+            StmtKind::If { condition, then, otherwise } => {
+                out.push(condition);
+                block_expressions(then, out);
+                block_expressions(otherwise, out);
+            }
+            StmtKind::Raise(_) | StmtKind::Send(_) | StmtKind::Cancel(_) | StmtKind::Code(_) => {}
+        }
+    }
+}
+
+/// Which steps' times are read, and how far each variable's timer must count.
+fn timers(net: &Net, plan: &mut Plan) {
+    let mut caps: BTreeMap<StepId, i64> = BTreeMap::new();
+    let mut look = |expr: &Expr| crate::times::step_caps(expr, &mut caps);
+    each_guard(net).for_each(|(_, guard)| look(guard));
+    output_conditions(net).iter().for_each(|(_, _, condition)| look(condition));
+    net.edges.values().for_each(|edge| look(&edge.expr));
+    let mut expressions = Vec::new();
+    for step in net.steps.values() {
+        block_expressions(&step.entry, &mut expressions);
+        block_expressions(&step.exit, &mut expressions);
+    }
+    for transition in net.transitions.values() {
+        block_expressions(&transition.actions, &mut expressions);
+    }
+    expressions.into_iter().for_each(look);
+    for (step, cap) in caps {
+        let machine = &mut plan.machines[plan.place[step].0];
+        machine.timer_cap = Some(machine.timer_cap.unwrap_or(0).max(cap));
+        plan.timed.insert(step);
+    }
+}
+
+/// Who runs lists, and that no two variables' lists get in each other's way.
+fn lists(net: &Net, plan: &mut Plan) -> Result<(), Refusal> {
+    let mut writer: IdMap<Var, Option<usize>> = IdMap::filled(&net.vars, None);
+    let mut all: Vec<(usize, &Block, Span)> = Vec::new();
+    for (id, step) in net.steps.iter() {
+        let machine = plan.place[id].0;
+        all.push((machine, &step.entry, step.meta.span));
+        all.push((machine, &step.exit, step.meta.span));
+    }
+    for (id, transition) in net.transitions.iter() {
+        if let Some(owner) = plan.owner[id] {
+            all.push((owner, &transition.actions, transition.meta.span));
+        }
+    }
+    all.retain(|(_, block, _)| !block.is_empty());
+    let mut caller = None;
+    for (machine, block, span) in &all {
+        plan.machines[*machine].has_lists = true;
+        let mut effects = Effects::default();
+        effects.of(block);
+        if effects.raises {
+            return refuse("an event that the chart raises", *span);
+        }
+        if effects.calls && caller.replace(*machine).is_some_and(|other| other != *machine) {
+            return refuse("calls in lists of parallel branches", *span);
+        }
+        for var in effects.writes {
+            if writer[var].replace(*machine).is_some_and(|other| other != *machine) {
+                return refuse("a variable that parallel branches write", *span);
+            }
+        }
+    }
+    if net.settings.assign_simultaneous
+        && let Some((_, _, span)) = all.first()
+    {
+        return refuse("simultaneous assignments", *span);
+    }
+    for machine in &plan.machines {
+        // A step that is drained and added at once stays active: its lists must not run, which only the whole micro-step knows.
+        if machine.has_lists && machine.is_entered {
+            let span =
+                machine.steps.first().map_or_else(Span::default, |step| net.steps[*step].meta.span);
+            return refuse("lists in a branch that is entered from outside", span);
+        }
+    }
+    // What a list or receptivity reads is written by its own variable's lists only.
+    let foreign = |expr: &Expr, machine: usize| {
+        let mut found = false;
+        expr.for_each_leaf(&mut |leaf| {
+            found |= match *leaf {
+                Leaf::Var(var) => writer[var].is_some_and(|owner| owner != machine),
+                Leaf::Input(_)
+                | Leaf::Active(_)
+                | Leaf::Elapsed(_)
+                | Leaf::LastElapsed(_)
+                | Leaf::TasksDone(_)
+                | Leaf::Timer(_)
+                | Leaf::Rise(_)
+                | Leaf::Fall(_)
+                | Leaf::Fireable(_)
+                | Leaf::Controlled(_) => false,
+            };
+        });
+        found
+    };
+    for (machine, block, span) in &all {
+        let mut expressions = Vec::new();
+        block_expressions(block, &mut expressions);
+        if expressions.iter().any(|expr| foreign(expr, *machine)) {
+            return refuse("a variable that a parallel branch writes", *span);
+        }
+        let mut outside = false;
+        for expr in expressions {
+            expr.for_each_leaf(&mut |leaf| {
+                if let Leaf::Active(step) | Leaf::Elapsed(step) = leaf {
+                    outside |= plan.place[*step].0 != *machine;
+                }
+            });
+        }
+        if outside {
+            return refuse("a list that reads the steps of a parallel branch", *span);
+        }
+    }
+    for (id, guard) in each_guard(net) {
+        let Some(owner) = plan.owner[id] else { continue };
+        if foreign(guard, owner) {
+            return refuse("a receptivity that reads what a parallel branch writes", guard.span);
+        }
+    }
+    Ok(())
+}
+
+/// What a block does besides assigning.
+#[derive(Default)]
+struct Effects {
+    raises: bool,
+    calls: bool,
+    writes: BTreeSet<VarId>,
+}
+
+impl Effects {
+    fn of(&mut self, block: &Block) {
+        for stmt in block {
+            match &stmt.kind {
+                StmtKind::Assign { var, .. } => {
+                    self.writes.insert(*var);
+                }
+                StmtKind::Raise(_) | StmtKind::Send(_) | StmtKind::Cancel(_) => self.raises = true,
+                StmtKind::Call { .. } | StmtKind::Code(_) => self.calls = true,
+                StmtKind::If { then, otherwise, .. } => {
+                    self.of(then);
+                    self.of(otherwise);
+                }
+            }
+        }
+    }
+}
+
+/// Everything that receptivities, lists and outputs read is at hand where they stand.
+fn reads(net: &Net, plan: &mut Plan) -> Result<(), Refusal> {
+    for edge in net.edges.values() {
+        if !is_input_operand(net, &edge.expr) {
+            return refuse("an edge of something that is no input", edge.expr.span);
+        }
+    }
+    let mut old: BTreeSet<usize> = BTreeSet::new();
+    for (id, guard) in each_guard(net) {
+        let Some(owner) = plan.owner[id] else { continue };
+        let mut refused = None;
+        let mut rivals = 0;
+        guard.for_each_leaf(&mut |leaf| match *leaf {
+            Leaf::Active(step) if plan.place[step].0 < owner => {
+                old.insert(plan.place[step].0);
+            }
+            Leaf::Elapsed(step) if plan.place[step].0 < owner => {
+                refused = Some("a receptivity that reads the time of a parallel branch");
+            }
+            Leaf::LastElapsed(_) => refused = Some("the last time of a step"),
+            Leaf::Fireable(rival) => {
+                rivals += 1;
+                let here =
+                    net.transitions[rival].requires.iter().all(|it| plan.place[*it].0 == owner);
+                if !here {
+                    refused = Some("`otherwise` beside a join");
+                }
+            }
+            Leaf::Input(_)
+            | Leaf::Var(_)
+            | Leaf::Active(_)
+            | Leaf::Elapsed(_)
+            | Leaf::TasksDone(_)
+            | Leaf::Timer(_)
+            | Leaf::Rise(_)
+            | Leaf::Fall(_)
+            | Leaf::Controlled(_) => {}
+        });
+        if let Some(what) = refused {
+            return refuse(what, guard.span);
+        }
+        // Under `priority` numbers an earlier transition may be asked later; its receptivity is then repeated, which must not grow without end.
+        if rivals > 0 {
+            let mut nested = false;
+            guard.for_each_leaf(&mut |leaf| {
+                if let Leaf::Fireable(rival) = leaf {
+                    let before = net.transitions[*rival].requires.iter().all(|step| {
+                        let asked = &plan.leaving[*step];
+                        asked.iter().position(|it| it == rival)
+                            < asked.iter().position(|it| *it == id)
+                    });
+                    net.transitions[*rival].guard.for_each_leaf(&mut |inner| {
+                        nested |= !before && matches!(inner, Leaf::Fireable(_));
+                    });
+                }
+            });
+            if nested {
+                return refuse("`otherwise` that looks at another `otherwise`", guard.span);
+            }
+        }
+    }
+    let mut last = None;
+    for (_, _, condition) in output_conditions(net) {
+        condition.for_each_leaf(&mut |leaf| {
+            if matches!(leaf, Leaf::LastElapsed(_)) {
+                last = Some(condition.span);
+            }
+        });
+    }
+    if let Some(span) = last {
+        return refuse("the last time of a step", span);
+    }
+    for machine in old {
+        plan.machines[machine].needs_old = true;
+    }
+    for (id, transition) in net.transitions.iter() {
+        let adds_outside = entered(transition).any(|step| {
+            transition.requires.iter().all(|taken| plan.place[*taken].0 != plan.place[step].0)
+        });
+        if transition.restart && adds_outside && plan.owner[id].is_some() {
+            return refuse("a restart across branches", transition.meta.span);
+        }
+    }
+    Ok(())
+}
+
+/// True for an operand over inputs and extern conditions alone (§3.7).
+pub(crate) fn is_input_operand(net: &Net, expr: &Expr) -> bool {
+    let mut only = true;
+    expr.for_each_leaf(&mut |leaf| {
+        only &= match *leaf {
+            Leaf::Input(input) => !net.inputs[input].kind.is_event(),
+            Leaf::Var(_)
+            | Leaf::Active(_)
+            | Leaf::Elapsed(_)
+            | Leaf::LastElapsed(_)
+            | Leaf::TasksDone(_)
+            | Leaf::Timer(_)
+            | Leaf::Rise(_)
+            | Leaf::Fall(_)
+            | Leaf::Fireable(_)
+            | Leaf::Controlled(_) => false,
+        };
+    });
+    only
+}
+
+/// When each extern condition is called (§6).
+fn latches(net: &Net, plan: &mut Plan) {
+    let mut in_edges: BTreeSet<InputId> = BTreeSet::new();
+    for edge in net.edges.values() {
+        edge.expr.for_each_leaf(&mut |leaf| {
+            if let Leaf::Input(input) = leaf {
+                in_edges.insert(*input);
+            }
+        });
+    }
+    let mut places: BTreeMap<InputId, BTreeSet<Option<usize>>> = BTreeMap::new();
+    for (id, guard) in each_guard(net) {
+        guard.for_each_leaf(&mut |leaf| {
+            if let Leaf::Input(input) = leaf {
+                // A receptivity that is asked beside another machine's is mentioned there too.
+                places.entry(*input).or_default().insert(if plan.is_wide[id] {
+                    None
+                } else {
+                    plan.owner[id]
+                });
+            }
+        });
+    }
+    let mut elsewhere: Vec<&Expr> =
+        output_conditions(net).into_iter().map(|(_, _, expr)| expr).collect();
+    for step in net.steps.values() {
+        block_expressions(&step.entry, &mut elsewhere);
+        block_expressions(&step.exit, &mut elsewhere);
+    }
+    for transition in net.transitions.values() {
+        block_expressions(&transition.actions, &mut elsewhere);
+    }
+    for expr in elsewhere {
+        expr.for_each_leaf(&mut |leaf| {
+            if let Leaf::Input(input) = leaf {
+                places.entry(*input).or_default().insert(None);
+            }
+        });
+    }
+    let single = net.settings.evolution == Evolution::Single;
+    for (id, input) in net.inputs.iter() {
+        if input.kind != InputKind::Extern {
+            continue;
+        }
+        let places = places.get(&id);
+        let latch = if in_edges.contains(&id) {
+            Latch::Always
+        } else if single && places.is_some_and(|it| it.len() == 1 && !it.contains(&None)) {
+            Latch::InCase
+        } else {
+            Latch::OnDemand
+        };
+        plan.latches.insert(id, latch);
+    }
+}
+
+/// The edge operands that are asked for somewhere, in order.
+pub(crate) fn used_edges(net: &Net) -> BTreeSet<EdgeId> {
+    let mut used = BTreeSet::new();
+    let mut look = |expr: &Expr| {
+        expr.for_each_leaf(&mut |leaf| {
+            if let Leaf::Rise(edge) | Leaf::Fall(edge) = leaf {
+                used.insert(*edge);
+            }
+        });
+    };
+    each_guard(net).for_each(|(_, guard)| look(guard));
+    let mut expressions = Vec::new();
+    for step in net.steps.values() {
+        block_expressions(&step.entry, &mut expressions);
+        block_expressions(&step.exit, &mut expressions);
+    }
+    for transition in net.transitions.values() {
+        block_expressions(&transition.actions, &mut expressions);
+    }
+    expressions.into_iter().for_each(look);
+    used
+}

@@ -1,0 +1,750 @@
+//! Tables for variables whose steps only wait for inputs.
+//!
+//! A variable is *plain* when each of its transitions leads from one of its steps to another on a condition over Boolean inputs, and its steps do nothing
+//! but drive continuous outputs. Such variables need no code of their own: one loop moves all of them, with a row of constants for each transition, and
+//! costs the same few instructions for each variable, however many steps it has. The inputs are packed into one word first, the outputs of the active
+//! steps are collected in another.
+//!
+//! Variables share a *bank* while the inputs and outputs they use fit one word each.
+
+use super::emit::Emit;
+use super::plan::{Plan, entered};
+use crate::cexpr::{CExpr, Prec, storage};
+use crate::cprogram::Member;
+use crate::ctext::{Kind, Node};
+use crate::names::Names;
+use crate::{Object, Options, Style};
+use grafsynth_ir::expr::{Expr as GenericExpr, ExprKind, Type};
+use grafsynth_ir::net::{
+    Driver, Evolution, Expr, InputId, InputKind, Leaf, Net, OutputId, StepId, TransitionId,
+};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// The most inputs or outputs that variables of one bank share; one variable alone may use twice as many.
+const SHARED_BITS: usize = 32;
+/// The most terms that one receptivity may need.
+const MAX_TERMS: usize = 4;
+/// Below this many rows the loop costs more than the code it replaces.
+const MIN_ROWS: usize = 32;
+
+/// A conjunction of inputs: each with the value it must have.
+type Term = BTreeMap<InputId, bool>;
+
+/// What one step of a plain variable waits for.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+struct Waiting {
+    rows: Vec<(Term, StepId, TransitionId)>,
+}
+
+/// Variables that one loop moves.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+struct Bank {
+    machines: Vec<usize>,
+    inputs: Vec<InputId>,
+    outputs: Vec<OutputId>,
+    /// The member that holds the variables.
+    member: String,
+    /// What follows the words of the bank's names: empty for the first.
+    suffix: String,
+}
+
+/// All tables of a chart.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub(super) struct Tables {
+    banks: Vec<Bank>,
+    /// Bank and position of each variable.
+    of: Vec<Option<(usize, usize)>>,
+    waiting: BTreeMap<StepId, Waiting>,
+    drives: BTreeMap<StepId, Vec<OutputId>>,
+}
+
+impl Tables {
+    /// Finds the plain variables and deals them to banks.
+    pub(super) fn choose(net: &Net, names: &Names, plan: &Plan, options: &Options) -> Self {
+        let mut tables = Tables { of: vec![None; plan.machines.len()], ..Tables::default() };
+        let wanted = matches!(options.style, Style::Auto | Style::Tables);
+        if !wanted || net.settings.evolution != Evolution::Single {
+            return tables;
+        }
+        let busy = busy_machines(net, plan);
+        let mut drives: BTreeMap<StepId, Vec<OutputId>> = BTreeMap::new();
+        for (id, output) in net.outputs.iter() {
+            if let Driver::Continuous(emissions) = &output.driver {
+                for emission in emissions {
+                    drives.entry(emission.step).or_default().push(id);
+                }
+            }
+        }
+        for (index, machine) in plan.machines.iter().enumerate() {
+            if busy.contains(&index)
+                || machine.has_lists
+                || machine.is_entered
+                || machine.timer_cap.is_some()
+            {
+                continue;
+            }
+            let Some(waiting) = plain(net, plan, index) else { continue };
+            let inputs: BTreeSet<InputId> = waiting
+                .iter()
+                .flat_map(|(_, it)| &it.rows)
+                .flat_map(|(term, ..)| term.keys().copied())
+                .collect();
+            let outputs: BTreeSet<OutputId> = machine
+                .steps
+                .iter()
+                .filter_map(|step| drives.get(step))
+                .flatten()
+                .copied()
+                .collect();
+            if inputs.len() > 2 * SHARED_BITS || outputs.len() > 2 * SHARED_BITS {
+                continue;
+            }
+            tables.deal(index, &inputs, &outputs);
+            tables.waiting.extend(waiting);
+            for step in &machine.steps {
+                tables.drives.insert(*step, drives.get(step).cloned().unwrap_or_default());
+            }
+        }
+        if options.style == Style::Auto {
+            tables.drop_small(plan);
+        }
+        let mut members = names.members.clone();
+        for (index, bank) in tables.banks.iter_mut().enumerate() {
+            bank.member = members.claim("states");
+            bank.suffix = if index == 0 { String::new() } else { format!("_{}", index + 1) };
+            bank.inputs.sort();
+            bank.outputs.sort();
+            for (position, machine) in bank.machines.iter().enumerate() {
+                tables.of[*machine] = Some((index, position));
+            }
+        }
+        tables
+    }
+
+    /// Puts a variable into the first bank whose words have room for what it uses.
+    fn deal(&mut self, machine: usize, inputs: &BTreeSet<InputId>, outputs: &BTreeSet<OutputId>) {
+        let missing = |have: &[InputId]| inputs.iter().filter(|it| !have.contains(it)).count();
+        let missing_out =
+            |have: &[OutputId]| outputs.iter().filter(|it| !have.contains(it)).count();
+        let fits = |bank: &Bank| {
+            bank.inputs.len() + missing(&bank.inputs) <= SHARED_BITS
+                && bank.outputs.len() + missing_out(&bank.outputs) <= SHARED_BITS
+        };
+        // Looking at the last few banks keeps the cost linear in the number of variables.
+        let start = self.banks.len().saturating_sub(8);
+        let found = self.banks[start..].iter().position(fits).map(|at| start + at);
+        let at = found.unwrap_or_else(|| {
+            self.banks.push(Bank::default());
+            self.banks.len() - 1
+        });
+        let bank = &mut self.banks[at];
+        bank.machines.push(machine);
+        for input in inputs {
+            if !bank.inputs.contains(input) {
+                bank.inputs.push(*input);
+            }
+        }
+        for output in outputs {
+            if !bank.outputs.contains(output) {
+                bank.outputs.push(*output);
+            }
+        }
+    }
+
+    fn drop_small(&mut self, plan: &Plan) {
+        let waiting = &self.waiting;
+        let mut dropped = Vec::new();
+        self.banks.retain(|bank| {
+            let rows: usize = bank
+                .machines
+                .iter()
+                .flat_map(|machine| &plan.machines[*machine].steps)
+                .map(|step| waiting.get(step).map_or(0, |it| it.rows.len()))
+                .sum();
+            if rows < MIN_ROWS {
+                dropped.extend(bank.machines.iter().copied());
+            }
+            rows >= MIN_ROWS
+        });
+        for machine in dropped {
+            for step in &plan.machines[machine].steps {
+                self.waiting.remove(step);
+                self.drives.remove(step);
+            }
+        }
+    }
+
+    /// True when no variable is in a table.
+    pub(super) fn is_empty(&self) -> bool {
+        self.banks.is_empty()
+    }
+
+    /// True for a variable that lives in a table.
+    pub(super) fn holds(&self, machine: usize) -> bool {
+        self.of.get(machine).is_some_and(Option::is_some)
+    }
+
+    /// The element that holds the variable.
+    pub(super) fn element(&self, machine: usize) -> Option<String> {
+        let (bank, position) = (*self.of.get(machine)?)?;
+        Some(format!("{}[{position}]", self.banks[bank].member))
+    }
+
+    /// True for a step whose outputs the tables drive.
+    pub(super) fn emits(&self, step: StepId) -> bool {
+        self.drives.contains_key(&step)
+    }
+
+    /// The members of the instance.
+    pub(super) fn members(&self, plan: &Plan) -> Vec<Member> {
+        self.banks
+            .iter()
+            .map(|bank| {
+                let objects = bank
+                    .machines
+                    .iter()
+                    .flat_map(|it| &plan.machines[*it].steps)
+                    .map(|step| Object::Step(*step))
+                    .collect();
+                Member {
+                    declaration: format!(
+                        "{} {}[{}]",
+                        bank.state_type(plan),
+                        bank.member,
+                        bank.machines.len()
+                    ),
+                    note: "the active step of each sequence".to_string(),
+                    objects,
+                }
+            })
+            .collect()
+    }
+
+    /// Row types and tables.
+    pub(super) fn definitions(&self, emit: &Emit<'_>) -> Vec<Node> {
+        let mut nodes = Vec::new();
+        for bank in &self.banks {
+            bank.definitions(self, emit, &mut nodes);
+        }
+        nodes
+    }
+
+    /// Packs the inputs.
+    pub(super) fn words(&self, emit: &Emit<'_>) -> Vec<Node> {
+        let mut nodes = Vec::new();
+        for bank in &self.banks {
+            if !bank.inputs.is_empty() {
+                let ty = word_type(bank.inputs.len());
+                nodes.push(
+                    Node::line(format!("{ty} word{} = 0;", bank.suffix))
+                        .note("the inputs, one bit each"),
+                );
+                for (bit, input) in bank.inputs.iter().enumerate() {
+                    let name = &emit.names.inputs[*input];
+                    let shifted = match bit {
+                        0 => format!("in->{name}"),
+                        _ => format!("(({})in->{name} << {bit})", wide_type(bank.inputs.len())),
+                    };
+                    nodes.push(
+                        Node::line(format!("word{0} = ({ty})(word{0} | {shifted});", bank.suffix))
+                            .from(Object::Input(*input)),
+                    );
+                }
+            }
+            if !bank.outputs.is_empty() {
+                let ty = word_type(bank.outputs.len());
+                nodes.push(
+                    Node::line(format!("{ty} lamps{} = 0;", bank.suffix))
+                        .note("the outputs, one bit each"),
+                );
+            }
+        }
+        nodes
+    }
+
+    /// The loops.
+    pub(super) fn moves(&self, emit: &Emit<'_>, functions: &mut Vec<Node>) -> Vec<Node> {
+        let _ = functions;
+        self.banks.iter().flat_map(|bank| bank.moves(self, emit)).collect()
+    }
+
+    /// What the tables say of an output.
+    pub(super) fn output_bit(&self, output: OutputId, mealy: bool) -> Option<CExpr> {
+        if mealy {
+            return None;
+        }
+        let terms: Vec<CExpr> = self
+            .banks
+            .iter()
+            .filter_map(|bank| {
+                let bit = bank.outputs.iter().position(|it| *it == output)?;
+                let mask = mask(1 << bit, bank.outputs.len());
+                Some(CExpr::condition(
+                    format!("(lamps{} & {mask}) != 0", bank.suffix),
+                    Prec::Compare,
+                ))
+            })
+            .collect();
+        if terms.is_empty() { None } else { Some(CExpr::or(terms)) }
+    }
+
+    /// Sets the variables to the initial steps.
+    pub(super) fn init(&self, emit: &Emit<'_>) -> Vec<Node> {
+        let mut nodes = Vec::new();
+        for bank in &self.banks {
+            let codes: Vec<u32> = bank
+                .machines
+                .iter()
+                .map(|machine| {
+                    let steps = &emit.plan.machines[*machine].steps;
+                    let initial = steps.iter().find(|step| emit.net.steps[**step].is_initial);
+                    initial.map_or(0, |step| emit.plan.place[*step].1)
+                })
+                .collect();
+            let first = codes.first().copied().unwrap_or(0);
+            let rest: Vec<(usize, u32)> = codes
+                .iter()
+                .copied()
+                .enumerate()
+                .filter(|(_, code)| *code != first || codes.len() == 1)
+                .collect();
+            if codes.len() > 1 {
+                let ty = storage(Type::Int { lo: 0, hi: len(codes.len()) });
+                nodes.push(Node::block(
+                    format!("for ({ty} i = 0; i < {}U; ++i)", codes.len()),
+                    vec![Node::line(format!("self->{}[i] = {first};", bank.member))],
+                ));
+            }
+            for (position, code) in rest {
+                nodes.push(Node::line(format!("self->{}[{position}] = {code};", bank.member)));
+            }
+        }
+        nodes
+    }
+}
+
+impl Bank {
+    fn state_type(&self, plan: &Plan) -> &'static str {
+        let most = self.machines.iter().map(|it| plan.machines[*it].values()).max().unwrap_or(1);
+        storage(Type::Int { lo: 0, hi: len(most) - 1 })
+    }
+
+    /// Every step waits for at most one term.
+    fn single(&self, tables: &Tables, plan: &Plan) -> bool {
+        self.steps(plan).all(|step| tables.waiting.get(&step).is_none_or(|it| it.rows.len() <= 1))
+    }
+
+    fn steps<'p>(&'p self, plan: &'p Plan) -> impl Iterator<Item = StepId> + 'p {
+        self.machines.iter().flat_map(|it| plan.machines[*it].steps.iter().copied())
+    }
+
+    /// The rows that a variable takes: one for each value.
+    fn values(&self, plan: &Plan) -> usize {
+        self.machines.iter().map(|it| plan.machines[*it].values()).sum()
+    }
+
+    fn definitions(&self, tables: &Tables, emit: &Emit<'_>, nodes: &mut Vec<Node>) {
+        let (prefix, upper, suffix) = (&emit.names.prefix, &emit.names.upper, &self.suffix);
+        let plan = emit.plan;
+        let single = self.single(tables, plan);
+        let has_inputs = !self.inputs.is_empty();
+        let word = word_type(self.inputs.len());
+        let next = self.state_type(plan);
+        let lamps = (!self.outputs.is_empty()).then(|| word_type(self.outputs.len()));
+        let mut row = Vec::new();
+        if has_inputs || single {
+            row.push(Node::line(format!("{word} care;")).note("the inputs it looks at"));
+            row.push(Node::line(format!("{word} want;")).note("the values they must have"));
+        }
+        let row_count = self
+            .steps(plan)
+            .map(|step| tables.waiting.get(&step).map_or(0, |it| it.rows.len()))
+            .sum::<usize>();
+        let first = storage(Type::Int { lo: 0, hi: len(row_count) });
+        if single {
+            row.extend(
+                lamps.map(|ty| Node::line(format!("{ty} lamps;")).note("the outputs of the step")),
+            );
+        }
+        row.push(Node::line(format!("{next} next;")).note("the step that follows"));
+        nodes.push(
+            Kind::Braces("typedef struct".to_string(), row, format!(" {prefix}_row{suffix}_t;"))
+                .into_note(if single {
+                    "a step that waits for inputs"
+                } else {
+                    "a transition that waits for inputs"
+                }),
+        );
+        if !single {
+            let mut body = vec![
+                Node::line(format!("{first} first;"))
+                    .note("its first row; the next step's first row ends them"),
+            ];
+            body.extend(lamps.map(|ty| Node::line(format!("{ty} lamps;")).note("its outputs")));
+            nodes.push(
+                Kind::Braces(
+                    "typedef struct".to_string(),
+                    body,
+                    format!(" {prefix}_stand{suffix}_t;"),
+                )
+                .into_note("a step"),
+            );
+        }
+        let mut rows = Vec::new();
+        let mut stands = Vec::new();
+        let mut done = 0usize;
+        for machine in &self.machines {
+            let machine = &plan.machines[*machine];
+            let mut values: Vec<Option<StepId>> = Vec::new();
+            if machine.has_none {
+                values.push(None);
+            }
+            values.extend(machine.steps.iter().copied().map(Some));
+            for step in values {
+                let mine: &[(Term, StepId, TransitionId)] =
+                    step.and_then(|step| tables.waiting.get(&step)).map_or(&[], |it| &it.rows);
+                let drives =
+                    step.and_then(|step| tables.drives.get(&step)).map_or(&[][..], Vec::as_slice);
+                let lit = drives
+                    .iter()
+                    .filter_map(|it| self.outputs.iter().position(|o| o == it))
+                    .fold(0u64, |m, b| m | 1 << b);
+                let lamp_mask = lamps.map(|_| mask(lit, self.outputs.len()));
+                let own_code = step.map_or_else(|| "0".to_string(), |step| emit.step_code(step));
+                if single {
+                    let (care, want, target) = match mine.first() {
+                        Some((term, target, _)) => {
+                            let (care, want) = self.term(term);
+                            (care, want, emit.step_code(*target))
+                        }
+                        // Nothing looked at can't be something: such a row never moves.
+                        None => (
+                            mask(0, self.inputs.len()),
+                            mask(1, self.inputs.len()),
+                            own_code.clone(),
+                        ),
+                    };
+                    let lamp = lamp_mask.map(|it| format!("{it}, ")).unwrap_or_default();
+                    let mut node = Node::line(format!("{{ {care}, {want}, {lamp}{target} }},"));
+                    node.note = step.map_or_else(
+                        || "none".to_string(),
+                        |step| emit.net.steps[step].name.text.clone(),
+                    );
+                    node.objects = step.map(Object::Step).into_iter().collect();
+                    node.objects.extend(mine.iter().map(|(_, _, id)| Object::Transition(*id)));
+                    rows.push(node);
+                } else {
+                    let lamp = lamp_mask.map(|it| format!(", {it}")).unwrap_or_default();
+                    let mut node = Node::line(format!("{{ {done}{lamp} }},"));
+                    node.note = step.map_or_else(
+                        || "none".to_string(),
+                        |step| emit.net.steps[step].name.text.clone(),
+                    );
+                    node.objects = step.map(Object::Step).into_iter().collect();
+                    stands.push(node);
+                    for (term, target, id) in mine {
+                        let (care, want) = self.term(term);
+                        let words =
+                            if has_inputs { format!("{care}, {want}, ") } else { String::new() };
+                        rows.push(
+                            Node::line(format!("{{ {words}{} }},", emit.step_code(*target)))
+                                .note(emit.net.transitions[*id].name.text.clone())
+                                .from(Object::Transition(*id)),
+                        );
+                    }
+                    done += mine.len();
+                }
+            }
+        }
+        if !single {
+            let lamp = if lamps.is_some() { ", 0" } else { "" };
+            stands.push(Node::line(format!("{{ {done}{lamp} }}")));
+        }
+        if let Some(last) = rows.last_mut()
+            && let Kind::Line(text) = &mut last.kind
+        {
+            text.truncate(text.trim_end_matches(',').len());
+        }
+        nodes.push(Node::blank());
+        let count = rows.len();
+        nodes.push(
+            Kind::Braces(
+                format!(
+                    "static {upper}_ROM {prefix}_row{suffix}_t {prefix}_rows{suffix}[{count}] ="
+                ),
+                rows,
+                ";".to_string(),
+            )
+            .into(),
+        );
+        if !single {
+            let count = stands.len();
+            nodes.push(
+                Kind::Braces(
+                    format!("static {upper}_ROM {prefix}_stand{suffix}_t {prefix}_stands{suffix}[{count}] ="),
+                    stands,
+                    ";".to_string(),
+                )
+                .into(),
+            );
+        }
+        if self.machines.len() > 1 {
+            let ty = storage(Type::Int { lo: 0, hi: len(self.values(plan)) });
+            let mut at = 0usize;
+            let mut offsets = Vec::new();
+            for (position, machine) in self.machines.iter().enumerate() {
+                let comma = if position + 1 == self.machines.len() { "" } else { "," };
+                offsets.push(Node::line(format!("{at}{comma}")));
+                at += plan.machines[*machine].values();
+            }
+            nodes.push(Node::comment("Where the steps of each sequence begin."));
+            nodes.push(
+                Kind::Braces(
+                    format!(
+                        "static {upper}_ROM {ty} {prefix}_begin{suffix}[{}] =",
+                        self.machines.len()
+                    ),
+                    offsets,
+                    ";".to_string(),
+                )
+                .into(),
+            );
+        }
+        nodes.push(Node::blank());
+    }
+
+    fn term(&self, term: &Term) -> (String, String) {
+        let mut care = 0u64;
+        let mut want = 0u64;
+        for (input, value) in term {
+            if let Some(bit) = self.inputs.iter().position(|it| it == input) {
+                care |= 1 << bit;
+                want |= u64::from(*value) << bit;
+            }
+        }
+        (mask(care, self.inputs.len()), mask(want, self.inputs.len()))
+    }
+
+    fn moves(&self, tables: &Tables, emit: &Emit<'_>) -> Vec<Node> {
+        let (prefix, upper, suffix) = (&emit.names.prefix, &emit.names.upper, &self.suffix);
+        let plan = emit.plan;
+        let several = self.machines.len() > 1;
+        let single = self.single(tables, plan);
+        let state = format!("self->{}[{}]", self.member, if several { "i" } else { "0" });
+        let begin = if several { format!("{prefix}_begin{suffix}[i] + ") } else { String::new() };
+        let word = if self.inputs.is_empty() { "0".to_string() } else { format!("word{suffix}") };
+        let lamps = word_type(self.outputs.len());
+        let collect = |row: &str| {
+            let text = format!("lamps{suffix} = ({lamps})(lamps{suffix} | {row}->lamps);");
+            (!self.outputs.is_empty()).then(|| Node::line(text))
+        };
+        let mut body = Vec::new();
+        if single {
+            body.push(Node::line(format!(
+                "{upper}_ROM {prefix}_row{suffix}_t *row = &{prefix}_rows{suffix}[{begin}{state}];"
+            )));
+            let mut moved = vec![Node::line(format!("{state} = row->next;"))];
+            if !self.outputs.is_empty() {
+                moved.push(Node::line(format!("row = &{prefix}_rows{suffix}[{begin}row->next];")));
+            }
+            body.push(Node::when(&format!("({word} & row->care) == row->want"), moved));
+            body.extend(collect("row"));
+        } else {
+            let rows = self
+                .steps(plan)
+                .map(|step| tables.waiting.get(&step).map_or(0, |it| it.rows.len()))
+                .sum::<usize>();
+            let counter = storage(Type::Int { lo: 0, hi: len(rows) });
+            body.push(Node::line(format!(
+                "{upper}_ROM {prefix}_stand{suffix}_t *stand = &{prefix}_stands{suffix}[{begin}{state}];"
+            )));
+            let mut moved = vec![Node::line(format!("{state} = row->next;"))];
+            if !self.outputs.is_empty() {
+                moved.push(Node::line(format!(
+                    "stand = &{prefix}_stands{suffix}[{begin}row->next];"
+                )));
+            }
+            moved.push(Node::line("break;"));
+            let inner = vec![
+                Node::line(format!(
+                    "{upper}_ROM {prefix}_row{suffix}_t *row = &{prefix}_rows{suffix}[at];"
+                )),
+                if self.inputs.is_empty() {
+                    Node::line("{")
+                } else {
+                    Node::when(&format!("({word} & row->care) == row->want"), moved.clone())
+                },
+            ];
+            let inner = if self.inputs.is_empty() {
+                let mut plain = vec![inner[0].clone()];
+                plain.extend(moved);
+                plain
+            } else {
+                inner
+            };
+            body.push(Node::line(format!("const {counter} end = stand[1].first;")));
+            body.push(Node::block(
+                format!("for ({counter} at = stand->first; at != end; ++at)"),
+                inner,
+            ));
+            body.extend(collect("stand"));
+        }
+        let comment = Node::comment(if several {
+            "Sequences that only wait for inputs: one row for each step."
+        } else {
+            "A sequence that only waits for inputs: one row for each step."
+        });
+        if several {
+            let counter = storage(Type::Int { lo: 0, hi: len(self.machines.len()) });
+            let head = format!("for ({counter} i = 0; i < {}U; ++i)", self.machines.len());
+            vec![comment, Node::block(head, body)]
+        } else {
+            let mut nodes = vec![comment, Node::line("{")];
+            nodes.push(Kind::Nested(body).into());
+            nodes.push(Node::line("}"));
+            nodes
+        }
+    }
+}
+
+/// Variables that something besides inputs and outputs concerns.
+fn busy_machines(net: &Net, plan: &Plan) -> BTreeSet<usize> {
+    let mut busy = BTreeSet::new();
+    for (id, transition) in net.transitions.iter() {
+        if plan.is_wide[id] || !transition.actions.is_empty() {
+            busy.extend(transition.requires.iter().map(|step| plan.place[*step].0));
+            busy.extend(entered(transition).map(|step| plan.place[step].0));
+        }
+    }
+    for output in net.outputs.values() {
+        match &output.driver {
+            Driver::Continuous(emissions) => {
+                busy.extend(
+                    emissions
+                        .iter()
+                        .filter(|it| it.condition.is_some())
+                        .map(|it| plan.place[it.step].0),
+                );
+            }
+            Driver::Mealy(emissions) => {
+                busy.extend(emissions.iter().map(|it| plan.place[it.step].0))
+            }
+            Driver::Extern { calls, .. } => {
+                busy.extend(calls.iter().map(|it| plan.place[it.step].0))
+            }
+            Driver::Stored(_) | Driver::Controlled(_) => {}
+        }
+    }
+    for (id, step) in net.steps.iter() {
+        if !step.code.is_empty() {
+            busy.insert(plan.place[id].0);
+        }
+    }
+    busy
+}
+
+/// What each step of a variable waits for, if it is plain.
+fn plain(net: &Net, plan: &Plan, index: usize) -> Option<Vec<(StepId, Waiting)>> {
+    let mut all = Vec::new();
+    for step in &plan.machines[index].steps {
+        let mut rows = Vec::new();
+        for id in &plan.leaving[*step] {
+            let target = plan.added(net, *id, index)?;
+            for term in terms(net, &net.transitions[*id].guard, true)? {
+                rows.push((term, target, *id));
+            }
+        }
+        all.push((*step, Waiting { rows }));
+    }
+    Some(all)
+}
+
+/// A condition (or its negation) over Boolean inputs as a few conjunctions.
+fn terms(net: &Net, expr: &Expr, wanted: bool) -> Option<Vec<Term>> {
+    match &expr.kind {
+        ExprKind::Bool(value) if *value == wanted => Some(vec![Term::new()]),
+        ExprKind::Bool(_) => Some(Vec::new()),
+        ExprKind::Leaf(Leaf::Input(input)) => {
+            let it = &net.inputs[*input];
+            let readable = it.ty.is_bool() && matches!(it.kind, InputKind::Pin | InputKind::Event);
+            readable.then(|| vec![Term::from([(*input, wanted)])])
+        }
+        ExprKind::Not(inner) => terms(net, inner, !wanted),
+        ExprKind::And(all) if wanted => product(net, all, true),
+        ExprKind::Or(all) if !wanted => product(net, all, false),
+        ExprKind::And(all) | ExprKind::Or(all) => {
+            let mut sum = Vec::new();
+            for operand in all {
+                sum.extend(terms(net, operand, wanted)?);
+                if sum.len() > MAX_TERMS {
+                    return None;
+                }
+            }
+            Some(sum)
+        }
+        ExprKind::Int(_)
+        | ExprKind::Leaf(_)
+        | ExprKind::Element(..)
+        | ExprKind::Compare(..)
+        | ExprKind::Neg(_)
+        | ExprKind::Arith(..)
+        | ExprKind::Select(..) => None,
+    }
+}
+
+/// The conjunctions of a conjunction.
+fn product(net: &Net, all: &[GenericExpr<Leaf>], wanted: bool) -> Option<Vec<Term>> {
+    let mut result = vec![Term::new()];
+    for operand in all {
+        let mut next = Vec::new();
+        for term in terms(net, operand, wanted)? {
+            for earlier in &result {
+                let mut joined = earlier.clone();
+                // A conjunction that asks for a signal and its negation is never true.
+                if term
+                    .iter()
+                    .all(|(input, value)| *joined.entry(*input).or_insert(*value) == *value)
+                {
+                    next.push(joined);
+                }
+            }
+        }
+        if next.len() > MAX_TERMS {
+            return None;
+        }
+        result = next;
+    }
+    Some(result)
+}
+
+/// The type of a word of so many bits.
+fn word_type(bits: usize) -> &'static str {
+    match bits {
+        0..=8 => "uint8_t",
+        9..=16 => "uint16_t",
+        17..=32 => "uint32_t",
+        _ => "uint64_t",
+    }
+}
+
+/// The type in which bits of such a word are shifted.
+fn wide_type(bits: usize) -> &'static str {
+    match bits {
+        0..=16 => "unsigned",
+        17..=32 => "uint32_t",
+        _ => "uint64_t",
+    }
+}
+
+fn mask(value: u64, bits: usize) -> String {
+    match bits {
+        0..=8 => format!("0x{value:02x}U"),
+        9..=16 => format!("0x{value:04x}U"),
+        17..=32 => format!("0x{value:08x}UL"),
+        _ => format!("0x{value:016x}ULL"),
+    }
+}
+
+fn len(count: usize) -> i64 {
+    i64::try_from(count).unwrap_or(i64::MAX)
+}

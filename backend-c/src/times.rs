@@ -1,0 +1,81 @@
+//! How far timers must count, and in which type ticks travel.
+
+use crate::cexpr::{CExpr, Class, Prec};
+use grafsynth_ir::expr::{Expr as GenericExpr, ExprKind, Type};
+use grafsynth_ir::net::{Expr, Leaf, StepId};
+use std::collections::BTreeMap;
+
+/// Calls `found` with each leaf that is compared with a constant, and the constant.
+pub(crate) fn compared<L>(expr: &GenericExpr<L>, found: &mut impl FnMut(&L, i64)) {
+    if let ExprKind::Compare(_, a, b) = &expr.kind {
+        match (&a.kind, &b.kind) {
+            (ExprKind::Leaf(leaf), ExprKind::Int(constant))
+            | (ExprKind::Int(constant), ExprKind::Leaf(leaf)) => {
+                found(leaf, *constant);
+            }
+            _ => {}
+        }
+    }
+    for operand in expr.operands() {
+        compared(operand, found);
+    }
+}
+
+/// For each step whose time `expr` compares, one above the largest constant: counting further makes no difference.
+pub(crate) fn step_caps(expr: &Expr, caps: &mut BTreeMap<StepId, i64>) {
+    compared(expr, &mut |leaf, constant| {
+        if let Leaf::Elapsed(step) = leaf {
+            let cap = caps.entry(*step).or_insert(1);
+            *cap = (*cap).max(constant.saturating_add(1));
+        }
+    });
+}
+
+/// How the ticks since the last reaction are handed to `NAME_step`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Ticks {
+    /// 16 bits are enough: no timer counts further, and all saturate.
+    pub(crate) short: bool,
+}
+
+impl Ticks {
+    /// The C type.
+    pub(crate) fn name(self) -> &'static str {
+        if self.short { "uint16_t" } else { "uint32_t" }
+    }
+
+    /// The largest number of ticks that can be handed over; more than that is handed over as this and makes no difference.
+    pub(crate) fn max(self) -> i64 {
+        if self.short { 65535 } else { i64::from(i32::MAX) }
+    }
+
+    /// The type for a chart whose farthest timer counts to `cap`.
+    pub(crate) fn for_cap(cap: i64) -> Self {
+        Ticks { short: cap <= 65535 }
+    }
+}
+
+/// The unsigned type that counts to `cap`.
+pub(crate) fn timer_type(cap: i64) -> &'static str {
+    if cap <= 0xff {
+        "uint8_t"
+    } else if cap <= 0xffff {
+        "uint16_t"
+    } else {
+        "uint32_t"
+    }
+}
+
+/// The value of a timer of [`timer_type`], as an exact number.
+pub(crate) fn timer_place(text: &str, cap: i64) -> CExpr {
+    if cap <= 0xffff {
+        return CExpr::place(text, Type::Int { lo: 0, hi: cap });
+    }
+    let class = Class::of(0, cap);
+    CExpr { text: format!("({}){text}", class.name()), prec: Prec::Unary, class, lo: 0, hi: cap }
+}
+
+/// A constant of an unsigned type.
+pub(crate) fn unsigned(value: i64) -> String {
+    if value <= 0xffff { format!("{value}U") } else { format!("{value}UL") }
+}

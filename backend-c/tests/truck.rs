@@ -1,0 +1,37 @@
+//! The truck of seed 004: the golden text, every compiler without a warning, and the sizes that are promised.
+
+mod support;
+
+use grafsynth_backend_c::{Options, emit};
+use support::*;
+
+#[test]
+fn the_text_of_the_truck() {
+    let (net, facts) = truck();
+    let options = Options { source: "truck.graf".to_string(), ..Options::default() };
+    let package = emit(&net, &facts, &options).expect("the truck can be emitted");
+    assert_eq!(package.style, "switch");
+    for file in &package.files {
+        insta::assert_snapshot!(file.name.replace('.', "_"), file.text);
+    }
+}
+
+#[test]
+fn the_truck_compiles_everywhere_and_is_small() {
+    let (net, facts) = truck();
+    let package = emit(&net, &facts, &Options::default()).expect("the truck can be emitted");
+    let folder = Folder::new("truck");
+    folder.write(&package);
+    compiles_everywhere(&folder, &package);
+    for (compiler, flags, most) in [
+        ("gcc", &[][..], 200),
+        ("arm-none-eabi-gcc", &["-mcpu=cortex-m3", "-mthumb"][..], 120),
+        ("avr-gcc", &["-mmcu=atmega328p"][..], 120),
+    ] {
+        if have(compiler) {
+            let size = text_size(&folder, "truck.c", compiler, flags);
+            println!("truck: {compiler} -Os: {size} bytes of {most}");
+            assert!(size <= most, "{compiler}: {size} bytes");
+        }
+    }
+}
