@@ -511,7 +511,7 @@ impl<'a> Parser<'a> {
         self.peek(0).new_line
             && (matches!(self.kind(1), Kind::Colon | Kind::Arrow | Kind::Ampersand | Kind::Assign)
                 || matches!(self.word(0), "entry" | "exit") && self.kind(1) == Kind::OpenBrace
-                || self.begins_outer_item())
+                || self.begins_outer_item() && !matches!(self.word(1), "then" | "else"))
     }
 
     /// A name with dots.

@@ -58,13 +58,6 @@ const NOT_READ: &[(&str, &str)] = &[
     ("use", "charts from libraries are not read yet"),
 ];
 
-/// What kind of body the items stand in.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Within {
-    Chart,
-    Macro,
-}
-
 impl Parser<'_> {
     /// A whole source. None where it has no chart.
     pub(crate) fn design(&mut self) -> Option<Design> {
@@ -157,16 +150,14 @@ impl Parser<'_> {
         let mut meta = Meta::default();
         self.attributes(&mut meta)?;
         let mut items = Vec::new();
-        self.braced("the chart", Separators::None, &mut |parser| {
-            parser.item(&mut items, Within::Chart)
-        })?;
+        self.braced("the chart", Separators::None, &mut |parser| parser.item(&mut items))?;
         let span = self.span_from(start);
         meta.span = span;
         Ok(Chart { name, span, items, meta })
     }
 
     /// One item of a chart or macro; declarations bring several.
-    fn item(&mut self, items: &mut Vec<Item>, within: Within) -> Parse<()> {
+    fn item(&mut self, items: &mut Vec<Item>) -> Parse<()> {
         let start = self.peek(0).start;
         let named = self.is_name(0);
         if self.kind(0) == Kind::Arrow
@@ -180,7 +171,12 @@ impl Parser<'_> {
         let word = self.word(0);
         let item = match word {
             "step" | "initial" | "entry" | "exit" => return self.step_or_macro_step(items),
-            "macro" if self.word(1) == "step" && self.is_name(2) => {
+            // A macro may itself be called `step`, with a tag behind it.
+            "macro"
+                if self.word(1) == "step"
+                    && self.is_name(2)
+                    && !matches!(self.kind(3), Kind::Text | Kind::RawText) =>
+            {
                 self.advance();
                 Item::MacroStep(self.macro_step(start, false)?)
             }
@@ -190,23 +186,13 @@ impl Parser<'_> {
             }
             "input" | "output" | "registered" | "mealy" | "synchronous" | "var" | "const"
             | "event" | "internal" | "timer" | "extern" => {
-                self.only_in_chart(within)?;
                 return self.declarations(items);
             }
-            "assume" | "assert" => {
-                self.only_in_chart(within)?;
-                Item::Property(self.property()?)
-            }
+            "assume" | "assert" => Item::Property(self.property()?),
             "place" => Item::Place(self.place()?),
-            "device" => {
-                self.only_in_chart(within)?;
-                Item::Board(self.board()?)
-            }
+            "device" => Item::Board(self.board()?),
             "tick" | "conflict" | "evolution" | "schedule" | "fire" | "assign" | "actions"
-            | "final" | "queue" | "events" | "priority" => {
-                self.only_in_chart(within)?;
-                Item::Setting(self.setting()?)
-            }
+            | "final" | "queue" | "events" | "priority" => Item::Setting(self.setting()?),
             "chart" if self.is_name(1) => {
                 return Err(self.misplaced(
                     "a chart cannot stand inside another",
@@ -258,16 +244,6 @@ impl Parser<'_> {
         Abandoned
     }
 
-    fn only_in_chart(&mut self, within: Within) -> Parse<()> {
-        match within {
-            Within::Chart => Ok(()),
-            Within::Macro => Err(self.misplaced(
-                &format!("`{}` cannot stand in a macro", self.word(0)),
-                "settings and declarations stand in the chart itself; a macro holds steps and transitions",
-            )),
-        }
-    }
-
     pub(crate) fn misplaced(&mut self, message: &str, help: &str) -> Abandoned {
         let span = self.here();
         self.report(|| {
@@ -315,9 +291,7 @@ impl Parser<'_> {
         let mut meta = Meta::default();
         self.attributes(&mut meta)?;
         let mut items = Vec::new();
-        self.braced("the macro", Separators::None, &mut |parser| {
-            parser.item(&mut items, Within::Macro)
-        })?;
+        self.braced("the macro", Separators::None, &mut |parser| parser.item(&mut items))?;
         meta.span = self.span_from(start);
         Ok(Macro { name, items, meta })
     }
@@ -545,20 +519,6 @@ impl Parser<'_> {
                     .fix(span, format!("{hi}..{lo}"))
             });
             return Ok(Type::Int { lo: hi, hi: lo });
-        }
-        if lo < i64::from(i32::MIN)
-            || hi > i64::from(u32::MAX)
-            || (lo < 0 && hi > i64::from(i32::MAX))
-        {
-            self.report(|| {
-                Diagnostic::error(
-                    codes::RANGE,
-                    format!("the range {lo}..{hi} needs more than 32 bits"),
-                )
-                .at(span, "too wide")
-                .help("the widest ranges are -2147483648..2147483647 and 0..4294967295")
-            });
-            return Ok(Type::Int { lo: 0, hi: 0 });
         }
         Ok(Type::Int { lo, hi })
     }

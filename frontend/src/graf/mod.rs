@@ -15,10 +15,13 @@
 mod expr;
 mod items;
 mod lexer;
+mod names;
 mod numbers;
 mod parser;
 mod steps;
 mod token;
+mod write;
+mod write_expr;
 
 use grafsynth_ir::chart::Design;
 use grafsynth_ir::diag::{Diagnostic, any_error};
@@ -92,6 +95,36 @@ pub fn parse_within(file: FileId, text: &str, limits: &Limits) -> Parsed {
     Parsed { design, diagnostics: sorted(parser.findings.finish()), comments: parser.comments }
 }
 
+/// Brings a chart into its one canonical form: comments stay, blank lines too (at most one), nothing changes its meaning.
+///
+/// # Errors
+/// The findings of a source that has errors: it is not touched.
+pub fn format(file: FileId, text: &str) -> Result<String, Vec<Diagnostic>> {
+    format_within(file, text, &Limits::default())
+}
+
+/// As [`format`], within these limits.
+///
+/// # Errors
+/// The findings of a source that has errors: it is not touched.
+pub fn format_within(file: FileId, text: &str, limits: &Limits) -> Result<String, Vec<Diagnostic>> {
+    let parsed = parse_within(file, text, limits);
+    match parsed.design {
+        Some(design) if !any_error(&parsed.diagnostics) => {
+            let source = write::Source { text, comments: &parsed.comments };
+            Ok(write::write(&design, Some(source)))
+        }
+        _ => Err(parsed.diagnostics),
+    }
+}
+
+/// Writes a design in the canonical form, with blank lines between the kinds of items. A name that no backquotes can hold (with a backquote or a line
+/// break in it) is written with apostrophes there.
+#[must_use]
+pub fn write_design(design: &Design) -> String {
+    write::write(design, None)
+}
+
 /// Findings in the order of the text: what the lexer saw ahead of the parser comes to its place. The count of the rest stays last.
 fn sorted(mut findings: Vec<Diagnostic>) -> Vec<Diagnostic> {
     findings.sort_by_key(|finding| {
@@ -113,5 +146,9 @@ pub(crate) fn too_large(file: FileId, text: &str, limits: &Limits) -> Option<Dia
     })
 }
 
+#[cfg(test)]
+pub(crate) mod random;
+#[cfg(test)]
+mod round_trip;
 #[cfg(test)]
 mod tests;

@@ -558,7 +558,7 @@ impl<'a> Parser<'a> {
         if !self.peek(0).new_line {
             return false;
         }
-        let then_name = self.is_name_beside(1);
+        let then_name = self.is_name_beside(1) && !RESERVED.contains(&self.word(1));
         match self.word(0) {
             "step" | "input" | "output" | "var" | "event" | "internal" | "timer" | "extern"
             | "const" | "macro" | "conflict" | "chart" | "evolution" | "assert" | "assume" => {

@@ -388,7 +388,10 @@ impl Parser<'_> {
             "after" | "deadline" => matches!(next, Kind::Number | Kind::Fraction),
             // On a line of its own it is the chart's.
             "priority" => next == Kind::Number && !self.peek(0).new_line,
-            "restart" => !matches!(next, Kind::Ampersand | Kind::Colon | Kind::Arrow | Kind::Dot),
+            "restart" => {
+                self.peek(1).new_line
+                    || !matches!(next, Kind::Ampersand | Kind::Colon | Kind::Arrow | Kind::Dot)
+            }
             "do" => next == Kind::OpenBrace,
             "req" => matches!(next, Kind::Text | Kind::RawText),
             _ => matches!(self.kind(0), Kind::Text | Kind::RawText),

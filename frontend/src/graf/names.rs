@@ -1,0 +1,143 @@
+//! How names are written: plain where they can be read back, else in backquotes.
+
+use grafsynth_ir::chart::Path;
+
+use super::lexer::is_word;
+use super::parser::RESERVED;
+use super::steps::CLAUSES;
+
+/// Where a name stands: which words of the language would be taken for something else there.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Position {
+    /// Only the reserved words are.
+    Anywhere,
+    /// Behind the keyword of a declaration.
+    Declared,
+    /// The first word of an item in a step's body.
+    Action,
+    /// The first target or event of a transition.
+    Target,
+}
+
+/// The words that begin something else in a step's body, or look like the next item of the chart.
+const ACTION_WORDS: &[&str] = &[
+    "entry",
+    "exit",
+    "on",
+    "when",
+    "priority",
+    "budget",
+    "task",
+    "code",
+    "force",
+    "set",
+    "reset",
+    "raise",
+    "send",
+    "cancel",
+    "call",
+    "step",
+    "input",
+    "output",
+    "var",
+    "event",
+    "internal",
+    "timer",
+    "extern",
+    "const",
+    "macro",
+    "conflict",
+    "chart",
+    "evolution",
+    "assert",
+    "assume",
+    "initial",
+];
+
+/// The name as the chart language writes it.
+pub(super) fn name(text: &str, position: Position) -> String {
+    let taken = match position {
+        Position::Anywhere => false,
+        Position::Declared => matches!(text, "synchronous" | "registered" | "mealy" | "internal"),
+        Position::Action => ACTION_WORDS.contains(&text),
+        Position::Target => CLAUSES.contains(&text),
+    };
+    if is_word(text) && !RESERVED.contains(&text) && !taken {
+        return text.to_owned();
+    }
+    // A backquote or a line break has no spelling inside of backquotes.
+    let inner: String =
+        text.chars().map(|c| if c == '`' || c == '\n' { '\'' } else { c }).collect();
+    if inner.is_empty() { "`_`".to_owned() } else { format!("`{inner}`") }
+}
+
+/// True when the name can be written so that it reads back as it is.
+pub(super) fn is_writable(text: &str) -> bool {
+    !text.is_empty() && !text.contains(['`', '\n'])
+}
+
+/// A name with dots.
+pub(super) fn path(path: &Path, first: Position) -> String {
+    let mut out = String::new();
+    for (index, part) in path.names.iter().enumerate() {
+        if index > 0 {
+            out.push('.');
+        }
+        out.push_str(&name(&part.text, if index == 0 { first } else { Position::Anywhere }));
+    }
+    out
+}
+
+/// A signal of a board: dots and the number of a bit or element are part of its name.
+pub(super) fn signal(text: &str) -> String {
+    let (stem, index) = match text.strip_suffix(']').and_then(|text| text.rsplit_once('[')) {
+        Some((stem, digits))
+            if !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit()) =>
+        {
+            (stem, Some(digits))
+        }
+        _ => (text, None),
+    };
+    let is_plain = stem.split('.').all(|part| is_word(part) && !RESERVED.contains(&part));
+    // A number that reads back otherwise (`007`, or too large) keeps its backquotes.
+    let reads_back =
+        index.is_none_or(|digits| digits.parse::<u32>().is_ok_and(|n| n.to_string() == digits));
+    if is_plain && reads_back { text.to_owned() } else { name(text, Position::Anywhere) }
+}
+
+/// A text in double quotes.
+pub(super) fn quoted(text: &str) -> String {
+    let mut out = String::with_capacity(text.len() + 2);
+    out.push('"');
+    for c in text.chars() {
+        match c {
+            '"' => out.push_str("\\\""),
+            '\\' => out.push_str("\\\\"),
+            '\n' => out.push_str("\\n"),
+            '\r' => out.push_str("\\r"),
+            '\t' => out.push_str("\\t"),
+            c => out.push(c),
+        }
+    }
+    out.push('"');
+    out
+}
+
+/// A duration in the largest unit that divides it.
+pub(super) fn duration(ns: u64) -> String {
+    let units = [
+        (3_600_000_000_000, "h"),
+        (60_000_000_000, "min"),
+        (1_000_000_000, "s"),
+        (1_000_000, "ms"),
+        (1_000, "us"),
+        (1, "ns"),
+    ];
+    if ns == 0 {
+        return "0 s".to_owned();
+    }
+    units
+        .iter()
+        .find(|(size, _)| ns % size == 0)
+        .map_or_else(String::new, |(size, unit)| format!("{} {unit}", ns / size))
+}

@@ -1,0 +1,443 @@
+//! Random designs for the tests: every form of the language, in shapes that can be read back.
+
+use grafsynth_ir::chart::*;
+use grafsynth_ir::expr::{ArithOp, CompareOp, ExprKind, Type};
+use grafsynth_ir::net::{Meta, Policy, Qualifier, Schedule, Side, Verbatim};
+use grafsynth_ir::{Name, Span};
+
+/// A small generator (splitmix64): tests need no more, and must not depend on a crate's version.
+pub(crate) struct Random(pub(crate) u64);
+
+impl Random {
+    pub(crate) fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    pub(crate) fn below(&mut self, n: usize) -> usize {
+        usize::try_from(self.next() % n.max(1) as u64).unwrap()
+    }
+
+    pub(crate) fn chance(&mut self, percent: usize) -> bool {
+        self.below(100) < percent
+    }
+
+    pub(crate) fn pick<T: Clone>(&mut self, from: &[T]) -> T {
+        from[self.below(from.len())].clone()
+    }
+
+    fn some<T>(&mut self, percent: usize, make: impl FnOnce(&mut Self) -> T) -> Option<T> {
+        if self.chance(percent) { Some(make(self)) } else { None }
+    }
+
+    fn list<T>(&mut self, most: usize, mut make: impl FnMut(&mut Self) -> T) -> Vec<T> {
+        (0..self.below(most + 1)).map(|_| make(self)).collect()
+    }
+}
+
+const TRUTHS: &[&str] =
+    &["a", "b", "é", "on", "and", "a b", "rise", "step", "mod", "then", "x.y", "T1", "s"];
+const NUMBERS: &[&str] = &["n", "k", "count", "1"];
+const STEPS: &[&str] = &[
+    "p1", "p2", "when", "on", "do", "after", "chart", "if", "assert", "3", "é", "restart", "macro",
+    "step",
+];
+
+fn name(text: &str) -> Name {
+    Name::new(text, Span::default())
+}
+
+fn one(text: &str) -> Path {
+    Path::from(name(text))
+}
+
+fn leaf(leaf: Leaf) -> Expr {
+    Expr::leaf(leaf, Span::default())
+}
+
+fn expr(kind: ExprKind<Leaf>) -> Expr {
+    Expr::new(kind, Span::default())
+}
+
+fn meta(r: &mut Random) -> Meta {
+    Meta {
+        span: Span::default(),
+        label: if r.chance(20) {
+            r.pick(&["waiting", "a \"b\" \\ \n", "é"]).to_owned()
+        } else {
+            String::new()
+        },
+        req: if r.chance(15) {
+            r.list(2, |r| r.pick(&["R1", "R12"]).to_owned())
+        } else {
+            Vec::new()
+        },
+    }
+}
+
+pub(crate) fn truth(r: &mut Random, depth: usize) -> Expr {
+    let kind = if depth == 0 { r.below(4) } else { r.below(13) };
+    let junction = |r: &mut Random| -> Vec<Expr> {
+        (0..2 + r.below(3)).map(|_| truth(r, depth - 1)).collect()
+    };
+    match kind {
+        0..=2 => leaf(Leaf::Name(one(r.pick::<&str>(TRUTHS)))),
+        3 => match r.below(3) {
+            0 => expr(ExprKind::Bool(r.chance(50))),
+            1 => leaf(Leaf::Otherwise),
+            _ => {
+                leaf(Leaf::Name(Path { names: vec![name(r.pick::<&str>(STEPS)), name("active")] }))
+            }
+        },
+        4 => expr(ExprKind::Not(Box::new(truth(r, depth - 1)))),
+        5 | 6 => expr(ExprKind::And(junction(r))),
+        7 | 8 => expr(ExprKind::Or(junction(r))),
+        9 => {
+            let op = r.pick(&[
+                CompareOp::Eq,
+                CompareOp::Ne,
+                CompareOp::Lt,
+                CompareOp::Le,
+                CompareOp::Gt,
+                CompareOp::Ge,
+            ]);
+            if r.chance(20) {
+                let path = Path { names: vec![name(r.pick::<&str>(STEPS)), name("t")] };
+                let duration = leaf(Leaf::Duration(r.pick(&[
+                    1,
+                    1_500,
+                    10_000_000,
+                    3_000_000_000,
+                    60_000_000_000,
+                ])));
+                return Expr::compare(op, leaf(Leaf::Name(path)), duration);
+            }
+            Expr::compare(op, number(r, depth - 1), number(r, depth - 1))
+        }
+        10 => Expr::compare(
+            r.pick(&[CompareOp::Eq, CompareOp::Ne]),
+            truth(r, depth - 1),
+            truth(r, depth - 1),
+        ),
+        11 => {
+            let inner = Box::new(truth(r, depth - 1));
+            match r.below(3) {
+                0 => leaf(Leaf::Rise(inner)),
+                1 => leaf(Leaf::Fall(inner)),
+                _ => leaf(Leaf::Delay(3_000_000_000, inner, r.pick(&[0, 2_000_000_000]))),
+            }
+        }
+        _ => expr(ExprKind::Select(
+            Box::new(truth(r, depth - 1)),
+            Box::new(truth(r, depth - 1)),
+            Box::new(truth(r, depth - 1)),
+        )),
+    }
+}
+
+pub(crate) fn number(r: &mut Random, depth: usize) -> Expr {
+    let kind = if depth == 0 { r.below(2) } else { r.below(8) };
+    match kind {
+        0 => expr(ExprKind::Int(r.pick(&[0, 1, 5, -5, 1_000, i64::MIN, i64::MAX]))),
+        1 => leaf(Leaf::Name(one(r.pick::<&str>(NUMBERS)))),
+        2 => expr(ExprKind::Neg(Box::new(number(r, depth - 1)))),
+        3 => expr(ExprKind::Element(Leaf::Name(one("v")), Box::new(number(r, depth - 1)))),
+        4 => expr(ExprKind::Select(
+            Box::new(truth(r, depth - 1)),
+            Box::new(number(r, depth - 1)),
+            Box::new(number(r, depth - 1)),
+        )),
+        _ => {
+            let op =
+                r.pick(&[ArithOp::Add, ArithOp::Sub, ArithOp::Mul, ArithOp::Div, ArithOp::Mod]);
+            expr(ExprKind::Arith(
+                op,
+                Box::new(number(r, depth - 1)),
+                Box::new(number(r, depth - 1)),
+            ))
+        }
+    }
+}
+
+fn value(r: &mut Random) -> Expr {
+    if r.chance(50) { truth(r, 2) } else { number(r, 2) }
+}
+
+fn block(r: &mut Random, depth: usize) -> Block {
+    r.list(3, |r| stmt(r, depth))
+}
+
+fn stmt(r: &mut Random, depth: usize) -> Stmt {
+    let any = |r: &mut Random| name(r.pick::<&str>(TRUTHS));
+    let kind = match r.below(if depth == 0 { 7 } else { 9 }) {
+        0 | 1 => StmtKind::Assign {
+            target: one(r.pick::<&str>(TRUTHS)),
+            index: r.some(30, |r| number(r, 1)),
+            value: value(r),
+        },
+        2 => StmtKind::Raise(any(r)),
+        3 => StmtKind::Send {
+            event: any(r),
+            after: r.some(50, |_| 2_000_000_000),
+            slot: r.some(50, any),
+        },
+        4 => StmtKind::Cancel(any(r)),
+        5 => StmtKind::Call { function: any(r), arguments: r.list(2, value) },
+        6 => StmtKind::Code(Verbatim {
+            language: "c".to_owned(),
+            text: r.pick(&["x = 1;", "if (a) {\n  b();\n}", "\n\"q\"\"\""]).to_owned(),
+        }),
+        _ => StmtKind::If {
+            condition: truth(r, 2),
+            then: block(r, depth - 1),
+            otherwise: block(r, depth - 1),
+        },
+    };
+    Stmt { kind, span: Span::default() }
+}
+
+fn step_item(r: &mut Random) -> StepItem {
+    let kind = match r.below(16) {
+        0..=7 => {
+            let (how, condition, arguments) = match r.below(7) {
+                0 | 1 => {
+                    (ActionHow::Bare, r.some(30, |r| truth(r, 2)), r.some(30, |r| r.list(2, value)))
+                }
+                2 => (ActionHow::After(3_000_000_000), r.some(30, |r| truth(r, 2)), None),
+                3 => (ActionHow::For(10_000_000), None, None),
+                4 => {
+                    let q = [
+                        Qualifier::N,
+                        Qualifier::R,
+                        Qualifier::S,
+                        Qualifier::P,
+                        Qualifier::P0,
+                        Qualifier::P1,
+                    ];
+                    (ActionHow::Qualified(r.pick(&q), None), r.some(30, |r| truth(r, 1)), None)
+                }
+                _ => {
+                    let q =
+                        [Qualifier::D, Qualifier::L, Qualifier::SD, Qualifier::DS, Qualifier::SL];
+                    (
+                        ActionHow::Qualified(r.pick(&q), Some(500_000_000)),
+                        r.some(30, |r| truth(r, 1)),
+                        None,
+                    )
+                }
+            };
+            let target =
+                name(r.pick(&[
+                    "R", "Z", "set", "on", "entry", "pulse", "step", "a b", "input", "if",
+                ]));
+            StepItemKind::Action { target, arguments, how, condition }
+        }
+        8 | 9 => StepItemKind::Entry(block(r, 2)),
+        10 => StepItemKind::Exit(block(r, 2)),
+        11 => {
+            let events = r.list(2, |r| name(r.pick(&["E", "when", "F"])));
+            let guard =
+                if events.is_empty() { Some(truth(r, 2)) } else { r.some(50, |r| truth(r, 2)) };
+            StepItemKind::On { events, guard, actions: block(r, 1) }
+        }
+        12 => StepItemKind::Priority(u32::try_from(r.below(5)).unwrap()),
+        13 => StepItemKind::Budget(200),
+        14 => StepItemKind::Task { name: name("ramp"), cost: 80, body: block(r, 1) },
+        _ => match r.below(4) {
+            0 => StepItemKind::Code(Verbatim {
+                language: "c".to_owned(),
+                text: r.pick(&["y();", "a\nb"]).to_owned(),
+            }),
+            1 => StepItemKind::Force {
+                target: one("g"),
+                order: ForceOrder::Situation(r.list(3, |r| one(r.pick::<&str>(STEPS)))),
+            },
+            2 => StepItemKind::Force { target: one("g"), order: ForceOrder::Init },
+            _ => StepItemKind::Force { target: one("g"), order: ForceOrder::Hold },
+        },
+    };
+    StepItem { kind, span: Span::default() }
+}
+
+fn int() -> Type {
+    Type::Int { lo: -5, hi: 9 }
+}
+
+fn declaration(r: &mut Random) -> Declaration {
+    let (label, kind) = match r.below(10) {
+        0 | 1 => (
+            r.pick::<&str>(TRUTHS),
+            DeclarationKind::Input { ty: Type::Bool, synchronous: r.chance(20) },
+        ),
+        2 => (r.pick::<&str>(NUMBERS), DeclarationKind::Input { ty: int(), synchronous: false }),
+        3 => {
+            let (registered, mealy) = (r.chance(20), r.chance(20));
+            (
+                r.pick(&["R", "Z", "mealy"]),
+                DeclarationKind::Output { ty: Type::Bool, init: None, registered, mealy },
+            )
+        }
+        4 => {
+            let init = r.some(50, |r| number(r, 1));
+            (
+                r.pick(NUMBERS),
+                DeclarationKind::Output { ty: int(), init, registered: false, mealy: false },
+            )
+        }
+        5 => {
+            let init = r.list(3, |r| number(r, 1));
+            (r.pick(NUMBERS), DeclarationKind::Var { ty: int(), len: r.some(50, |_| 4), init })
+        }
+        6 => (r.pick(&["E", "F", "internal"]), DeclarationKind::Event { internal: r.chance(30) }),
+        7 => ("T1", DeclarationKind::Timer { condition: truth(r, 2) }),
+        8 => (r.pick(&["f", "left", "on"]), DeclarationKind::ExternCondition { ty: Type::Bool }),
+        _ => {
+            let params =
+                r.list(2, |r| (r.pick(&["", "v", "on"]).to_owned(), r.pick(&[int(), Type::Bool])));
+            (r.pick(&["go", "speed"]), DeclarationKind::ExternAction { params })
+        }
+    };
+    Declaration { name: name(label), kind, meta: meta(r) }
+}
+
+fn setting(r: &mut Random) -> Setting {
+    let kind = match r.below(12) {
+        0 => SettingKind::Tick(r.pick(&[10_000_000, 1_500, 7])),
+        1 => SettingKind::Conflict(r.pick(&[Policy::All, Policy::PriorityAge, Policy::OuterFirst])),
+        2 => SettingKind::EvolutionSingle,
+        3 => SettingKind::EvolutionStable(r.some(50, |_| 20)),
+        4 => SettingKind::Schedule(r.pick(&[
+            Schedule::Declared,
+            Schedule::Level,
+            Schedule::Priority,
+        ])),
+        5 => SettingKind::FireOne(r.chance(50)),
+        6 => SettingKind::AssignSimultaneous(r.chance(50)),
+        7 => SettingKind::ActionsIec,
+        8 => SettingKind::FinalScan,
+        9 => SettingKind::Queue(4),
+        10 => SettingKind::EventsExclusive,
+        _ => SettingKind::Priority(2),
+    };
+    Setting { kind, span: Span::default() }
+}
+
+fn step_path(r: &mut Random) -> Path {
+    if r.chance(20) {
+        Path { names: vec![name("m1"), name(r.pick::<&str>(STEPS))] }
+    } else {
+        one(r.pick::<&str>(STEPS))
+    }
+}
+
+fn transition(r: &mut Random) -> Transition {
+    Transition {
+        name: r.some(50, |r| name(r.pick(&["t1", "assert", "chart", "step", "3", "on"]))),
+        sources: r.list(2, step_path),
+        targets: r.list(2, step_path),
+        events: r.list(1, |r| name(r.pick(&["E", "when", "F"]))),
+        guard: r.some(80, |r| if r.chance(5) { wide(r) } else { truth(r, 3) }),
+        after: r.some(15, |_| (3_000_000_000, Span::default())),
+        priority: r.some(15, |_| 2),
+        restart: r.chance(10),
+        deadline_ns: r.some(10, |_| 1_000),
+        actions: if r.chance(30) { block(r, 2) } else { Vec::new() },
+        meta: meta(r),
+    }
+}
+
+/// A guard that needs several lines.
+fn wide(r: &mut Random) -> Expr {
+    let operands = (0..30).map(|_| truth(r, 1)).collect();
+    expr(if r.chance(50) { ExprKind::And(operands) } else { ExprKind::Or(operands) })
+}
+
+fn step(r: &mut Random, roles: &[StepRole]) -> Step {
+    Step {
+        name: name(r.pick::<&str>(STEPS)),
+        role: r.pick(roles),
+        activation_link: false,
+        body: r.list(4, step_item),
+        meta: meta(r),
+    }
+}
+
+fn item(r: &mut Random) -> Item {
+    match r.below(16) {
+        0 => Item::Setting(setting(r)),
+        1..=3 => Item::Declaration(declaration(r)),
+        4..=7 => Item::Step(step(r, &[StepRole::Plain, StepRole::Initial])),
+        8..=11 => Item::Transition(transition(r)),
+        12 => Item::Macro(Macro {
+            name: name(r.pick(&["fill", "step", "macro"])),
+            items: r.list(4, |r| match r.below(3) {
+                0 => Item::Transition(transition(r)),
+                1 => Item::Step(step(
+                    r,
+                    &[StepRole::MacroEntry, StepRole::MacroExit, StepRole::MacroEntryExit],
+                )),
+                _ => Item::Step(step(r, &[StepRole::Plain])),
+            }),
+            meta: meta(r),
+        }),
+        13 => Item::MacroStep(MacroStep {
+            name: name("m1"),
+            body: name("fill"),
+            is_initial: r.chance(30),
+            priority: r.some(30, |_| 1),
+            meta: meta(r),
+        }),
+        14 => Item::Property(Property {
+            name: r.some(30, |r| name(r.pick(&["safe", "never"]))),
+            is_assumption: r.chance(50),
+            is_never: r.chance(50),
+            expr: truth(r, 3),
+            meta: meta(r),
+        }),
+        _ => {
+            if r.chance(50) {
+                let items = (0..1 + r.below(3)).map(|_| step_path(r)).collect();
+                Item::Place(Place {
+                    items,
+                    side: r.pick(&[Side::Chip, Side::Cpu]),
+                    span: Span::default(),
+                })
+            } else {
+                let pins =
+                    r.list(30, |r| (name(r.pick(&["m", "clock", "n[0]", "m1.q", "a b", "s"])), 7));
+                Item::Board(Board { device: name("gal22v10"), pins, span: Span::default() })
+            }
+        }
+    }
+}
+
+/// A design of one or two charts whose numbers are declared.
+pub(crate) fn design(r: &mut Random) -> Design {
+    let chart = |r: &mut Random| {
+        let mut items: Vec<Item> = NUMBERS
+            .iter()
+            .map(|n| {
+                Item::Declaration(Declaration {
+                    name: name(n),
+                    kind: DeclarationKind::Input { ty: int(), synchronous: false },
+                    meta: Meta::default(),
+                })
+            })
+            .collect();
+        let kind = DeclarationKind::Var { ty: int(), len: Some(4), init: Vec::new() };
+        items.push(Item::Declaration(Declaration { name: name("v"), kind, meta: Meta::default() }));
+        items.extend(r.list(14, item));
+        Chart {
+            name: name(r.pick(&["truck", "chart", "é", "1"])),
+            span: Span::default(),
+            items,
+            meta: meta(r),
+        }
+    };
+    let edition = r.some(20, |_| (1, Span::default()));
+    let charts = (0..1 + r.below(2)).map(|_| chart(r)).collect();
+    Design { edition, charts }
+}

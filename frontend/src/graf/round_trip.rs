@@ -1,0 +1,244 @@
+//! Laws of the writer and the formatter, and broken input.
+
+use std::fmt::Write;
+
+use grafsynth_ir::FileId;
+use grafsynth_ir::chart::Design;
+use proptest::prelude::*;
+
+use super::lexer::Lexer;
+use super::random::{self, Random};
+use super::tests::TRUCK;
+use super::token::Kind;
+use super::*;
+
+/// A design without its places, as text: what two designs of one meaning share.
+fn meaning(design: &Design) -> String {
+    let text = format!("{design:#?}");
+    let mut out = String::new();
+    let mut rest = text.as_str();
+    while let Some(at) = rest.find("Span {") {
+        out.push_str(&rest[..at]);
+        // `Span { file: FileId(0), start: 1, end: 2 }` holds no brace.
+        let end = rest[at..].find('}').unwrap();
+        out.push_str("Span");
+        rest = &rest[at + end + 1..];
+    }
+    // An empty name's text and its kind stay, so nothing but places is lost.
+    out.push_str(rest);
+    out
+}
+
+#[track_caller]
+fn read(text: &str) -> Parsed {
+    let parsed = parse(FileId(0), text);
+    assert_eq!(parsed.diagnostics, [], "{text}");
+    parsed
+}
+
+#[track_caller]
+fn assert_same_meaning(left: &Design, right: &Design, text: &str) {
+    let (left, right) = (meaning(left), meaning(right));
+    let around = |text: &str, n: usize| {
+        text.lines().skip(n.saturating_sub(5)).take(9).collect::<Vec<_>>().join("\n")
+    };
+    if let Some(n) = left.lines().zip(right.lines()).position(|(a, b)| a != b) {
+        panic!("meant\n{}\n=====\nread\n{}\n=====\n{text}", around(&left, n), around(&right, n));
+    }
+    assert_eq!(left.len(), right.len(), "{text}");
+}
+
+/// What the formatter promises of a text that can be read.
+#[track_caller]
+fn check_format(text: &str) -> String {
+    let before = read(text);
+    let once = format(FileId(0), text).unwrap();
+    let after = read(&once);
+    assert_same_meaning(&before.design.unwrap(), &after.design.unwrap(), text);
+    let comments = |parsed: &[Comment], text: &str| -> Vec<String> {
+        let mut all: Vec<String> =
+            parsed.iter().map(|comment| text[comment.span.range()].trim_end().to_owned()).collect();
+        all.sort();
+        all
+    };
+    assert_eq!(
+        comments(&before.comments, text),
+        comments(&after.comments, &once),
+        "comments of\n{text}\n=====\n{once}"
+    );
+    let twice = format(FileId(0), &once).unwrap();
+    for (n, (a, b)) in once.lines().zip(twice.lines()).enumerate() {
+        assert_eq!(a, b, "line {} of the second time of\n{text}\n=====\n{once}", n + 1);
+    }
+    assert_eq!(once, twice, "second time of\n{text}");
+    once
+}
+
+/// The same text with comments and line breaks between its tokens, where they change nothing.
+fn with_comments(text: &str, r: &mut Random, percent: usize) -> String {
+    let mut lexer = Lexer::new(text);
+    let (mut out, mut last, mut n) = (String::new(), 0, 0);
+    let mut previous = Kind::End;
+    loop {
+        let token = lexer.next(&mut |_, _| {}, &mut |_| {});
+        let (start, end) = (token.start as usize, token.end as usize);
+        // A new line may end an item: only where one is, or where nothing can end.
+        let is_safe = token.new_line
+            || matches!(
+                previous,
+                Kind::OpenBrace | Kind::Open | Kind::Comma | Kind::Equal | Kind::Ampersand
+            )
+            || matches!(token.kind, Kind::CloseBrace | Kind::OpenBrace | Kind::Close | Kind::Equal);
+        if is_safe && r.chance(percent) {
+            n += 1;
+            let gap = &text[last..start];
+            if r.chance(50) {
+                write!(out, " # c{n}").unwrap();
+                out.push_str(if gap.contains('\n') { gap } else { "\n" });
+            } else {
+                out.push_str(gap);
+                write!(
+                    out,
+                    "{}# c{n}\n{}",
+                    r.pick(&["", "\n", "\n\n\n"]),
+                    r.pick(&["", "\n", "\n\n"])
+                )
+                .unwrap();
+            }
+        } else {
+            out.push_str(&text[last..start]);
+        }
+        if token.kind == Kind::End {
+            return out;
+        }
+        out.push_str(&text[start..end]);
+        last = end;
+        previous = token.kind;
+    }
+}
+
+#[test]
+fn the_truck_in_its_canonical_form() {
+    let once = check_format(TRUCK);
+    insta::assert_snapshot!(once);
+}
+
+#[test]
+fn comments_and_long_lines_in_their_canonical_form() {
+    let text = "# heading
+   # two
+
+
+edition 1
+chart   truck \"a truck\" req \"R1\" {   # open
+
+  # first
+  tick 10 ms conflict priority-age   # same
+
+
+  input m \"loading request\", b \"right limit\",   # limits
+     p \"loaded\" , a
+  input i0, i1, i2, i3, i4, i5, i6, i7, i8, i9, i10, i11, i12, i13, i14, i15, i16, i17, i18, i19, i20, i21
+  input n:int 0..9
+  output R, Z, L extern condition f()
+  var k: int 0..9[4] = [1,2,3,4], g
+  initial step p1 \"waiting\"
+  step p2 { R # go
+    Z }
+  step p3 { # three
+     entry { k[0] := 1; k[1]:=2 } exit { if a { g := true # yes
+       } else if b { g := false } else {
+       # no
+       g := a
+       }
+       }
+     # end
+  }
+  step p4 { R if a * b + /m; set Z, reset L if f(); Z SD 3 s }
+  # before
+  t1: p1 -> p2 # mid
+      when m # m
+  t2: p2 -> p3 when b·/a + i0·i1 # x
+  t3: p3 -> p4 when i0 and i1 and i2 and i3 and i4 and i5 and i6 and i7 and i8 and i9 and i10 and i11 and i12 and i13 and i14 and i15 after 3 s priority 3 do { g := true }
+  t4: p4 -> do { code c \"\"\"
+  if (x)
+    y();
+\"\"\"; g := n + 1 > 3 } restart   # tail
+  device gal22v10 { clock 1  m 2 # pin
+   R 23 }
+  assert never R and L
+
+}   # closing
+# last
+";
+    insta::assert_snapshot!(check_format(text));
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 150, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn what_is_written_is_read_back(seed: u64) {
+        let design = random::design(&mut Random(seed));
+        let text = write_design(&design);
+        let parsed = read(&text);
+        assert_same_meaning(&design, &parsed.design.unwrap(), &text);
+        // Written without a source it is canonical, but for the blank lines that a source may lack.
+        let again = check_format(&text);
+        prop_assert_eq!(text, again);
+    }
+
+    #[test]
+    fn comments_stay(seed: u64) {
+        let mut r = Random(seed);
+        let text = write_design(&random::design(&mut r));
+        let text = with_comments(&text, &mut r, 15);
+        check_format(&text);
+    }
+
+    #[test]
+    fn broken_input_gives_findings(seed: u64) {
+        let mut r = Random(seed);
+        let text = write_design(&random::design(&mut r));
+        let text = broken(&text, &mut r);
+        let parsed = parse(FileId(0), &text);
+        prop_assert!(parsed.diagnostics.len() <= 101);
+        for finding in &parsed.diagnostics {
+            for label in &finding.labels {
+                prop_assert!(text.get(label.span.range()).is_some(), "{:?} of {:?}", label, text);
+            }
+        }
+        let _ = format(FileId(0), &text);
+    }
+}
+
+/// Byte flips, cuts, repeats, brackets.
+pub(crate) fn broken(text: &str, r: &mut Random) -> String {
+    let mut bytes = text.as_bytes().to_vec();
+    for _ in 0..1 + r.below(6) {
+        let at = r.below(bytes.len().max(1));
+        match r.below(6) {
+            0 if !bytes.is_empty() => bytes[at] ^= 1 << r.below(8),
+            1 if !bytes.is_empty() => {
+                bytes[at] = r.pick(b"{}()[]\"`;:,.&+-*/=<>#\n ab0\\!\x00\xc2\xb7")
+            }
+            2 => bytes.truncate(at),
+            3 => {
+                let end = (at + r.below(40)).min(bytes.len());
+                let piece: Vec<u8> = bytes[at.min(end)..end].repeat(1 + r.below(5));
+                bytes.splice(at..at, piece);
+            }
+            4 => {
+                let end = (at + r.below(20)).min(bytes.len());
+                bytes.drain(at.min(end)..end);
+            }
+            _ => {
+                let piece = r
+                    .pick(&["(", "{", "not ", "\"\"\"", "if ", "[", "`", "·", "->", "otherwise"])
+                    .repeat(1 + r.below(300));
+                bytes.splice(at..at, piece.into_bytes());
+            }
+        }
+    }
+    String::from_utf8_lossy(&bytes).into_owned()
+}

@@ -1,0 +1,1140 @@
+//! Designs to text: the one canonical form, with the comments and blank lines of a source where there is one.
+//!
+//! Four spaces a level, 100 columns, one item a line; a short body stands on the line of its step. Signs become words, lists are parted by `;`,
+//! declarations stay together as they were written. Comments keep their place between items; one inside an item moves above it.
+
+use grafsynth_ir::Span;
+use grafsynth_ir::chart::{
+    ActionHow, Block, Board, Chart, Declaration, DeclarationKind, Design, Enclosing, Expr,
+    ForceOrder, Item, Macro, MacroStep, Place, Property, Setting, SettingKind, State, Step,
+    StepItem, StepItemKind, StepRole, Stmt, StmtKind, Transition,
+};
+use grafsynth_ir::expr::Type;
+use grafsynth_ir::net::{Meta, Qualifier, Side, Verbatim};
+
+use super::Comment;
+use super::items::{POLICIES, SCHEDULES};
+use super::lexer::Lexer;
+use super::names::{self, Position};
+use super::token::Kind;
+use super::write_expr::ExprWriter;
+
+/// The width that lines are kept within where that is possible.
+const WIDTH: usize = 100;
+
+/// The text that a design was read from.
+pub(super) struct Source<'a> {
+    pub(super) text: &'a str,
+    pub(super) comments: &'a [Comment],
+}
+
+/// Writes a design; with a source, its comments and blank lines too.
+pub(super) fn write(design: &Design, source: Option<Source<'_>>) -> String {
+    let mut writer = Writer {
+        out: String::new(),
+        indent: 0,
+        source,
+        next_comment: 0,
+        last_end: None,
+        exprs: ExprWriter::default(),
+    };
+    writer.design(design);
+    writer.out
+}
+
+struct Writer<'a> {
+    out: String,
+    indent: usize,
+    source: Option<Source<'a>>,
+    next_comment: usize,
+    /// Where in the source that ends which was written last; none at the start of a block, where no blank line is kept.
+    last_end: Option<u32>,
+    exprs: ExprWriter,
+}
+
+impl Writer<'_> {
+    // Lines, comments, blank lines
+
+    fn line(&mut self, text: &str) {
+        for _ in 0..self.indent {
+            self.out.push_str("    ");
+        }
+        self.out.push_str(text);
+        self.out.push('\n');
+    }
+
+    fn blank(&mut self) {
+        if !self.out.is_empty() && !self.out.ends_with("\n\n") && !self.out.ends_with("{\n") {
+            self.out.push('\n');
+        }
+    }
+
+    fn comment(&self) -> Option<Span> {
+        let source = self.source.as_ref()?;
+        source.comments.get(self.next_comment).map(|comment| comment.span)
+    }
+
+    fn comment_text(&self, span: Span) -> String {
+        let text =
+            self.source.as_ref().and_then(|source| source.text.get(span.range())).unwrap_or("#");
+        text.trim_end().to_owned()
+    }
+
+    /// Before something that begins at `start` and has no block of its own before `inner`: the comments up to `inner` on lines of their own, and a
+    /// blank line where the source has one.
+    fn before(&mut self, start: u32, inner: u32) {
+        self.flush(start);
+        self.keep_blank(start);
+        if self.comment().is_some_and(|next| next.start < inner) {
+            // They stand inside, so no blank line of the source lies between them and what they move above.
+            self.last_end = None;
+            self.flush(inner);
+        }
+    }
+
+    /// The comments that begin before `limit`, on lines of their own.
+    fn flush(&mut self, limit: u32) {
+        while let Some(span) = self.comment()
+            && span.start < limit
+        {
+            self.keep_blank(span.start);
+            let text = self.comment_text(span);
+            self.line(&text);
+            self.last_end = Some(span.end);
+            self.next_comment += 1;
+        }
+    }
+
+    fn keep_blank(&mut self, start: u32) {
+        let Some(source) = &self.source else { return };
+        if let Some(end) = self.last_end
+            && let Some(gap) = source.text.get(end as usize..start as usize)
+            && gap.bytes().all(|b| b.is_ascii_whitespace() || matches!(b, b',' | b';'))
+            && gap.bytes().filter(|&b| b == b'\n').nth(1).is_some()
+        {
+            self.blank();
+        }
+    }
+
+    /// Behind something that ends at `end`: a comment on the same line stays there.
+    fn after(&mut self, end: u32) {
+        self.last_end = Some(end);
+        let Some(source) = &self.source else { return };
+        if let Some(span) = self.comment()
+            && span.start >= end
+            && let Some(gap) = source.text.get(end as usize..span.start as usize)
+            && gap.bytes().all(|b| matches!(b, b' ' | b'\t' | b',' | b';' | b'\r'))
+        {
+            let text = self.comment_text(span);
+            if self.out.ends_with('\n') {
+                self.out.pop();
+            }
+            self.out.push_str("  ");
+            self.out.push_str(&text);
+            self.out.push('\n');
+            self.last_end = Some(span.end);
+            self.next_comment += 1;
+        }
+    }
+
+    /// True when a comment not yet written lies between both places.
+    fn has_comment(&self, start: u32, end: u32) -> bool {
+        self.source.is_some() && self.comment().is_some_and(|next| next.start < end) && {
+            let comments = self.source.as_ref().map_or(&[][..], |source| source.comments);
+            comments[self.next_comment..]
+                .iter()
+                .map(|comment| comment.span.start)
+                .find(|at| *at >= start)
+                .is_some_and(|at| at < end)
+        }
+    }
+
+    /// Start and end of the first token of this kind at or behind `from`, and `until` twice if none lies before it.
+    fn find(&self, kind: Kind, from: u32, until: u32) -> (u32, u32) {
+        let Some(source) = &self.source else { return (until, until) };
+        let mut lexer = Lexer::starting_at(source.text, from as usize);
+        loop {
+            let token = lexer.next(&mut |_, _| {}, &mut |_| {});
+            if token.start >= until || token.kind == Kind::End {
+                return (until, until);
+            }
+            if token.kind == kind {
+                return (token.start, token.end);
+            }
+        }
+    }
+
+    /// Writes `head {`, the body a level deeper, and `}`. `from` lies before the opening brace, `end` is where the closing one ends.
+    fn block(&mut self, head: &str, from: u32, end: u32, body: &mut dyn FnMut(&mut Self)) {
+        self.line(&format!("{head} {{"));
+        let (_, open_end) = self.find(Kind::OpenBrace, from, end);
+        self.after(open_end);
+        // No blank line behind an opening brace, and none before a closing one.
+        self.last_end = None;
+        self.indent += 1;
+        body(self);
+        self.flush(end);
+        self.indent -= 1;
+        self.line("}");
+        self.last_end = Some(end);
+    }
+
+    // Design and charts
+
+    fn design(&mut self, design: &Design) {
+        if let Some((number, span)) = design.edition {
+            self.before(span.start, span.end);
+            self.line(&format!("edition {number}"));
+            self.after(span.end);
+        }
+        for chart in &design.charts {
+            self.exprs.conditions = conditions(chart);
+            if self.source.is_none() && !self.out.is_empty() {
+                self.blank();
+            }
+            self.chart(chart);
+        }
+        self.flush(u32::MAX);
+    }
+
+    fn chart(&mut self, chart: &Chart) {
+        let (open, _) = self.find(Kind::OpenBrace, chart.name.span.end, chart.span.end);
+        self.before(chart.span.start, open);
+        let head = format!(
+            "chart {}{}",
+            names::name(&chart.name.text, Position::Anywhere),
+            attributes(&chart.meta)
+        );
+        if chart.items.is_empty() && !self.has_comment(open, chart.span.end) {
+            self.line(&format!("{head} {{}}"));
+        } else {
+            self.block(&head, chart.name.span.end, chart.span.end, &mut |writer| {
+                writer.items(&chart.items)
+            });
+        }
+        self.after(chart.span.end);
+    }
+
+    fn items(&mut self, items: &[Item]) {
+        let mut at = 0;
+        let mut class = None;
+        while let Some(item) = items.get(at) {
+            // Without a source, what is of one kind stands together.
+            let this = class_of(item);
+            if self.source.is_none()
+                && class.is_some_and(|last| last != this || this == Class::Block)
+            {
+                self.blank();
+            }
+            class = Some(this);
+            if let Item::Declaration(_) = item {
+                let n = self.group(&items[at..]);
+                self.declarations(&items[at..at + n]);
+                at += n;
+            } else {
+                self.item(item);
+                at += 1;
+            }
+        }
+    }
+
+    fn item(&mut self, item: &Item) {
+        match item {
+            Item::Setting(setting) => self.simple(setting.span, &setting_text(setting)),
+            Item::Declaration(_) => self.declarations(std::slice::from_ref(item)),
+            Item::Step(step) => self.step(step),
+            Item::Transition(transition) => self.transition(transition),
+            Item::Macro(body) => self.macro_body(body),
+            Item::MacroStep(step) => self.simple(step.meta.span, &macro_step(step)),
+            Item::Enclosing(enclosing) => self.enclosing(enclosing),
+            Item::State(state) => self.state(state),
+            Item::Property(property) => {
+                let text = self.property(property);
+                self.simple(property.meta.span, &text);
+            }
+            Item::Place(place) => self.simple(place.span, &place_text(place)),
+            Item::Board(board) => self.board(board),
+        }
+    }
+
+    /// Something on one line, which holds no comment.
+    fn simple(&mut self, span: Span, text: &str) {
+        self.before(span.start, span.end);
+        self.line(text);
+        self.after(span.end);
+    }
+
+    // Declarations
+
+    /// The number of declarations, from the first of `items` on, that stand behind one keyword.
+    fn group(&self, items: &[Item]) -> usize {
+        let first = match items.first() {
+            Some(Item::Declaration(first)) => first,
+            _ => return 1,
+        };
+        let belongs = |item: &&Item| match item {
+            Item::Declaration(next) if self.source.is_some() => {
+                next.meta.span.start == next.name.span.start
+            }
+            Item::Declaration(next) => {
+                keyword(next) == keyword(first) && is_short(next) && is_short(first)
+            }
+            Item::Setting(_)
+            | Item::Step(_)
+            | Item::Transition(_)
+            | Item::Macro(_)
+            | Item::MacroStep(_)
+            | Item::Enclosing(_)
+            | Item::State(_)
+            | Item::Property(_)
+            | Item::Place(_)
+            | Item::Board(_) => false,
+        };
+        1 + items[1..].iter().take_while(belongs).count()
+    }
+
+    fn declarations(&mut self, items: &[Item]) {
+        let declarations: Vec<&Declaration> = items
+            .iter()
+            .filter_map(|item| {
+                if let Item::Declaration(declaration) = item { Some(declaration) } else { None }
+            })
+            .collect();
+        let (Some(first), Some(last)) = (declarations.first(), declarations.last()) else { return };
+        let keyword = keyword(first);
+        let pieces: Vec<String> =
+            declarations.iter().map(|declaration| self.declaration(declaration)).collect();
+        let (start, end) = (first.meta.span.start, last.meta.span.end);
+        if declarations.len() > 1 && self.has_comment(first.meta.span.end, end) {
+            // One a line, so that each comment stays beside what it speaks of.
+            for (index, (declaration, piece)) in declarations.iter().zip(&pieces).enumerate() {
+                let comma = if index + 1 < pieces.len() { "," } else { "" };
+                let head = if index == 0 { format!("{keyword} ") } else { String::new() };
+                self.indent += usize::from(index > 0);
+                self.before(declaration.meta.span.start, declaration.meta.span.end);
+                self.line(&format!("{head}{piece}{comma}"));
+                self.indent -= usize::from(index > 0);
+                self.after(declaration.meta.span.end);
+            }
+            return;
+        }
+        self.before(start, end);
+        let lines = fill(&format!("{keyword} "), &pieces, ",", "", self.room());
+        self.filled(&lines);
+        self.after(end);
+    }
+
+    /// The columns that a line has at this level.
+    fn room(&self) -> usize {
+        WIDTH.saturating_sub(4 * self.indent)
+    }
+
+    /// The first line here, the others a level deeper.
+    fn filled(&mut self, lines: &[String]) {
+        for (index, line) in lines.iter().enumerate() {
+            self.indent += usize::from(index > 0);
+            self.line(line);
+            self.indent -= usize::from(index > 0);
+        }
+    }
+
+    fn declaration(&self, declaration: &Declaration) -> String {
+        let mut out = names::name(&declaration.name.text, Position::Declared);
+        match &declaration.kind {
+            DeclarationKind::Input { ty, .. } => out.push_str(&type_suffix(*ty)),
+            DeclarationKind::Output { ty, init, .. } => {
+                out.push_str(&type_suffix(*ty));
+                if let Some(init) = init {
+                    out.push_str(&format!(" = {}", self.exprs.text(init)));
+                }
+            }
+            DeclarationKind::Var { ty, len, init } => {
+                match (ty, len) {
+                    (Type::Bool, None) => {}
+                    (ty, None) => out.push_str(&format!(": {}", type_text(*ty))),
+                    (ty, Some(len)) => out.push_str(&format!(": {}[{len}]", type_text(*ty))),
+                }
+                match init.as_slice() {
+                    [] => {}
+                    [one] => out.push_str(&format!(" = {}", self.exprs.text(one))),
+                    many => {
+                        let values: Vec<String> =
+                            many.iter().map(|value| self.exprs.text(value)).collect();
+                        out.push_str(&format!(" = [{}]", values.join(", ")));
+                    }
+                }
+            }
+            DeclarationKind::Event { .. } => {}
+            DeclarationKind::Timer { condition } => {
+                out.push_str(&format!(" while {}", self.exprs.text(condition)))
+            }
+            DeclarationKind::ExternCondition { ty } => {
+                out.push_str("()");
+                out.push_str(&type_suffix(*ty));
+            }
+            DeclarationKind::ExternAction { params } => {
+                let params: Vec<String> = params
+                    .iter()
+                    .map(|(name, ty)| match name.as_str() {
+                        "" => type_text(*ty),
+                        name => {
+                            format!("{}: {}", names::name(name, Position::Anywhere), type_text(*ty))
+                        }
+                    })
+                    .collect();
+                out.push_str(&format!("({})", params.join(", ")));
+            }
+            DeclarationKind::Const { value } => {
+                out.push_str(&format!(" = {}", self.exprs.text(value)))
+            }
+        }
+        out.push_str(&attributes(&declaration.meta));
+        out
+    }
+
+    // Steps
+
+    fn step(&mut self, step: &Step) {
+        let link = if step.activation_link { " *" } else { "" };
+        let head = format!(
+            "{}step {}{link}{}",
+            role_words(step.role),
+            names::name(&step.name.text, Position::Anywhere),
+            attributes(&step.meta)
+        );
+        self.step_like(&head, step, &mut |_| {});
+    }
+
+    /// A head and a body of step items, with more items behind them.
+    fn step_like(&mut self, head: &str, step: &Step, more: &mut dyn FnMut(&mut Self)) {
+        let span = step.meta.span;
+        let (open, _) = self.find(Kind::OpenBrace, step.name.span.end, span.end);
+        let has_body = !step.body.is_empty() || self.has_comment(open, span.end);
+        if has_body && !self.has_comment(open, span.end) {
+            let inline: Option<Vec<String>> =
+                step.body.iter().map(|item| self.inline_item(item)).collect();
+            if let Some(items) = inline {
+                let text = format!("{head} {{ {} }}", items.join("; "));
+                if text.len() <= self.room() && !text.contains('\n') {
+                    self.before(span.start, open);
+                    self.line(&text);
+                    self.after(span.end);
+                    return;
+                }
+            }
+        }
+        self.before(span.start, open);
+        if has_body {
+            self.block(head, step.name.span.end, span.end, &mut |writer| {
+                for item in &step.body {
+                    writer.step_item(item);
+                }
+                more(writer);
+            });
+        } else {
+            self.line(head);
+        }
+        self.after(span.end);
+    }
+
+    /// A step item on the line of its step: only what holds no list.
+    fn inline_item(&self, item: &StepItem) -> Option<String> {
+        match &item.kind {
+            StepItemKind::Action { .. }
+            | StepItemKind::Priority(_)
+            | StepItemKind::Budget(_)
+            | StepItemKind::Force { .. } => Some(self.step_item_head(item)),
+            StepItemKind::Code(verbatim) if !verbatim.text.contains('\n') => {
+                Some(self.step_item_head(item))
+            }
+            StepItemKind::Code(_)
+            | StepItemKind::Entry(_)
+            | StepItemKind::Exit(_)
+            | StepItemKind::On { .. }
+            | StepItemKind::Task { .. } => None,
+        }
+    }
+
+    /// The item without its list.
+    fn step_item_head(&self, item: &StepItem) -> String {
+        match &item.kind {
+            StepItemKind::Action { target, arguments, how, condition } => {
+                let arguments =
+                    arguments.as_ref().map_or_else(String::new, |all| self.arguments(all));
+                let condition = condition
+                    .as_ref()
+                    .map_or_else(String::new, |c| format!(" if {}", self.exprs.text(c)));
+                let action = format!("{}{arguments}", names::name(&target.text, Position::Action));
+                let latched = names::name(&target.text, Position::Anywhere);
+                let text = match how {
+                    ActionHow::Bare => action,
+                    ActionHow::After(ns) => format!("{action} after {}", names::duration(*ns)),
+                    ActionHow::For(ns) => format!("{action} for {}", names::duration(*ns)),
+                    // `set` and `reset` take a name only.
+                    ActionHow::Qualified(Qualifier::S, _) if arguments.is_empty() => {
+                        format!("set {latched}")
+                    }
+                    ActionHow::Qualified(Qualifier::R, _) if arguments.is_empty() => {
+                        format!("reset {latched}")
+                    }
+                    ActionHow::Qualified(qualifier, duration) => {
+                        let duration = duration
+                            .map_or_else(String::new, |ns| format!(" {}", names::duration(ns)));
+                        format!("{action} {}{duration}", qualifier_word(*qualifier))
+                    }
+                };
+                text + &condition
+            }
+            StepItemKind::Entry(_) => "entry".to_owned(),
+            StepItemKind::Exit(_) => "exit".to_owned(),
+            StepItemKind::On { events, guard, .. } => {
+                let mut words = Vec::new();
+                if !events.is_empty() {
+                    words.push(format!("on {}", event_list(events)));
+                }
+                if let Some(guard) = guard {
+                    words.push(format!("when {}", self.exprs.text(guard)));
+                } else if events.is_empty() {
+                    words.push("when true".to_owned());
+                }
+                words.join(" ")
+            }
+            StepItemKind::Priority(value) => format!("priority {value}"),
+            StepItemKind::Budget(value) => format!("budget {value}"),
+            StepItemKind::Task { name, cost, .. } => {
+                format!("task {} cost {cost}", names::name(&name.text, Position::Anywhere))
+            }
+            StepItemKind::Code(verbatim) => code(verbatim),
+            StepItemKind::Force { target, order } => {
+                let order = match order {
+                    ForceOrder::Situation(steps) if steps.is_empty() => "{}".to_owned(),
+                    ForceOrder::Situation(steps) => {
+                        let steps: Vec<String> = steps
+                            .iter()
+                            .map(|step| names::path(step, Position::Anywhere))
+                            .collect();
+                        format!("{{ {} }}", steps.join(", "))
+                    }
+                    ForceOrder::Init => "init".to_owned(),
+                    ForceOrder::Hold => "hold".to_owned(),
+                };
+                format!("force {} {order}", names::path(target, Position::Anywhere))
+            }
+        }
+    }
+
+    fn step_item(&mut self, item: &StepItem) {
+        let head = self.step_item_head(item);
+        match &item.kind {
+            StepItemKind::Entry(block) | StepItemKind::Exit(block) => {
+                self.list(&head, block, item.span, item.span.start)
+            }
+            StepItemKind::On { actions, .. } => {
+                self.list(&head, actions, item.span, item.span.start)
+            }
+            StepItemKind::Task { body, .. } => self.list(&head, body, item.span, item.span.start),
+            StepItemKind::Action { .. }
+            | StepItemKind::Priority(_)
+            | StepItemKind::Budget(_)
+            | StepItemKind::Code(_)
+            | StepItemKind::Force { .. } => self.simple(item.span, &head),
+        }
+    }
+
+    /// `head { a; b }` on one line, or a line for each statement. `from` lies before the opening brace.
+    fn list(&mut self, head: &str, block: &Block, span: Span, from: u32) {
+        let (open, _) = self.find(Kind::OpenBrace, from, span.end);
+        self.before(span.start, open);
+        if !self.has_comment(open, span.end)
+            && let Some(text) = self.inline_list(block)
+        {
+            let text = format!("{head} {text}");
+            // A wrapped head brings its own indentation.
+            let (room, last) = match text.rsplit_once('\n') {
+                Some((_, last)) => (WIDTH, last),
+                None => (self.room(), text.as_str()),
+            };
+            if last.len() <= room {
+                self.line(&text);
+                self.after(span.end);
+                return;
+            }
+        }
+        self.block(head, from, span.end, &mut |writer| writer.stmts(block));
+        self.after(span.end);
+    }
+
+    /// `{ a; b }`, if every statement is of one line.
+    fn inline_list(&self, block: &Block) -> Option<String> {
+        if block.is_empty() {
+            return Some("{}".to_owned());
+        }
+        let stmts: Option<Vec<String>> = block.iter().map(|stmt| self.inline_stmt(stmt)).collect();
+        Some(format!("{{ {} }}", stmts?.join("; ")))
+    }
+
+    fn inline_stmt(&self, stmt: &Stmt) -> Option<String> {
+        match &stmt.kind {
+            StmtKind::If { .. } => None,
+            StmtKind::Code(verbatim) if verbatim.text.contains('\n') => None,
+            StmtKind::Assign { .. }
+            | StmtKind::Raise(_)
+            | StmtKind::Send { .. }
+            | StmtKind::Cancel(_)
+            | StmtKind::Call { .. }
+            | StmtKind::Code(_) => Some(self.stmt_text(stmt)),
+        }
+    }
+
+    fn stmt_text(&self, stmt: &Stmt) -> String {
+        match &stmt.kind {
+            StmtKind::Assign { target, index, value } => {
+                let index = index
+                    .as_ref()
+                    .map_or_else(String::new, |index| format!("[{}]", self.exprs.text(index)));
+                format!(
+                    "{}{index} := {}",
+                    names::path(target, Position::Anywhere),
+                    self.exprs.text(value)
+                )
+            }
+            StmtKind::Raise(event) => {
+                format!("raise {}", names::name(&event.text, Position::Anywhere))
+            }
+            StmtKind::Send { event, after, slot } => {
+                let after =
+                    after.map_or_else(String::new, |ns| format!(" after {}", names::duration(ns)));
+                let slot = slot.as_ref().map_or_else(String::new, |slot| {
+                    format!(" as {}", names::name(&slot.text, Position::Anywhere))
+                });
+                format!("send {}{after}{slot}", names::name(&event.text, Position::Anywhere))
+            }
+            StmtKind::Cancel(slot) => {
+                format!("cancel {}", names::name(&slot.text, Position::Anywhere))
+            }
+            StmtKind::Call { function, arguments } => {
+                format!(
+                    "call {}{}",
+                    names::name(&function.text, Position::Anywhere),
+                    self.arguments(arguments)
+                )
+            }
+            StmtKind::If { condition, .. } => format!("if {}", self.exprs.text(condition)),
+            StmtKind::Code(verbatim) => code(verbatim),
+        }
+    }
+
+    fn stmts(&mut self, block: &Block) {
+        for stmt in block {
+            self.stmt(stmt);
+        }
+    }
+
+    fn stmt(&mut self, stmt: &Stmt) {
+        match &stmt.kind {
+            StmtKind::If { condition, then, otherwise } => {
+                let (open, _) = self.find(Kind::OpenBrace, condition.span.end, stmt.span.end);
+                self.before(stmt.span.start, open);
+                self.conditional(
+                    &format!("if {}", self.exprs.text(condition)),
+                    condition.span.end,
+                    then,
+                    otherwise,
+                    stmt.span,
+                );
+                self.after(stmt.span.end);
+            }
+            StmtKind::Assign { .. }
+            | StmtKind::Raise(_)
+            | StmtKind::Send { .. }
+            | StmtKind::Cancel(_)
+            | StmtKind::Call { .. }
+            | StmtKind::Code(_) => {
+                let text = self.stmt_text(stmt);
+                self.simple(stmt.span, &text);
+            }
+        }
+    }
+
+    /// `head { … } else { … }`, the head behind a brace where it is an `else if`.
+    fn conditional(&mut self, head: &str, from: u32, then: &Block, otherwise: &Block, span: Span) {
+        let (_, open_end) = self.find(Kind::OpenBrace, from, span.end);
+        let (_, close_end) = self.find(
+            Kind::CloseBrace,
+            then.last().map_or(open_end, |last| last.span.end),
+            span.end,
+        );
+        self.block(head, from, close_end, &mut |writer| writer.stmts(then));
+        if otherwise.is_empty() {
+            return;
+        }
+        // `} else` stands on the line of the brace.
+        while self.out.ends_with('\n') {
+            self.out.pop();
+        }
+        if let [Stmt { kind: StmtKind::If { condition, then, otherwise }, span }] =
+            otherwise.as_slice()
+        {
+            let head = format!("}} else if {}", self.exprs.text(condition));
+            self.close_to_else();
+            self.conditional(&head, condition.span.end, then, otherwise, *span);
+        } else {
+            self.close_to_else();
+            self.block("} else", close_end, span.end, &mut |writer| writer.stmts(otherwise));
+        }
+    }
+
+    /// Takes back the closing brace and its indentation, which the next head brings again.
+    fn close_to_else(&mut self) {
+        self.out.pop();
+        while self.out.ends_with(' ') {
+            self.out.pop();
+        }
+    }
+
+    fn arguments(&self, arguments: &[Expr]) -> String {
+        let arguments: Vec<String> =
+            arguments.iter().map(|argument| self.exprs.text(argument)).collect();
+        format!("({})", arguments.join(", "))
+    }
+
+    // Transitions
+
+    fn transition(&mut self, transition: &Transition) {
+        let span = transition.meta.span;
+        let mut head = String::new();
+        if let Some(name) = &transition.name {
+            head.push_str(&format!("{}: ", names::name(&name.text, Position::Anywhere)));
+        }
+        let sources: Vec<String> =
+            transition.sources.iter().map(|path| names::path(path, Position::Anywhere)).collect();
+        let targets: Vec<String> = transition
+            .targets
+            .iter()
+            .enumerate()
+            .map(|(index, path)| {
+                names::path(path, if index == 0 { Position::Target } else { Position::Anywhere })
+            })
+            .collect();
+        head.push_str(&sources.join(" & "));
+        head.push_str(if sources.is_empty() { "->" } else { " ->" });
+        if !targets.is_empty() {
+            head.push(' ');
+            head.push_str(&targets.join(" & "));
+        }
+        let mut clauses = Vec::new();
+        if !transition.events.is_empty() {
+            clauses.push(format!("on {}", event_list(&transition.events)));
+        }
+        let guard_at = clauses.len();
+        if let Some(guard) = &transition.guard {
+            clauses.push(format!("when {}", self.exprs.text(guard)));
+        }
+        if let Some((ns, _)) = transition.after {
+            clauses.push(format!("after {}", names::duration(ns)));
+        }
+        if let Some(priority) = transition.priority {
+            clauses.push(format!("priority {priority}"));
+        }
+        if transition.restart {
+            clauses.push("restart".to_owned());
+        }
+        if let Some(ns) = transition.deadline_ns {
+            clauses.push(format!("deadline {}", names::duration(ns)));
+        }
+        let attributes = attributes(&transition.meta);
+        if !attributes.is_empty() {
+            clauses.push(attributes.trim_start().to_owned());
+        }
+        let mut text = head.clone();
+        for clause in &clauses {
+            text.push(' ');
+            text.push_str(clause);
+        }
+        if text.len() > self.room() {
+            text = self.wrapped(&head, &clauses, guard_at, transition.guard.as_ref());
+            if !transition.actions.is_empty() {
+                text.push('\n');
+                text.push_str(&"    ".repeat(self.indent + 1));
+                text.push_str("do");
+            }
+        } else if !transition.actions.is_empty() {
+            text.push_str(" do");
+        }
+        if transition.actions.is_empty() {
+            self.simple(span, &text);
+        } else {
+            self.list(&text, &transition.actions, span, span.start);
+        }
+    }
+
+    /// A long transition: its clauses on lines of their own. A priority stays on the first, where it cannot be taken for the chart's.
+    fn wrapped(
+        &self,
+        head: &str,
+        clauses: &[String],
+        guard_at: usize,
+        guard: Option<&Expr>,
+    ) -> String {
+        let pad = "    ".repeat(self.indent + 1);
+        let mut text = head.to_owned();
+        for clause in clauses.iter().filter(|clause| clause.starts_with("priority ")) {
+            text.push(' ');
+            text.push_str(clause);
+        }
+        for (index, clause) in
+            clauses.iter().enumerate().filter(|(_, clause)| !clause.starts_with("priority "))
+        {
+            let room = self.room().saturating_sub(4);
+            let lines = match guard
+                .filter(|_| index == guard_at && clause.len() > room)
+                .and_then(|guard| self.exprs.junction(guard))
+            {
+                Some((word, pieces)) => fill("when ", &pieces, "", word, room),
+                None => vec![clause.clone()],
+            };
+            for (n, line) in lines.iter().enumerate() {
+                text.push('\n');
+                text.push_str(&pad);
+                if n > 0 {
+                    text.push_str("    ");
+                }
+                text.push_str(line);
+            }
+        }
+        text
+    }
+
+    // The rest
+
+    fn macro_body(&mut self, body: &Macro) {
+        let (open, _) = self.find(Kind::OpenBrace, body.name.span.end, body.meta.span.end);
+        self.before(body.meta.span.start, open);
+        let head = format!(
+            "macro {}{}",
+            names::name(&body.name.text, Position::Anywhere),
+            attributes(&body.meta)
+        );
+        self.block(&head, body.name.span.end, body.meta.span.end, &mut |writer| {
+            writer.items(&body.items)
+        });
+        self.after(body.meta.span.end);
+    }
+
+    fn enclosing(&mut self, enclosing: &Enclosing) {
+        let name = names::name(&enclosing.step.name.text, Position::Anywhere);
+        let head = format!(
+            "{}enclosing step {name}{}",
+            role_words(enclosing.step.role),
+            attributes(&enclosing.step.meta)
+        );
+        self.block(
+            &head,
+            enclosing.step.name.span.end,
+            enclosing.step.meta.span.end,
+            &mut |writer| {
+                for item in &enclosing.step.body {
+                    writer.step_item(item);
+                }
+                writer.items(&enclosing.items);
+            },
+        );
+    }
+
+    fn state(&mut self, state: &State) {
+        let keyword = if state.is_parallel { "parallel" } else { "state" };
+        let name = names::name(&state.step.name.text, Position::Anywhere);
+        let head = format!(
+            "{}{keyword} {name}{}",
+            role_words(state.step.role),
+            attributes(&state.step.meta)
+        );
+        self.block(&head, state.step.name.span.end, state.step.meta.span.end, &mut |writer| {
+            for item in &state.step.body {
+                writer.step_item(item);
+            }
+            writer.items(&state.items);
+        });
+    }
+
+    fn property(&self, property: &Property) -> String {
+        let role = if property.is_assumption { "assume" } else { "assert" };
+        let name = property.name.as_ref().map_or_else(String::new, |name| {
+            format!("{}: ", names::name(&name.text, Position::Anywhere))
+        });
+        let quantor = if property.is_never { "never" } else { "always" };
+        format!(
+            "{role} {name}{quantor} ({}){}",
+            self.exprs.text(&property.expr),
+            attributes(&property.meta)
+        )
+    }
+
+    fn board(&mut self, board: &Board) {
+        let head = format!("device {}", names::name(&board.device.text, Position::Anywhere));
+        if board.pins.is_empty() && !self.has_comment(board.span.start, board.span.end) {
+            self.simple(board.span, &head);
+            return;
+        }
+        let pins: Vec<String> = board
+            .pins
+            .iter()
+            .map(|(name, pin)| format!("{} {pin}", names::signal(&name.text)))
+            .collect();
+        let text = format!("{head} {{ {} }}", pins.join("  "));
+        let (open, _) = self.find(Kind::OpenBrace, board.device.span.end, board.span.end);
+        self.before(board.span.start, open.min(board.span.end));
+        if text.len() <= self.room() && !self.has_comment(board.span.start, board.span.end) {
+            self.line(&text);
+        } else {
+            self.block(&head, board.device.span.end, board.span.end, &mut |writer| {
+                for ((name, _), text) in board.pins.iter().zip(&pins) {
+                    writer.before(name.span.start, name.span.end);
+                    writer.line(text);
+                    // The number stands behind the name.
+                    let (_, end) = writer.find(Kind::Number, name.span.end, board.span.end);
+                    writer.after(end);
+                }
+            });
+        }
+        self.after(board.span.end);
+    }
+}
+
+/// What stands together when a design is written without a source.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Class {
+    Setting,
+    Declaration,
+    Property,
+    Step,
+    Transition,
+    Block,
+    Board,
+}
+
+fn class_of(item: &Item) -> Class {
+    match item {
+        Item::Setting(_) => Class::Setting,
+        Item::Declaration(_) => Class::Declaration,
+        Item::Property(_) => Class::Property,
+        Item::Step(_) | Item::MacroStep(_) => Class::Step,
+        Item::Transition(_) => Class::Transition,
+        Item::Macro(_) | Item::Enclosing(_) | Item::State(_) => Class::Block,
+        Item::Place(_) | Item::Board(_) => Class::Board,
+    }
+}
+
+/// The names of extern conditions, which are written with parentheses.
+fn conditions(chart: &Chart) -> std::collections::BTreeSet<String> {
+    chart
+        .items
+        .iter()
+        .filter_map(|item| match item {
+            Item::Declaration(Declaration {
+                name,
+                kind: DeclarationKind::ExternCondition { .. },
+                ..
+            }) => Some(name.text.clone()),
+            Item::Declaration(_)
+            | Item::Setting(_)
+            | Item::Step(_)
+            | Item::Transition(_)
+            | Item::Macro(_)
+            | Item::MacroStep(_)
+            | Item::Enclosing(_)
+            | Item::State(_)
+            | Item::Property(_)
+            | Item::Place(_)
+            | Item::Board(_) => None,
+        })
+        .collect()
+}
+
+/// Pieces joined within `room` columns: the first line begins with `head`, `between` ends each piece but the last, `lead` begins each but the first.
+fn fill(head: &str, pieces: &[String], between: &str, lead: &str, room: usize) -> Vec<String> {
+    let mut lines = Vec::new();
+    let mut line = head.to_owned();
+    for (index, piece) in pieces.iter().enumerate() {
+        let text = format!(
+            "{}{piece}{}",
+            if index > 0 { lead } else { "" },
+            if index + 1 < pieces.len() { between } else { "" }
+        );
+        // Later lines stand a level deeper.
+        let room = if lines.is_empty() { room } else { room.saturating_sub(4) };
+        if index == 0 {
+            line.push_str(&text);
+        } else if line.len() + 1 + text.len() > room {
+            lines.push(std::mem::replace(&mut line, text));
+        } else {
+            line.push(' ');
+            line.push_str(&text);
+        }
+    }
+    lines.push(line);
+    lines
+}
+
+fn attributes(meta: &Meta) -> String {
+    let mut out = String::new();
+    if !meta.label.is_empty() {
+        out.push(' ');
+        out.push_str(&names::quoted(&meta.label));
+    }
+    for tag in &meta.req {
+        out.push_str(" req ");
+        out.push_str(&names::quoted(tag));
+    }
+    out
+}
+
+/// The keyword of a declaration with its modifiers.
+fn keyword(declaration: &Declaration) -> &'static str {
+    match &declaration.kind {
+        DeclarationKind::Input { synchronous: false, .. } => "input",
+        DeclarationKind::Input { synchronous: true, .. } => "input synchronous",
+        DeclarationKind::Output { registered: false, mealy: false, .. } => "output",
+        DeclarationKind::Output { registered: true, mealy: false, .. } => "output registered",
+        DeclarationKind::Output { registered: false, mealy: true, .. } => "output mealy",
+        DeclarationKind::Output { registered: true, mealy: true, .. } => "output registered mealy",
+        DeclarationKind::Var { .. } => "var",
+        DeclarationKind::Event { internal: false } => "event",
+        DeclarationKind::Event { internal: true } => "internal event",
+        DeclarationKind::Timer { .. } => "timer",
+        DeclarationKind::ExternCondition { .. } => "extern condition",
+        DeclarationKind::ExternAction { .. } => "extern action",
+        DeclarationKind::Const { .. } => "const",
+    }
+}
+
+/// Short declarations share a line when there is no source to follow.
+fn is_short(declaration: &Declaration) -> bool {
+    declaration.meta.req.is_empty()
+        && match &declaration.kind {
+            DeclarationKind::Input { .. }
+            | DeclarationKind::Output { .. }
+            | DeclarationKind::Event { .. }
+            | DeclarationKind::ExternCondition { .. }
+            | DeclarationKind::ExternAction { .. } => true,
+            DeclarationKind::Var { .. }
+            | DeclarationKind::Timer { .. }
+            | DeclarationKind::Const { .. } => false,
+        }
+}
+
+fn type_text(ty: Type) -> String {
+    match ty {
+        Type::Bool => "bool".to_owned(),
+        Type::Int { lo, hi } => format!("int {lo}..{hi}"),
+    }
+}
+
+/// What stands behind a name: nothing for a Boolean.
+fn type_suffix(ty: Type) -> String {
+    if ty.is_bool() { String::new() } else { format!(": {}", type_text(ty)) }
+}
+
+fn role_words(role: StepRole) -> &'static str {
+    match role {
+        StepRole::Plain => "",
+        StepRole::Initial => "initial ",
+        StepRole::MacroEntry => "entry ",
+        StepRole::MacroExit => "exit ",
+        StepRole::MacroEntryExit => "entry exit ",
+        StepRole::Final => "final ",
+    }
+}
+
+fn macro_step(step: &MacroStep) -> String {
+    let initial = if step.is_initial { "initial " } else { "" };
+    let priority = step.priority.map_or_else(String::new, |value| format!(" priority {value}"));
+    format!(
+        "{initial}macro step {} = {}{priority}{}",
+        names::name(&step.name.text, Position::Anywhere),
+        names::name(&step.body.text, Position::Anywhere),
+        attributes(&step.meta)
+    )
+}
+
+fn place_text(place: &Place) -> String {
+    let items: Vec<String> =
+        place.items.iter().map(|item| names::path(item, Position::Anywhere)).collect();
+    let side = match place.side {
+        Side::Chip => "chip",
+        Side::Cpu => "cpu",
+    };
+    format!("place {} on {side}", items.join(", "))
+}
+
+fn event_list(events: &[grafsynth_ir::Name]) -> String {
+    let events: Vec<String> = events
+        .iter()
+        .enumerate()
+        .map(|(index, event)| {
+            names::name(&event.text, if index == 0 { Position::Target } else { Position::Anywhere })
+        })
+        .collect();
+    events.join(", ")
+}
+
+/// `code c "…"`; several lines stand between triple quotes, where nothing is escaped.
+fn code(verbatim: &Verbatim) -> String {
+    let language = names::name(&verbatim.language, Position::Anywhere);
+    let text = &verbatim.text;
+    let is_raw = text.contains('\n')
+        && !text.contains("\"\"\"")
+        && !text.ends_with('"')
+        && !text.contains('\r');
+    if is_raw {
+        format!("code {language} \"\"\"\n{text}\"\"\"")
+    } else {
+        format!("code {language} {}", names::quoted(text))
+    }
+}
+
+fn qualifier_word(qualifier: Qualifier) -> &'static str {
+    match qualifier {
+        Qualifier::N => "N",
+        Qualifier::R => "R",
+        Qualifier::S => "S",
+        Qualifier::L => "L",
+        Qualifier::D => "D",
+        Qualifier::P => "pulse",
+        Qualifier::P0 => "P0",
+        Qualifier::P1 => "P1",
+        Qualifier::SD => "SD",
+        Qualifier::DS => "DS",
+        Qualifier::SL => "SL",
+    }
+}
+
+fn setting_text(setting: &Setting) -> String {
+    match &setting.kind {
+        SettingKind::Tick(ns) => format!("tick {}", names::duration(*ns)),
+        SettingKind::Conflict(policy) => {
+            format!(
+                "conflict {}",
+                POLICIES.iter().find(|(_, other)| other == policy).map_or("", |(word, _)| word)
+            )
+        }
+        SettingKind::EvolutionSingle => "evolution single".to_owned(),
+        SettingKind::EvolutionStable(None) => "evolution stable".to_owned(),
+        SettingKind::EvolutionStable(Some(limit)) => format!("evolution stable limit {limit}"),
+        SettingKind::Schedule(schedule) => {
+            format!(
+                "schedule {}",
+                SCHEDULES.iter().find(|(_, other)| other == schedule).map_or("", |(word, _)| word)
+            )
+        }
+        SettingKind::FireOne(true) => "fire one".to_owned(),
+        SettingKind::FireOne(false) => "fire all".to_owned(),
+        SettingKind::AssignSimultaneous(true) => "assign simultaneous".to_owned(),
+        SettingKind::AssignSimultaneous(false) => "assign ordered".to_owned(),
+        SettingKind::ActionsIec => "actions iec".to_owned(),
+        SettingKind::FinalScan => "final scan".to_owned(),
+        SettingKind::Queue(n) => format!("queue {n}"),
+        SettingKind::EventsExclusive => "events exclusive".to_owned(),
+        SettingKind::Priority(n) => format!("priority {n}"),
+    }
+}

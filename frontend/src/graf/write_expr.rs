@@ -1,0 +1,200 @@
+//! Expressions to text: with words instead of signs, and parentheses only where the tree needs them.
+
+use std::collections::BTreeSet;
+
+use grafsynth_ir::chart::{Expr, Leaf};
+use grafsynth_ir::expr::{ArithOp, ExprKind};
+
+use super::names::{self, Position};
+
+/// How tightly the surroundings bind, loosest first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Level {
+    Open,
+    Or,
+    And,
+    Not,
+    Compare,
+    Add,
+    Mul,
+    Prefix,
+}
+
+/// Writes expressions of one design.
+#[derive(Debug, Clone, Default)]
+pub(super) struct ExprWriter {
+    /// Names that are written with parentheses.
+    pub(super) conditions: BTreeSet<String>,
+}
+
+impl ExprWriter {
+    /// The expression as text.
+    pub(super) fn text(&self, expr: &Expr) -> String {
+        let mut out = String::new();
+        self.write(&mut out, expr, Level::Open);
+        out
+    }
+
+    /// The operands of the outermost junction with the word between them, for breaking long lines; none when there is no junction.
+    pub(super) fn junction(&self, expr: &Expr) -> Option<(&'static str, Vec<String>)> {
+        let (word, operands, level) = match &expr.kind {
+            ExprKind::And(operands) => ("and ", operands, Level::Not),
+            ExprKind::Or(operands) => ("or ", operands, Level::And),
+            ExprKind::Bool(_)
+            | ExprKind::Int(_)
+            | ExprKind::Leaf(_)
+            | ExprKind::Element(..)
+            | ExprKind::Not(_)
+            | ExprKind::Compare(..)
+            | ExprKind::Neg(_)
+            | ExprKind::Arith(..)
+            | ExprKind::Select(..) => return None,
+        };
+        let pieces = operands.iter().map(|operand| {
+            let mut out = String::new();
+            self.write(&mut out, operand, level);
+            out
+        });
+        (operands.len() > 1).then(|| (word, pieces.collect()))
+    }
+
+    fn write(&self, out: &mut String, expr: &Expr, within: Level) {
+        let own = match &expr.kind {
+            ExprKind::Select(..) => Level::Open,
+            ExprKind::Or(all) if all.len() > 1 => Level::Or,
+            ExprKind::And(all) if all.len() > 1 => Level::And,
+            // One operand is that operand.
+            ExprKind::Or(all) | ExprKind::And(all) => {
+                match all.first() {
+                    Some(only) => self.write(out, only, within),
+                    None => out.push_str(if matches!(expr.kind, ExprKind::And(_)) {
+                        "true"
+                    } else {
+                        "false"
+                    }),
+                }
+                return;
+            }
+            ExprKind::Not(_) => Level::Not,
+            ExprKind::Compare(..) => Level::Compare,
+            ExprKind::Arith(ArithOp::Add | ArithOp::Sub, ..) => Level::Add,
+            ExprKind::Arith(ArithOp::Mul | ArithOp::Div | ArithOp::Mod, ..) => Level::Mul,
+            // A duration before a slash would begin a delay.
+            ExprKind::Leaf(Leaf::Duration(_) | Leaf::Delay(..)) => Level::Add,
+            ExprKind::Bool(_)
+            | ExprKind::Int(_)
+            | ExprKind::Leaf(_)
+            | ExprKind::Element(..)
+            | ExprKind::Neg(_) => Level::Prefix,
+        };
+        if own < within {
+            out.push('(');
+            self.write_bare(out, expr);
+            out.push(')');
+        } else {
+            self.write_bare(out, expr);
+        }
+    }
+
+    fn write_bare(&self, out: &mut String, expr: &Expr) {
+        match &expr.kind {
+            ExprKind::Bool(value) => out.push_str(if *value { "true" } else { "false" }),
+            ExprKind::Int(value) => out.push_str(&value.to_string()),
+            ExprKind::Leaf(leaf) => self.leaf(out, leaf),
+            ExprKind::Element(array, index) => {
+                match array {
+                    Leaf::Name(path) => out.push_str(&names::path(path, Position::Anywhere)),
+                    Leaf::Rise(_)
+                    | Leaf::Fall(_)
+                    | Leaf::Otherwise
+                    | Leaf::Duration(_)
+                    | Leaf::Delay(..) => self.leaf(out, array),
+                }
+                out.push('[');
+                self.write(out, index, Level::Open);
+                out.push(']');
+            }
+            ExprKind::Not(inner) => {
+                out.push_str("not ");
+                let is_not = matches!(inner.kind, ExprKind::Not(_));
+                self.write(out, inner, if is_not { Level::Not } else { Level::Prefix });
+            }
+            ExprKind::And(all) => self.list(out, all, " and ", Level::Not),
+            ExprKind::Or(all) => self.list(out, all, " or ", Level::And),
+            ExprKind::Compare(op, a, b) => {
+                self.write(out, a, Level::Add);
+                out.push(' ');
+                out.push_str(op.symbol());
+                out.push(' ');
+                self.write(out, b, Level::Add);
+            }
+            ExprKind::Neg(inner) => {
+                out.push('-');
+                if matches!(inner.kind, ExprKind::Int(_) | ExprKind::Neg(_)) {
+                    out.push('(');
+                    self.write(out, inner, Level::Open);
+                    out.push(')');
+                } else {
+                    self.write(out, inner, Level::Prefix);
+                }
+            }
+            ExprKind::Arith(op, a, b) => {
+                let (left, right) = match op {
+                    ArithOp::Add | ArithOp::Sub => (Level::Add, Level::Mul),
+                    ArithOp::Mul | ArithOp::Div | ArithOp::Mod => (Level::Mul, Level::Prefix),
+                };
+                self.write(out, a, left);
+                out.push(' ');
+                out.push_str(op.symbol());
+                out.push(' ');
+                self.write(out, b, right);
+            }
+            ExprKind::Select(condition, a, b) => {
+                out.push_str("if ");
+                self.write(out, condition, Level::Or);
+                out.push_str(" then ");
+                self.write(out, a, Level::Or);
+                out.push_str(" else ");
+                self.write(out, b, Level::Or);
+            }
+        }
+    }
+
+    fn list(&self, out: &mut String, all: &[Expr], between: &str, level: Level) {
+        for (index, operand) in all.iter().enumerate() {
+            if index > 0 {
+                out.push_str(between);
+            }
+            self.write(out, operand, level);
+        }
+    }
+
+    fn leaf(&self, out: &mut String, leaf: &Leaf) {
+        match leaf {
+            Leaf::Name(path) => {
+                out.push_str(&names::path(path, Position::Anywhere));
+                if let [only] = path.names.as_slice()
+                    && self.conditions.contains(&only.text)
+                {
+                    out.push_str("()");
+                }
+            }
+            Leaf::Rise(inner) | Leaf::Fall(inner) => {
+                out.push_str(if matches!(leaf, Leaf::Rise(_)) { "rise(" } else { "fall(" });
+                self.write(out, inner, Level::Open);
+                out.push(')');
+            }
+            Leaf::Otherwise => out.push_str("otherwise"),
+            Leaf::Duration(ns) => out.push_str(&names::duration(*ns)),
+            Leaf::Delay(on, inner, off) => {
+                out.push_str(&names::duration(*on));
+                out.push('/');
+                self.write(out, inner, Level::Prefix);
+                if *off > 0 {
+                    out.push('/');
+                    out.push_str(&names::duration(*off));
+                }
+            }
+        }
+    }
+}
