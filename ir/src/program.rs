@@ -98,7 +98,7 @@ pub enum Origin {
     ExternalQueue,
     /// The length of the external queue.
     ExternalLength,
-    /// Ticks until a send is due.
+    /// Ticks until a send is due; 0 while the slot does not run.
     SendTimer(SendId),
     /// The slot runs.
     SendRuns(SendId),

@@ -22,7 +22,7 @@
 //! | [`choose`] | conflict policies outside statecharts (§4) |
 //! | [`change`] | the next situation: enclosing steps, forcing, restart (NEXT and FIRE of §3.9) |
 //! | [`grafcet`] | the evolution outside statecharts |
-//! | [`statechart`] | the evolution of statecharts, with [`queues`] |
+//! | [`statechart`] | the evolution of statecharts, with their [`tree`], their [`queues`] and the [`order`] of their actions |
 //! | [`ending`] | the end of a reaction (§3.8) |
 //! | [`prune`] | drops what is written and never read |
 
@@ -33,11 +33,13 @@ mod ending;
 mod grafcet;
 mod lists;
 mod needs;
+mod order;
 mod prune;
 mod queues;
 mod ranks;
 mod read;
 mod statechart;
+mod tree;
 #[cfg(test)]
 mod tests;
 
@@ -138,10 +140,12 @@ struct Builder<'a> {
     action_latch: BTreeMap<(crate::net::ActionId, ActionPart), CellId>,
     action_time: BTreeMap<(crate::net::ActionId, ActionPart), CellId>,
     older: BTreeMap<(StepId, StepId), CellId>,
-    send: IdMap<SendSlot, Option<(CellId, CellId)>>,
+    send: IdMap<SendSlot, Option<CellId>>,
     recorded: BTreeMap<(crate::arena::Id<History>, StepId), CellId>,
     ended: IdMap<Part, Option<CellId>>,
-    held: BTreeMap<crate::net::OutputId, CellId>,
+    held: BTreeMap<(crate::net::OutputId, crate::net::PartId), CellId>,
+    /// Charts that had ended before this reaction.
+    had_ended: IdMap<Part, Option<Expr>>,
     queues: Option<queues::Queues>,
 
     /// The present value of an edge's operand, at the check.
@@ -201,17 +205,8 @@ impl<'a> Builder<'a> {
                 .then(|| plain(format!("{}.pending", input.name), Type::Bool, 0, Origin::Pending(id)))
         });
         let send = IdMap::build(&net.sends, |id, slot| {
-            (slot.delay > 0).then(|| {
-                (
-                    plain(
-                        format!("{}.left", slot.name),
-                        tick_type(i64::from(slot.delay)),
-                        0,
-                        Origin::SendTimer(id),
-                    ),
-                    plain(format!("{}.runs", slot.name), Type::Bool, 0, Origin::SendRuns(id)),
-                )
-            })
+            let ty = tick_type(i64::from(slot.delay));
+            (slot.delay > 0).then(|| plain(format!("{}.left", slot.name), ty, 0, Origin::SendTimer(id)))
         });
         let var = IdMap::build(&net.vars, |id, var| {
             cells.push(Cell {
@@ -245,6 +240,7 @@ impl<'a> Builder<'a> {
             recorded: BTreeMap::new(),
             ended: IdMap::filled(&net.parts, None),
             held: BTreeMap::new(),
+            had_ended: IdMap::filled(&net.parts, None),
             queues: None,
             edge_now: IdMap::filled(&net.edges, None),
             holds: IdMap::filled(&net.inputs, None),
@@ -272,6 +268,7 @@ impl<'a> Builder<'a> {
         self.before.clear();
         self.hoisted.clear();
         self.fault = None;
+        self.had_ended = IdMap::filled(&self.net.parts, None);
     }
 
     /// A new plain cell, 0 before reset.

@@ -10,7 +10,9 @@ use super::ranks::following;
 use super::{Builder, temp};
 use crate::arena::IdMap;
 use crate::expr::{ExprKind, Type};
-use crate::net::{ForcingOrder, Net, PartId, Step, StepId, StepKind, Transition, TransitionId, TransitionKind};
+use crate::net::{
+    ForcingOrder, Net, PartId, Step, StepId, StepKind, Transition, TransitionId, TransitionKind,
+};
 use crate::program::{Expr, Leaf, Stmt, TempId, TempRole};
 
 /// What a micro-step does to one step.
@@ -41,8 +43,10 @@ pub(super) struct ForcedChart {
 
 impl Around {
     pub(super) fn of(net: &Net) -> Self {
-        let mut around =
-            Around { leaving: IdMap::filled(&net.steps, Vec::new()), entering: IdMap::filled(&net.steps, Vec::new()) };
+        let mut around = Around {
+            leaving: IdMap::filled(&net.steps, Vec::new()),
+            entering: IdMap::filled(&net.steps, Vec::new()),
+        };
         for (id, transition) in net.transitions.iter() {
             if transition.kind == TransitionKind::Move {
                 transition.clears.iter().for_each(|step| around.leaving[*step].push(id));
@@ -71,7 +75,8 @@ impl Builder<'_> {
                 self.plain_change(step, &around, fire)
             }
         });
-        let inside: Vec<StepId> = outer_first(net).into_iter().filter(|step| is_hierarchical[*step]).collect();
+        let inside: Vec<StepId> =
+            outer_first(net).into_iter().filter(|step| is_hierarchical[*step]).collect();
         if inside.is_empty() {
             return changes;
         }
@@ -93,10 +98,16 @@ impl Builder<'_> {
         changes
     }
 
-    fn plain_change(&self, step: StepId, around: &Around, fire: &IdMap<Transition, Expr>) -> Change {
+    fn plain_change(
+        &self,
+        step: StepId,
+        around: &Around,
+        fire: &IdMap<Transition, Expr>,
+    ) -> Change {
         let (leaving, entering) = (&around.leaving[step], &around.entering[step]);
         let active = self.is_active(step);
-        let any = |ids: &mut dyn Iterator<Item = TransitionId>| Expr::or(ids.map(|id| fire[id].clone()));
+        let any =
+            |ids: &mut dyn Iterator<Item = TransitionId>| Expr::or(ids.map(|id| fire[id].clone()));
         let is_loop = |id: &TransitionId| leaving.contains(id) && entering.contains(id);
         // A loop that fires keeps the step active whatever else leaves it, and says nothing of a step that is not active.
         let leaves = any(&mut leaving.iter().copied().filter(|id| !is_loop(id)));
@@ -178,7 +189,8 @@ impl Builder<'_> {
             };
             if net.steps[step].kind == StepKind::Enclosing {
                 let stays = temp(id);
-                let clear = Expr::and([active.clone(), Expr::or([stays.clone().not(), restart.clone()])]);
+                let clear =
+                    Expr::and([active.clone(), Expr::or([stays.clone().not(), restart.clone()])]);
                 let clear = self.named(format!("{name}.clears"), TempRole::Helper, clear, out);
                 let link = Expr::and([stays, Expr::or([active.not(), restart])]);
                 let link = self.named(format!("{name}.links"), TempRole::Helper, link, out);
@@ -215,7 +227,8 @@ impl Builder<'_> {
                     if let ExprKind::Leaf(Leaf::Temp(candidate)) = fire[id].kind {
                         self.temps[candidate].role = TempRole::Fireable(id);
                     }
-                    fire[id] = self.named(transition.name.text.clone(), TempRole::Fire(id), fires, out);
+                    fire[id] =
+                        self.named(transition.name.text.clone(), TempRole::Fire(id), fires, out);
                 }
             }
             // Which order holds: the first declared one whose step is active; the last needs no test.
@@ -253,7 +266,10 @@ impl Builder<'_> {
                 let value = select(temp(is_forced), asked, temp(next[&step]));
                 out.push(Stmt::Set(next[&step], crate::simplify::simplify(&value)));
                 if let Some(restart) = restarted.get(&step) {
-                    out.push(Stmt::Set(*restart, Expr::and([temp(*restart), temp(is_forced).not()])));
+                    out.push(Stmt::Set(
+                        *restart,
+                        Expr::and([temp(*restart), temp(is_forced).not()]),
+                    ));
                 }
             }
         }
@@ -322,8 +338,9 @@ pub(super) fn forced_charts(net: &Net) -> Vec<ForcedChart> {
             chart.orders.iter().any(|(step, _)| other.parts.contains(&net.steps[*step].part))
         };
         // A valid net has no cycle of forcing, so one that waits for no other exists.
-        let free = (0..charts.len())
-            .find(|at| (0..charts.len()).all(|other| other == *at || !waits_for(&charts[*at], &charts[other])));
+        let free = (0..charts.len()).find(|at| {
+            (0..charts.len()).all(|other| other == *at || !waits_for(&charts[*at], &charts[other]))
+        });
         sorted.push(charts.remove(free.unwrap_or(0)));
     }
     sorted
@@ -336,12 +353,15 @@ pub(super) fn initial_situation(net: &Net) -> Vec<StepId> {
     let start = closure(net, initial);
     start.iter().for_each(|step| is_in[*step] = true);
     for chart in forced_charts(net) {
-        let Some((_, situation)) = chart.orders.iter().find(|(step, _)| is_in[*step]) else { continue };
+        let Some((_, situation)) = chart.orders.iter().find(|(step, _)| is_in[*step]) else {
+            continue;
+        };
         let kept = situation.as_ref().unwrap_or(&start);
         for step in outer_first(net) {
             let data = &net.steps[step];
             if chart.parts.contains(&data.part) {
-                is_in[step] = kept.binary_search(&step).is_ok() && data.parent.is_none_or(|parent| is_in[parent]);
+                is_in[step] = kept.binary_search(&step).is_ok()
+                    && data.parent.is_none_or(|parent| is_in[parent]);
             }
         }
     }

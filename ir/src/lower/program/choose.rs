@@ -145,7 +145,8 @@ impl Builder<'_> {
                     }
                 };
                 let before = taken.gathered.map(temp);
-                let now = before.into_iter().chain(taken.recent.iter().map(|rival| fire[*rival].clone()));
+                let now =
+                    before.into_iter().chain(taken.recent.iter().map(|rival| fire[*rival].clone()));
                 out.push(Stmt::Set(gathered, Expr::or(now)));
                 taken.gathered = Some(gathered);
                 taken.recent.clear();
@@ -185,7 +186,9 @@ impl Builder<'_> {
             fire[*only] = free.clone();
             return;
         }
-        let meet = |a: TransitionId, b: TransitionId| contested[a].iter().any(|p| contested[b].contains(p));
+        let meet = |a: TransitionId, b: TransitionId| {
+            contested[a].iter().any(|p| contested[b].contains(p))
+        };
         // For each one, those that can stand before it and when they do.
         let mut earlier: Vec<Vec<(usize, Expr)>> = Vec::new();
         let mut is_clique = true;
@@ -207,14 +210,15 @@ impl Builder<'_> {
             earlier.push(list);
         }
         let first = |open: &[Expr], at: usize| {
-            let barred = earlier[at].iter().map(|(other, before)| {
-                Expr::and([open[*other].clone(), before.clone()]).not()
-            });
+            let barred = earlier[at]
+                .iter()
+                .map(|(other, before)| Expr::and([open[*other].clone(), before.clone()]).not());
             Expr::and(std::iter::once(open[at].clone()).chain(barred))
         };
         if is_clique {
             for (at, id) in party.iter().enumerate() {
-                fire[*id] = self.named(names[at].clone(), TempRole::Fire(*id), first(&open, at), out);
+                fire[*id] =
+                    self.named(names[at].clone(), TempRole::Fire(*id), first(&open, at), out);
             }
             return;
         }
@@ -238,9 +242,13 @@ impl Builder<'_> {
         }
         for at in 0..party.len() {
             round.push(Stmt::Set(fires[at], Expr::or([temp(fires[at]), temp(firsts[at])])));
-            let rivals = (0..party.len()).filter(|other| *other == at || meet(party[at], party[*other]));
+            let rivals =
+                (0..party.len()).filter(|other| *other == at || meet(party[at], party[*other]));
             let barred = rivals.map(|other| temp(firsts[other]).not());
-            round.push(Stmt::Set(opens[at], Expr::and(std::iter::once(open[at].clone()).chain(barred))));
+            round.push(Stmt::Set(
+                opens[at],
+                Expr::and(std::iter::once(open[at].clone()).chain(barred)),
+            ));
         }
         let limit = u32::try_from(party.len()).unwrap_or(u32::MAX);
         out.push(Stmt::Repeat { limit, condition: Expr::or(open), body: round });
@@ -262,7 +270,8 @@ impl Builder<'_> {
     fn has_older(&mut self, mine: &[StepId], theirs: &[StepId]) -> Expr {
         let mut ways = Vec::new();
         for step in mine.iter().filter(|step| !theirs.contains(step)) {
-            let than_all: Vec<Expr> = theirs.iter().map(|other| self.is_older(*step, *other)).collect();
+            let than_all: Vec<Expr> =
+                theirs.iter().map(|other| self.is_older(*step, *other)).collect();
             ways.push(Expr::and(than_all));
         }
         Expr::or(ways)
@@ -273,7 +282,8 @@ impl Builder<'_> {
         let id = match self.older.get(&(low, high)) {
             Some(id) => *id,
             None => {
-                let name = format!("{}.older.{}", self.net.steps[low].name, self.net.steps[high].name);
+                let name =
+                    format!("{}.older.{}", self.net.steps[low].name, self.net.steps[high].name);
                 let id = self.new_cell(name, Type::Bool, Origin::Older(low, high));
                 self.older.insert((low, high), id);
                 id
@@ -296,7 +306,8 @@ impl Builder<'_> {
     fn conditions(&self, id: TransitionId) -> Vec<Expr> {
         let mut all: Vec<Expr> = self.fireable[id].iter().cloned().collect();
         let guard = self.read(&self.net.transitions[id].guard);
-        let operands = if let ExprKind::And(operands) = guard.kind { operands } else { vec![guard] };
+        let operands =
+            if let ExprKind::And(operands) = guard.kind { operands } else { vec![guard] };
         for operand in operands {
             if let ExprKind::Not(inner) = &operand.kind
                 && let ExprKind::Or(parts) = &inner.kind

@@ -6,7 +6,7 @@ use super::{Builder, cell, temp, when};
 use crate::arena::IdMap;
 use crate::expr::{ArithOp, CompareOp, Expr as GenericExpr, ExprKind, Type};
 use crate::net::{
-    ActionId, ControlledAction, Driver, Emission, ExternCall, OutputId, Qualifier,
+    ActionId, ControlledAction, Driver, Emission, ExternCall, OutputId, PartId, Qualifier,
 };
 use crate::program::{ActionPart, CellId, Expr, Leaf, Origin, Stmt, TempRole};
 use crate::simplify::simplify;
@@ -16,7 +16,10 @@ use crate::span::Span;
 pub(super) type Mealy = BTreeMap<OutputId, Expr>;
 
 fn plus(id: CellId, ticks: Expr) -> Expr {
-    GenericExpr::new(ExprKind::Arith(ArithOp::Add, Box::new(cell(id)), Box::new(ticks)), Span::default())
+    GenericExpr::new(
+        ExprKind::Arith(ArithOp::Add, Box::new(cell(id)), Box::new(ticks)),
+        Span::default(),
+    )
 }
 
 fn dt() -> Expr {
@@ -47,7 +50,9 @@ fn part_of(qualifier: Qualifier) -> Option<ActionPart> {
 fn is_timed(part: ActionPart) -> bool {
     match part {
         ActionPart::L | ActionPart::D | ActionPart::SD | ActionPart::DS | ActionPart::SL => true,
-        ActionPart::S | ActionPart::P | ActionPart::P0 | ActionPart::P1 | ActionPart::DSHeld => false,
+        ActionPart::S | ActionPart::P | ActionPart::P0 | ActionPart::P1 | ActionPart::DSHeld => {
+            false
+        }
     }
 }
 
@@ -66,7 +71,8 @@ impl Builder<'_> {
                 let q = self.new_cell(action.name.text.clone(), Type::Bool, Origin::ActionQ(id));
                 self.action_q[id] = Some(q);
             }
-            let mut parts: Vec<ActionPart> = action.uses.iter().filter_map(|one| part_of(one.qualifier)).collect();
+            let mut parts: Vec<ActionPart> =
+                action.uses.iter().filter_map(|one| part_of(one.qualifier)).collect();
             parts.sort_unstable();
             parts.dedup();
             for part in parts {
@@ -77,7 +83,8 @@ impl Builder<'_> {
                 self.action_latch.insert((id, part), latch);
                 if is_timed(part) {
                     let ty = Type::Int { lo: 0, hi: i64::from(action.duration) };
-                    let timer = self.new_cell(format!("{name}.time"), ty, Origin::ActionTimer(id, part));
+                    let timer =
+                        self.new_cell(format!("{name}.time"), ty, Origin::ActionTimer(id, part));
                     self.action_time.insert((id, part), timer);
                 }
                 if part == ActionPart::DS {
@@ -93,16 +100,27 @@ impl Builder<'_> {
     pub(super) fn latch(&mut self, out: &mut Vec<Stmt>) {
         for (step, _) in self.net.steps.iter() {
             let counters = [self.elapsed[step], self.last_elapsed[step]];
-            let list: Vec<Stmt> =
-                counters.into_iter().flatten().map(|id| Stmt::Store(id, None, plus(id, dt()))).collect();
-            when(self.is_active(step), list, out);
+            let list: Vec<Stmt> = counters
+                .into_iter()
+                .flatten()
+                .map(|id| Stmt::Store(id, None, plus(id, dt())))
+                .collect();
+            let running = self.has_ended(self.net.steps[step].part).map(Expr::not);
+            when(Expr::and([self.is_active(step)].into_iter().chain(running)), list, out);
         }
+        let running = self.all_ended().map_or_else(|| Expr::bool(true), Expr::not);
         for (ticks, runs) in self.timer.values().flatten() {
-            when(cell(*runs), vec![Stmt::Store(*ticks, None, plus(*ticks, dt()))], out);
+            when(
+                Expr::and([cell(*runs), running.clone()]),
+                vec![Stmt::Store(*ticks, None, plus(*ticks, dt()))],
+                out,
+            );
         }
         for ((id, part), time) in &self.action_time {
             if let Some(held) = self.action_latch.get(&(*id, held_of(*part))) {
-                when(cell(*held), vec![Stmt::Store(*time, None, plus(*time, dt()))], out);
+                let running = self.action_stops(*id).map(Expr::not);
+                let condition = Expr::and([cell(*held)].into_iter().chain(running));
+                when(condition, vec![Stmt::Store(*time, None, plus(*time, dt()))], out);
             }
         }
     }
@@ -120,12 +138,11 @@ impl Builder<'_> {
         mealy
     }
 
-    /// END of §3.9: E1 to E4. What has stopped for good (the charts that have ended) is held by the caller's conditions.
+    /// END of §3.9: E1 to E4. Of charts that have ended nothing goes on [C20].
     pub(super) fn end(&mut self, mealy: Mealy, out: &mut Vec<Stmt>) {
-        let running = Expr::bool(true);
         let q = self.controlled_actions(out);
         self.tasks(out);
-        self.free_timers(&running, out);
+        self.free_timers(out);
         self.outputs(&mealy, &q, out);
         for (step, data) in self.net.steps.iter() {
             let texts = data.code.iter().cloned().map(Stmt::Code).collect();
@@ -133,31 +150,85 @@ impl Builder<'_> {
         }
     }
 
+    /// All charts that use the action have ended; none where that cannot be.
+    fn action_stops(&self, id: ActionId) -> Option<Expr> {
+        let mut all = Vec::new();
+        for one in &self.net.actions[id].uses {
+            all.push(self.has_ended(self.net.steps[one.step].part)?);
+        }
+        (!all.is_empty()).then(|| simplify(&Expr::and(all)))
+    }
+
+    /// Charts that had ended before this reaction.
+    pub(super) fn note_ended(&mut self, out: &mut Vec<Stmt>) {
+        for (part, data) in self.net.parts.iter() {
+            if let Some(ended) = self.ended[part] {
+                let name = format!("{}.had_ended", data.name);
+                self.had_ended[part] = Some(self.named(name, TempRole::Helper, cell(ended), out));
+            }
+        }
+    }
+
+    /// What a step emits counts: its chart had not ended before this reaction.
+    fn counts(&self, step: crate::net::StepId) -> Expr {
+        let chart = self.ranks.chart_of(self.net.steps[step].part);
+        self.had_ended[chart].clone().map_or_else(|| Expr::bool(true), Expr::not)
+    }
+
+    /// Cells that keep what an ended chart gave to an output.
+    pub(super) fn held_cells(&mut self) {
+        let net = self.net;
+        for (id, output) in net.outputs.iter() {
+            let Driver::Continuous(emissions) = &output.driver else { continue };
+            for emission in emissions {
+                let chart = self.ranks.chart_of(net.steps[emission.step].part);
+                if self.ended[chart].is_some() && !self.held.contains_key(&(id, chart)) {
+                    let name = format!("{}.held", output.name);
+                    let held = self.new_cell(name, Type::Bool, Origin::HeldOutput(id, chart));
+                    self.held.insert((id, chart), held);
+                }
+            }
+        }
+    }
+
     /// E1: the three passes of §3.5. Gives Q of each action.
-    pub(super) fn controlled_actions(&mut self, out: &mut Vec<Stmt>) -> IdMap<ControlledAction, Expr> {
+    pub(super) fn controlled_actions(
+        &mut self,
+        out: &mut Vec<Stmt>,
+    ) -> IdMap<ControlledAction, Expr> {
         let net = self.net;
         let mut q = IdMap::filled(&net.actions, Expr::bool(false));
-        let mut fell: Vec<(ActionId, Expr)> = Vec::new();
+        // Of each action: it has not stopped, and its body runs.
+        let mut on = IdMap::filled(&net.actions, (Expr::bool(true), Expr::bool(false)));
+        let mut fell: Vec<(ActionId, (Expr, Expr))> = Vec::new();
         for (id, action) in net.actions.iter() {
-            let now = self.action_control(id, out);
-            let now = self.named(action.name.text.clone(), TempRole::Helper, now, out);
+            let name = action.name.text.clone();
+            let stops = self.action_stops(id);
+            let mut list = Vec::new();
+            let now = self.action_control(id, &mut list);
+            let now = self.named(name.clone(), TempRole::Helper, now, &mut list);
+            let runs = stops.clone().map_or_else(|| Expr::bool(true), Expr::not);
+            on[id] = (runs.clone(), now.clone());
+            q[id] = now.clone();
             if let Some(memory) = self.action_q[id] {
                 if net.settings.final_scan && !action.body.is_empty() {
                     let value = Expr::and([cell(memory), now.clone().not()]);
-                    fell.push((id, self.named(format!("{}.fell", action.name), TempRole::Helper, value, out)));
+                    let value =
+                        self.named(format!("{name}.fell"), TempRole::Helper, value, &mut list);
+                    fell.push((id, (runs.clone(), value)));
                 }
-                out.push(Stmt::Store(memory, None, now.clone()));
+                list.push(Stmt::Store(memory, None, now));
+                q[id] = cell(memory);
             }
-            self.remember_pulses(id, out);
-            q[id] = now;
+            self.remember_pulses(id, &mut list);
+            when(runs, list, out);
         }
-        for (id, fell) in fell {
-            let body = self.list(&net.actions[id].body);
-            when(fell, body, out);
-        }
-        for (id, action) in net.actions.iter() {
-            let body = self.list(&action.body);
-            when(q[id].clone(), body, out);
+        // What has stopped has set no Q, so that is asked first.
+        let all = net.actions.ids().map(|id| (id, on[id].clone()));
+        for (id, (runs, condition)) in fell.into_iter().chain(all) {
+            let mut body = Vec::new();
+            when(condition, self.list(&net.actions[id].body), &mut body);
+            when(runs, body, out);
         }
         q
     }
@@ -176,12 +247,18 @@ impl Builder<'_> {
         let reset = self.action_input(id, Qualifier::R);
         let reset = self.named(format!("{name}.R"), TempRole::Helper, reset, out);
         let mut ways = vec![self.action_input(id, Qualifier::N)];
-        for (qualifier, part) in
-            [(Qualifier::S, ActionPart::S), (Qualifier::SD, ActionPart::SD), (Qualifier::SL, ActionPart::SL)]
-        {
+        for (qualifier, part) in [
+            (Qualifier::S, ActionPart::S),
+            (Qualifier::SD, ActionPart::SD),
+            (Qualifier::SL, ActionPart::SL),
+        ] {
             if let Some(latch) = self.action_latch.get(&(id, part)).copied() {
                 let value = Expr::or([cell(latch), self.action_input(id, qualifier)]);
-                out.push(Stmt::Store(latch, None, simplify(&Expr::and([reset.clone().not(), value]))));
+                out.push(Stmt::Store(
+                    latch,
+                    None,
+                    simplify(&Expr::and([reset.clone().not(), value])),
+                ));
                 if part == ActionPart::S {
                     ways.push(cell(latch));
                 }
@@ -216,21 +293,33 @@ impl Builder<'_> {
             when(input.clone().not(), vec![Stmt::Store(time, None, Expr::int(0))], out);
             let late = at_least(time, self.net.actions[id].duration);
             match part {
-                ActionPart::L | ActionPart::SL => ways.push(Expr::and([input, simplify(&late.not())])),
+                ActionPart::L | ActionPart::SL => {
+                    ways.push(Expr::and([input, simplify(&late.not())]))
+                }
                 ActionPart::D | ActionPart::SD => ways.push(Expr::and([input, late])),
                 ActionPart::DS => {
                     if let Some(latch) = self.action_latch.get(&(id, ActionPart::DS)).copied() {
                         let value = Expr::or([cell(latch), Expr::and([input, late])]);
-                        out.push(Stmt::Store(latch, None, simplify(&Expr::and([reset.clone().not(), value]))));
+                        out.push(Stmt::Store(
+                            latch,
+                            None,
+                            simplify(&Expr::and([reset.clone().not(), value])),
+                        ));
                         ways.push(cell(latch));
                     }
                 }
-                ActionPart::S | ActionPart::P | ActionPart::P0 | ActionPart::P1 | ActionPart::DSHeld => {}
+                ActionPart::S
+                | ActionPart::P
+                | ActionPart::P0
+                | ActionPart::P1
+                | ActionPart::DSHeld => {}
             }
         }
-        for (qualifier, part) in
-            [(Qualifier::P, ActionPart::P), (Qualifier::P1, ActionPart::P1), (Qualifier::P0, ActionPart::P0)]
-        {
+        for (qualifier, part) in [
+            (Qualifier::P, ActionPart::P),
+            (Qualifier::P1, ActionPart::P1),
+            (Qualifier::P0, ActionPart::P0),
+        ] {
             if let Some(old) = self.action_latch.get(&(id, part)).copied() {
                 let now = self.action_input(id, qualifier);
                 ways.push(if part == ActionPart::P0 {
@@ -245,9 +334,11 @@ impl Builder<'_> {
 
     /// The inputs of pulses become what the next reaction compares with; nothing that they read has changed since.
     fn remember_pulses(&mut self, id: ActionId, out: &mut Vec<Stmt>) {
-        for (qualifier, part) in
-            [(Qualifier::P, ActionPart::P), (Qualifier::P1, ActionPart::P1), (Qualifier::P0, ActionPart::P0)]
-        {
+        for (qualifier, part) in [
+            (Qualifier::P, ActionPart::P),
+            (Qualifier::P1, ActionPart::P1),
+            (Qualifier::P0, ActionPart::P0),
+        ] {
             if let Some(old) = self.action_latch.get(&(id, part)).copied() {
                 let now = self.action_input(id, qualifier);
                 out.push(Stmt::Store(old, None, simplify(&now)));
@@ -262,10 +353,15 @@ impl Builder<'_> {
             let Some(index) = self.task[id] else { continue };
             let mut list = Vec::new();
             let budget = i64::from(step.budget);
-            let costs: i64 = step.tasks.iter().map(|task| i64::from(task.cost)).fold(0, i64::saturating_add);
+            let costs: i64 =
+                step.tasks.iter().map(|task| i64::from(task.cost)).fold(0, i64::saturating_add);
             // Where all tasks fit at once nothing needs to be counted.
             let rest = (costs > budget).then(|| {
-                self.new_temp(format!("{}.rest", step.name), Type::Int { lo: 0, hi: budget }, TempRole::Helper)
+                self.new_temp(
+                    format!("{}.rest", step.name),
+                    Type::Int { lo: 0, hi: budget },
+                    TempRole::Helper,
+                )
             });
             if let Some(rest) = rest {
                 list.push(Stmt::Set(rest, Expr::int(budget)));
@@ -283,12 +379,14 @@ impl Builder<'_> {
                 body.extend(self.list(&task.body));
                 list.push(Stmt::If(Expr::and([is_next].into_iter().chain(fits)), body, Vec::new()));
             }
-            when(self.is_active(id), list, out);
+            let running = self.has_ended(step.part).map(Expr::not);
+            when(Expr::and([self.is_active(id)].into_iter().chain(running)), list, out);
         }
     }
 
     /// E3: a free timer whose condition does not hold starts anew.
-    pub(super) fn free_timers(&mut self, running: &Expr, out: &mut Vec<Stmt>) {
+    pub(super) fn free_timers(&mut self, out: &mut Vec<Stmt>) {
+        let running = self.all_ended().map_or_else(|| Expr::bool(true), Expr::not);
         for (id, timer) in self.net.timers.iter() {
             let Some((ticks, runs)) = self.timer[id] else { continue };
             let holds = self.read(&timer.condition);
@@ -299,16 +397,42 @@ impl Builder<'_> {
     }
 
     /// E4: outputs and calls of continuous extern actions, in declaration order.
-    pub(super) fn outputs(&mut self, mealy: &Mealy, q: &IdMap<ControlledAction, Expr>, out: &mut Vec<Stmt>) {
+    pub(super) fn outputs(
+        &mut self,
+        mealy: &Mealy,
+        q: &IdMap<ControlledAction, Expr>,
+        out: &mut Vec<Stmt>,
+    ) {
         let net = self.net;
         for (id, output) in net.outputs.iter() {
             match &output.driver {
                 Driver::Continuous(emissions) => {
-                    let value = simplify(&self.emitted(emissions));
-                    out.push(Stmt::Output(id, value));
+                    let held: Vec<_> = self
+                        .held
+                        .range((id, PartId::from_index(0))..)
+                        .take_while(|((output, _), _)| *output == id)
+                        .map(|((_, chart), held)| (*chart, *held))
+                        .collect();
+                    for (chart, held) in &held {
+                        let of_chart = emissions
+                            .iter()
+                            .filter(|one| self.ranks.chart_of(net.steps[one.step].part) == *chart);
+                        let value = simplify(&self.emitted(of_chart));
+                        let had = self.had_ended[*chart]
+                            .clone()
+                            .map_or_else(|| Expr::bool(true), Expr::not);
+                        let ends = Expr::and(self.has_ended(*chart).into_iter().chain([had]));
+                        when(ends, vec![Stmt::Store(*held, None, value)], out);
+                    }
+                    let kept = held.iter().map(|(_, held)| cell(*held));
+                    let value = Expr::or([self.emitted(emissions)].into_iter().chain(kept));
+                    out.push(Stmt::Output(id, simplify(&value)));
                 }
                 Driver::Mealy(_) => {
-                    out.push(Stmt::Output(id, mealy.get(&id).cloned().unwrap_or_else(|| Expr::bool(false))));
+                    out.push(Stmt::Output(
+                        id,
+                        mealy.get(&id).cloned().unwrap_or_else(|| Expr::bool(false)),
+                    ));
                 }
                 Driver::Stored(var) => out.push(Stmt::Output(id, cell(self.var[*var]))),
                 Driver::Controlled(action) => out.push(Stmt::Output(id, q[*action].clone())),
@@ -318,18 +442,25 @@ impl Builder<'_> {
     }
 
     /// Some step that carries it is active and its condition holds.
-    pub(super) fn emitted(&self, emissions: &[Emission]) -> Expr {
-        Expr::or(emissions.iter().map(|emission| {
-            Expr::and([self.is_active(emission.step), self.read_condition(emission.condition.as_ref())])
+    pub(super) fn emitted<'e>(&self, emissions: impl IntoIterator<Item = &'e Emission>) -> Expr {
+        Expr::or(emissions.into_iter().map(|emission| {
+            let condition = self.read_condition(emission.condition.as_ref());
+            Expr::and([self.is_active(emission.step), condition, self.counts(emission.step)])
         }))
     }
 
     /// One call a reaction; with arguments, those of the first step that asks for it.
-    pub(super) fn continuous_call(&mut self, id: OutputId, calls: &[ExternCall], out: &mut Vec<Stmt>) {
+    pub(super) fn continuous_call(
+        &mut self,
+        id: OutputId,
+        calls: &[ExternCall],
+        out: &mut Vec<Stmt>,
+    ) {
         let asks: Vec<Expr> = calls
             .iter()
             .map(|call| {
-                Expr::and([self.is_active(call.step), self.read_condition(call.condition.as_ref())])
+                let condition = self.read_condition(call.condition.as_ref());
+                Expr::and([self.is_active(call.step), condition, self.counts(call.step)])
             })
             .collect();
         let Some(first) = calls.first() else { return };
@@ -338,7 +469,8 @@ impl Builder<'_> {
             return;
         }
         let name = self.net.outputs[id].name.text.clone();
-        let called = (calls.len() > 1).then(|| self.new_temp(format!("{name}.called"), Type::Bool, TempRole::Helper));
+        let called = (calls.len() > 1)
+            .then(|| self.new_temp(format!("{name}.called"), Type::Bool, TempRole::Helper));
         if let Some(called) = called {
             out.push(Stmt::Set(called, Expr::bool(false)));
         }

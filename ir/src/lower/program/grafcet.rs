@@ -45,7 +45,11 @@ impl Builder<'_> {
         for step in self.ranks.steps.clone() {
             if situation.binary_search(&step).is_ok() {
                 let rise = Stmt::Store(self.step[step], None, Expr::bool(true));
-                if self.simultaneous { late.push(rise) } else { sequence.push(rise) }
+                if self.simultaneous {
+                    late.push(rise)
+                } else {
+                    sequence.push(rise)
+                }
                 sequence.extend(self.list(&self.net.steps[step].entry));
             }
         }
@@ -76,8 +80,12 @@ impl Builder<'_> {
         out.push(Stmt::Set(count, Expr::int(0)));
         out.push(Stmt::Set(again, Expr::bool(true)));
         let any = self.named("any", TempRole::Helper, any, &mut body);
-        let raised: Vec<InputId> =
-            self.pending.iter().filter(|(_, cell)| cell.is_some()).map(|(event, _)| event).collect();
+        let raised: Vec<InputId> = self
+            .pending
+            .iter()
+            .filter(|(_, cell)| cell.is_some())
+            .map(|(event, _)| event)
+            .collect();
         let pending = raised.iter().filter_map(|event| self.holds[*event].clone());
         let at_limit = Expr::compare(CompareOp::Eq, temp(count), Expr::int(top));
         let too_long =
@@ -87,10 +95,15 @@ impl Builder<'_> {
         let mut step = Vec::new();
         self.fire(&fire, &changes, &mut step);
         for event in self.net.inputs.ids() {
-            let Some(GenericExpr { kind: ExprKind::Leaf(Leaf::Temp(holds)), .. }) = self.holds[event] else {
+            let Some(GenericExpr { kind: ExprKind::Leaf(Leaf::Temp(holds)), .. }) =
+                self.holds[event]
+            else {
                 continue;
             };
-            step.push(Stmt::Set(holds, self.pending[event].map_or_else(|| Expr::bool(false), cell)));
+            step.push(Stmt::Set(
+                holds,
+                self.pending[event].map_or_else(|| Expr::bool(false), cell),
+            ));
             if let Some(pending) = self.pending[event] {
                 step.push(Stmt::Store(pending, None, Expr::bool(false)));
             }
@@ -110,7 +123,8 @@ impl Builder<'_> {
             if !input.kind.is_event() {
                 continue;
             }
-            let row = self.is_external(event).then(|| Expr::leaf(Leaf::Input(event), Span::default()));
+            let row =
+                self.is_external(event).then(|| Expr::leaf(Leaf::Input(event), Span::default()));
             let pending = self.pending[event];
             let holds = Expr::or(row.into_iter().chain(pending.map(cell)));
             self.holds[event] = Some(if holds.is_false() || !(stable || pending.is_some()) {
@@ -134,7 +148,12 @@ impl Builder<'_> {
                 self.edge_now[edge] = Some(if matches!(now.kind, ExprKind::Leaf(_)) {
                     now
                 } else {
-                    self.named(super::read::name_of_operand(self.net, operand), TempRole::EdgeNow(edge), now, out)
+                    self.named(
+                        super::read::name_of_operand(self.net, operand),
+                        TempRole::EdgeNow(edge),
+                        now,
+                        out,
+                    )
                 });
             }
         }
@@ -209,7 +228,8 @@ impl Builder<'_> {
             if is_decided {
                 fireable = self.named(name, TempRole::Fire(id), fireable, out);
             } else if self.needs.fireable[id] || contested[id].is_empty() {
-                fireable = self.named(format!("{name}.fireable"), TempRole::Fireable(id), fireable, out);
+                fireable =
+                    self.named(format!("{name}.fireable"), TempRole::Fireable(id), fireable, out);
             }
             if self.needs.fireable[id] {
                 self.fireable[id] = Some(fireable.clone());
@@ -221,12 +241,18 @@ impl Builder<'_> {
     }
 
     /// FIRE: deactivation, transition actions, activation, and the new situation.
-    fn fire(&mut self, fire: &IdMap<Transition, Expr>, changes: &IdMap<Step, Change>, out: &mut Vec<Stmt>) {
+    fn fire(
+        &mut self,
+        fire: &IdMap<Transition, Expr>,
+        changes: &IdMap<Step, Change>,
+        out: &mut Vec<Stmt>,
+    ) {
         let net = self.net;
         let mut changes = changes.clone();
         self.begin_sequence();
         // With simultaneous assignments lists see nothing change, so bits and counters follow after them.
-        let watched = IdMap::build(&net.steps, |step, _| self.needs.watched[step] && !self.simultaneous);
+        let watched =
+            IdMap::build(&net.steps, |step, _| self.needs.watched[step] && !self.simultaneous);
         self.name_changes(&mut changes, &watched, out);
         let mut sequence = Vec::new();
         let mut late = Vec::new();
@@ -236,8 +262,9 @@ impl Builder<'_> {
             if watched[step] {
                 drop.push(Stmt::Store(self.step[step], None, Expr::bool(false)));
             }
-            if let Some(elapsed) = self.elapsed[step] {
-                drop.push(Stmt::Store(elapsed, None, Expr::int(0)));
+            // The index of tasks is 0 on activation; clearing it here keeps the states of an inactive step one.
+            for id in [self.elapsed[step], self.task[step]].into_iter().flatten() {
+                drop.push(Stmt::Store(id, None, Expr::int(0)));
             }
             if self.simultaneous {
                 when(changes[step].down.clone(), drop, &mut late);
@@ -255,8 +282,8 @@ impl Builder<'_> {
             if watched[step] {
                 rise.push(Stmt::Store(self.step[step], None, Expr::bool(true)));
             }
-            for id in [self.last_elapsed[step], self.task[step]].into_iter().flatten() {
-                rise.push(Stmt::Store(id, None, Expr::int(0)));
+            if let Some(last) = self.last_elapsed[step] {
+                rise.push(Stmt::Store(last, None, Expr::int(0)));
             }
             let list = self.list(&net.steps[step].entry);
             if self.simultaneous {
@@ -282,7 +309,12 @@ impl Builder<'_> {
     }
 
     /// Gives a name to what is asked more than once, or after the step's bit has moved.
-    fn name_changes(&mut self, changes: &mut IdMap<Step, Change>, watched: &IdMap<Step, bool>, out: &mut Vec<Stmt>) {
+    fn name_changes(
+        &mut self,
+        changes: &mut IdMap<Step, Change>,
+        watched: &IdMap<Step, bool>,
+        out: &mut Vec<Stmt>,
+    ) {
         let net = self.net;
         let mut ages = IdMap::filled(&net.steps, 0u32);
         for (a, b) in self.older.keys() {
@@ -290,9 +322,9 @@ impl Builder<'_> {
             ages[*b] += 1;
         }
         for (id, step) in net.steps.iter() {
-            let counts = self.last_elapsed[id].is_some() || self.task[id].is_some();
+            let counts = self.last_elapsed[id].is_some();
             let (up_uses, down_uses) = if self.simultaneous {
-                let drops = self.elapsed[id].is_some();
+                let drops = self.elapsed[id].is_some() || self.task[id].is_some();
                 (
                     u32::from(counts) + u32::from(!step.entry.is_empty()) + ages[id],
                     u32::from(drops) + u32::from(!step.exit.is_empty()),
@@ -302,13 +334,21 @@ impl Builder<'_> {
             };
             if up_uses > 1 || (ages[id] > 0 && watched[id]) {
                 let up = changes[id].up.clone();
-                changes[id].up =
-                    self.named(format!("{}.activated", step.name), TempRole::Activated(id), up, out);
+                changes[id].up = self.named(
+                    format!("{}.activated", step.name),
+                    TempRole::Activated(id),
+                    up,
+                    out,
+                );
             }
             if down_uses > 1 {
                 let down = changes[id].down.clone();
-                changes[id].down =
-                    self.named(format!("{}.deactivated", step.name), TempRole::Deactivated(id), down, out);
+                changes[id].down = self.named(
+                    format!("{}.deactivated", step.name),
+                    TempRole::Deactivated(id),
+                    down,
+                    out,
+                );
             }
         }
     }

@@ -28,12 +28,13 @@ impl Builder<'_> {
                 StmtKind::Raise(event) => self.raise(*event, &mut out),
                 StmtKind::Send(slot) => self.send(*slot, &mut out),
                 StmtKind::Cancel(slot) => {
-                    if let Some((_, runs)) = self.send[*slot] {
-                        out.push(Stmt::Store(runs, None, Expr::bool(false)));
+                    if let Some(left) = self.send[*slot] {
+                        out.push(Stmt::Store(left, None, Expr::int(0)));
                     }
                 }
                 StmtKind::Call { output, arguments } => {
-                    let arguments = arguments.iter().map(|argument| self.read_in_list(argument)).collect();
+                    let arguments =
+                        arguments.iter().map(|argument| self.read_in_list(argument)).collect();
                     self.call(*output, arguments, &mut out);
                 }
                 StmtKind::If { condition, then, otherwise } => {

@@ -3,8 +3,8 @@
 use crate::arena::{Id, IdMap};
 use crate::expr::{Expr as GenericExpr, ExprKind};
 use crate::net::{
-    Block, ControlledAction, Driver, EdgeOperand, Expr, Input, Leaf, Net, PropertyLeaf, Step, StmtKind, Timer,
-    Transition,
+    Block, ControlledAction, Driver, EdgeOperand, Expr, Input, Leaf, Net, PropertyLeaf, Step,
+    StmtKind, Timer, Transition,
 };
 
 /// The uses.
@@ -54,8 +54,12 @@ impl Needs {
             }
         }
         // The operands of edges count only where an edge is asked for.
-        let used: Vec<&Expr> =
-            net.edges.iter().filter(|(edge, _)| needs.edge[*edge]).map(|(_, operand)| &operand.expr).collect();
+        let used: Vec<&Expr> = net
+            .edges
+            .iter()
+            .filter(|(edge, _)| needs.edge[*edge])
+            .map(|(_, operand)| &operand.expr)
+            .collect();
         for expr in used {
             needs.read(expr);
         }
@@ -78,7 +82,10 @@ impl Needs {
         for_each_moving_list(net, &mut |list| {
             for_each_in_block(list, &mut |expr| {
                 expr.for_each_leaf(&mut |leaf| match leaf {
-                    Leaf::Active(step) | Leaf::Elapsed(step) | Leaf::LastElapsed(step) | Leaf::TasksDone(step) => {
+                    Leaf::Active(step)
+                    | Leaf::Elapsed(step)
+                    | Leaf::LastElapsed(step)
+                    | Leaf::TasksDone(step) => {
                         needs.watched[*step] = true;
                     }
                     Leaf::Input(_)
@@ -143,7 +150,10 @@ fn for_each_expr(net: &Net, visit: &mut impl FnMut(&Expr)) {
     for output in net.outputs.values() {
         match &output.driver {
             Driver::Continuous(emissions) | Driver::Mealy(emissions) => {
-                emissions.iter().filter_map(|emission| emission.condition.as_ref()).for_each(&mut *visit);
+                emissions
+                    .iter()
+                    .filter_map(|emission| emission.condition.as_ref())
+                    .for_each(&mut *visit);
             }
             Driver::Extern { calls, .. } => {
                 for call in calls {
@@ -178,7 +188,9 @@ fn for_each_list(net: &Net, visit: &mut impl FnMut(&Block)) {
 fn for_each_in_block(block: &Block, visit: &mut impl FnMut(&Expr)) {
     for statement in block {
         match &statement.kind {
-            StmtKind::Assign { index, value, .. } => index.iter().chain([value]).for_each(&mut *visit),
+            StmtKind::Assign { index, value, .. } => {
+                index.iter().chain([value]).for_each(&mut *visit)
+            }
             StmtKind::Call { arguments, .. } => arguments.iter().for_each(&mut *visit),
             StmtKind::If { condition, then, otherwise } => {
                 visit(condition);

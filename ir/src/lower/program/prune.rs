@@ -20,7 +20,8 @@ pub(super) fn prune(program: Program) -> Program {
         let mut read = BTreeSet::new();
         reads(&program.body, &mut read);
         let keep_cell = IdMap::build(&program.cells, |id, cell| {
-            matches!(cell.origin, Origin::Step(_) | Origin::Var(_)) || read.contains(&Leaf::Cell(id))
+            matches!(cell.origin, Origin::Step(_) | Origin::Var(_))
+                || read.contains(&Leaf::Cell(id))
         });
         let keep_temp = IdMap::build(&program.temps, |id, _| read.contains(&Leaf::Temp(id)));
         let done = keep_cell.values().all(|keep| *keep) && keep_temp.values().all(|keep| *keep);
@@ -58,7 +59,9 @@ fn reads(body: &[Stmt], read: &mut BTreeSet<Leaf>) {
                 reads(body, read);
             }
             Stmt::Output(_, value) | Stmt::Fault(value) => note(read, value, None),
-            Stmt::Call(_, arguments) => arguments.iter().for_each(|argument| note(read, argument, None)),
+            Stmt::Call(_, arguments) => {
+                arguments.iter().for_each(|argument| note(read, argument, None))
+            }
             Stmt::Code(_) => {}
         }
     }
@@ -69,12 +72,20 @@ struct Renamed {
     temps: IdMap<Temp, Option<TempId>>,
 }
 
-fn rebuilt(program: Program, keep_cell: &IdMap<Cell, bool>, keep_temp: &IdMap<Temp, bool>) -> Program {
+fn rebuilt(
+    program: Program,
+    keep_cell: &IdMap<Cell, bool>,
+    keep_temp: &IdMap<Temp, bool>,
+) -> Program {
     let mut cells = Arena::new();
     let mut temps = Arena::new();
     let renamed = Renamed {
-        cells: IdMap::build(&program.cells, |id, cell| keep_cell[id].then(|| cells.push(cell.clone()))),
-        temps: IdMap::build(&program.temps, |id, temp| keep_temp[id].then(|| temps.push(temp.clone()))),
+        cells: IdMap::build(&program.cells, |id, cell| {
+            keep_cell[id].then(|| cells.push(cell.clone()))
+        }),
+        temps: IdMap::build(&program.temps, |id, temp| {
+            keep_temp[id].then(|| temps.push(temp.clone()))
+        }),
     };
     let body = renamed.list(program.body);
     Program { cells, temps, body, ..program }
@@ -92,7 +103,11 @@ impl Renamed {
                 }
                 Stmt::Store(cell, index, value) => {
                     if let Some(cell) = self.cells[cell] {
-                        out.push(Stmt::Store(cell, index.map(|index| self.expr(&index)), self.expr(&value)));
+                        out.push(Stmt::Store(
+                            cell,
+                            index.map(|index| self.expr(&index)),
+                            self.expr(&value),
+                        ));
                     }
                 }
                 Stmt::If(condition, then, otherwise) => {
@@ -107,7 +122,10 @@ impl Renamed {
                 }
                 Stmt::Output(output, value) => out.push(Stmt::Output(output, self.expr(&value))),
                 Stmt::Call(output, arguments) => {
-                    out.push(Stmt::Call(output, arguments.iter().map(|argument| self.expr(argument)).collect()));
+                    out.push(Stmt::Call(
+                        output,
+                        arguments.iter().map(|argument| self.expr(argument)).collect(),
+                    ));
                 }
                 Stmt::Code(text) => out.push(Stmt::Code(text)),
                 Stmt::Fault(value) => out.push(Stmt::Fault(self.expr(&value))),
@@ -125,7 +143,8 @@ impl Renamed {
         };
         let mapped = expr.try_map::<Leaf, Infallible>(
             &mut |inner, span| {
-                Ok(leaf(inner).map_or_else(|| GenericExpr::int(0), |inner| GenericExpr::leaf(inner, span)))
+                Ok(leaf(inner)
+                    .map_or_else(|| GenericExpr::int(0), |inner| GenericExpr::leaf(inner, span)))
             },
             &mut |array, _| Ok(leaf(array).unwrap_or(Leaf::Dt)),
         );

@@ -1,21 +1,318 @@
 //! The event queues of statecharts (§5).
+//!
+//! A queue is an array whose first element is taken next; its elements are numbers of events, 0 behind its end. Where nothing is sent and every event of a row
+//! fits, the external queue is no array at all: the events of a row wait in their own bits and are taken in declaration order.
 
-use super::Builder;
-use crate::net::{InputId, SendId};
-use crate::program::{CellId, Stmt};
+use super::{Builder, cell, temp};
+use crate::expr::{ArithOp, CompareOp, ExprKind, Type};
+use crate::net::{InputId, InputKind, SendId};
+use crate::program::{Cell, CellId, Expr, Leaf, Origin, Stmt, TempId, TempRole};
+use crate::span::Span;
 
-/// The cells of both queues.
-#[derive(Debug, Clone, Copy)]
+use super::lists::select;
+
+/// Both queues of a net.
+#[derive(Debug, Clone)]
 pub(super) struct Queues {
-    pub(super) internal: Option<(CellId, CellId)>,
-    pub(super) external: Option<(CellId, CellId)>,
+    /// Events by number: the first has 1.
+    pub(super) events: Vec<InputId>,
+    /// Raised events, where something is raised.
+    pub(super) internal: Option<Queue>,
+    /// Events of rows and sends.
+    pub(super) external: External,
+}
+
+/// A queue in cells.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Queue {
+    pub(super) items: CellId,
+    pub(super) length: CellId,
+    pub(super) bound: u32,
+}
+
+/// How external events wait.
+#[derive(Debug, Clone)]
+pub(super) enum External {
+    /// There are none.
+    None,
+    /// In the bits of the row, each with the temp that says whether it still waits.
+    Row(Vec<(InputId, Option<TempId>)>),
+    /// In a queue.
+    Queue(Queue),
+}
+
+/// The longest queue that is moved up element by element.
+const SHORT: u32 = 8;
+
+fn arith(op: ArithOp, a: Expr, b: i64) -> Expr {
+    Expr::new(ExprKind::Arith(op, Box::new(a), Box::new(Expr::int(b))), Span::default())
+}
+
+fn element(items: CellId, index: Expr) -> Expr {
+    Expr::new(ExprKind::Element(Leaf::Cell(items), Box::new(index)), Span::default())
+}
+
+pub(super) fn is_empty(queue: Queue) -> Expr {
+    Expr::compare(CompareOp::Eq, cell(queue.length), Expr::int(0))
+}
+
+impl Queues {
+    /// The number of an event in the queues.
+    pub(super) fn number(&self, event: InputId) -> i64 {
+        let at = self.events.iter().position(|one| *one == event);
+        at.and_then(|at| i64::try_from(at + 1).ok()).unwrap_or(0)
+    }
+
+    /// The type of a number of an event, 0 for none.
+    pub(super) fn number_type(&self) -> Type {
+        Type::Int { lo: 0, hi: i64::try_from(self.events.len()).unwrap_or(i64::MAX) }
+    }
+
+    /// The most events that can wait outside when the evolution begins.
+    pub(super) fn external_bound(&self) -> u32 {
+        match &self.external {
+            External::None => 0,
+            External::Row(events) => u32::try_from(events.len()).unwrap_or(u32::MAX),
+            External::Queue(queue) => queue.bound,
+        }
+    }
 }
 
 impl Builder<'_> {
+    pub(super) fn queue_cells(&mut self) {
+        let net = self.net;
+        let events: Vec<InputId> = net
+            .inputs
+            .iter()
+            .filter(|(_, input)| input.kind.is_event())
+            .map(|(id, _)| id)
+            .collect();
+        let of_rows: Vec<InputId> =
+            events.iter().copied().filter(|id| net.inputs[*id].kind == InputKind::Event).collect();
+        let n_of_rows = u32::try_from(of_rows.len()).unwrap_or(u32::MAX);
+        let bound = net.settings.queue.unwrap_or(n_of_rows);
+        let mut queues = Queues { events, internal: None, external: External::None };
+        let ty = queues.number_type();
+        let raises = self.needs.raised.values().any(|raised| *raised);
+        let sends = self.needs.sends;
+        let mut queue = |name: &str, items: Origin, length: Origin| {
+            let zeros = vec![0; bound as usize];
+            let items = self.cells.push(Cell {
+                name: name.to_owned(),
+                ty,
+                len: Some(bound),
+                init: zeros,
+                origin: items,
+            });
+            let counts = Type::Int { lo: 0, hi: i64::from(bound) };
+            let length = self.new_cell(format!("{name}.length"), counts, length);
+            Queue { items, length, bound }
+        };
+        if raises {
+            queues.internal =
+                Some(queue("internal", Origin::InternalQueue, Origin::InternalLength));
+        }
+        if sends || bound < n_of_rows {
+            queues.external =
+                External::Queue(queue("external", Origin::ExternalQueue, Origin::ExternalLength));
+        } else if !of_rows.is_empty() {
+            queues.external =
+                External::Row(of_rows.into_iter().map(|event| (event, None)).collect());
+        }
+        self.queues = Some(queues);
+    }
+
+    /// `raise e`: outside statecharts it holds in the next check; in a statechart it joins the internal queue.
     pub(super) fn raise(&mut self, event: InputId, out: &mut Vec<Stmt>) {
         if let Some(pending) = self.pending[event] {
-            out.push(Stmt::Store(pending, None, crate::program::Expr::bool(true)));
+            out.push(Stmt::Store(pending, None, Expr::bool(true)));
+        }
+        if let Some(queues) = &self.queues
+            && let Some(queue) = queues.internal
+        {
+            let number = queues.number(event);
+            self.join(queue, number, out);
         }
     }
-    pub(super) fn send(&mut self, _slot: SendId, _out: &mut Vec<Stmt>) {}
+
+    /// `send e after d`: a delayed one starts its slot anew, any other joins the external queue at once.
+    pub(super) fn send(&mut self, slot: SendId, out: &mut Vec<Stmt>) {
+        let data = &self.net.sends[slot];
+        if let Some(left) = self.send[slot] {
+            out.push(Stmt::Store(left, None, Expr::int(i64::from(data.delay))));
+        } else {
+            self.join_external(data.event, out);
+        }
+    }
+
+    fn join_external(&mut self, event: InputId, out: &mut Vec<Stmt>) {
+        if let Some(queues) = &self.queues
+            && let External::Queue(queue) = queues.external
+        {
+            let number = queues.number(event);
+            self.join(queue, number, out);
+        }
+    }
+
+    /// When the queue is full the event is lost and the row shows a fault.
+    fn join(&mut self, queue: Queue, number: i64, out: &mut Vec<Stmt>) {
+        let has_room =
+            Expr::compare(CompareOp::Lt, cell(queue.length), Expr::int(i64::from(queue.bound)));
+        let room = vec![
+            Stmt::Store(queue.items, Some(cell(queue.length)), Expr::int(number)),
+            Stmt::Store(queue.length, None, arith(ArithOp::Add, cell(queue.length), 1)),
+        ];
+        let lost = self.fault.map(|fault| Stmt::Set(fault, Expr::bool(true))).into_iter().collect();
+        out.push(Stmt::If(has_room, room, lost));
+    }
+
+    /// Takes the first event out of a queue that has one.
+    pub(super) fn take_first(&mut self, queue: Queue, current: TempId, out: &mut Vec<Stmt>) {
+        out.push(Stmt::Set(current, element(queue.items, Expr::int(0))));
+        let last = i64::from(queue.bound) - 1;
+        if queue.bound <= SHORT {
+            for at in 0..last {
+                out.push(Stmt::Store(
+                    queue.items,
+                    Some(Expr::int(at)),
+                    element(queue.items, Expr::int(at + 1)),
+                ));
+            }
+            out.push(Stmt::Store(queue.items, Some(Expr::int(last)), Expr::int(0)));
+            out.push(Stmt::Store(queue.length, None, arith(ArithOp::Sub, cell(queue.length), 1)));
+            return;
+        }
+        let at = self.new_temp("at", Type::Int { lo: 0, hi: last }, TempRole::Helper);
+        out.push(Stmt::Store(queue.length, None, arith(ArithOp::Sub, cell(queue.length), 1)));
+        out.push(Stmt::Set(at, Expr::int(0)));
+        let next = arith(ArithOp::Add, temp(at), 1);
+        let body = vec![
+            Stmt::Store(queue.items, Some(temp(at)), element(queue.items, next.clone())),
+            Stmt::Set(at, next),
+        ];
+        let condition = Expr::compare(CompareOp::Lt, temp(at), cell(queue.length));
+        out.push(Stmt::Repeat { limit: queue.bound - 1, condition, body });
+        out.push(Stmt::Store(queue.items, Some(temp(at)), Expr::int(0)));
+    }
+
+    /// L3 of statecharts: due sends by the ticks they had left, then by slot; then the events of the row.
+    pub(super) fn latch_queues(&mut self, out: &mut Vec<Stmt>) {
+        self.latch_sends(out);
+        let Some(mut queues) = self.queues.take() else { return };
+        match &mut queues.external {
+            External::None => {}
+            External::Row(events) => {
+                for (event, waits) in events {
+                    let name = format!("{}.waits", self.net.inputs[*event].name);
+                    let id = self.new_temp(name, Type::Bool, TempRole::Helper);
+                    *waits = Some(id);
+                    let row = if self.reset {
+                        Expr::bool(false)
+                    } else {
+                        Expr::leaf(Leaf::Input(*event), Span::default())
+                    };
+                    out.push(Stmt::Set(id, row));
+                }
+            }
+            External::Queue(queue) => {
+                let queue = *queue;
+                if !self.reset {
+                    for event in queues.events.clone() {
+                        if self.is_external(event) {
+                            let mut joins = Vec::new();
+                            self.join(queue, queues.number(event), &mut joins);
+                            out.push(Stmt::If(
+                                Expr::leaf(Leaf::Input(event), Span::default()),
+                                joins,
+                                Vec::new(),
+                            ));
+                        }
+                    }
+                }
+            }
+        }
+        self.queues = Some(queues);
+    }
+
+    /// Slots lose the ticks that have passed; those with no more left than that are due.
+    fn latch_sends(&mut self, out: &mut Vec<Stmt>) {
+        if self.reset {
+            return;
+        }
+        let dt = || Expr::leaf(Leaf::Dt, Span::default());
+        let longest = self.net.sends.values().map(|slot| i64::from(slot.delay)).max().unwrap_or(0);
+        let mut due = Vec::new();
+        for (id, slot) in self.net.sends.iter() {
+            let Some(left) = self.send[id] else { continue };
+            let runs = Expr::compare(CompareOp::Gt, cell(left), Expr::int(0));
+            let ends = Expr::compare(CompareOp::Le, cell(left), dt());
+            let ty = Type::Int { lo: 0, hi: longest };
+            // The ticks that a due slot had left; 0 when it is not due.
+            let had = self.new_temp(format!("{}.due", slot.name), ty, TempRole::Helper);
+            out.push(Stmt::Set(
+                had,
+                select(Expr::and([runs, ends.clone()]), cell(left), Expr::int(0)),
+            ));
+            let less = ExprKind::Arith(ArithOp::Sub, Box::new(cell(left)), Box::new(dt()));
+            out.push(Stmt::Store(
+                left,
+                None,
+                select(ends, Expr::int(0), Expr::new(less, Span::default())),
+            ));
+            due.push((had, slot.event));
+        }
+        if let [(had, event)] = due.as_slice() {
+            let mut joins = Vec::new();
+            self.join_external(*event, &mut joins);
+            out.push(Stmt::If(
+                Expr::compare(CompareOp::Gt, temp(*had), Expr::int(0)),
+                joins,
+                Vec::new(),
+            ));
+        } else if !due.is_empty() {
+            self.join_in_order(&due, longest, out);
+        }
+    }
+
+    /// Rounds: in each, all slots that had the least ticks left join. With ticks of 1 a round is enough.
+    fn join_in_order(&mut self, due: &[(TempId, InputId)], longest: i64, out: &mut Vec<Stmt>) {
+        let waits = |had: TempId| Expr::compare(CompareOp::Gt, temp(had), Expr::int(0));
+        let least = self.new_temp("least", Type::Int { lo: 0, hi: longest }, TempRole::Helper);
+        let mut body = vec![Stmt::Set(least, Expr::int(longest))];
+        for (had, _) in due {
+            let is_less = Expr::compare(CompareOp::Lt, temp(*had), temp(least));
+            let value = select(Expr::and([waits(*had), is_less]), temp(*had), temp(least));
+            body.push(Stmt::Set(least, value));
+        }
+        for (had, event) in due {
+            let mut joins = vec![Stmt::Set(*had, Expr::int(0))];
+            self.join_external(*event, &mut joins);
+            let is_least = Expr::compare(CompareOp::Eq, temp(*had), temp(least));
+            body.push(Stmt::If(Expr::and([waits(*had), is_least]), joins, Vec::new()));
+        }
+        let condition = Expr::or(due.iter().map(|(had, _)| waits(*had)));
+        let limit = u32::try_from(due.len()).unwrap_or(u32::MAX);
+        out.push(Stmt::Repeat { limit, condition, body });
+    }
+
+    /// Nothing waits any more.
+    pub(super) fn drop_queues(&self) -> Vec<Stmt> {
+        let mut out = Vec::new();
+        let Some(queues) = &self.queues else { return out };
+        if let Some(queue) = queues.internal {
+            out.push(Stmt::Store(queue.length, None, Expr::int(0)));
+        }
+        match &queues.external {
+            External::None => {}
+            External::Row(events) => {
+                out.extend(
+                    events
+                        .iter()
+                        .filter_map(|(_, waits)| waits.map(|id| Stmt::Set(id, Expr::bool(false)))),
+                );
+            }
+            External::Queue(queue) => out.push(Stmt::Store(queue.length, None, Expr::int(0))),
+        }
+        out
+    }
 }

@@ -1,7 +1,9 @@
 //! The orders that a net fixes once and for all: ranks of partial charts, urgency of transitions (§3.3, §4).
 
 use crate::arena::IdMap;
-use crate::net::{Enter, Net, Part, Policy, Schedule, StepId, TransitionId, TransitionKind};
+use crate::net::{
+    Enter, Net, Part, PartId, Policy, Schedule, StepId, TransitionId, TransitionKind,
+};
 
 /// Stands for "no number", which comes last.
 pub(super) const LAST: u64 = u64::MAX;
@@ -10,6 +12,7 @@ pub(super) const LAST: u64 = u64::MAX;
 #[derive(Debug, Clone)]
 pub(super) struct Ranks {
     rank: IdMap<Part, u64>,
+    chart: IdMap<Part, PartId>,
     /// Steps in the order of their lists: rank, declaration.
     pub(super) steps: Vec<StepId>,
     /// Transitions and reactions in the order of actions: rank, static urgency, declaration.
@@ -18,6 +21,7 @@ pub(super) struct Ranks {
 
 impl Ranks {
     pub(super) fn of(net: &Net) -> Self {
+        let mut chart = IdMap::build(&net.parts, |id, _| id);
         // Parts stand depth first, so the chart that holds a part is the last one before it with a lower level.
         let mut way = Vec::new();
         let rank = IdMap::build(&net.parts, |id, part| {
@@ -25,19 +29,27 @@ impl Ranks {
                 way.pop();
             }
             way.push(id);
+            chart[id] = way.first().copied().unwrap_or(id);
             match net.settings.schedule {
                 Schedule::Declared => way.first().map_or(LAST, |top| top.index() as u64),
                 Schedule::Level => u64::from(part.level),
-                Schedule::Priority => {
-                    way.iter().rev().find_map(|part| net.parts[*part].priority).map_or(LAST, u64::from)
-                }
+                Schedule::Priority => way
+                    .iter()
+                    .rev()
+                    .find_map(|part| net.parts[*part].priority)
+                    .map_or(LAST, u64::from),
             }
         });
         let mut steps: Vec<StepId> = net.steps.ids().collect();
         steps.sort_by_key(|step| rank[net.steps[*step].part]);
         let mut transitions: Vec<TransitionId> = net.transitions.ids().collect();
         transitions.sort_by_key(|id| (rank[net.transitions[*id].part], urgency(net, *id)));
-        Ranks { rank, steps, transitions }
+        Ranks { rank, chart, steps, transitions }
+    }
+
+    /// The top-level chart that a part belongs to.
+    pub(super) fn chart_of(&self, part: PartId) -> PartId {
+        self.chart[part]
     }
 
     /// Lower goes first.

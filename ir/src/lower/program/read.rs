@@ -33,9 +33,13 @@ impl Builder<'_> {
             net::Leaf::Var(var) => cell(self.var[var]),
             net::Leaf::Active(step) => self.is_active(step),
             net::Leaf::Elapsed(step) => self.elapsed[step].map_or_else(|| Expr::int(0), cell),
-            net::Leaf::LastElapsed(step) => self.last_elapsed[step].map_or_else(|| Expr::int(0), cell),
+            net::Leaf::LastElapsed(step) => {
+                self.last_elapsed[step].map_or_else(|| Expr::int(0), cell)
+            }
             net::Leaf::TasksDone(step) => self.tasks_done(step),
-            net::Leaf::Timer(timer) => self.timer[timer].map_or_else(|| Expr::int(0), |(ticks, _)| cell(ticks)),
+            net::Leaf::Timer(timer) => {
+                self.timer[timer].map_or_else(|| Expr::int(0), |(ticks, _)| cell(ticks))
+            }
             net::Leaf::Rise(edge) => match (&self.edge_now[edge], self.edge[edge]) {
                 (Some(now), Some(old)) => Expr::and([now.clone(), cell(old).not()]),
                 (None, _) | (_, None) => Expr::bool(false),
@@ -47,7 +51,9 @@ impl Builder<'_> {
             net::Leaf::Fireable(transition) => {
                 self.fireable[transition].clone().unwrap_or_else(|| Expr::bool(false))
             }
-            net::Leaf::Controlled(action) => self.action_q[action].map_or_else(|| Expr::bool(false), cell),
+            net::Leaf::Controlled(action) => {
+                self.action_q[action].map_or_else(|| Expr::bool(false), cell)
+            }
         }
     }
 
@@ -100,5 +106,9 @@ pub(super) fn name_of_operand(net: &Net, operand: &EdgeOperand) -> String {
         });
     });
     let name = name.unwrap_or_else(|| "edge".to_owned());
-    if matches!(operand.expr.kind, ExprKind::Leaf(_)) { format!("{name}.before") } else { format!("{name}.condition.before") }
+    if matches!(operand.expr.kind, ExprKind::Leaf(_)) {
+        format!("{name}.before")
+    } else {
+        format!("{name}.condition.before")
+    }
 }

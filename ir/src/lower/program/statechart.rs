@@ -1,10 +1,833 @@
-//! The evolution of statecharts.
+//! The evolution of statecharts: EVOLVE-STATECHART of §3.9, the choice of §4, and SCXML's exit, content and entry (§3.3, §5).
+//!
+//! One round of the loop is one check: for no event, or for the one just taken from a queue. A round that fires nothing takes the next event, or ends.
+//!
+//! # The choice without its sequence
+//! The page offers transitions atomic state by atomic state and lets an inner one replace outer ones. As exit sets are whole subtrees, two of them meet
+//! exactly if one domain lies in the other, and the outcome is that of working off the sources from the inside out and in document order: a transition that
+//! is offered fires unless one with a meeting exit set has been taken before it. Offered it is if it is the first fireable one of its source and, from some
+//! active atomic state, nothing fireable stands on the way (inner-first: up to the source; outer-first: from the root down to it).
 
-use super::Builder;
-use crate::program::Stmt;
+use std::collections::BTreeMap;
+
+use super::order::Act;
+use super::queues::{External, is_empty};
+use super::tree::Tree;
+use super::{Builder, cell, temp, when};
+use crate::arena::IdMap;
+use crate::expr::{ArithOp, CompareOp, Expr as GenericExpr, ExprKind, Type};
+use crate::net::{
+    Enter, History, HistoryId, PartId, Policy, Step, StepId, StepKind, Transition, TransitionId,
+};
+use crate::program::{Expr, Origin, Stmt, TempId, TempRole};
+use crate::simplify::simplify;
+use crate::span::Span;
+
+/// What a micro-step enters.
+struct Entries {
+    states: IdMap<Step, Vec<Expr>>,
+    by_default: IdMap<Step, Vec<Expr>>,
+    histories: IdMap<History, Vec<Expr>>,
+    /// The history's default content runs.
+    default_content: IdMap<History, Expr>,
+}
 
 impl Builder<'_> {
-    pub(super) fn statechart_cells(&mut self) {}
-    pub(super) fn statechart_reaction(&mut self) -> Vec<Stmt> { Vec::new() }
-    pub(super) fn statechart_reset(&mut self) -> Vec<Stmt> { Vec::new() }
+    pub(super) fn statechart_cells(&mut self) {
+        self.queue_cells();
+        let net = self.net;
+        for (id, history) in net.histories.iter() {
+            for case in &history.cases {
+                let name = format!("{}.{}", history.name, net.steps[case.step].name);
+                let recorded = self.new_cell(name, Type::Bool, Origin::Recorded(id, case.step));
+                self.recorded.insert((id, case.step), recorded);
+            }
+        }
+        for step in net.steps.values() {
+            if step.kind == StepKind::Final && step.parent.is_none() {
+                let chart = self.ranks.chart_of(step.part);
+                if self.ended[chart].is_none() {
+                    let name = format!("{}.ended", net.parts[chart].name);
+                    self.ended[chart] = Some(self.new_cell(name, Type::Bool, Origin::Ended(chart)));
+                }
+            }
+        }
+        self.held_cells();
+    }
+
+    /// L1 to L5 of §3.9.
+    pub(super) fn statechart_reaction(&mut self) -> Vec<Stmt> {
+        let mut out = Vec::new();
+        self.note_ended(&mut out);
+        self.latch(&mut out);
+        let fault = self.begin_fault(&mut out);
+        let mut latched = Vec::new();
+        self.latch_queues(&mut latched);
+        match self.all_ended() {
+            // Row events of the temps are set in any case, so that each temp has a value.
+            Some(all)
+                if !matches!(
+                    self.queues.as_ref().map(|queues| &queues.external),
+                    Some(External::Row(_))
+                ) =>
+            {
+                when(all.not(), latched, &mut out);
+            }
+            Some(_) | None => out.extend(latched),
+        }
+        self.compare_inputs(&mut out);
+        self.evolve_statechart(fault, &mut out);
+        self.end(super::ending::Mealy::new(), &mut out);
+        out.push(Stmt::Fault(temp(fault)));
+        out
+    }
+
+    /// R3 to R5.
+    pub(super) fn statechart_reset(&mut self) -> Vec<Stmt> {
+        let mut out = Vec::new();
+        let fault = self.begin_fault(&mut out);
+        self.latch_queues(&mut out);
+        let mut entries = self.no_entries();
+        for part in self.net.parts.values() {
+            for enter in &part.initial {
+                add(&mut entries, *enter, &Expr::bool(true));
+            }
+        }
+        self.resolve_histories(&mut entries, &mut out);
+        let exits = IdMap::filled(&self.net.steps, Expr::bool(false));
+        let silent = IdMap::filled(&self.net.transitions, Expr::bool(false));
+        let tree = Tree::of(self.net);
+        self.fire_states(&tree, &exits, &silent, &[], &entries, &mut out);
+        self.end_charts(&mut out);
+        self.compare_inputs(&mut out);
+        self.evolve_statechart(fault, &mut out);
+        self.end(super::ending::Mealy::new(), &mut out);
+        out.push(Stmt::Fault(temp(fault)));
+        out
+    }
+
+    fn begin_fault(&mut self, out: &mut Vec<Stmt>) -> TempId {
+        let fault = self.new_temp("fault", Type::Bool, TempRole::Helper);
+        out.push(Stmt::Set(fault, Expr::bool(false)));
+        self.fault = Some(fault);
+        fault
+    }
+
+    /// Nothing runs any more; none where that cannot be.
+    pub(super) fn all_ended(&self) -> Option<Expr> {
+        let mut all = Vec::new();
+        for step in self.net.steps.values() {
+            if step.parent.is_none() {
+                all.push(cell(self.ended[self.ranks.chart_of(step.part)]?));
+            }
+        }
+        (!all.is_empty()).then(|| simplify(&Expr::and(all)))
+    }
+
+    /// The chart of the part has ended, in this reaction or before.
+    pub(super) fn has_ended(&self, part: PartId) -> Option<Expr> {
+        self.ended[self.ranks.chart_of(part)].map(cell)
+    }
+
+    fn evolve_statechart(&mut self, fault: TempId, out: &mut Vec<Stmt>) {
+        let net = self.net;
+        let limit = self.limit().unwrap_or(1);
+        let top = i64::from(limit);
+        let count = self.new_temp("micro_steps", Type::Int { lo: 0, hi: top }, TempRole::Helper);
+        let again = self.new_temp("again", Type::Bool, TempRole::Helper);
+        let all_ended = self.all_ended();
+        out.push(Stmt::Set(count, Expr::int(0)));
+        out.push(Stmt::Set(again, all_ended.clone().map_or_else(|| Expr::bool(true), Expr::not)));
+        let current = self.begin_events(out);
+        let restarts = self.begin_restarts(out);
+
+        let mut body = Vec::new();
+        self.compare_others(&mut body);
+        let tree = Tree::of(net);
+        let fireable = self.fireable_in_statechart(current, &mut body);
+        let fire = self.choose_in_statechart(&tree, &fireable, &mut body);
+        let any = self.named("any", TempRole::Helper, Expr::or(fire.values().cloned()), &mut body);
+        let is_full = Expr::compare(CompareOp::Ge, temp(count), Expr::int(top));
+        let mut too_long =
+            vec![Stmt::Set(fault, Expr::bool(true)), Stmt::Set(again, Expr::bool(false))];
+        too_long.extend(self.drop_queues());
+
+        let mut step = Vec::new();
+        let entries = self.entries(&fire);
+        let exits = self.exits(&tree, &fire, &mut step);
+        self.record_histories(&exits, &mut step);
+        let mut entries = entries;
+        self.resolve_histories(&mut entries, &mut step);
+        let order = self.action_order(&tree, &fireable, &mut step);
+        self.fire_states(&tree, &exits, &fire, &order, &entries, &mut step);
+        self.end_charts(&mut step);
+        step.push(Stmt::Set(count, plus_one(count)));
+        if let Some(current) = current {
+            step.push(Stmt::Set(current, Expr::int(0)));
+        }
+        if let Some(all_ended) = all_ended {
+            let mut stop = self.drop_queues();
+            stop.push(Stmt::Set(again, Expr::bool(false)));
+            when(all_ended, stop, &mut step);
+        }
+        let fired = vec![Stmt::If(is_full.clone(), too_long.clone(), step)];
+        let idle = self.take_next(current, restarts, count, again, &is_full, &too_long);
+        if any.is_false() {
+            body.extend(idle);
+        } else {
+            body.push(Stmt::If(any.clone(), fired, idle));
+        }
+        // A check that fires nothing and is followed by another one does not renew (§3.7).
+        let mut renew = Vec::new();
+        self.renew_edges(&mut renew);
+        when(Expr::or([any, temp(again).not()]), renew, &mut body);
+        let limit = self.most_rounds(limit);
+        out.push(Stmt::Repeat { limit, condition: temp(again), body });
+    }
+
+    /// The number of the event that is checked for, 0 for none; nothing where the net has no events.
+    fn begin_events(&mut self, out: &mut Vec<Stmt>) -> Option<TempId> {
+        let queues = self.queues.as_ref()?;
+        if queues.internal.is_none() && matches!(queues.external, External::None) {
+            return None;
+        }
+        let ty = queues.number_type();
+        let current = self.new_temp("event", ty, TempRole::Helper);
+        out.push(Stmt::Set(current, Expr::int(0)));
+        Some(current)
+    }
+
+    /// How many events that restart the count still wait; where nothing is sent, all do.
+    fn begin_restarts(&mut self, out: &mut Vec<Stmt>) -> Option<TempId> {
+        let External::Queue(queue) = self.queues.as_ref()?.external else { return None };
+        if !self.needs.sends {
+            return None;
+        }
+        let ty = Type::Int { lo: 0, hi: i64::from(queue.bound) };
+        let restarts = self.new_temp("restarts", ty, TempRole::Helper);
+        out.push(Stmt::Set(restarts, if self.reset { Expr::int(0) } else { cell(queue.length) }));
+        Some(restarts)
+    }
+
+    /// A bound of the rounds: micro-steps, events taken, and the last empty check.
+    fn most_rounds(&self, limit: u32) -> u32 {
+        let Some(queues) = &self.queues else { return u32::MAX };
+        let outside = u64::from(queues.external_bound());
+        let inside = queues.internal.map_or(0, |queue| u64::from(queue.bound));
+        let steps = (outside + 1).saturating_mul(u64::from(limit));
+        let sent = if self.needs.sends { steps.saturating_mul(outside) } else { 0 };
+        let taken = steps
+            .saturating_add(1)
+            .saturating_mul(inside)
+            .saturating_add(outside)
+            .saturating_add(sent);
+        u32::try_from(steps.saturating_add(taken).saturating_add(1)).unwrap_or(u32::MAX)
+    }
+
+    /// A round without effect: take an internal event, else an external one, else stop.
+    fn take_next(
+        &mut self,
+        current: Option<TempId>,
+        restarts: Option<TempId>,
+        count: TempId,
+        again: TempId,
+        is_full: &Expr,
+        too_long: &[Stmt],
+    ) -> Vec<Stmt> {
+        let mut idle = vec![Stmt::Set(again, Expr::bool(false))];
+        let (Some(current), Some(queues)) = (current, self.queues.clone()) else { return idle };
+        match &queues.external {
+            External::None => {}
+            External::Row(events) => {
+                idle = self.flat_row(events, current, count, again, &queues);
+            }
+            External::Queue(queue) => {
+                let mut taken = Vec::new();
+                self.take_first(*queue, current, &mut taken);
+                let taken = match restarts {
+                    None => {
+                        taken.push(Stmt::Set(count, Expr::int(0)));
+                        taken
+                    }
+                    Some(restarts) => {
+                        let less = ExprKind::Arith(
+                            ArithOp::Sub,
+                            Box::new(temp(restarts)),
+                            Box::new(Expr::int(1)),
+                        );
+                        let mut anew = vec![
+                            Stmt::Set(restarts, Expr::new(less, Span::default())),
+                            Stmt::Set(count, Expr::int(0)),
+                        ];
+                        anew.extend(taken.clone());
+                        let later = vec![Stmt::If(is_full.clone(), too_long.to_vec(), taken)];
+                        let waits = Expr::compare(CompareOp::Gt, temp(restarts), Expr::int(0));
+                        vec![Stmt::If(waits, anew, later)]
+                    }
+                };
+                idle = vec![Stmt::If(is_empty(*queue), idle, taken)];
+            }
+        }
+        if let Some(queue) = queues.internal {
+            let mut taken = Vec::new();
+            self.take_first(queue, current, &mut taken);
+            let taken = vec![Stmt::If(is_full.clone(), too_long.to_vec(), taken)];
+            idle = vec![Stmt::If(is_empty(queue), idle, taken)];
+        }
+        idle
+    }
+
+    /// The next event of the row, in declaration order, without nesting one choice into the other.
+    fn flat_row(
+        &mut self,
+        events: &[(crate::net::InputId, Option<TempId>)],
+        current: TempId,
+        count: TempId,
+        again: TempId,
+        queues: &super::queues::Queues,
+    ) -> Vec<Stmt> {
+        let mut idle = vec![Stmt::Set(current, Expr::int(0))];
+        for (event, waits) in events {
+            let Some(waits) = *waits else { continue };
+            let is_first = Expr::compare(CompareOp::Eq, temp(current), Expr::int(0));
+            let taken = vec![
+                Stmt::Set(waits, Expr::bool(false)),
+                Stmt::Set(current, Expr::int(queues.number(*event))),
+                Stmt::Set(count, Expr::int(0)),
+            ];
+            idle.push(Stmt::If(Expr::and([temp(waits), is_first]), taken, Vec::new()));
+        }
+        let is_some = Expr::compare(CompareOp::Ne, temp(current), Expr::int(0));
+        idle.push(Stmt::Set(again, is_some));
+        idle
+    }
+
+    /// F of a check: without event those that need none, with one those that name it [C18].
+    fn fireable_in_statechart(
+        &mut self,
+        current: Option<TempId>,
+        out: &mut Vec<Stmt>,
+    ) -> IdMap<Transition, Expr> {
+        let net = self.net;
+        let is = |number: i64| {
+            current.map(|current| Expr::compare(CompareOp::Eq, temp(current), Expr::int(number)))
+        };
+        let mut listens = IdMap::filled(&net.inputs, false);
+        net.transitions
+            .values()
+            .flat_map(|one| &one.events)
+            .for_each(|event| listens[*event] = true);
+        for event in net.inputs.ids() {
+            if listens[event] {
+                let number = self.queues.as_ref().map_or(0, |queues| queues.number(event));
+                let holds = is(number).unwrap_or_else(|| Expr::bool(false));
+                let name = net.inputs[event].name.text.clone();
+                self.holds[event] = Some(self.named(name, TempRole::Holds(event), holds, out));
+            }
+        }
+        let eventless = is(0).unwrap_or_else(|| Expr::bool(true));
+        let eventless = self.named("eventless", TempRole::Helper, eventless, out);
+        let mut fireable = IdMap::filled(&net.transitions, Expr::bool(false));
+        for (id, transition) in net.transitions.iter() {
+            let mut now = vec![self.fireable_now(id)];
+            if transition.events.is_empty() {
+                now.push(eventless.clone());
+            }
+            let running = self.has_ended(transition.part).map(Expr::not);
+            let now = Expr::and(now.into_iter().chain(running));
+            let name = format!("{}.fireable", transition.name);
+            fireable[id] = self.named(name, TempRole::Fireable(id), now, out);
+            self.fireable[id] = Some(fireable[id].clone());
+        }
+        fireable
+    }
+
+    /// K4 of statecharts.
+    fn choose_in_statechart(
+        &mut self,
+        tree: &Tree,
+        fireable: &IdMap<Transition, Expr>,
+        out: &mut Vec<Stmt>,
+    ) -> IdMap<Transition, Expr> {
+        let net = self.net;
+        let inner_first = net.settings.policy == Policy::InnerFirst;
+        // Of each state: something fireable leaves it; something fireable leaves it or what lies in it (inner-first) or around it (outer-first).
+        let mut own = IdMap::filled(&net.steps, Expr::bool(false));
+        for (step, data) in net.steps.iter() {
+            let any = Expr::or(tree.leaving[step].iter().map(|id| fireable[*id].clone()));
+            own[step] = self.named(format!("{}.leaves", data.name), TempRole::Helper, any, out);
+        }
+        let mut beyond = own.clone();
+        if inner_first {
+            for step in &tree.post_order {
+                let inside = tree.children[*step].iter().map(|child| beyond[*child].clone());
+                let any = Expr::or([own[*step].clone()].into_iter().chain(inside));
+                beyond[*step] = self.named(
+                    format!("{}.stirs", net.steps[*step].name),
+                    TempRole::Helper,
+                    any,
+                    out,
+                );
+            }
+        } else {
+            for (step, data) in net.steps.iter() {
+                let around = data.parent.map(|parent| beyond[parent].clone());
+                let any = Expr::or([own[step].clone()].into_iter().chain(around));
+                beyond[step] =
+                    self.named(format!("{}.stirs", data.name), TempRole::Helper, any, out);
+            }
+        }
+        let mut free: IdMap<Step, Option<Expr>> = IdMap::filled(&net.steps, None);
+        let mut moved: BTreeMap<StepId, Expr> = BTreeMap::new();
+        let mut fire = IdMap::filled(&net.transitions, Expr::bool(false));
+        for step in tree.post_order.iter().copied() {
+            let offers = if inner_first {
+                self.is_free_below(tree, step, &own, &beyond, &mut free, out)
+            } else {
+                net.steps[step]
+                    .parent
+                    .map_or_else(|| Expr::bool(true), |parent| beyond[parent].clone().not())
+            };
+            for (at, id) in tree.leaving[step].iter().enumerate() {
+                let earlier =
+                    tree.leaving[step][..at].iter().map(|other| fireable[*other].clone().not());
+                let mut all = vec![fireable[*id].clone()];
+                all.extend(earlier);
+                all.push(offers.clone());
+                if !net.transitions[*id].clears.is_empty() {
+                    let rivals = self.rivals(tree, *id, inner_first, &fire, &mut moved, out);
+                    all.extend(rivals.into_iter().map(Expr::not));
+                }
+                let name = net.transitions[*id].name.text.clone();
+                fire[*id] = self.named(name, TempRole::Fire(*id), Expr::and(all), out);
+                if let Expr { kind: ExprKind::Leaf(crate::program::Leaf::Temp(temp)), .. } =
+                    fire[*id]
+                {
+                    self.temps[temp].role = TempRole::Fire(*id);
+                }
+            }
+        }
+        fire
+    }
+
+    /// From some active atomic state in an active state, nothing fireable stands on the way up to it.
+    fn is_free_below(
+        &mut self,
+        tree: &Tree,
+        step: StepId,
+        own: &IdMap<Step, Expr>,
+        beyond: &IdMap<Step, Expr>,
+        free: &mut IdMap<Step, Option<Expr>>,
+        out: &mut Vec<Stmt>,
+    ) -> Expr {
+        if !tree.is_wide[step] {
+            let inside = tree.children[step].iter().map(|child| beyond[*child].clone());
+            return simplify(&Expr::or(inside).not());
+        }
+        let mut ways = Vec::new();
+        for child in &tree.children[step] {
+            if free[*child].is_none() {
+                // Children stand before their parents, so theirs is known by now.
+                let below = self.is_free_below(tree, *child, own, beyond, free, out);
+                let active = if self.net.steps[step].kind == StepKind::Parallel {
+                    Expr::bool(true)
+                } else {
+                    self.is_active(*child)
+                };
+                let value = Expr::and([active, own[*child].clone().not(), below]);
+                let name = format!("{}.rests", self.net.steps[*child].name);
+                free[*child] = Some(self.named(name, TempRole::Helper, value, out));
+            }
+            ways.extend(free[*child].clone());
+        }
+        Expr::or(ways)
+    }
+
+    /// Transitions taken before this one whose exit sets meet its own.
+    fn rivals(
+        &mut self,
+        tree: &Tree,
+        id: TransitionId,
+        inner_first: bool,
+        fire: &IdMap<Transition, Expr>,
+        moved: &mut BTreeMap<StepId, Expr>,
+        out: &mut Vec<Stmt>,
+    ) -> Vec<Expr> {
+        let net = self.net;
+        let Some(source) = net.transitions[id].requires.first().copied() else { return Vec::new() };
+        let mut rivals = Vec::new();
+        if inner_first && tree.is_wide[source] {
+            for child in &tree.children[source] {
+                rivals.push(self.has_moved(tree, *child, fire, moved, out));
+            }
+        }
+        // On the way up, each parallel state has regions whose transitions were taken before.
+        let mut region = source;
+        while let Some(parent) = net.steps[region].parent {
+            if net.steps[parent].kind == StepKind::Parallel {
+                let leaves_it = tree.leaves(net, id, parent);
+                for other in tree.children[parent].iter().take_while(|other| **other != region) {
+                    if leaves_it {
+                        rivals.push(self.has_moved(tree, *other, fire, moved, out));
+                    } else {
+                        for rival in tree.within(*other) {
+                            if tree.leaves(net, rival, parent) {
+                                rivals.push(fire[rival].clone());
+                            }
+                        }
+                    }
+                }
+            }
+            region = parent;
+        }
+        rivals
+    }
+
+    /// Some transition out of the state or out of what lies in it was taken and leaves something.
+    fn has_moved(
+        &mut self,
+        tree: &Tree,
+        step: StepId,
+        fire: &IdMap<Transition, Expr>,
+        moved: &mut BTreeMap<StepId, Expr>,
+        out: &mut Vec<Stmt>,
+    ) -> Expr {
+        if let Some(known) = moved.get(&step) {
+            return known.clone();
+        }
+        let net = self.net;
+        let mut all: Vec<Expr> = tree.leaving[step]
+            .iter()
+            .filter(|id| !net.transitions[**id].clears.is_empty())
+            .map(|id| fire[*id].clone())
+            .collect();
+        for child in &tree.children[step] {
+            all.push(self.has_moved(tree, *child, fire, moved, out));
+        }
+        let name = format!("{}.moves", net.steps[step].name);
+        let value = self.named(name, TempRole::Helper, Expr::or(all), out);
+        moved.insert(step, value.clone());
+        value
+    }
+
+    /// Which states are left: each lies in the domain of something that fires.
+    fn exits(
+        &mut self,
+        tree: &Tree,
+        fire: &IdMap<Transition, Expr>,
+        out: &mut Vec<Stmt>,
+    ) -> IdMap<Step, Expr> {
+        let net = self.net;
+        let mut of_domain: BTreeMap<(PartId, Option<StepId>), Vec<Expr>> = BTreeMap::new();
+        for (id, transition) in net.transitions.iter() {
+            if !transition.clears.is_empty() {
+                of_domain
+                    .entry((transition.part, tree.domain[id]))
+                    .or_default()
+                    .push(fire[id].clone());
+            }
+        }
+        let mut left = IdMap::filled(&net.steps, Expr::bool(false));
+        let mut whole = BTreeMap::new();
+        for (part, data) in net.parts.iter() {
+            let fires = of_domain.remove(&(part, None)).unwrap_or_default();
+            whole.insert(
+                part,
+                self.named(format!("{}.left", data.name), TempRole::Helper, Expr::or(fires), out),
+            );
+        }
+        // Of each state: what lies in it is left.
+        let mut inside = IdMap::filled(&net.steps, Expr::bool(false));
+        for (step, data) in net.steps.iter() {
+            let around = match data.parent {
+                Some(parent) => inside[parent].clone(),
+                None => whole.get(&data.part).cloned().unwrap_or_else(|| Expr::bool(false)),
+            };
+            let fires = of_domain.remove(&(data.part, Some(step))).unwrap_or_default();
+            let any = Expr::or([around.clone()].into_iter().chain(fires));
+            inside[step] =
+                self.named(format!("{}.inside_left", data.name), TempRole::Helper, any, out);
+            left[step] = Expr::and([self.is_active(step), around]);
+        }
+        left
+    }
+
+    fn no_entries(&self) -> Entries {
+        Entries {
+            states: IdMap::filled(&self.net.steps, Vec::new()),
+            by_default: IdMap::filled(&self.net.steps, Vec::new()),
+            histories: IdMap::filled(&self.net.histories, Vec::new()),
+            default_content: IdMap::filled(&self.net.histories, Expr::bool(false)),
+        }
+    }
+
+    fn entries(&self, fire: &IdMap<Transition, Expr>) -> Entries {
+        let mut entries = self.no_entries();
+        for (id, transition) in self.net.transitions.iter() {
+            for enter in &transition.enters {
+                add(&mut entries, *enter, &fire[id]);
+            }
+        }
+        entries
+    }
+
+    /// History is recorded from the situation at the start of the micro-step, before anything runs.
+    fn record_histories(&self, exits: &IdMap<Step, Expr>, out: &mut Vec<Stmt>) {
+        for (id, history) in self.net.histories.iter() {
+            let mut list = Vec::new();
+            for case in &history.cases {
+                if let Some(recorded) = self.recorded.get(&(id, case.step)) {
+                    list.push(Stmt::Store(*recorded, None, self.is_active(case.step)));
+                }
+            }
+            when(exits[history.owner].clone(), list, out);
+        }
+    }
+
+    /// A history stands for what it has recorded, or for its default. One that another one names belongs to a state inside the other's, so outer
+    /// histories come first.
+    fn resolve_histories(&mut self, entries: &mut Entries, out: &mut Vec<Stmt>) {
+        let net = self.net;
+        let mut order: Vec<HistoryId> = net.histories.ids().collect();
+        let depth = |id: &HistoryId| {
+            std::iter::successors(Some(net.histories[*id].owner), |step| net.steps[*step].parent)
+                .take(net.steps.len())
+                .count()
+        };
+        order.sort_by_key(depth);
+        for id in order {
+            let history = &net.histories[id];
+            let entered = Expr::or(std::mem::take(&mut entries.histories[id]));
+            let entered =
+                self.named(format!("{}.entered", history.name), TempRole::Helper, entered, out);
+            if entered.is_false() {
+                continue;
+            }
+            let recorded = |builder: &Self, step: StepId| {
+                builder.recorded.get(&(id, step)).map_or_else(|| Expr::bool(false), |id| cell(*id))
+            };
+            for case in &history.cases {
+                let condition = Expr::and([entered.clone(), recorded(self, case.step)]);
+                for enter in &case.enters {
+                    add(entries, *enter, &condition);
+                }
+            }
+            let any = Expr::or(history.cases.iter().map(|case| recorded(self, case.step)));
+            let by_default = Expr::and([entered, any.not()]);
+            let by_default =
+                self.named(format!("{}.default", history.name), TempRole::Helper, by_default, out);
+            for enter in &history.default {
+                add(entries, *enter, &by_default);
+            }
+            entries.default_content[id] = by_default;
+        }
+    }
+
+    /// Exit, content, entry: the sequence of a micro-step.
+    fn fire_states(
+        &mut self,
+        tree: &Tree,
+        exits: &IdMap<Step, Expr>,
+        fire: &IdMap<Transition, Expr>,
+        order: &[Act],
+        entries: &Entries,
+        out: &mut Vec<Stmt>,
+    ) {
+        let net = self.net;
+        self.begin_sequence();
+        let watched =
+            IdMap::build(&net.steps, |step, _| self.needs.watched[step] && !self.simultaneous);
+        // Entering is asked several times, and after bits have moved.
+        let mut enters = IdMap::filled(&net.steps, Expr::bool(false));
+        for (step, data) in net.steps.iter() {
+            let any = Expr::or(entries.states[step].iter().cloned());
+            enters[step] =
+                self.named(format!("{}.activated", data.name), TempRole::Activated(step), any, out);
+        }
+        let mut exits = exits.clone();
+        if self.simultaneous {
+            for (step, data) in net.steps.iter() {
+                let exit = exits[step].clone();
+                exits[step] = self.named(
+                    format!("{}.deactivated", data.name),
+                    TempRole::Deactivated(step),
+                    exit,
+                    out,
+                );
+            }
+        }
+        let mut sequence = Vec::new();
+        let mut late = Vec::new();
+        let doc_order: Vec<StepId> = net.steps.ids().collect();
+        for step in doc_order.iter().rev().copied() {
+            let mut list = self.list(&net.steps[step].exit);
+            let mut drop = Vec::new();
+            if watched[step] {
+                drop.push(Stmt::Store(self.step[step], None, Expr::bool(false)));
+            }
+            for id in [self.elapsed[step], self.task[step]].into_iter().flatten() {
+                drop.push(Stmt::Store(id, None, Expr::int(0)));
+            }
+            if self.simultaneous {
+                when(exits[step].clone(), drop, &mut late);
+            } else {
+                list.extend(drop);
+            }
+            when(exits[step].clone(), list, &mut sequence);
+        }
+        self.run_actions(order, fire, &mut sequence);
+        for step in doc_order {
+            let mut list = Vec::new();
+            if watched[step] {
+                list.push(Stmt::Store(self.step[step], None, Expr::bool(true)));
+            }
+            if let Some(last) = self.last_elapsed[step] {
+                let start = Stmt::Store(last, None, Expr::int(0));
+                if self.simultaneous {
+                    when(enters[step].clone(), vec![start], &mut late);
+                } else {
+                    list.push(start);
+                }
+            }
+            list.extend(self.list(&net.steps[step].entry));
+            let content = self.list(&net.steps[step].initial_content);
+            when(Expr::or(entries.by_default[step].iter().cloned()), content, &mut list);
+            for (id, history) in net.histories.iter() {
+                if history.owner == step {
+                    let content = self.list(&history.default_content);
+                    when(entries.default_content[id].clone(), content, &mut list);
+                }
+            }
+            if net.steps[step].kind == StepKind::Final {
+                self.raise_done(tree, step, &exits, &enters, &watched, &mut list);
+            }
+            when(enters[step].clone(), list, &mut sequence);
+        }
+        sequence.extend(late);
+        for step in net.steps.ids() {
+            let is_constant = exits[step].is_false() && enters[step].is_false();
+            if !watched[step] && !is_constant {
+                let stays = self.stays(step, &exits);
+                let next = simplify(&Expr::or([stays, enters[step].clone()]));
+                sequence.push(Stmt::Store(self.step[step], None, next));
+            }
+        }
+        out.extend(self.end_sequence(sequence));
+    }
+
+    /// The state is active and not left.
+    fn stays(&self, step: StepId, exits: &IdMap<Step, Expr>) -> Expr {
+        Expr::and([self.is_active(step), exits[step].clone().not()])
+    }
+
+    /// `done.state.P`, and that of a parallel all of whose regions are final, right after the entry list of the final state.
+    fn raise_done(
+        &mut self,
+        tree: &Tree,
+        step: StepId,
+        exits: &IdMap<Step, Expr>,
+        enters: &IdMap<Step, Expr>,
+        watched: &IdMap<Step, bool>,
+        out: &mut Vec<Stmt>,
+    ) {
+        let net = self.net;
+        let Some(parent) = net.steps[step].parent else { return };
+        if let Some(event) = net.steps[parent].done_event {
+            self.raise(event, out);
+        }
+        let Some(above) = net.steps[parent].parent else { return };
+        if net.steps[above].kind == StepKind::Parallel
+            && let Some(event) = net.steps[above].done_event
+        {
+            // Of states that stand further down in document order the bits have not risen yet.
+            let is_final = |child: StepId| {
+                if watched[child] {
+                    self.is_active(child)
+                } else if child <= step {
+                    Expr::or([self.stays(child, exits), enters[child].clone()])
+                } else {
+                    self.stays(child, exits)
+                }
+            };
+            let all = simplify(&is_in_final_state(net, tree, above, &is_final));
+            let mut raise = Vec::new();
+            self.raise(event, &mut raise);
+            when(all, raise, out);
+        }
+    }
+
+    /// A top-level final state ends its chart: all exit lists run, the situation stays [C20].
+    fn end_charts(&mut self, out: &mut Vec<Stmt>) {
+        let net = self.net;
+        for chart in net.parts.ids() {
+            let Some(ended) = self.ended[chart] else { continue };
+            let of_chart: Vec<StepId> = net
+                .steps
+                .iter()
+                .filter(|(_, step)| self.ranks.chart_of(step.part) == chart)
+                .map(|(id, _)| id)
+                .collect();
+            let finals = of_chart.iter().copied().filter(|step| {
+                net.steps[*step].kind == StepKind::Final && net.steps[*step].parent.is_none()
+            });
+            let is_final = Expr::or(finals.map(|step| self.is_active(step)));
+            let condition = Expr::and([is_final, cell(ended).not()]);
+            self.begin_sequence();
+            let mut sequence = Vec::new();
+            let mut restore = Vec::new();
+            let mut keep = Vec::new();
+            for step in of_chart.iter().rev().copied() {
+                let mut list = self.list(&net.steps[step].exit);
+                let mut was = self.is_active(step);
+                if self.needs.watched[step] && !self.simultaneous {
+                    let name = format!("{}.at_end", net.steps[step].name);
+                    let before = self.new_temp(name, Type::Bool, TempRole::Helper);
+                    keep.push(Stmt::Set(before, self.is_active(step)));
+                    restore.push(Stmt::Store(self.step[step], None, temp(before)));
+                    list.push(Stmt::Store(self.step[step], None, Expr::bool(false)));
+                    was = temp(before);
+                }
+                when(was, list, &mut sequence);
+            }
+            let mut all = self.end_sequence(sequence);
+            keep.append(&mut all);
+            keep.extend(restore);
+            keep.push(Stmt::Store(ended, None, Expr::bool(true)));
+            when(condition, keep, out);
+        }
+    }
+}
+
+fn plus_one(id: TempId) -> Expr {
+    let sum = ExprKind::Arith(ArithOp::Add, Box::new(temp(id)), Box::new(Expr::int(1)));
+    GenericExpr::new(sum, Span::default())
+}
+
+fn add(entries: &mut Entries, enter: Enter, condition: &Expr) {
+    match enter {
+        Enter::Step(step) => entries.states[step].push(condition.clone()),
+        Enter::InitialContent(step) => entries.by_default[step].push(condition.clone()),
+        Enter::History(history) => entries.histories[history].push(condition.clone()),
+    }
+}
+
+fn is_in_final_state(
+    net: &crate::net::Net,
+    tree: &Tree,
+    step: StepId,
+    is_final: &impl Fn(StepId) -> Expr,
+) -> Expr {
+    let children = &tree.children[step];
+    match net.steps[step].kind {
+        StepKind::Composite => Expr::or(
+            children
+                .iter()
+                .filter(|child| net.steps[**child].kind == StepKind::Final)
+                .map(|child| is_final(*child)),
+        ),
+        StepKind::Parallel => {
+            Expr::and(children.iter().map(|child| is_in_final_state(net, tree, *child, is_final)))
+        }
+        StepKind::Leaf | StepKind::Enclosing | StepKind::Final => Expr::bool(false),
+    }
 }
