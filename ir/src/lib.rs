@@ -21,6 +21,7 @@ pub mod facts;
 pub mod interval;
 pub mod logic;
 pub mod lower;
+pub mod names;
 pub mod net;
 pub mod program;
 pub mod program_run;

@@ -73,8 +73,14 @@ impl Parser<'_> {
     /// A declaration with the lines that belong to it.
     fn declaration(&mut self) -> Result<(), Fail> {
         if !self.at_head() {
-            let help = nearest(self.text(), super::parse::HEADS.iter().copied().filter(|_| self.text().len() < 40));
-            let diagnostic = Diagnostic::error(codes::NET_SYNTAX, "a line begins with something that is no declaration");
+            let help = nearest(
+                self.text(),
+                super::parse::HEADS.iter().copied().filter(|_| self.text().len() < 40),
+            );
+            let diagnostic = Diagnostic::error(
+                codes::NET_SYNTAX,
+                "a line begins with something that is no declaration",
+            );
             let diagnostic = diagnostic.at(self.here(), "");
             self.told(match help {
                 Some(near) => diagnostic.help(format!("did you mean `{near}`?")),
@@ -89,7 +95,8 @@ impl Parser<'_> {
                 let name = self.name()?;
                 self.net_mut().name = name;
             }
-            "policy" | "evolution" | "schedule" | "fire" | "assign" | "final" | "events" | "queue" | "tick" => {
+            "policy" | "evolution" | "schedule" | "fire" | "assign" | "final" | "events"
+            | "queue" | "tick" => {
                 self.setting(head)?;
             }
             "part" => return self.part(),
@@ -475,7 +482,8 @@ impl Parser<'_> {
         let (name, meta) = self.head()?;
         self.expect("in")?;
         let part = self.part_ref()?;
-        let kind = if self.eat("reaction") { TransitionKind::Reaction } else { TransitionKind::Move };
+        let kind =
+            if self.eat("reaction") { TransitionKind::Reaction } else { TransitionKind::Move };
         let requires = self.row("->", Self::step_ref)?;
         self.expect("->")?;
         let enters = self.row("", Self::enter)?;
@@ -496,7 +504,11 @@ impl Parser<'_> {
         } else {
             None
         };
-        let guard = if self.eat("when") { self.expr()? } else { GenericExpr { span: name.span, ..Expr::bool(true) } };
+        let guard = if self.eat("when") {
+            self.expr()?
+        } else {
+            GenericExpr { span: name.span, ..Expr::bool(true) }
+        };
         self.end_of_line()?;
         let mut actions = Block::new();
         while self.below(&["do"])?.is_some() {
@@ -524,10 +536,16 @@ impl Parser<'_> {
     }
 
     /// Items with commas between, perhaps none: then `end`, a word of the grammar or the end of the line follows at once.
-    fn row<T>(&mut self, end: &str, mut item: impl FnMut(&mut Self) -> Result<T, Fail>) -> Result<Vec<T>, Fail> {
+    fn row<T>(
+        &mut self,
+        end: &str,
+        mut item: impl FnMut(&mut Self) -> Result<T, Fail>,
+    ) -> Result<Vec<T>, Fail> {
         let mut all = Vec::new();
         let none = match self.token().kind {
-            Kind::Word => ["clears", "restart", "on", "priority", "deadline", "when"].iter().any(|word| self.is(word)),
+            Kind::Word => ["clears", "restart", "on", "priority", "deadline", "when"]
+                .iter()
+                .any(|word| self.is(word)),
             Kind::Newline | Kind::End => true,
             Kind::Symbol => self.is(end),
             Kind::Quoted
@@ -563,11 +581,17 @@ impl Parser<'_> {
             } else {
                 let span = self.here();
                 let step = self.step_ref()?;
-                let Some(found) = QUALIFIERS.into_iter().find(|each| self.is(qualifier(*each))) else {
+                let Some(found) = QUALIFIERS.into_iter().find(|each| self.is(qualifier(*each)))
+                else {
                     return self.unexpected("a qualifier such as `N` or `SD`");
                 };
                 self.bump();
-                uses.push(ActionUse { step, qualifier: found, condition: self.if_condition()?, span });
+                uses.push(ActionUse {
+                    step,
+                    qualifier: found,
+                    condition: self.if_condition()?,
+                    span,
+                });
             }
             self.end_of_line()?;
         }
@@ -593,7 +617,14 @@ impl Parser<'_> {
             }
             self.end_of_line()?;
         }
-        self.net_mut().histories.push(History { name, owner, cases, default, default_content, meta });
+        self.net_mut().histories.push(History {
+            name,
+            owner,
+            cases,
+            default,
+            default_content,
+            meta,
+        });
         Ok(())
     }
 

@@ -93,7 +93,11 @@ impl Parser<'_> {
         if levels <= DEPTH_LIMIT {
             return Ok(());
         }
-        self.fail(codes::NET_LIMIT, self.here(), format!("the expression has more than {DEPTH_LIMIT} levels"))
+        self.fail(
+            codes::NET_LIMIT,
+            self.here(),
+            format!("the expression has more than {DEPTH_LIMIT} levels"),
+        )
     }
 
     fn infix(&self) -> Option<Infix> {
@@ -256,11 +260,17 @@ impl Parser<'_> {
         let token = self.token();
         // A plain word carries its ending; after a quoted name or a position it is a token of its own.
         let split = match token.kind {
-            Kind::Word => self.text().rsplit_once('.').filter(|(_, last)| SUFFIXES.binary_search(last).is_ok()),
+            Kind::Word => self
+                .text()
+                .rsplit_once('.')
+                .filter(|(_, last)| SUFFIXES.binary_search(last).is_ok()),
             _ => None,
         };
         let (owner, ending) = match split {
-            Some((owner, ending)) => (crate::text::lexer::Token { end: token.start + owner.len(), ..token }, Some(ending)),
+            Some((owner, ending)) => (
+                crate::text::lexer::Token { end: token.start + owner.len(), ..token },
+                Some(ending),
+            ),
             None => (token, None),
         };
         self.not_reserved()?;
@@ -291,7 +301,11 @@ impl Parser<'_> {
                 let span = token.span(self.file());
                 return match L::output(id) {
                     Some(leaf) => Ok(leaf),
-                    None => self.fail(codes::NET_SYNTAX, span, "an output can be read in properties only"),
+                    None => self.fail(
+                        codes::NET_SYNTAX,
+                        span,
+                        "an output can be read in properties only",
+                    ),
                 };
             }
             Some(other) => {

@@ -50,7 +50,8 @@ pub(super) struct Lexer<'a> {
 
 /// Longest first, so that `:=` is not read as `:`.
 const SYMBOLS: &[&str] = &[
-    "->", ":=", "<=", ">=", "<>", "..", "(", ")", "[", "]", "{", "}", ",", ";", "=", "<", ">", "+", "-", "*", "/",
+    "->", ":=", "<=", ">=", "<>", "..", "(", ")", "[", "]", "{", "}", ",", ";", "=", "<", ">", "+",
+    "-", "*", "/",
 ];
 
 impl<'a> Lexer<'a> {
@@ -62,7 +63,9 @@ impl<'a> Lexer<'a> {
         self.skip_blanks();
         let start = self.at;
         let rest = &self.source[start..];
-        let Some(first) = rest.chars().next() else { return Token { kind: Kind::End, start, end: start } };
+        let Some(first) = rest.chars().next() else {
+            return Token { kind: Kind::End, start, end: start };
+        };
         let (kind, length) = match first {
             '\n' => (Kind::Newline, 1),
             '`' | '"' => match quoted(rest, first) {
@@ -73,7 +76,9 @@ impl<'a> Lexer<'a> {
                 (if first == '%' { Kind::Edge } else { Kind::Position }, 1 + digits(&rest[1..]))
             }
             '0'..='9' => (Kind::Number, digits(rest)),
-            '.' if !rest.starts_with("..") && self.source[..start].ends_with(|c: char| c == '`' || c.is_ascii_digit()) => {
+            '.' if !rest.starts_with("..")
+                && self.source[..start].ends_with(|c: char| c == '`' || c.is_ascii_digit()) =>
+            {
                 (Kind::Suffix, 1 + word(&rest[1..]))
             }
             c if c.is_alphabetic() || c == '_' => (Kind::Word, dotted(rest)),

@@ -18,9 +18,35 @@ const SOURCE_LIMIT: usize = 64 << 20;
 
 /// Words that begin a declaration.
 pub(super) const HEADS: &[&str] = &[
-    "action", "assert", "assign", "assume", "device", "edge", "events", "evolution", "final", "fire", "force", "history",
-    "input", "macro", "net", "open", "output", "part", "pin", "place", "policy", "queue", "schedule", "slot", "step",
-    "tick", "timer", "transition", "var",
+    "action",
+    "assert",
+    "assign",
+    "assume",
+    "device",
+    "edge",
+    "events",
+    "evolution",
+    "final",
+    "fire",
+    "force",
+    "history",
+    "input",
+    "macro",
+    "net",
+    "open",
+    "output",
+    "part",
+    "pin",
+    "place",
+    "policy",
+    "queue",
+    "schedule",
+    "slot",
+    "step",
+    "tick",
+    "timer",
+    "transition",
+    "var",
 ];
 
 /// A finding was reported; the declaration cannot be read on.
@@ -56,13 +82,25 @@ struct Names<'a> {
 pub fn parse(file: FileId, source: &str) -> (Option<Net>, Vec<Diagnostic>) {
     if source.len() > SOURCE_LIMIT {
         let message = format!("the text has {} bytes, the most is {SOURCE_LIMIT}", source.len());
-        return (None, vec![Diagnostic::error(codes::NET_LIMIT, message).at(Span::new(file, 0, 0), "")]);
+        return (
+            None,
+            vec![Diagnostic::error(codes::NET_LIMIT, message).at(Span::new(file, 0, 0), "")],
+        );
     }
     let names = collect(source);
     let mut lexer = Lexer::new(source);
     let token = lexer.next();
-    let mut parser =
-        Parser { file, source, lexer, token, before: Span::default(), names, net: Net::default(), findings: Vec::new(), more: 0 };
+    let mut parser = Parser {
+        file,
+        source,
+        lexer,
+        token,
+        before: Span::default(),
+        names,
+        net: Net::default(),
+        findings: Vec::new(),
+        more: 0,
+    };
     parser.net();
     let Parser { net, mut findings, more, .. } = parser;
     if more > 0 {
@@ -252,13 +290,18 @@ impl<'a> Parser<'a> {
 
     /// The signal of a name; one that does not exist is reported, and reading goes on with any.
     pub(super) fn signal(&mut self, token: Token) -> Result<Signal, Fail> {
-        let found = name_text(token, self.source).and_then(|name| self.names.signals.get(&name).copied());
+        let found =
+            name_text(token, self.source).and_then(|name| self.names.signals.get(&name).copied());
         if found.is_none() {
             let what = "input, event, variable or timer";
             if token.kind == Kind::Position {
                 let message = "a position does not say what kind of signal is meant";
                 let help = "write `input ?0`, `var ?0` or `timer ?0`";
-                self.told(Diagnostic::error(codes::NET_SYNTAX, message).at(token.span(self.file), "").help(help));
+                self.told(
+                    Diagnostic::error(codes::NET_SYNTAX, message)
+                        .at(token.span(self.file), "")
+                        .help(help),
+                );
                 return Err(Fail);
             }
             let near = near(token.text(self.source), &self.names.signals);
@@ -271,7 +314,9 @@ impl<'a> Parser<'a> {
         let message = format!("no {what} is called {}", token.text(self.source));
         let diagnostic = Diagnostic::error(codes::NET_NAME, message).at(token.span(self.file), "");
         self.told(match near {
-            Some(near) => diagnostic.help(format!("there is `{near}`")).fix(token.span(self.file), near),
+            Some(near) => {
+                diagnostic.help(format!("there is `{near}`")).fix(token.span(self.file), near)
+            }
             None => diagnostic,
         });
     }
@@ -394,7 +439,12 @@ impl<'a> Parser<'a> {
         if self.eat(text) { Ok(()) } else { self.unexpected(&format!("`{text}`")) }
     }
 
-    pub(super) fn fail<T>(&mut self, code: Code, span: Span, message: impl Into<String>) -> Result<T, Fail> {
+    pub(super) fn fail<T>(
+        &mut self,
+        code: Code,
+        span: Span,
+        message: impl Into<String>,
+    ) -> Result<T, Fail> {
         self.told(Diagnostic::error(code, message).at(span, ""));
         Err(Fail)
     }
@@ -438,7 +488,10 @@ impl<'a> Parser<'a> {
     }
 
     /// `( [x {, x}] )`
-    pub(super) fn list<T>(&mut self, mut item: impl FnMut(&mut Self) -> Result<T, Fail>) -> Result<Vec<T>, Fail> {
+    pub(super) fn list<T>(
+        &mut self,
+        mut item: impl FnMut(&mut Self) -> Result<T, Fail>,
+    ) -> Result<Vec<T>, Fail> {
         self.expect("(")?;
         let mut all = Vec::new();
         if self.eat(")") {
@@ -467,7 +520,10 @@ impl<'a> Parser<'a> {
         match value.and_then(|value| i64::try_from(value).ok()) {
             Some(value) => Ok(value),
             None => {
-                self.told(Diagnostic::error(codes::NET_NUMBER, "the number does not fit 64 bits").at(span, ""));
+                self.told(
+                    Diagnostic::error(codes::NET_NUMBER, "the number does not fit 64 bits")
+                        .at(span, ""),
+                );
                 Ok(0)
             }
         }
@@ -485,7 +541,9 @@ impl<'a> Parser<'a> {
             None => {
                 let bits = 8 * size_of::<T>();
                 let message = format!("the number does not fit {bits} bits");
-                self.told(Diagnostic::error(codes::NET_NUMBER, message).at(token.span(self.file), ""));
+                self.told(
+                    Diagnostic::error(codes::NET_NUMBER, message).at(token.span(self.file), ""),
+                );
                 Ok(T::default())
             }
         }
@@ -498,7 +556,11 @@ impl<'a> Parser<'a> {
         let token = self.bump();
         match unquote(token.text(self.source)) {
             Some(text) => Ok(text.into_owned()),
-            None => self.fail(codes::NET_SYNTAX, token.span(self.file), "the text has an escape that does not exist"),
+            None => self.fail(
+                codes::NET_SYNTAX,
+                token.span(self.file),
+                "the text has an escape that does not exist",
+            ),
         }
     }
 
@@ -521,7 +583,11 @@ impl<'a> Parser<'a> {
         let token = self.bump();
         match name_text(token, self.source) {
             Some(text) => Ok(Name::new(text, token.span(self.file))),
-            None => self.fail(codes::NET_SYNTAX, token.span(self.file), "the name has an escape that does not exist"),
+            None => self.fail(
+                codes::NET_SYNTAX,
+                token.span(self.file),
+                "the name has an escape that does not exist",
+            ),
         }
     }
 

@@ -42,7 +42,11 @@ struct Names {
 
 type Shadowed<T> = Option<IdMap<T, bool>>;
 
-fn shadowed<'a, T>(arena: &'a Arena<T>, taken: &mut BTreeSet<&'a str>, name: impl Fn(&'a T) -> &'a Name) -> Shadowed<T> {
+fn shadowed<'a, T>(
+    arena: &'a Arena<T>,
+    taken: &mut BTreeSet<&'a str>,
+    name: impl Fn(&'a T) -> &'a Name,
+) -> Shadowed<T> {
     Some(IdMap::build(arena, |id, _| !taken.insert(name(&arena[id]).text.as_str())))
 }
 
@@ -64,9 +68,16 @@ impl Names {
     }
 }
 
-fn reference<T>(arena: &Arena<T>, shadowed: &Shadowed<T>, id: Id<T>, name: impl Fn(&T) -> &Name) -> String {
+fn reference<T>(
+    arena: &Arena<T>,
+    shadowed: &Shadowed<T>,
+    id: Id<T>,
+    name: impl Fn(&T) -> &Name,
+) -> String {
     match arena.get(id) {
-        Some(item) if shadowed.as_ref().is_none_or(|shadowed| !shadowed[id]) => named(&name(item).text),
+        Some(item) if shadowed.as_ref().is_none_or(|shadowed| !shadowed[id]) => {
+            named(&name(item).text)
+        }
         Some(_) | None => format!("?{}", id.index()),
     }
 }
@@ -148,7 +159,12 @@ impl Printer<'_> {
                 InputKind::Event => " event",
                 InputKind::InternalEvent => " internal",
             };
-            put!(self, " {}{kind}{}\n", ty(input.ty), if input.synchronous { " synchronous" } else { "" });
+            put!(
+                self,
+                " {}{kind}{}\n",
+                ty(input.ty),
+                if input.synchronous { " synchronous" } else { "" }
+            );
         }
         self.gap();
         for output in net.outputs.values() {
@@ -233,7 +249,8 @@ impl Printer<'_> {
         }
         for drawn in &net.macros {
             self.head("macro", &drawn.name.text, &drawn.meta);
-            let (entry, exit, steps) = (self.step(drawn.entry), self.step(drawn.exit), self.steps(&drawn.steps));
+            let (entry, exit, steps) =
+                (self.step(drawn.entry), self.step(drawn.exit), self.steps(&drawn.steps));
             put!(self, " entry {entry} exit {exit} steps ({steps})\n");
         }
         for property in &net.properties {
@@ -495,7 +512,8 @@ impl Printer<'_> {
 
     /// On one line where it is short and flat.
     fn block(&mut self, list: &[Stmt], indent: usize) {
-        let is_flat = !list.iter().any(|stmt| matches!(stmt.kind, StmtKind::If { .. })) && list.len() <= 4;
+        let is_flat =
+            !list.iter().any(|stmt| matches!(stmt.kind, StmtKind::If { .. })) && list.len() <= 4;
         if list.is_empty() {
             self.out.push_str("{ }");
         } else if is_flat {
@@ -634,7 +652,14 @@ impl Printer<'_> {
         }
     }
 
-    fn infix<L: WriteLeaf>(&mut self, sign: &str, a: &GenericExpr<L>, b: &GenericExpr<L>, left: u8, right: u8) {
+    fn infix<L: WriteLeaf>(
+        &mut self,
+        sign: &str,
+        a: &GenericExpr<L>,
+        b: &GenericExpr<L>,
+        left: u8,
+        right: u8,
+    ) {
         self.expr(a, left);
         put!(self, " {sign} ");
         self.expr(b, right);
