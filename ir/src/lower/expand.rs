@@ -348,6 +348,11 @@ impl<'a> Expansion<'_, 'a> {
         let name = self.lowering.full_name(scope, &source.name);
         let meta = source.meta.clone();
         let ranges_fit = self.ranges(source);
+        // A range that was refused must not stop what is computed with it.
+        let sane = |ty: Type| match ty {
+            Type::Int { lo, hi } if lo > hi => Type::Int { lo: hi, hi: lo },
+            Type::Int { .. } | Type::Bool => ty,
+        };
         let net = &mut self.lowering.net;
         let input = |net: &mut Net, ty, kind, synchronous| {
             let name = name.clone();
@@ -355,9 +360,9 @@ impl<'a> Expansion<'_, 'a> {
         };
         let symbol = match &source.kind {
             DeclarationKind::Input { ty, synchronous } => {
-                input(net, *ty, InputKind::Pin, *synchronous)
+                input(net, sane(*ty), InputKind::Pin, *synchronous)
             }
-            DeclarationKind::ExternCondition { ty } => input(net, *ty, InputKind::Extern, false),
+            DeclarationKind::ExternCondition { ty } => input(net, sane(*ty), InputKind::Extern, false),
             DeclarationKind::Event { internal } => {
                 let kind = if *internal { InputKind::InternalEvent } else { InputKind::Event };
                 input(net, Type::Bool, kind, false)
@@ -365,23 +370,24 @@ impl<'a> Expansion<'_, 'a> {
             DeclarationKind::Output { ty, registered, .. } => {
                 let driver = Driver::Continuous(Vec::new());
                 let registered = *registered;
-                Symbol::Output(net.outputs.push(Output { name, ty: *ty, driver, registered, meta }))
+                Symbol::Output(net.outputs.push(Output { name, ty: sane(*ty), driver, registered, meta }))
             }
             DeclarationKind::ExternAction { params } => {
                 let params = params
                     .iter()
-                    .map(|(name, ty)| Param { name: name.clone(), ty: *ty })
+                    .map(|(name, ty)| Param { name: name.clone(), ty: sane(*ty) })
                     .collect();
                 let driver = Driver::Extern { params, calls: Vec::new() };
                 let ty = Type::Bool;
                 Symbol::Output(net.outputs.push(Output { name, ty, driver, registered: false, meta }))
             }
             DeclarationKind::Var { ty, len, .. } => {
+                let ty = sane(*ty);
                 let zero = ty.saturate(0);
                 let init = vec![zero; len.unwrap_or(1).clamp(1, MAX_LENGTH) as usize];
                 let origin = VarOrigin::Declared;
                 let len = len.map(|len| len.clamp(1, MAX_LENGTH));
-                Symbol::Var(net.vars.push(Var { name, ty: *ty, len, init, origin, meta }))
+                Symbol::Var(net.vars.push(Var { name, ty, len, init, origin, meta }))
             }
             DeclarationKind::Timer { .. } => {
                 let condition = Expr::bool(false);

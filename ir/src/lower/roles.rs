@@ -217,7 +217,7 @@ fn role(
     let iec = lowering.iec.get(lowering.scopes[scope].chart).copied().unwrap_or(false);
     let is_controlled = controlling.is_some() || (iec && first_use.is_some());
     let (ty, mealy) = match source.kind {
-        DeclarationKind::Output { ty, mealy, .. } => (ty, mealy),
+        DeclarationKind::Output { mealy, .. } => (lowering.net.outputs[id].ty, mealy),
         DeclarationKind::ExternAction { .. } => {
             return extern_role(lowering, source, (first_use, called));
         }

@@ -2,5 +2,6 @@
 
 mod build;
 mod checks;
+mod large;
 mod structure;
 mod values;

@@ -1,7 +1,7 @@
 //! Names, expansion and order.
 
 use super::build::*;
-use crate::chart::{Item, MacroStep, StepRole, Transition};
+use crate::chart::{Item, MacroStep, StepRole};
 use crate::expr::ExprKind;
 use crate::lower::lower;
 use crate::net::{Enter, Evolution, Leaf, Net, Policy, TransitionKind};
@@ -317,25 +317,4 @@ fn otherwise_names_what_stands_above_and_leaves_a_common_step() {
     };
     assert_eq!(read(2), ["t1", "t2"]);
     assert_eq!(read(3), ["t1", "t3"]);
-}
-
-/// 100 000 steps and as many transitions, each with an `otherwise`: the cost must stay near linear.
-#[test]
-fn large_charts_cost_near_linear() {
-    let build = |n: usize| {
-        let mut items = vec![];
-        for index in 0..n {
-            let text = format!("s{index}");
-            items.push(if index == 0 { initial(&text, vec![]) } else { step(&text, vec![]) });
-        }
-        for index in 0..n {
-            let to = format!("s{index} -> s{}", (index + 1) % n);
-            items.push(go(&to, v("a")));
-            items.push(Item::Transition(Transition { ..arrow(&to, Some(v("otherwise"))) }));
-        }
-        design(vec![chart("c", vec![vec![single()], inputs("a"), items])])
-    };
-    let design = build(5_000);
-    let (net, _) = lower(&design);
-    assert_eq!(net.unwrap().transitions.len(), 10_000);
 }
