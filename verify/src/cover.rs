@@ -357,7 +357,8 @@ impl<'a> Reduction<'a> {
             }
             moves.sort_unstable();
             moves.dedup();
-            if moves.is_empty() {
+            // A place that every transition both empties and fills is a component by itself; setting it aside would only hide that.
+            if moves.chunk_by(|a, b| a.0 == b.0).all(|sides| sides.len() == 2) {
                 continue;
             }
             let data = &mut self.places[place as usize];

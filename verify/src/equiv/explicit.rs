@@ -1,0 +1,311 @@
+//! The product of the reference simulator and the circuit, searched breadth first.
+
+use grafsynth_ir::Valid;
+use grafsynth_ir::logic::{Logic, Node, PinRole};
+use grafsynth_ir::net::Net;
+use grafsynth_logic::build::for_each_operand;
+use grafsynth_logic::sim::LogicSim;
+use grafsynth_sim::{Difference, InputRow, Row, Simulator, State, Stimulus};
+use indexmap::{IndexMap, IndexSet};
+
+use super::binding::{Binding, Compared, Shown};
+use super::{Certificate, Counterexample, Method, Verdict};
+use crate::alphabet::{Alphabet, NoAlphabet};
+use crate::limits::Limits;
+use crate::relevance::{Inputs, Relevance};
+
+/// A circuit that executes up to 64 rows at once, each from a state of its own.
+pub(super) struct Lanes<'a> {
+    logic: &'a Logic,
+    binding: &'a Binding,
+    sim: LogicSim<'a>,
+    /// For each compared bit its value in each lane.
+    pub(super) bits: Vec<u64>,
+    /// The most clocks that a reaction may take while `busy`.
+    patience: u32,
+}
+
+impl<'a> Lanes<'a> {
+    pub(super) fn new(net: &Net, logic: &'a Logic, binding: &'a Binding) -> Self {
+        let patience = match net.settings.evolution {
+            grafsynth_ir::net::Evolution::Single => 4,
+            grafsynth_ir::net::Evolution::Stable { limit } => limit.saturating_mul(4).saturating_add(16),
+        };
+        Lanes { logic, binding, sim: LogicSim::new(logic), bits: vec![0; binding.compared.len()], patience }
+    }
+
+    /// The circuit after power-up with the inputs of row 0.
+    pub(super) fn reset(&mut self, net: &Net) {
+        self.sim.reset();
+        let mut zero = InputRow::zero(net);
+        zero.dt = 0;
+        for (pin, value) in self.binding.pin_bits(net, &zero) {
+            self.sim.set_input(pin, if value { !0 } else { 0 });
+        }
+        self.sample(true);
+        self.sample(false);
+    }
+
+    /// The flip-flops of one lane.
+    pub(super) fn code(&self, lane: usize) -> Vec<u64> {
+        let mut code = vec![0; self.logic.flops.len().div_ceil(64)];
+        for flop in self.logic.flops.ids() {
+            code[flop.index() / 64] |= (self.sim.flop(flop) >> lane & 1) << (flop.index() % 64);
+        }
+        code
+    }
+
+    /// Puts all lanes into this state.
+    pub(super) fn set_code(&mut self, code: &[u64]) {
+        for flop in self.logic.flops.ids() {
+            let bit = code[flop.index() / 64] >> (flop.index() % 64) & 1;
+            self.sim.set_flop(flop, if bit == 1 { !0 } else { 0 });
+        }
+    }
+
+    /// One reaction with a row for each lane (at most 64). None if `busy` does not end.
+    pub(super) fn react(&mut self, net: &Net, rows: &[InputRow]) -> Option<()> {
+        let mut words = vec![0_u64; self.logic.inputs.len()];
+        for (lane, row) in rows.iter().enumerate() {
+            for (pin, value) in self.binding.pin_bits(net, row) {
+                words[pin.index()] |= u64::from(value) << lane;
+            }
+        }
+        for (pin, _) in self.logic.inputs.iter() {
+            self.sim.set_input(pin, words[pin.index()]);
+        }
+        self.sample(true);
+        self.sim.clock();
+        if let Some(busy) = self.binding.busy {
+            self.wait(net, busy, rows.len())?;
+        }
+        self.sample(false);
+        Some(())
+    }
+
+    /// Clocks on while busy, with no new event or tick. A lane that has ended keeps its state.
+    fn wait(&mut self, net: &Net, busy: grafsynth_ir::logic::PinOutputId, n_lanes: usize) -> Option<()> {
+        let used = if n_lanes >= 64 { !0 } else { (1_u64 << n_lanes) - 1 };
+        for pin in &self.binding.ticks {
+            self.sim.set_input(*pin, 0);
+        }
+        for (pin, input, _) in &self.binding.inputs {
+            if net.inputs[*input].kind.is_event() {
+                self.sim.set_input(*pin, 0);
+            }
+        }
+        for _ in 0..self.patience {
+            let running = self.sim.output(busy) & used;
+            if running == 0 {
+                return Some(());
+            }
+            let before: Vec<u64> = self.logic.flops.ids().map(|flop| self.sim.flop(flop)).collect();
+            self.sim.clock();
+            for flop in self.logic.flops.ids() {
+                let value = self.sim.flop(flop) & running | before[flop.index()] & !running;
+                self.sim.set_flop(flop, value);
+            }
+        }
+        None
+    }
+
+    fn sample(&mut self, want_mealy: bool) {
+        for (at, compared) in self.binding.compared.iter().enumerate() {
+            let word = match compared.shown {
+                Shown::Pin { pin, mealy } if mealy == want_mealy => self.sim.output(pin),
+                Shown::Flop { flop, inverted } if !want_mealy => {
+                    self.sim.flop(flop) ^ if inverted { !0 } else { 0 }
+                }
+                Shown::Pin { .. } | Shown::Flop { .. } => continue,
+            };
+            self.bits[at] = word;
+        }
+    }
+
+    /// The first compared bit in which the lane differs from the net's row.
+    pub(super) fn difference(&self, net: &Net, row: &Row, lane: usize) -> Option<&'a Compared> {
+        let binding = self.binding;
+        binding.compared.iter().enumerate().find_map(|(at, compared)| {
+            let wanted = binding.wanted(net, row, compared)?;
+            (wanted != (self.bits[at] >> lane & 1 == 1)).then_some(compared)
+        })
+    }
+
+    /// The difference as a cell of two traces.
+    pub(super) fn report(&self, net: &Net, row: &Row, lane: usize, number: usize, differs: &Compared) -> Difference {
+        let binding = self.binding;
+        let mut circuit = |one: &Compared| {
+            binding.compared.iter().position(|other| other == one).is_some_and(|at| self.bits[at] >> lane & 1 == 1)
+        };
+        let (left, right) = binding.texts(net, row, differs, &mut circuit);
+        Difference { row: number, column: binding.column(net, self.logic, differs), left, right }
+    }
+}
+
+/// Which inputs the circuit reads in a state: with the flip-flops fixed, what is not constant and leads to a D function or a pin.
+struct Reads<'a> {
+    net: &'a Net,
+    logic: &'a Logic,
+    values: Vec<Option<bool>>,
+    is_needed: Vec<bool>,
+}
+
+impl Reads<'_> {
+    /// The inputs, and whether the tick matters.
+    fn of(&mut self, code: &[u64]) -> (Inputs, bool) {
+        let logic = self.logic;
+        for (id, node) in logic.nodes.iter() {
+            let value = |a: &grafsynth_ir::logic::NodeId| self.values[a.index()];
+            self.values[id.index()] = match node {
+                Node::Const(constant) => Some(*constant),
+                Node::Input(_) => None,
+                Node::Flop(flop) => Some(code[flop.index() / 64] >> (flop.index() % 64) & 1 == 1),
+                Node::Not(a) => value(a).map(|a| !a),
+                Node::And(all) if all.iter().any(|a| value(a) == Some(false)) => Some(false),
+                Node::And(all) => all.iter().all(|a| value(a) == Some(true)).then_some(true),
+                Node::Or(all) if all.iter().any(|a| value(a) == Some(true)) => Some(true),
+                Node::Or(all) => all.iter().all(|a| value(a) == Some(false)).then_some(false),
+                Node::Xor(a, b) => value(a).zip(value(b)).map(|(a, b)| a != b),
+                Node::Mux(c, a, b) => match value(c) {
+                    Some(true) => value(a),
+                    Some(false) => value(b),
+                    None => value(a).zip(value(b)).and_then(|(a, b)| (a == b).then_some(a)),
+                },
+            };
+        }
+        self.is_needed.fill(false);
+        // What is sampled after the clock sees the flip-flops move, so its inputs count whatever the present state makes of it.
+        let mut after = vec![false; logic.nodes.len()];
+        for output in logic.outputs.values() {
+            if output.mealy || output.registered.is_some() {
+                self.is_needed[output.value.index()] = true;
+            } else {
+                after[output.value.index()] = true;
+            }
+        }
+        logic.flops.values().for_each(|flop| self.is_needed[flop.next.index()] = true);
+        let mut inputs = Inputs::none(self.net);
+        let mut tick = false;
+        for (id, node) in logic.nodes.iter().rev() {
+            let at = id.index();
+            let live = self.is_needed[at] && self.values[at].is_none();
+            if !live && !after[at] {
+                continue;
+            }
+            if let Node::Input(pin) = node {
+                match logic.inputs[*pin].role {
+                    PinRole::Input(input, _) => inputs.insert(input),
+                    PinRole::Tick => tick = true,
+                    PinRole::Reset | PinRole::Output(..) | PinRole::Busy | PinRole::Fault | PinRole::Unknown => {}
+                }
+            }
+            let is_after = after[at];
+            for_each_operand(node, |operand| {
+                self.is_needed[operand.index()] |= live;
+                after[operand.index()] |= is_after;
+            });
+        }
+        (inputs, tick)
+    }
+}
+
+/// The proof by enumeration.
+pub(super) fn equiv(net: &Valid<Net>, logic: &Logic, binding: &Binding, limits: &Limits) -> Verdict {
+    let mut lanes = Lanes::new(net, logic, binding);
+    let mut simulator = Simulator::new(net);
+    lanes.reset(net);
+    if let Some(differs) = lanes.difference(net, simulator.row(), 0) {
+        let difference = lanes.report(net, simulator.row(), 0, 0, differs);
+        return Verdict::Refuted(Counterexample { stimulus: Stimulus::new(net), difference });
+    }
+    let alphabet = match Alphabet::of(net, true, limits.rows_per_state) {
+        Ok(alphabet) => Some(alphabet),
+        Err(NoAlphabet::Contradiction) => None,
+        Err(NoAlphabet::TooMany(why)) => return Verdict::Open(why),
+    };
+    let relevance = Relevance::of(net);
+    let mut reads =
+        Reads { net, logic, values: vec![None; logic.nodes.len()], is_needed: vec![false; logic.nodes.len()] };
+    let mut states: IndexSet<(State, Vec<u64>)> = IndexSet::new();
+    let mut parents: Vec<Option<(u32, InputRow)>> = vec![None];
+    states.insert((simulator.state().clone(), lanes.code(0)));
+    let mut cache: IndexMap<(Inputs, bool), Vec<InputRow>> = IndexMap::new();
+    let mut pairs: u64 = 0;
+    let mut at = 0;
+    while at < states.len() {
+        let Some((state, code)) = states.get_index(at).cloned() else { break };
+        let mut matter = relevance.inputs(state.situation());
+        let (read, tick) = reads.of(&code);
+        matter.add(&read);
+        let time = tick || relevance.largest_dt(state.situation()).is_some();
+        let key = (matter, time);
+        if !cache.contains_key(&key) {
+            let rows = match &alphabet {
+                None => Some(Vec::new()),
+                Some(alphabet) => alphabet.rows(&key.0, limits.rows_per_state),
+            };
+            let Some(rows) = rows else {
+                return Verdict::Open(format!("more than {} rows of inputs are possible in one state", limits.rows_per_state));
+            };
+            let dts = if time { 0..=1 } else { 1..=1 };
+            let rows = rows.iter().flat_map(|row| dts.clone().map(|dt| InputRow { dt, values: row.values.clone() }));
+            cache.insert(key.clone(), rows.collect());
+        }
+        let rows = &cache[&key];
+        if pairs.saturating_add(rows.len() as u64) > limits.pairs {
+            return Verdict::Open(format!(
+                "more than {} pairs of a state and an input ({} states so far)",
+                limits.pairs,
+                states.len()
+            ));
+        }
+        pairs += rows.len() as u64;
+        for chunk in rows.chunks(64) {
+            lanes.set_code(&code);
+            let ended = lanes.react(net, chunk);
+            for (lane, input) in chunk.iter().enumerate() {
+                simulator.set_state(&state);
+                let row = simulator.step(input);
+                let way = || {
+                    let mut rows = vec![input.clone()];
+                    let mut from = at;
+                    while let Some(Some((before, row))) = parents.get(from) {
+                        rows.push(row.clone());
+                        from = *before as usize;
+                    }
+                    rows.reverse();
+                    rows
+                };
+                if ended.is_none() {
+                    let difference = Difference {
+                        row: way().len(),
+                        column: "busy".to_owned(),
+                        left: "0".to_owned(),
+                        right: "1".to_owned(),
+                    };
+                    return Verdict::Refuted(Counterexample { stimulus: Stimulus::of_rows(net, &way()), difference });
+                }
+                if let Some(differs) = lanes.difference(net, row, lane) {
+                    let rows = way();
+                    let difference = lanes.report(net, row, lane, rows.len(), differs);
+                    return Verdict::Refuted(Counterexample { stimulus: Stimulus::of_rows(net, &rows), difference });
+                }
+                if row.open.next || row.open.row {
+                    // All that follows is open, so there is nothing left to compare.
+                    continue;
+                }
+                let (to, is_new) = states.insert_full((simulator.state().clone(), lanes.code(lane)));
+                if is_new {
+                    debug_assert_eq!(to, parents.len());
+                    parents.push(Some((at as u32, input.clone())));
+                    if states.len() > limits.states {
+                        return Verdict::Open(format!("more than {} states", limits.states));
+                    }
+                }
+            }
+        }
+        at += 1;
+    }
+    let method = Method::Explicit { states: states.len() as u64, reactions: pairs };
+    Verdict::Proved(Certificate { method, compared: binding.compared.len() })
+}

@@ -1,0 +1,335 @@
+//! Everything that is found out about a net, for reports and back ends.
+
+use std::collections::BTreeSet;
+
+use grafsynth_ir::Valid;
+use grafsynth_ir::arena::IdMap;
+use grafsynth_ir::facts::{Facts, Proof, Proved, Reach};
+use grafsynth_ir::net::{
+    Enter, Evolution, ForcingOrder, Net, Step, StepId, StepKind, StmtKind, Transition, TransitionId, TransitionKind,
+};
+use grafsynth_sim::Noticed;
+use indexmap::IndexSet;
+
+use crate::cover::{self, cover};
+use crate::explore::{Ended, Ticks, explore};
+use crate::limits::Limits;
+use crate::symbolic;
+
+/// What is proved of a net. What could not be found out within the limits stands in [`Facts::open`]; nothing in the other fields is a guess.
+///
+/// Facts about situations hold for every stimulus that meets the chart's assumptions, with any `dt`.
+#[must_use]
+pub fn facts(net: &Valid<Net>, limits: &Limits) -> Facts {
+    let mut facts = structural_facts(net);
+    explicit_facts(net, limits, &mut facts);
+    if facts.reach.is_none() {
+        symbolic::reach(net, limits, &mut facts);
+    }
+    facts
+}
+
+/// The facts that follow from the structure of a net: cheap for any size.
+#[must_use]
+pub fn structural_facts(net: &Valid<Net>) -> Facts {
+    let cover = cover(net);
+    let mut facts = Facts::default();
+    if cover.n_uncovered > 0 {
+        facts.open.push(format!(
+            "{} of {} steps are in no sequential component that the structure shows",
+            cover.n_uncovered,
+            net.steps.len()
+        ));
+    }
+    facts.component_of = (!cover.components.is_empty()).then_some(cover.component_of);
+    facts.components = cover.components;
+    facts.invariants = cover.invariants;
+    let reached = reached(net);
+    facts.unreachable_steps = reached.iter().filter(|(_, reached)| !**reached).map(|(step, _)| step).collect();
+    facts.dead_transitions = net
+        .transitions
+        .iter()
+        .filter(|(_, transition)| {
+            transition.guard.is_false() || transition.requires.iter().any(|step| !reached[*step])
+        })
+        .map(|(id, _)| id)
+        .collect();
+    facts
+}
+
+/// Steps that some sequence of transitions might activate, if every receptivity that is not `false` could be true at any time.
+fn reached(net: &Net) -> IdMap<Step, bool> {
+    let mut spread = Spread {
+        net,
+        reached: IdMap::filled(&net.steps, false),
+        todo: Vec::new(),
+        links: IdMap::filled(&net.steps, Vec::new()),
+    };
+    for (id, step) in net.steps.iter() {
+        if let Some(parent) = step.parent.filter(|parent| step.activation_link && net.steps[*parent].kind == StepKind::Enclosing) {
+            spread.links[parent].push(id);
+        }
+    }
+    cover::initial_situation(net).into_iter().for_each(|step| spread.reach(step));
+    for part in net.parts.values() {
+        spread.enters(&part.initial);
+    }
+    let mut waiting: IdMap<Transition, usize> = IdMap::build(&net.transitions, |_, transition| transition.requires.len());
+    let mut leaving: IdMap<Step, Vec<TransitionId>> = IdMap::filled(&net.steps, Vec::new());
+    for (id, transition) in net.transitions.iter() {
+        transition.requires.iter().for_each(|step| leaving[*step].push(id));
+        if transition.requires.is_empty() && !transition.guard.is_false() {
+            spread.enters(&transition.enters);
+        }
+    }
+    while let Some(step) = spread.todo.pop() {
+        for id in &leaving[step] {
+            waiting[*id] -= 1;
+            let transition = &net.transitions[*id];
+            if waiting[*id] == 0 && transition.kind == TransitionKind::Move && !transition.guard.is_false() {
+                spread.enters(&transition.enters);
+            }
+        }
+        for forcing in net.forcings.iter().filter(|forcing| forcing.step == step) {
+            if let ForcingOrder::Situation(steps) = &forcing.order {
+                steps.iter().for_each(|step| spread.reach(*step));
+            }
+        }
+    }
+    spread.reached
+}
+
+struct Spread<'n> {
+    net: &'n Net,
+    reached: IdMap<Step, bool>,
+    todo: Vec<StepId>,
+    links: IdMap<Step, Vec<StepId>>,
+}
+
+impl Spread<'_> {
+    fn reach(&mut self, step: StepId) {
+        let mut waiting = vec![step];
+        while let Some(step) = waiting.pop() {
+            if !self.reached[step] {
+                self.reached[step] = true;
+                self.todo.push(step);
+                waiting.extend(self.links[step].iter().copied());
+            }
+        }
+    }
+
+    fn enters(&mut self, enters: &[Enter]) {
+        let mut lists: Vec<&[Enter]> = vec![enters];
+        let mut seen: BTreeSet<usize> = BTreeSet::new();
+        while let Some(list) = lists.pop() {
+            for enter in list {
+                match enter {
+                    Enter::Step(step) => self.reach(*step),
+                    Enter::InitialContent(_) => {}
+                    // What a history recorded was reached before; its default need not have been.
+                    Enter::History(history) => {
+                        if seen.insert(history.index()) {
+                            lists.push(&self.net.histories[*history].default);
+                            for case in &self.net.histories[*history].cases {
+                                if self.reached[case.step] {
+                                    lists.push(&case.enters);
+                                }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Situations, what is never reached, and how deep a reaction goes, by enumeration.
+fn explicit_facts(net: &Valid<Net>, limits: &Limits, facts: &mut Facts) {
+    let mut fired = IdMap::filled(&net.transitions, false);
+    let mut situations: IndexSet<Vec<u64>> = IndexSet::new();
+    let mut unstable = false;
+    let mut touched = IdMap::filled(&net.steps, false);
+    let (states, ended) = explore::<()>(net, limits, Ticks::Any, &mut |_, seen| {
+        for transition in seen.simulator.fired() {
+            fired[*transition] = true;
+            // A transient step is active between two micro-steps only.
+            for enter in &net.transitions[*transition].enters {
+                if let Enter::Step(step) = enter {
+                    touched[*step] = true;
+                }
+            }
+        }
+        unstable |= seen.row.fault;
+        None
+    });
+    match ended {
+        Ended::Complete => {}
+        Ended::Stopped(()) => return,
+        Ended::Open(why) => {
+            facts.open.push(format!("not all states were enumerated: {why}"));
+            return;
+        }
+    }
+    let mut active = IdMap::filled(&net.steps, false);
+    for state in &states.states {
+        situations.insert(state.situation().words().to_vec());
+        state.situation().iter().for_each(|step| active[step] = true);
+    }
+    facts.reach = Some(Reach {
+        situations: situations.len() as u64,
+        exact: true,
+        by: Proof::Explicit,
+        sets: (situations.len() <= limits.listed_situations).then(|| situations.iter().cloned().collect()),
+    });
+    // Enclosed and composite steps may come and go within a reaction without standing in a list of what a transition enters, so with those only
+    // what the structure excludes is unreachable.
+    let is_plain = net.steps.values().all(|step| step.parent.is_none()) && net.forcings.is_empty() || net.settings.evolution == Evolution::Single;
+    if is_plain {
+        facts.unreachable_steps = net.steps.ids().filter(|step| !active[*step] && !touched[*step]).collect();
+    }
+    facts.dead_transitions = net.transitions.ids().filter(|transition| !fired[*transition]).collect();
+    // Between two micro-steps there are situations that no row shows, so without them nothing is known of what is active together.
+    if net.settings.evolution == Evolution::Single {
+        explicit_components(net, &situations, facts);
+    }
+    if let Evolution::Stable { limit } = net.settings.evolution
+        && !unstable
+    {
+        facts.stable_depth = depth(net, limits, limit);
+    }
+    if net.settings.queue.is_some() {
+        facts.single_pending = single_pending(net, limits);
+    }
+}
+
+/// Components that only the enumeration shows: steps that the structure left alone and that are never active together.
+fn explicit_components(net: &Net, situations: &IndexSet<Vec<u64>>, facts: &mut Facts) {
+    let contains = |words: &Vec<u64>, step: StepId| words[step.index() / 64] >> (step.index() % 64) & 1 == 1;
+    let mut component_of = facts.component_of.take().unwrap_or_else(|| IdMap::filled(&net.steps, None));
+    let left: Vec<StepId> = net.steps.ids().filter(|step| component_of[*step].is_none()).collect();
+    if left.is_empty() || left.len() > 512 || left.len() * situations.len() > 50_000_000 {
+        facts.component_of = Some(component_of);
+        return;
+    }
+    // Which of them are ever active together; greedy sets of steps that never are, in declaration order.
+    let mut together = vec![vec![false; left.len()]; left.len()];
+    for words in situations {
+        let active: Vec<usize> = (0..left.len()).filter(|at| contains(words, left[*at])).collect();
+        for a in &active {
+            for b in &active {
+                together[*a][*b] = true;
+            }
+        }
+    }
+    let mut is_free: Vec<bool> = left.iter().map(|step| net.steps[*step].parent.is_none()).collect();
+    for first in 0..left.len() {
+        if !is_free[first] {
+            continue;
+        }
+        let mut members = vec![first];
+        for other in first + 1..left.len() {
+            if is_free[other] && members.iter().all(|member| !together[*member][other]) {
+                members.push(other);
+            }
+        }
+        if members.len() < 2 {
+            continue;
+        }
+        members.iter().for_each(|member| is_free[*member] = false);
+        let steps: Vec<StepId> = members.iter().map(|member| left[*member]).collect();
+        let always = situations.iter().all(|words| steps.iter().any(|step| contains(words, *step)));
+        let number = facts.components.len() as u32;
+        steps.iter().for_each(|step| component_of[*step] = Some(number));
+        if always {
+            facts.invariants.push(grafsynth_ir::facts::Invariant { steps: steps.clone(), count: 1, by: Proof::Explicit });
+        }
+        facts.components.push(grafsynth_ir::facts::Component { steps, always, by: Proof::Explicit });
+    }
+    facts.component_of = Some(component_of);
+    let left = facts.component_of.as_ref().map_or(0, |map| map.values().filter(|index| index.is_none()).count());
+    facts.open.retain(|text| !text.contains("in no sequential component"));
+    if left > 0 {
+        facts.open.push(format!("{left} of {} steps are in no sequential component", net.steps.len()));
+    }
+}
+
+/// The largest number of micro-steps of a reaction: the smallest limit with which no fault arises.
+fn depth(net: &Valid<Net>, limits: &Limits, limit: u32) -> Option<Proved<u32>> {
+    // In a statechart the limit counts anew with each external event, so it is no bound for the reaction.
+    if net.settings.policy.is_statechart() {
+        return None;
+    }
+    let mut low = 0;
+    for tried in (0..8).map(|power| 1 << power).filter(|tried| *tried < limit) {
+        if stays_within(net, limits, tried)? {
+            return between(net, limits, low, tried);
+        }
+        low = tried;
+    }
+    between(net, limits, low, limit.min(256))
+}
+
+fn between(net: &Valid<Net>, limits: &Limits, mut low: u32, mut high: u32) -> Option<Proved<u32>> {
+    while high - low > 1 {
+        let middle = low + (high - low) / 2;
+        if stays_within(net, limits, middle)? {
+            high = middle;
+        } else {
+            low = middle;
+        }
+    }
+    Some(Proved { value: high, by: Proof::Explicit })
+}
+
+/// True if no reaction of the net needs more micro-steps. None if that cannot be found out.
+fn stays_within(net: &Valid<Net>, limits: &Limits, limit: u32) -> Option<bool> {
+    let mut tighter = (**net).clone();
+    tighter.settings.evolution = Evolution::Stable { limit };
+    let tighter = grafsynth_ir::validate(tighter).ok()?;
+    let (_, ended) = explore(&tighter, limits, Ticks::Any, &mut |_, seen| seen.row.fault.then_some(()));
+    match ended {
+        Ended::Complete => Some(true),
+        Ended::Stopped(()) => Some(false),
+        Ended::Open(_) => None,
+    }
+}
+
+/// True if queues of one event are enough.
+fn single_pending(net: &Valid<Net>, limits: &Limits) -> Option<Proved<bool>> {
+    if !raises_anything(net) {
+        return Some(Proved { value: true, by: Proof::Structural });
+    }
+    let mut tighter = (**net).clone();
+    tighter.settings.queue = Some(1);
+    let tighter = grafsynth_ir::validate(tighter).ok()?;
+    let (_, ended) = explore(&tighter, limits, Ticks::Any, &mut |_, seen| {
+        seen.simulator.notes().iter().any(|(what, _)| matches!(what, Noticed::QueueFull(_))).then_some(())
+    });
+    match ended {
+        Ended::Complete => Some(Proved { value: true, by: Proof::Explicit }),
+        // The full queue may have been the external one.
+        Ended::Stopped(()) | Ended::Open(_) => None,
+    }
+}
+
+fn raises_anything(net: &Net) -> bool {
+    let mut todo: Vec<&grafsynth_ir::net::Stmt> = Vec::new();
+    for step in net.steps.values() {
+        todo.extend(step.entry.iter().chain(&step.exit).chain(&step.initial_content));
+        if step.done_event.is_some() {
+            return true;
+        }
+    }
+    net.transitions.values().for_each(|transition| todo.extend(&transition.actions));
+    net.actions.values().for_each(|action| todo.extend(&action.body));
+    net.histories.values().for_each(|history| todo.extend(&history.default_content));
+    while let Some(stmt) = todo.pop() {
+        match &stmt.kind {
+            StmtKind::Raise(_) | StmtKind::Send(_) => return true,
+            StmtKind::If { then, otherwise, .. } => todo.extend(then.iter().chain(otherwise)),
+            StmtKind::Assign { .. } | StmtKind::Cancel(_) | StmtKind::Call { .. } | StmtKind::Code(_) => {}
+        }
+    }
+    false
+}
+

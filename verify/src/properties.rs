@@ -1,0 +1,152 @@
+//! What the chart must guarantee, and whether its assumptions leave anything.
+
+use grafsynth_ir::facts::Proof;
+use grafsynth_ir::net::{Net, Property, PropertyRole};
+use grafsynth_ir::{Diagnostic, Valid};
+use grafsynth_sim::{Simulator, Stimulus, breaks_assumption};
+
+use crate::alphabet::{Alphabet, NoAlphabet};
+use crate::codes;
+use crate::explore::{Ended, Ticks, explore};
+use crate::limits::Limits;
+use crate::relevance::Relevance;
+
+/// The answer for one `assert`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PropertyVerdict {
+    /// Its place in [`Net::properties`].
+    pub property: usize,
+    /// The answer.
+    pub outcome: Outcome,
+}
+
+/// What is known of one property.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Outcome {
+    /// No stimulus that meets the assumptions breaks it.
+    Proved {
+        /// How it was proved.
+        by: Proof,
+        /// States that were enumerated.
+        states: u64,
+        /// The ticks for which it is proved; [`Ticks::Chip`] where all of them were too many.
+        ticks: Ticks,
+    },
+    /// The last row of this stimulus breaks it; no shorter one does, where `is_shortest`.
+    Refuted {
+        /// What to feed the chart.
+        stimulus: Stimulus,
+        /// The row of the trace: 0 is the reset.
+        row: usize,
+        /// No stimulus with fewer rows breaks the property (with the ticks that were tried).
+        is_shortest: bool,
+    },
+    /// It could not be found out, and why.
+    Open(String),
+}
+
+/// Decides every `assert` of the net, in order.
+#[must_use]
+pub fn properties(net: &Valid<Net>, limits: &Limits) -> Vec<PropertyVerdict> {
+    let asserts: Vec<(usize, &Property)> = net
+        .properties
+        .iter()
+        .enumerate()
+        .filter(|(_, property)| property.role == PropertyRole::Assert)
+        .collect();
+    let mut outcomes: Vec<Option<Outcome>> = vec![None; asserts.len()];
+    if asserts.is_empty() {
+        return Vec::new();
+    }
+    let reset = Simulator::new(net);
+    for ((_, property), outcome) in asserts.iter().zip(&mut outcomes) {
+        if reset.is_violated(property) {
+            *outcome = Some(Outcome::Refuted { stimulus: Stimulus::new(net), row: 0, is_shortest: true });
+        }
+    }
+    let has_time = Relevance::of(net).has_time();
+    let mut why_open = String::new();
+    for ticks in [Ticks::Any, Ticks::Chip] {
+        if outcomes.iter().all(Option::is_some) || ticks == Ticks::Chip && !has_time {
+            break;
+        }
+        let before = outcomes.clone();
+        let mut found = before.clone();
+        let (states, ended) = explore(net, limits, ticks, &mut |states, seen| {
+            for ((_, property), outcome) in asserts.iter().zip(&mut found) {
+                if outcome.is_none() && !seen.row.open.any() && seen.simulator.is_violated(property) {
+                    let stimulus = states.stimulus(net, seen.from, Some(seen.input));
+                    let row = stimulus.len();
+                    *outcome = Some(Outcome::Refuted { stimulus, row, is_shortest: true });
+                }
+            }
+            found.iter().all(Option::is_some).then_some(())
+        });
+        outcomes = found;
+        match ended {
+            Ended::Complete => {
+                for outcome in outcomes.iter_mut().filter(|outcome| outcome.is_none()) {
+                    *outcome =
+                        Some(Outcome::Proved { by: Proof::Explicit, states: states.states.len() as u64, ticks });
+                }
+            }
+            Ended::Stopped(()) => {}
+            Ended::Open(why) => why_open = why,
+        }
+    }
+    if outcomes.iter().any(Option::is_none) {
+        at_random(net, limits, &asserts, &mut outcomes);
+    }
+    asserts
+        .iter()
+        .zip(outcomes)
+        .map(|((index, _), outcome)| PropertyVerdict {
+            property: *index,
+            outcome: outcome.unwrap_or_else(|| {
+                Outcome::Open(format!("{why_open}; {} random reactions did not break it", limits.random_rows))
+            }),
+        })
+        .collect()
+}
+
+/// Tries random stimuli where not all states could be enumerated.
+fn at_random(net: &Valid<Net>, limits: &Limits, asserts: &[(usize, &Property)], outcomes: &mut [Option<Outcome>]) {
+    const ROWS: usize = 500;
+    let mut simulator = Simulator::new(net);
+    for seed in 0..limits.random_rows.div_ceil(ROWS) as u64 {
+        let stimulus = Stimulus::random(net, ROWS, seed + 1, 3);
+        simulator.reset();
+        for (number, input) in stimulus.rows().enumerate() {
+            if breaks_assumption(net, &input) {
+                break;
+            }
+            simulator.step(&input);
+            for ((_, property), outcome) in asserts.iter().zip(outcomes.iter_mut()) {
+                if outcome.is_none() && !simulator.row().open.any() && simulator.is_violated(property) {
+                    let mut stimulus = stimulus.clone();
+                    stimulus.truncate(number + 1);
+                    *outcome = Some(Outcome::Refuted { stimulus, row: number + 1, is_shortest: false });
+                }
+            }
+            if outcomes.iter().all(Option::is_some) {
+                return;
+            }
+        }
+    }
+}
+
+/// Says so if no row of inputs meets all assumptions: then whatever is proved says nothing.
+#[must_use]
+pub fn check_assumption(net: &Valid<Net>) -> Option<Diagnostic> {
+    let Err(NoAlphabet::Contradiction) = Alphabet::of(net, false, Limits::default().rows_per_state) else {
+        return None;
+    };
+    let mut warning = Diagnostic::warning(
+        codes::ASSUMPTION_EMPTY,
+        "no row of inputs meets all assumptions, so nothing that is proved says anything",
+    );
+    for property in net.properties.iter().filter(|property| property.role == PropertyRole::Assume) {
+        warning = warning.at(property.meta.span, "excludes rows");
+    }
+    Some(warning.help("weaken one of them; `assume never e` excludes the rows in which e is true"))
+}
