@@ -1,35 +1,9 @@
 //! Values that are known before the chart runs: the state and outputs after reset.
 
-use grafsynth_ir::expr::{Expr, ExprKind};
-use grafsynth_ir::net::{Block, Driver, Leaf, Net, OutputId, StepId, StmtKind, VarId, Verbatim};
+use grafsynth_ir::net::{
+    Block, Driver, Leaf, Net, OutputId, StepId, StmtKind, VarId, Verbatim};
+use grafsynth_ir::program_run::evaluate;
 use std::collections::BTreeSet;
-
-/// The value of an expression whose leaves are known; `leaf` gives a leaf or, with an index, an element. Booleans are 0 and 1.
-pub(crate) fn eval<L>(expr: &Expr<L>, leaf: &mut impl FnMut(&L, Option<i64>) -> i64) -> i64 {
-    match &expr.kind {
-        ExprKind::Bool(value) => i64::from(*value),
-        ExprKind::Int(value) => *value,
-        ExprKind::Leaf(it) => leaf(it, None),
-        ExprKind::Element(it, index) => {
-            let index = eval(index, leaf);
-            leaf(it, Some(index))
-        }
-        ExprKind::Not(a) => i64::from(eval(a, leaf) == 0),
-        ExprKind::And(all) => i64::from(all.iter().all(|a| eval(a, leaf) != 0)),
-        ExprKind::Or(all) => i64::from(all.iter().any(|a| eval(a, leaf) != 0)),
-        ExprKind::Compare(op, a, b) => i64::from(op.apply(eval(a, leaf), eval(b, leaf))),
-        ExprKind::Neg(a) => eval(a, leaf).saturating_neg(),
-        // Validation has shown that every result fits and no divisor is 0.
-        ExprKind::Arith(op, a, b) => op.apply(eval(a, leaf), eval(b, leaf)).unwrap_or(0),
-        ExprKind::Select(c, a, b) => {
-            if eval(c, leaf) != 0 {
-                eval(a, leaf)
-            } else {
-                eval(b, leaf)
-            }
-        }
-    }
-}
 
 /// Something that reset does to the outside.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -72,7 +46,7 @@ pub(crate) fn reset(net: &Net) -> Reset {
                 });
                 i64::from(on)
             }
-            Driver::Stored(var) => state.var(*var, None),
+            Driver::Stored(var) => state.var(*var, 0),
             Driver::Controlled(_) => 0,
             Driver::Extern { calls, params } => {
                 let first = calls.iter().find(|it| {
@@ -105,18 +79,19 @@ struct State<'a> {
 }
 
 impl State<'_> {
-    fn var(&self, var: VarId, index: Option<i64>) -> i64 {
-        let index = index.and_then(|it| usize::try_from(it).ok()).unwrap_or(0);
+    fn var(&self, var: VarId, index: i64) -> i64 {
+        let index = usize::try_from(index).unwrap_or(0);
         self.vars[var.index()].get(index).copied().unwrap_or(0)
     }
 
     fn eval(&self, expr: &grafsynth_ir::net::Expr) -> i64 {
-        eval(expr, &mut |leaf, index| match *leaf {
+        evaluate(expr, &mut |leaf, index| match *leaf {
             Leaf::Var(var) => self.var(var, index),
             Leaf::Active(step) | Leaf::TasksDone(step) => i64::from(self.active.contains(&step)),
-            // Inputs are 0, no time has passed, edges read false.
-            Leaf::Input(_)
-            | Leaf::Elapsed(_)
+            // Inputs are 0 or as near to it as they can be.
+            Leaf::Input(input) => self.net.inputs[input].ty.saturate(0),
+            // No time has passed, edges read false.
+            Leaf::Elapsed(_)
             | Leaf::LastElapsed(_)
             | Leaf::Timer(_)
             | Leaf::Rise(_)

@@ -1,19 +1,437 @@
 //! Programs that run emitted charts and print their traces.
+//!
+//! A harness reads one reaction from each line of its standard input: the ticks since the last one, then the inputs, extern conditions and events in
+//! declaration order (internal events have none), all as decimal numbers with blanks between. It prints the trace of semantics §11 as CSV, row 0 first.
+//! Extern conditions are answered from the line; calls of extern actions are counted, or their arguments listed, for the columns of the trace.
+//!
+//! A harness is a test bench for a hosted C compiler; it is not part of a package.
 
 use crate::Package;
+use crate::cexpr::storage;
+use crate::ctext::{Arm, Kind, Node, Writer};
+use crate::header::{Interface, shown};
 use grafsynth_ir::Valid;
-use grafsynth_ir::net::Net;
+use grafsynth_ir::net::{Driver, InputKind, Net, VarOrigin};
 
-/// todo
+/// A `main` for one chart; compile it together with the package's `NAME.c` (and without `NAME_user.c`, whose functions it brings).
 #[must_use]
 pub fn harness(net: &Valid<Net>, package: &Package) -> String {
-    let _ = (net, package);
-    String::new()
+    let prefix = &package.interface.names.prefix;
+    let mut nodes = vec![
+        Node::comment(format!("{}: runs the chart and prints its trace.", net.name)),
+        Node::directive(format!("#include \"{prefix}.h\"")),
+    ];
+    if has_library(package) {
+        nodes.push(Node::directive(format!("#include \"{prefix}_user.h\"")));
+    }
+    nodes.extend(common());
+    nodes.extend(bench(net, &package.interface));
+    nodes.push(Node::function(
+        "int main(void)",
+        vec![Node::line(format!("{prefix}_run();")), Node::line("return 0;")],
+    ));
+    Writer::write(&nodes).0
 }
 
-/// todo
+/// One program for many charts, with all their text in it: compile it alone. Its first argument is the position of the chart that is to run, from 0; with no
+/// argument, each chart reads its stimulus from the standard input in turn, up to a line that is empty, and prints its trace after a line
+/// `#` and its position.
+///
+/// The packages must have been emitted with prefixes that differ ([`crate::Options::prefix`]); functions of their libraries may have equal names.
 #[must_use]
 pub fn multi_harness(all: &[(&Valid<Net>, &Package)]) -> String {
-    let _ = all;
-    String::new()
+    let mut text = Writer::write(&common()).0;
+    for (net, package) in all {
+        let (library, prefix) = (library(net, &package.interface), &package.interface.names.prefix);
+        for name in &library {
+            text.push_str(&format!("#define {name} {prefix}_lib_{name}\n"));
+        }
+        // Headers first; what they include of each other is in the text already.
+        let wanted = [format!("{prefix}.h"), format!("{prefix}_port.h"), format!("{prefix}_user.h"), format!("{prefix}.c")];
+        for name in &wanted {
+            if let Some(file) = package.files.iter().find(|file| file.name == *name) {
+                for line in file.text.lines().filter(|line| !line.starts_with("#include")) {
+                    text.push_str(line);
+                    text.push('\n');
+                }
+            }
+        }
+        text.push_str(&Writer::write(&bench(net, &package.interface)).0);
+        for name in &library {
+            text.push_str(&format!("#undef {name}\n"));
+        }
+    }
+    let mut cases: Vec<Node> = all
+        .iter()
+        .enumerate()
+        .map(|(index, (_, package))| {
+            let run = Node::line(format!("{}_run();", package.interface.names.prefix));
+            Kind::Case(vec![format!("case {index}:")], vec![run, Node::line("break;")]).into()
+        })
+        .collect();
+    cases.push(Kind::Case(vec!["default:".to_string()], vec![Node::line("break;")]).into());
+    let run = Node::function("static void bench_one(int which)", vec![Node::block("switch (which)", cases)]);
+    let main = Node::function(
+        "int main(int argc, char **argv)",
+        vec![
+            Node::when(
+                "argc > 1",
+                vec![Node::line("bench_one(atoi(argv[1]));"), Node::line("return 0;")],
+            ),
+            Node::block(
+                format!("for (int i = 0; i < {}; ++i)", all.len()),
+                vec![
+                    Node::line("printf(\"#%d\\n\", i);"),
+                    Node::line("bench_one(i);"),
+                ],
+            ),
+            Node::line("return 0;"),
+        ],
+    );
+    text.push_str(&Writer::write(&[run, Node::blank(), main]).0);
+    text
+}
+
+fn has_library(package: &Package) -> bool {
+    package.files.iter().any(|file| file.name.ends_with("_user.h"))
+}
+
+/// The functions of the library, by their names in C.
+fn library(net: &Net, interface: &Interface) -> Vec<String> {
+    let conditions = net.inputs.iter().filter(|(_, it)| it.kind == InputKind::Extern);
+    let actions = net.outputs.iter().filter(|(_, it)| crate::names::is_extern(it));
+    conditions
+        .map(|(id, _)| interface.names.inputs[id].clone())
+        .chain(actions.map(|(id, _)| interface.names.outputs[id].clone()))
+        .collect()
+}
+
+/// What every harness needs: numbers in, text out.
+fn common() -> Vec<Node> {
+    let text = r#"#include <stdbool.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Reads the next number of the line; false at its end. */
+static bool bench_number(int64_t *value)
+{
+    int c = getchar();
+    while (c == ' ' || c == '\t' || c == '\r') {
+        c = getchar();
+    }
+    if (c == EOF || c == '\n') {
+        return false;
+    }
+    const bool negative = c == '-';
+    uint64_t digits = 0;
+    if (negative) {
+        c = getchar();
+    }
+    while (c >= '0' && c <= '9') {
+        digits = digits * 10U + (uint64_t)(c - '0');
+        c = getchar();
+    }
+    if (c != EOF) {
+        ungetc(c, stdin);
+    }
+    *value = negative ? -(int64_t)digits : (int64_t)digits;
+    return true;
+}
+
+static void bench_end_of_line(void)
+{
+    int c = getchar();
+    while (c != '\n' && c != EOF) {
+        c = getchar();
+    }
+}
+
+static void bench_print(int64_t value)
+{
+    char digits[24];
+    int at = 24;
+    uint64_t rest = value < 0 ? 0U - (uint64_t)value : (uint64_t)value;
+    do {
+        digits[--at] = (char)('0' + (int)(rest % 10U));
+        rest /= 10U;
+    } while (rest != 0U);
+    if (value < 0) {
+        digits[--at] = '-';
+    }
+    fwrite(&digits[at], 1, (size_t)(24 - at), stdout);
+}
+
+/* The calls of one function in one reaction. */
+typedef struct {
+    int64_t count;
+    char *text;
+    size_t length;
+    size_t room;
+} bench_calls_t;
+
+static void bench_add(bench_calls_t *calls, int64_t value, char joint)
+{
+    if (calls->length + 32U > calls->room) {
+        calls->room = calls->room * 2U + 64U;
+        calls->text = (char *)realloc(calls->text, calls->room);
+        if (calls->text == NULL) {
+            exit(1);
+        }
+    }
+    if (joint != '\0') {
+        calls->text[calls->length++] = joint;
+    }
+    calls->length += (size_t)snprintf(&calls->text[calls->length], 24, "%lld", (long long)value);
+}
+"#;
+    // Not every chart calls all of them.
+    let uses = "static void bench_unused(void)\n{\n    (void)bench_number;\n    (void)bench_end_of_line;\n    (void)bench_print;\n    (void)bench_add;\n    (void)bench_unused;\n}\n";
+    vec![Kind::Verbatim(text.to_string()).into(), Kind::Verbatim(uses.to_string()).into(), Node::blank()]
+}
+
+/// The functions of the library and `NAME_run`.
+fn bench(net: &Net, interface: &Interface) -> Vec<Node> {
+    let prefix = &interface.names.prefix;
+    let mut nodes = stand_ins(net, interface);
+    let mut body = Vec::new();
+    if interface.has_instance {
+        body.push(Node::line(format!("{prefix}_t self;")));
+    }
+    if interface.has_in {
+        body.push(Node::line(format!("{prefix}_in_t in;")));
+    }
+    if interface.has_out {
+        body.push(Node::line(format!("{prefix}_out_t out;")));
+    }
+    body.push(Node::line("int64_t dt = 0;"));
+    body.push(Node::line("int64_t scan = 0;"));
+    if interface.has_instance {
+        body.push(Node::line("memset(&self, 0x55, sizeof self);").note("what init leaves out must not matter"));
+    }
+    if interface.has_in {
+        body.push(Node::line("memset(&in, 0, sizeof in);"));
+    }
+    if interface.has_out {
+        body.push(Node::line("memset(&out, 0x55, sizeof out);"));
+    }
+    for (id, input) in net.inputs.iter().filter(|(_, it)| it.kind != InputKind::InternalEvent) {
+        let zero = input.ty.saturate(0);
+        if input.kind == InputKind::Extern {
+            body.push(Node::line(format!("{prefix}_stimulus_{} = {zero};", interface.names.inputs[id])));
+        } else if zero != 0 {
+            body.push(Node::line(format!("in.{} = {zero};", interface.names.inputs[id])));
+        }
+    }
+    body.push(Node::line(format!("fputs(\"{}\\n\", stdout);", columns(net, interface).join(","))));
+    body.push(Node::line(format!("{prefix}_init({});", arguments(interface, false))));
+    let mut round = row(net, interface);
+    round.push(Node::line("++scan;"));
+    round.push(Node::when("!bench_number(&dt)", vec![Node::line("break;")]));
+    if let Some(ticks) = interface.ticks {
+        let most = ticks.max();
+        round.push(Node::line(format!("const {0} ticks = ({0})(dt > {most} ? {most} : dt);", ticks.name())));
+    }
+    round.push(Node::line("int64_t value = 0;"));
+    for (id, input) in net.inputs.iter().filter(|(_, it)| it.kind != InputKind::InternalEvent) {
+        let name = &interface.names.inputs[id];
+        round.push(Node::line("bench_number(&value);"));
+        let value = if input.ty.is_bool() { "value != 0".to_string() } else { format!("({})value", storage(input.ty)) };
+        if input.kind == InputKind::Extern {
+            round.push(Node::line(format!("{prefix}_stimulus_{name} = value;")));
+        } else {
+            round.push(Node::line(format!("in.{name} = {value};")));
+        }
+    }
+    round.push(Node::line("(void)value;"));
+    round.push(Node::line("bench_end_of_line();"));
+    for (id, _) in net.outputs.iter().filter(|(_, it)| crate::names::is_extern(it)) {
+        let calls = format!("{prefix}_calls_{}", interface.names.outputs[id]);
+        round.push(Node::line(format!("{calls}.count = 0;")));
+        round.push(Node::line(format!("{calls}.length = 0;")));
+    }
+    round.push(Node::line(format!("{prefix}_step({});", arguments(interface, true))));
+    body.push(Node::block("for (;;)", round));
+    for (id, _) in net.outputs.iter().filter(|(_, it)| crate::names::is_extern(it)) {
+        body.push(Node::line(format!("free({prefix}_calls_{}.text);", interface.names.outputs[id])));
+    }
+    nodes.push(Node::function(format!("static void {prefix}_run(void)"), body));
+    nodes.push(Node::blank());
+    nodes
+}
+
+fn arguments(interface: &Interface, step: bool) -> String {
+    let mut all = Vec::new();
+    if interface.has_instance {
+        all.push("&self");
+    }
+    if step && interface.has_in {
+        all.push("&in");
+    }
+    if step && interface.ticks.is_some() {
+        all.push("ticks");
+    }
+    if interface.has_out {
+        all.push("&out");
+    }
+    all.join(", ")
+}
+
+/// The library, answered from the stimulus.
+fn stand_ins(net: &Net, interface: &Interface) -> Vec<Node> {
+    let prefix = &interface.names.prefix;
+    let mut nodes = Vec::new();
+    for (id, input) in net.inputs.iter().filter(|(_, it)| it.kind == InputKind::Extern) {
+        let name = &interface.names.inputs[id];
+        let stimulus = format!("{prefix}_stimulus_{name}");
+        let value =
+            if input.ty.is_bool() { format!("{stimulus} != 0") } else { format!("({}){stimulus}", storage(input.ty)) };
+        nodes.push(Node::line(format!("static int64_t {stimulus};")));
+        nodes.push(Node::function(
+            format!("{} {name}(void)", storage(input.ty)),
+            vec![Node::line(format!("return {value};"))],
+        ));
+    }
+    for (id, output) in net.outputs.iter() {
+        let Driver::Extern { params, .. } = &output.driver else { continue };
+        let name = &interface.names.outputs[id];
+        let calls = format!("{prefix}_calls_{name}");
+        let mut body = Vec::new();
+        for (index, _) in params.iter().enumerate() {
+            let joint = if index == 0 { format!("{calls}.count > 0 ? ';' : '\\0'") } else { "':'".to_string() };
+            body.push(Node::line(format!("bench_add(&{calls}, p{index}, {joint});")));
+        }
+        body.push(Node::line(format!("++{calls}.count;")));
+        let list: Vec<String> =
+            params.iter().enumerate().map(|(index, param)| format!("{} p{index}", storage(param.ty))).collect();
+        let list = if list.is_empty() { "void".to_string() } else { list.join(", ") };
+        nodes.push(Node::line(format!("static bench_calls_t {calls};")));
+        nodes.push(Node::function(format!("void {name}({list})"), body));
+    }
+    if interface.callbacks && interface.has_instance {
+        nodes.push(Node::function(
+            format!("void {prefix}_activated({prefix}_step_t step, bool active)"),
+            vec![Node::line("(void)step;"), Node::line("(void)active;")],
+        ));
+        nodes.push(Node::function(
+            format!("void {prefix}_enabled({prefix}_transition_t transition)"),
+            vec![Node::line("(void)transition;")],
+        ));
+    }
+    nodes
+}
+
+/// The heading of the trace.
+fn columns(net: &Net, interface: &Interface) -> Vec<String> {
+    let mut all = vec!["scan".to_string(), "dt".to_string()];
+    all.extend(
+        net.inputs.values().filter(|it| it.kind != InputKind::InternalEvent).map(|it| it.name.text.clone()),
+    );
+    all.push("steps".to_string());
+    all.extend(net.outputs.values().map(|it| it.name.text.clone()));
+    for var in net.vars.values().filter(|it| it.origin == VarOrigin::Declared) {
+        match var.len {
+            None => all.push(var.name.text.clone()),
+            Some(len) => all.extend((0..len).map(|index| format!("{}[{index}]", var.name.text))),
+        }
+    }
+    if interface.has_fault {
+        all.push("fault".to_string());
+    }
+    all.iter().map(|name| string_text(name)).collect()
+}
+
+/// Prints one row.
+fn row(net: &Net, interface: &Interface) -> Vec<Node> {
+    let prefix = &interface.names.prefix;
+    let value = |text: &str| vec![Node::line("putchar(',');"), Node::line(format!("bench_print({text});"))];
+    let mut nodes = vec![Node::line("bench_print(scan);")];
+    nodes.extend(value("dt"));
+    for (id, input) in net.inputs.iter() {
+        let name = &interface.names.inputs[id];
+        match input.kind {
+            InputKind::Pin | InputKind::Event => nodes.extend(value(&format!("in.{name}"))),
+            InputKind::Extern => nodes.extend(value(&format!("{prefix}_stimulus_{name}"))),
+            InputKind::InternalEvent => {}
+        }
+    }
+    let visible: Vec<_> = net.steps.iter().filter(|(_, step)| shown(step.kind, step.hidden)).collect();
+    nodes.push(Node::line("putchar(',');"));
+    if !visible.is_empty() {
+        let mut listed = vec![Node::line("const char *blank = \"\";")];
+        for (id, step) in visible {
+            let this = if interface.has_instance { "&self" } else { "" };
+            let condition = format!("{prefix}_active_{}({this})", interface.names.steps[id]);
+            listed.push(Node::when(
+                &condition,
+                vec![
+                    Node::line("fputs(blank, stdout);"),
+                    Node::line(format!("fputs(\"{}\", stdout);", string_text(&step.name.text))),
+                    Node::line("blank = \" \";"),
+                ],
+            ));
+        }
+        listed.push(Node::line("(void)blank;"));
+        nodes.push(Node::line("{"));
+        nodes.push(Kind::Nested(listed).into());
+        nodes.push(Node::line("}"));
+    }
+    for (id, output) in net.outputs.iter() {
+        let name = &interface.names.outputs[id];
+        let Driver::Extern { params, .. } = &output.driver else {
+            nodes.extend(value(&format!("out.{name}")));
+            continue;
+        };
+        let calls = format!("{prefix}_calls_{name}");
+        if params.is_empty() {
+            nodes.extend(value(&format!("{calls}.count")));
+        } else {
+            nodes.push(Node::line("putchar(',');"));
+            nodes.push(Node::line(format!("fwrite({calls}.text, 1, {calls}.length, stdout);")));
+        }
+    }
+    for (id, var) in net.vars.iter().filter(|(_, it)| it.origin == VarOrigin::Declared) {
+        let name = &interface.names.vars[id];
+        match var.len {
+            None => nodes.extend(value(&format!("{prefix}_var_{name}(&self)"))),
+            Some(len) => nodes.push(
+                Kind::Block(vec![Arm::new(
+                    format!("for (uint32_t i = 0; i < {len}U; ++i)"),
+                    value(&format!("{prefix}_var_{name}(&self, i)")),
+                )])
+                .into(),
+            ),
+        }
+    }
+    if interface.has_fault {
+        let this = if interface.has_instance { "&self" } else { "" };
+        nodes.extend(value(&format!("{prefix}_fault({this})")));
+    }
+    nodes.push(Node::line("putchar('\\n');"));
+    nodes
+}
+
+/// Text within a string literal: everything beyond plain letters as octal numbers, which end after three digits.
+fn string_text(text: &str) -> String {
+    let mut out = String::new();
+    for byte in text.bytes() {
+        if byte.is_ascii_alphanumeric() || b" _.,[]-+".contains(&byte) {
+            out.push(char::from(byte));
+        } else {
+            out.push_str(&format!("\\{byte:03o}"));
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_of_any_letters_stand_in_strings() {
+        assert_eq!(string_text("m1.s"), "m1.s");
+        assert_eq!(string_text("é\"1"), "\\303\\251\\0421");
+    }
 }

@@ -724,12 +724,12 @@ impl Layout<'_> {
         }
         for (id, output) in self.net.outputs.iter() {
             let Driver::Extern { params, .. } = &output.driver else { continue };
-            let mut space = crate::names::Space::default();
+            let mut space = crate::names::namer();
             let list: Vec<String> = params
                 .iter()
                 .map(|param| {
                     let name =
-                        space.claim(if param.name.is_empty() { "value" } else { &param.name });
+                        space.name(if param.name.is_empty() { "value" } else { &param.name });
                     format!("{} {name}", storage(param.ty))
                 })
                 .collect();

@@ -89,7 +89,7 @@ impl<'a> Emit<'a> {
         tables: &'a Tables,
         options: &'a Options,
     ) -> Self {
-        let mut members = names.members.clone();
+        let mut members = names.member_namer();
         let coded = (0..plan.machines.len()).filter(|index| !tables.holds(*index)).count();
         let mut vars = Vec::with_capacity(plan.machines.len());
         for (index, machine) in plan.machines.iter().enumerate() {
@@ -100,7 +100,7 @@ impl<'a> Emit<'a> {
                     let initial = machine.steps.iter().find(|step| net.steps[**step].is_initial);
                     let named = initial.or(machine.steps.first());
                     let word = named.map_or("none", |step| names.steps[*step].as_str());
-                    members.claim(&format!("state_{word}"))
+                    members.name(&format!("state_{word}"))
                 }
             });
         }
@@ -108,9 +108,9 @@ impl<'a> Emit<'a> {
             .iter()
             .map(|var| {
                 if var == "state" {
-                    members.claim("time")
+                    members.name("time")
                 } else {
-                    members.claim(&var.replacen("state", "time", 1))
+                    members.name(&var.replacen("state", "time", 1))
                 }
             })
             .collect();
@@ -353,14 +353,15 @@ impl<'a> Emit<'a> {
             self.plan.latches.iter().map(|(id, latch)| (*id, *latch)).collect();
         for (id, latch) in conditions {
             let name = &self.names.inputs[id];
+            let ty = storage(self.net.inputs[id].ty);
             let call = format!("{name}()");
             match latch {
                 Latch::Always => {
-                    add("bool", format!("cond_{name}"), &call, false, "asked once, at the start")
+                    add(ty, format!("cond_{name}"), &call, false, "asked once, at the start")
                 }
                 Latch::OnDemand => {
                     add("bool", format!("asked_{name}"), "false", false, "");
-                    add("bool", format!("cond_{name}"), "false", false, "asked at the first need");
+                    add(ty, format!("cond_{name}"), &zero(self.net, id), false, "asked at the first need");
                 }
                 Latch::InCase => {}
             }
@@ -565,7 +566,12 @@ impl<'a> Emit<'a> {
         let prefix = &self.names.prefix;
         let mut declared: Vec<Node> = Vec::new();
         for input in std::mem::take(&mut self.case_conditions) {
-            declared.push(Node::line(format!("bool cond_{} = false;", self.names.inputs[input])));
+            declared.push(Node::line(format!(
+                "{} cond_{} = {};",
+                storage(self.net.inputs[input].ty),
+                self.names.inputs[input],
+                zero(self.net, input)
+            )));
         }
         declared.append(&mut body);
         let body = declared;
@@ -1002,7 +1008,12 @@ impl<'a> Emit<'a> {
             }
         }
         for input in std::mem::take(&mut self.case_conditions) {
-            body.push(Node::line(format!("bool cond_{} = false;", self.names.inputs[input])));
+            body.push(Node::line(format!(
+                "{} cond_{} = {};",
+                storage(self.net.inputs[input].ty),
+                self.names.inputs[input],
+                zero(self.net, input)
+            )));
         }
         body.extend(self.tables.words(self));
         body.extend(self.scratch_values(false, true));
@@ -1428,6 +1439,12 @@ fn shared_cases(plan: &Plan, machine: usize) -> bool {
     plan.machines[machine].steps.len() <= 256
 }
 
+/// What an input has before it is read.
+fn zero(net: &Net, input: InputId) -> String {
+    let ty = net.inputs[input].ty;
+    calls::constant(ty.saturate(0), ty)
+}
+
 /// Reads leaves at a place.
 struct Reader<'e, 'a> {
     emit: &'e mut Emit<'a>,
@@ -1477,9 +1494,9 @@ impl Scope<Leaf> for Reader<'_, '_> {
                 match net.inputs[input].kind {
                     InputKind::Pin => CExpr::place(format!("in->{name}"), net.inputs[input].ty),
                     InputKind::Extern => match self.emit.plan.latches.get(&input) {
-                        Some(Latch::InCase) => CExpr::condition(format!("cond_{name}"), Prec::Atom),
+                        Some(Latch::InCase) => CExpr::place(format!("cond_{name}"), net.inputs[input].ty),
                         Some(Latch::Always | Latch::OnDemand) | None => {
-                            CExpr::condition(self.emit.scan(&format!("cond_{name}")), Prec::Atom)
+                            CExpr::place(self.emit.scan(&format!("cond_{name}")), net.inputs[input].ty)
                         }
                     },
                     InputKind::Event => {

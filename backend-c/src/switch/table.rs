@@ -108,9 +108,9 @@ impl Tables {
         if options.style == Style::Auto {
             tables.drop_small(plan);
         }
-        let mut members = names.members.clone();
+        let mut members = names.member_namer();
         for (index, bank) in tables.banks.iter_mut().enumerate() {
-            bank.member = members.claim("states");
+            bank.member = members.name("states");
             bank.suffix = if index == 0 { String::new() } else { format!("_{}", index + 1) };
             bank.inputs.sort();
             bank.outputs.sort();
