@@ -42,6 +42,19 @@ pub const EDITION: Code = Code { id: "G0118", title: "unknown edition" };
 pub const ESCAPE: Code = Code { id: "G0119", title: "unknown escape in a string" };
 /// A net holds something for which the chart language has no words.
 pub const CANNOT_WRITE: Code = Code { id: "G0120", title: "not expressible as a chart" };
+/// A rule names something that no list names.
+pub const UNLISTED: Code = Code { id: "G0401", title: "name in no list of the rules" };
+/// A transition is listed, but no rule says what it does.
+pub const NO_RULE: Code = Code { id: "G0402", title: "transition without a rule" };
+/// An `# option:` line that says nothing that rules need.
+pub const OPTION: Code = Code { id: "G0403", title: "option of the rules not understood" };
+/// A step stands in a condition as if it were an input.
+pub const STEP_IN_CONDITION: Code =
+    Code { id: "G0404", title: "step inside a condition of a rule" };
+/// The right side of a rule names the wrong kind of thing.
+pub const RIGHT_SIDE: Code = Code { id: "G0405", title: "right side of a rule" };
+/// A list given twice.
+pub const LIST_TWICE: Code = Code { id: "G0406", title: "list of the rules given twice" };
 
 /// Every code of this crate.
 pub const ALL: &[Code] = &[
@@ -65,4 +78,10 @@ pub const ALL: &[Code] = &[
     EDITION,
     ESCAPE,
     CANNOT_WRITE,
+    UNLISTED,
+    NO_RULE,
+    OPTION,
+    STEP_IN_CONDITION,
+    RIGHT_SIDE,
+    LIST_TWICE,
 ];

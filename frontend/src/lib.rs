@@ -3,5 +3,8 @@
 //! A reader turns text into a [chart](grafsynth_ir::chart) and goes on behind every error; a writer turns a chart or a net into text. None of them
 //! sees a file, a clock or another language.
 
+pub mod board;
 pub mod codes;
 pub mod graf;
+pub mod props;
+pub mod rules;

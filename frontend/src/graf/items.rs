@@ -157,7 +157,7 @@ impl Parser<'_> {
     }
 
     /// One item of a chart or macro; declarations bring several.
-    fn item(&mut self, items: &mut Vec<Item>) -> Parse<()> {
+    pub(crate) fn item(&mut self, items: &mut Vec<Item>) -> Parse<()> {
         let start = self.peek(0).start;
         let named = self.is_name(0);
         if self.kind(0) == Kind::Arrow
@@ -602,6 +602,11 @@ impl Parser<'_> {
         let start = self.peek(0).start;
         let is_assumption = self.word(0) == "assume";
         self.advance();
+        self.property_from(start, is_assumption)
+    }
+
+    /// A property behind its `assume` or `assert`.
+    pub(crate) fn property_from(&mut self, start: u32, is_assumption: bool) -> Parse<Property> {
         let name = if self.is_name(0) && self.kind(1) == Kind::Colon {
             let name = self.name("the name of the property")?;
             self.advance();

@@ -105,6 +105,8 @@ impl<'a> Lexer<'a> {
             (b'<', b'>') | (b'!', b'=') => (Kind::NotEqual, 2),
             (b'<', b'=') => (Kind::LessEqual, 2),
             (b'>', b'=') => (Kind::GreaterEqual, 2),
+            (b'|', b'-') => (Kind::Yields, 2),
+            (b'@', _) => (Kind::At, 1),
             (b'(', _) => (Kind::Open, 1),
             (b')', _) => (Kind::Close, 1),
             (b'{', _) => (Kind::OpenBrace, 1),
@@ -249,6 +251,7 @@ impl<'a> Lexer<'a> {
         for c in self.rest().chars() {
             let has_meaning = match c {
                 '!' => self.byte(1) == b'=' && self.at > start,
+                '|' => self.byte(1) == b'-' && self.at > start,
                 _ => c.is_whitespace() || is_word_part(c) || KNOWN.contains(c),
             };
             if has_meaning && self.at > start {
@@ -262,7 +265,7 @@ impl<'a> Lexer<'a> {
 }
 
 /// The first characters of tokens that are no words, and the comment sign.
-const KNOWN: &str = "\"`(){}[],;:.&+-*/=<>#·⋅→↑↓≤≥≠¬∧∨";
+const KNOWN: &str = "\"`@(){}[],;:.&+-*/=<>#·⋅→↑↓≤≥≠¬∧∨";
 
 /// True for what may stand inside a word after its first letter.
 pub(crate) fn is_word_part(c: char) -> bool {

@@ -12,14 +12,14 @@
 //! The parser is a hand-written recursive descent over an on-demand lexer. It reports every error of a file, goes on behind each, never recurses deeper
 //! than [`Limits::nesting`], and takes time linear in the text.
 
-mod expr;
-mod items;
-mod lexer;
-mod names;
-mod numbers;
-mod parser;
-mod steps;
-mod token;
+pub(crate) mod expr;
+pub(crate) mod items;
+pub(crate) mod lexer;
+pub(crate) mod names;
+pub(crate) mod numbers;
+pub(crate) mod parser;
+pub(crate) mod steps;
+pub(crate) mod token;
 mod write;
 mod write_expr;
 
@@ -126,7 +126,7 @@ pub fn write_design(design: &Design) -> String {
 }
 
 /// Findings in the order of the text: what the lexer saw ahead of the parser comes to its place. The count of the rest stays last.
-fn sorted(mut findings: Vec<Diagnostic>) -> Vec<Diagnostic> {
+pub(crate) fn sorted(mut findings: Vec<Diagnostic>) -> Vec<Diagnostic> {
     findings.sort_by_key(|finding| {
         (finding.code == codes::MORE, finding.labels.first().map_or(0, |label| label.span.start))
     });

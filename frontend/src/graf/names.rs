@@ -138,6 +138,6 @@ pub(super) fn duration(ns: u64) -> String {
     }
     units
         .iter()
-        .find(|(size, _)| ns % size == 0)
+        .find(|(size, _)| ns.is_multiple_of(*size))
         .map_or_else(String::new, |(size, unit)| format!("{} {unit}", ns / size))
 }

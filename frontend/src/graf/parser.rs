@@ -88,11 +88,36 @@ impl<'a> Parser<'a> {
         limits: Limits,
         dry: bool,
     ) -> Self {
+        Self::reading(file, text, Lexer::new(text), numbers, limits, dry)
+    }
+
+    /// A parser for the part of `text` that begins at byte `start`; places are those in the whole text.
+    pub(crate) fn starting_at(
+        file: FileId,
+        text: &'a str,
+        start: u32,
+        numbers: Option<&'a Numbers<'a>>,
+        limits: Limits,
+    ) -> Self {
+        let lexer = Lexer::starting_at(text, start as usize);
+        let mut parser = Self::reading(file, text, lexer, numbers, limits, false);
+        parser.previous_end = start;
+        parser
+    }
+
+    fn reading(
+        file: FileId,
+        text: &'a str,
+        lexer: Lexer<'a>,
+        numbers: Option<&'a Numbers<'a>>,
+        limits: Limits,
+        dry: bool,
+    ) -> Self {
         let none = Token { kind: Kind::End, new_line: true, start: 0, end: 0 };
         let mut parser = Parser {
             text,
             file,
-            lexer: Lexer::new(text),
+            lexer,
             window: [none; AHEAD],
             previous_end: 0,
             numbers,

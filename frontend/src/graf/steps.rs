@@ -84,7 +84,7 @@ impl Parser<'_> {
         Ok(())
     }
 
-    fn step(&mut self, start: u32, role: StepRole) -> Parse<Step> {
+    pub(crate) fn step(&mut self, start: u32, role: StepRole) -> Parse<Step> {
         self.advance();
         let name = self.name("the name of the step")?;
         let mut meta = Meta::default();
@@ -398,7 +398,7 @@ impl Parser<'_> {
         }
     }
 
-    fn clauses(&mut self, transition: &mut Transition) -> Parse<()> {
+    pub(crate) fn clauses(&mut self, transition: &mut Transition) -> Parse<()> {
         let mut events = None;
         let mut actions = None;
         let mut restart = None;

@@ -88,6 +88,10 @@ pub(crate) enum Kind {
     AndSign,
     /// `∨`
     OrSign,
+    /// `|-`, of rules text
+    Yields,
+    /// `@`, of rules text
+    At,
     /// A character without a meaning; it was reported when it was read.
     Unknown,
     /// The end of the text.

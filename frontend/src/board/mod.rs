@@ -1,0 +1,106 @@
+//! Board files: the device, its pins, and where things shall be, apart from the chart, so that one chart serves several boards.
+//!
+//! ```text
+//! device gal22v10 {
+//!     clock 1
+//!     m 2
+//!     R 23
+//! }
+//! place p2, p3 on chip
+//! ```
+//!
+//! The items are those of the chart language, and may stand in a chart as well.
+
+use grafsynth_ir::FileId;
+use grafsynth_ir::chart::{Board, Place};
+use grafsynth_ir::diag::{Diagnostic, nearest};
+
+use crate::codes;
+use crate::graf::parser::{Abandoned, Parse, Parser, short};
+use crate::graf::token::Kind;
+use crate::graf::{Limits, sorted, too_large};
+
+/// What a board file says.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct BoardFile {
+    /// `device … { … }`, in order; more than one is an error of whoever uses them.
+    pub boards: Vec<Board>,
+    /// `place … on …`, in order.
+    pub places: Vec<Place>,
+}
+
+/// Reads a board file.
+#[must_use]
+pub fn parse(file: FileId, text: &str) -> (BoardFile, Vec<Diagnostic>) {
+    parse_within(file, text, &Limits::default())
+}
+
+/// Reads a board file within these limits.
+#[must_use]
+pub fn parse_within(file: FileId, text: &str, limits: &Limits) -> (BoardFile, Vec<Diagnostic>) {
+    let mut found = BoardFile::default();
+    if let Some(finding) = too_large(file, text, limits) {
+        return (found, vec![finding]);
+    }
+    let mut parser = Parser::new(file, text, None, *limits, false);
+    while parser.kind(0) != Kind::End {
+        let before = parser.peek(0).start;
+        if item(&mut parser, &mut found).is_err() {
+            parser.skip_to_item(before);
+        }
+        parser.depth = 0;
+        if parser.peek(0).start == before || parser.kind(0) == Kind::CloseBrace {
+            parser.advance();
+        }
+    }
+    (found, sorted(parser.findings.finish()))
+}
+
+fn item(parser: &mut Parser<'_>, found: &mut BoardFile) -> Parse<()> {
+    match parser.word(0) {
+        "device" => found.boards.push(parser.board()?),
+        "place" => found.places.push(parser.place()?),
+        "" => return Err(parser.unexpected("`device` or `place`")),
+        word => {
+            let (span, near) = (parser.here(), nearest(word, ["device", "place"]));
+            parser.report(|| {
+                let finding = Diagnostic::error(
+                    codes::UNKNOWN_WORD,
+                    format!("no item of a board begins with `{}`", short(word)),
+                );
+                match near {
+                    Some(near) => finding.at(span, format!("meant `{near}`?")).fix(span, near),
+                    None => finding.at(span, "unknown here").help(
+                        "a board file holds `device NAME { … }` and `place … on chip` or `cpu`",
+                    ),
+                }
+            });
+            return Err(Abandoned);
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn devices_and_places() {
+        let text = "# the board\ndevice gal22v10 { clock 1  m 2, R 23 \n n[0] 3 }\nplace p2, p3 on chip\nplace n on cpu\n";
+        let (found, findings) = parse(FileId(0), text);
+        assert_eq!(findings, []);
+        assert_eq!((found.boards.len(), found.boards[0].pins.len(), found.places.len()), (1, 4, 2));
+    }
+
+    #[test]
+    fn every_mistake_is_reported() {
+        let (found, findings) = parse(
+            FileId(0),
+            "devise gal { a 1 }\ndevice gal { a b 2 }\nplace p on moon\nplace q on cpu\n}",
+        );
+        let codes: Vec<&str> = findings.iter().map(|f| f.code.id).collect();
+        assert_eq!(codes, ["G0104", "G0101", "G0104", "G0101"]);
+        assert_eq!((found.boards.len(), found.places.len()), (1, 1));
+    }
+}

@@ -1,0 +1,27 @@
+//! The rule-based text of Grafcet (Gentzen sequents with a next operator): reader and writer, bijective with flat charts.
+//!
+//! ```text
+//! Step p1, p2
+//! Transition t1, t2
+//! Input m, b
+//! Output R
+//! Marking p1
+//! Transitions:
+//! t1: p1*m |- @p2
+//! t2: p2*b |- @p1
+//! Steps:
+//! p2: |- R
+//! ```
+//!
+//! A transition rule reads: when its preceding steps are active and its receptivity is true, the following steps (`@`, *next*) are active. An output
+//! without `@` on the right side is a sub-rule: it holds *now*, while the left side does; that is a `mealy` output. A step rule gives the continuous
+//! outputs of a step, under a condition where one stands on its left side. Expressions are those of the chart language; the writer uses its signs.
+//! Charts read from rules have `conflict priority-age`, `evolution single` and `tick 10 ms`; everything else that a flat chart can have stands in
+//! lines `# option: …` in the words of the chart language. `docs/language.md` has the table.
+
+mod read;
+
+pub use read::{parse, parse_within};
+
+#[cfg(test)]
+mod tests;

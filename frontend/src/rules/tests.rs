@@ -1,0 +1,157 @@
+//! The reader and the writer of rules.
+
+use grafsynth_ir::FileId;
+use grafsynth_ir::chart::{Chart, Item};
+
+use super::*;
+use crate::graf;
+
+/// Fig. 3 of the paper, as printed: its t4 leaves p1 instead of p4, and its last step rule speaks of p2 instead of p4.
+pub(super) const AS_PRINTED: &str = "Step p1, p2, p3, p4 
+Transition t1, t2, t3, t4 
+Input m, b, p, a 
+Output R, Z, L 
+Marking p1 
+Transitions:  
+t1:  p1*m |-  @p2 
+t2:  p2*b |-  @p3 
+t3:  p3*p |-  @p4 
+t4:  p1*a |-  @p1 
+
+Steps:  
+p2: |-  R 
+p3: |-  Z 
+p2: |-  L 
+";
+
+#[track_caller]
+fn chart(text: &str) -> Chart {
+    let parsed = parse(FileId(0), text);
+    assert_eq!(parsed.diagnostics, [], "{text}");
+    parsed.design.unwrap().charts.remove(0)
+}
+
+/// The chart as the chart language says it.
+#[track_caller]
+fn graf(text: &str) -> String {
+    let parsed = parse(FileId(0), text);
+    assert_eq!(parsed.diagnostics, [], "{text}");
+    graf::write_design(&parsed.design.unwrap())
+}
+
+fn codes(text: &str) -> Vec<(String, String)> {
+    parse(FileId(0), text)
+        .diagnostics
+        .iter()
+        .map(|d| {
+            (
+                d.code.id.to_owned(),
+                d.labels.first().map_or("", |label| &text[label.span.range()]).to_owned(),
+            )
+        })
+        .collect()
+}
+
+#[test]
+fn the_paper_as_printed_is_read() {
+    let text = graf(AS_PRINTED);
+    assert!(text.contains("step p2 { R; L }"), "{text}");
+    assert!(text.contains("t4: p1 -> p1 when a"), "{text}");
+    assert!(
+        text.contains("conflict priority-age")
+            && text.contains("evolution single")
+            && text.contains("tick 10 ms"),
+        "{text}"
+    );
+    insta::assert_snapshot!(text);
+}
+
+#[test]
+fn sub_rules_are_outputs_of_now() {
+    let text = graf(
+        "Step p1, p2, q\nTransition t1, t2\nInput m, n\nOutput R, Z\nMarking p1, q\nTransitions:
+t1: p1*q*m*/n |- @p2*R
+t2: p2 * (m + n) |- @p1 * @q
+Steps:\np2: n |- Z",
+    );
+    assert!(text.contains("output mealy R"), "{text}");
+    assert!(text.contains("initial step p1 { R if q.active and m and not n }"), "{text}");
+    assert!(text.contains("t1: p1 & q -> p2 when m and not n"), "{text}");
+    assert!(text.contains("step p2 { Z if n }"), "{text}");
+}
+
+#[test]
+fn options_carry_all_else() {
+    let text = graf(
+        "# a comment
+# option: chart press \"the press\"
+# option: conflict all
+# option: evolution stable limit 7
+# option: input n \"count\": int 0..9
+# option: event E
+# option: var v: int 0..9 = 3
+# option: output registered R
+# option: step p1 priority 2 { entry { v := 0 } set Z }
+# option: transition t1: on E after 3 s priority 1 \"go\" do { v := v + 1 }
+# option: assert never (R and Z)
+Step p1, p2\nTransition t1, t2\nInput E, n, m\nOutput R, Z\nMarking p1\nTransitions:
+t1: p1*m*(n + v > 3) |- @p2\nt2: p2 |-\nSteps:\np2: |- R",
+    );
+    insta::assert_snapshot!(text);
+}
+
+#[test]
+fn order_is_that_of_the_lists() {
+    let chart = chart(
+        "Step a, b\nTransition t1, t2\nMarking a\nTransitions:\nt2: b |- @a\nt1: a |- @b\nSteps:",
+    );
+    let names: Vec<String> = chart
+        .items
+        .iter()
+        .filter_map(|item| {
+            if let Item::Transition(t) = item {
+                t.name.as_ref().map(|n| n.text.clone())
+            } else {
+                None
+            }
+        })
+        .collect();
+    assert_eq!(names, ["t1", "t2"]);
+}
+
+#[test]
+fn every_mistake_is_reported() {
+    let text = "Step p1, p2\nTransition t1, t2, t3\nInputs m\nOutput R\nMarking p9\nOutput Z\nTransitions:
+t1: p1*m |- p2
+t2: p1 + p2 |- @q
+t4: p1 |- R
+ p1 |- @p2
+t2: p1*m |- @p2 @p1
+Steps:\np1: |- @p1\np2: |- Q\npp: |- R\n# option: oops\n# option: step p3 { R }\n# option: macro m { }\n";
+    let found = codes(text);
+    let expected = [
+        ("G0104", "Inputs"),
+        ("G0401", "p9"),
+        ("G0406", "Output"),
+        ("G0402", "t3"),
+        ("G0405", "p2"),
+        ("G0404", "p1"),
+        ("G0404", "p2"),
+        ("G0401", "q"),
+        ("G0401", "t4"),
+        ("G0101", "|-"),
+        ("G0101", "@"),
+        ("G0405", "p1"),
+        ("G0401", "Q"),
+        ("G0401", "pp"),
+        ("G0104", "oops"),
+        ("G0401", "p3"),
+        ("G0403", "macro m { }"),
+    ];
+    let mut found: Vec<(&str, &str)> =
+        found.iter().map(|(code, at)| (code.as_str(), at.as_str())).collect();
+    let mut expected = expected.to_vec();
+    found.sort_unstable();
+    expected.sort_unstable();
+    assert_eq!(found, expected);
+}
