@@ -106,14 +106,105 @@ pub fn same(a: &Net, b: &Net) -> bool {
 
 /// Words that have a meaning somewhere in the grammar, sorted; a name like one of them is quoted.
 const RESERVED: &[&str] = &[
-    "action", "and", "assert", "assign", "assume", "body", "bool", "budget", "call", "cancel", "case", "chip", "clears",
-    "code", "composite", "content", "continuous", "controlled", "cost", "cpu", "deadline", "default", "device", "do",
-    "done", "duration", "edge", "else", "emit", "enclosing", "enter", "entry", "event", "events", "evolution", "exit",
-    "expired", "extern", "fall", "false", "final", "fire", "force", "hidden", "history", "hold", "if", "in", "initial",
-    "input", "int", "internal", "level", "link", "macro", "mealy", "mod", "net", "never", "next", "not", "of", "on",
-    "open", "or", "output", "parallel", "param", "parent", "part", "pin", "place", "policy", "priority", "queue", "raise",
-    "reaction", "registered", "req", "restart", "rise", "schedule", "select", "send", "sends", "situation", "slot",
-    "step", "steps", "stored", "synchronous", "task", "tick", "timer", "transition", "true", "use", "var", "when",
+    "action",
+    "and",
+    "assert",
+    "assign",
+    "assume",
+    "body",
+    "bool",
+    "budget",
+    "call",
+    "cancel",
+    "case",
+    "chip",
+    "clears",
+    "code",
+    "composite",
+    "content",
+    "continuous",
+    "controlled",
+    "cost",
+    "cpu",
+    "deadline",
+    "default",
+    "device",
+    "do",
+    "done",
+    "duration",
+    "edge",
+    "else",
+    "emit",
+    "enclosing",
+    "enter",
+    "entry",
+    "event",
+    "events",
+    "evolution",
+    "exit",
+    "expired",
+    "extern",
+    "fall",
+    "false",
+    "final",
+    "fire",
+    "force",
+    "hidden",
+    "history",
+    "hold",
+    "if",
+    "in",
+    "initial",
+    "input",
+    "int",
+    "internal",
+    "level",
+    "link",
+    "macro",
+    "mealy",
+    "mod",
+    "net",
+    "never",
+    "next",
+    "not",
+    "of",
+    "on",
+    "open",
+    "or",
+    "output",
+    "parallel",
+    "param",
+    "parent",
+    "part",
+    "pin",
+    "place",
+    "policy",
+    "priority",
+    "queue",
+    "raise",
+    "reaction",
+    "registered",
+    "req",
+    "restart",
+    "rise",
+    "schedule",
+    "select",
+    "send",
+    "sends",
+    "situation",
+    "slot",
+    "step",
+    "steps",
+    "stored",
+    "synchronous",
+    "task",
+    "tick",
+    "timer",
+    "transition",
+    "true",
+    "use",
+    "var",
+    "when",
     "while",
 ];
 
@@ -134,4 +225,79 @@ fn is_word_char(c: char) -> bool {
 }
 
 #[cfg(test)]
-mod tests;
+mod tests {
+    use super::*;
+    use crate::span::FileId;
+
+    #[test]
+    fn words_are_sorted() {
+        for list in [RESERVED, SUFFIXES, parse::HEADS] {
+            assert!(list.is_sorted(), "{list:?}");
+        }
+        let missing = parse::HEADS.iter().find(|head| {
+            // Settings are followed by a word, never by `:=`, so a variable of that name cannot be taken for one.
+            !matches!(**head, "assign" | "final" | "fire" | "tick")
+                && RESERVED.binary_search(head).is_err()
+        });
+        assert_eq!(missing, None);
+    }
+
+    #[test]
+    fn the_form_reads_well() {
+        let source = "\
+net truck
+policy priority-age
+evolution single
+schedule declared
+tick 10000000 ns
+
+part truck level 1
+
+input m \"loading request\" bool
+
+output R \"move right\" bool continuous
+    emit p2 if not m
+
+var n int 0..99 = 0
+
+step p1 \"waiting\" req \"R12\" in truck initial
+    entry { n := n + 1 }
+step p2 in truck
+
+transition t1 in truck p1 -> p2 when m and n < 99
+transition t2 in truck p2 -> p1 when not (m or n = 3) and p2.t >= 5
+    do {
+        if n > 3 { n := 0 } else { n := -(n) - -1 }
+    }
+";
+        let (net, findings) = parse(FileId(0), source);
+        assert!(findings.is_empty(), "{findings:#?}");
+        assert_eq!(print(&net.unwrap()), source);
+    }
+
+    #[test]
+    fn all_slips_are_told_with_places_and_ways_out() {
+        let source = "net a\npart a level x\nstep p1 in b\nstepp p2 in a\ntransition t in a p1 -> p3 when m +\npin x 99999999999\n";
+        let (net, findings) = parse(FileId(0), source);
+        assert!(net.is_none());
+        let told: Vec<String> = findings
+            .iter()
+            .map(|finding| {
+                let place = &source[finding.labels[0].span.range()];
+                let help = finding.help.clone().unwrap_or_default();
+                format!("{} {place:?}: {}; {help}", finding.code.id, finding.message)
+                    .trim_end()
+                    .to_owned()
+            })
+            .collect();
+        insta::assert_snapshot!(told.join("\n"), @r#"
+        G0301 "x": a number is expected here, not `x`;
+        G0302 "b": no partial chart is called `b`; there is `a`
+        G0301 "stepp": a line begins with `stepp`, which is no declaration; did you mean `step`?
+        G0302 "p3": no step is called `p3`; there is `p1`
+        G0302 "m": no input, event, variable or timer is called `m`;
+        G0301 "\n": a value is expected here, not the end of the line;
+        G0303 "99999999999": the number does not fit 32 bits;
+        "#);
+    }
+}

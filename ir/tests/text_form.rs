@@ -27,7 +27,10 @@ fn validation_never_panics_and_its_spans_lie_in_the_text() {
     for seed in 0..800 {
         let printed = text::print(&random_net::net(seed));
         for finding in grafsynth_ir::validate::breaches(&parsed(&printed)) {
-            assert!(finding.labels.iter().all(|label| printed.get(label.span.range()).is_some()), "{finding:?}");
+            assert!(
+                finding.labels.iter().all(|label| printed.get(label.span.range()).is_some()),
+                "{finding:?}"
+            );
         }
     }
 }

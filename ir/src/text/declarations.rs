@@ -1,7 +1,7 @@
 //! Declarations of the text form.
 
 use super::lexer::Kind;
-use super::parse::{Fail, Parser};
+use super::parse::{Fail, HEADS, Parser};
 use super::print::qualifier;
 use crate::codes;
 use crate::diag::{Diagnostic, nearest};
@@ -73,20 +73,7 @@ impl Parser<'_> {
     /// A declaration with the lines that belong to it.
     fn declaration(&mut self) -> Result<(), Fail> {
         if !self.at_head() {
-            let help = nearest(
-                self.text(),
-                super::parse::HEADS.iter().copied().filter(|_| self.text().len() < 40),
-            );
-            let diagnostic = Diagnostic::error(
-                codes::NET_SYNTAX,
-                "a line begins with something that is no declaration",
-            );
-            let diagnostic = diagnostic.at(self.here(), "");
-            self.told(match help {
-                Some(near) => diagnostic.help(format!("did you mean `{near}`?")),
-                None => diagnostic,
-            });
-            return Err(Fail);
+            return self.no_line(&[]);
         }
         let head = self.text();
         self.bump();
@@ -154,6 +141,28 @@ impl Parser<'_> {
         self.end_of_line()
     }
 
+    /// A line begins with something that is neither a declaration nor one of `words`.
+    fn no_line<T>(&mut self, words: &[&str]) -> Result<T, Fail> {
+        let text = self.text();
+        let known = HEADS.iter().chain(words).copied();
+        let near = if text.len() < 40 { nearest(text, known) } else { None };
+        let text: String = text.chars().take(40).collect();
+        let message = format!("a line begins with `{text}`, which is no declaration");
+        let diagnostic = Diagnostic::error(codes::NET_SYNTAX, message).at(self.here(), "");
+        self.told(match (near, words) {
+            (Some(near), _) => {
+                diagnostic.help(format!("did you mean `{near}`?")).fix(self.here(), near)
+            }
+            (None, []) => diagnostic,
+            (None, _) => {
+                let words =
+                    words.iter().map(|word| format!("`{word}`")).collect::<Vec<_>>().join(", ");
+                diagnostic.help(format!("here may also stand {words}"))
+            }
+        });
+        Err(Fail)
+    }
+
     fn end_of_line(&mut self) -> Result<(), Fail> {
         match self.token().kind {
             Kind::Newline => {
@@ -181,8 +190,7 @@ impl Parser<'_> {
         }
         let found = words.iter().copied().find(|word| self.is(word));
         if found.is_none() && self.token().kind == Kind::Word && !self.at_head() {
-            let words = words.iter().map(|word| format!("`{word}`")).collect::<Vec<_>>().join(", ");
-            return self.unexpected(&format!("a declaration or one of {words}"));
+            return self.no_line(words);
         }
         Ok(found)
     }

@@ -259,12 +259,10 @@ impl Parser<'_> {
     fn named_leaf<L: ReadLeaf>(&mut self) -> Result<L, Fail> {
         let token = self.token();
         // A plain word carries its ending; after a quoted name or a position it is a token of its own.
-        let split = match token.kind {
-            Kind::Word => self
-                .text()
-                .rsplit_once('.')
-                .filter(|(_, last)| SUFFIXES.binary_search(last).is_ok()),
-            _ => None,
+        let split = if token.kind == Kind::Word {
+            self.text().rsplit_once('.').filter(|(_, last)| SUFFIXES.binary_search(last).is_ok())
+        } else {
+            None
         };
         let (owner, ending) = match split {
             Some((owner, ending)) => (

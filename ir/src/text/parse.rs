@@ -311,7 +311,9 @@ impl<'a> Parser<'a> {
     }
 
     fn unknown(&mut self, token: Token, what: &str, near: Option<String>) {
-        let message = format!("no {what} is called {}", token.text(self.source));
+        let text = token.text(self.source);
+        let quote = if token.kind == Kind::Word { "`" } else { "" };
+        let message = format!("no {what} is called {quote}{text}{quote}");
         let diagnostic = Diagnostic::error(codes::NET_NAME, message).at(token.span(self.file), "");
         self.told(match near {
             Some(near) => {

@@ -8,25 +8,25 @@ use grafsynth_ir::net::*;
 use grafsynth_ir::span::{Name, Span};
 
 /// xorshift64*: enough for tests, the same everywhere.
-pub struct Random(u64);
+pub(crate) struct Random(u64);
 
 impl Random {
-    pub fn new(seed: u64) -> Self {
+    pub(crate) fn new(seed: u64) -> Self {
         Random(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1)
     }
 
-    pub fn below(&mut self, bound: u64) -> u64 {
+    pub(crate) fn below(&mut self, bound: u64) -> u64 {
         self.0 ^= self.0 >> 12;
         self.0 ^= self.0 << 25;
         self.0 ^= self.0 >> 27;
         (self.0.wrapping_mul(0x2545_F491_4F6C_DD1D) >> 33) % bound
     }
 
-    pub fn flip(&mut self) -> bool {
+    pub(crate) fn flip(&mut self) -> bool {
         self.below(2) == 0
     }
 
-    pub fn pick<T: Clone>(&mut self, all: &[T]) -> T {
+    pub(crate) fn pick<T: Clone>(&mut self, all: &[T]) -> T {
         all[self.below(all.len() as u64) as usize].clone()
     }
 
@@ -53,10 +53,42 @@ impl Random {
 }
 
 const NAMES: &[&str] = &[
-    "a", "b", "s1", "p2", "m1.s3", "x_1", "é", "S.t", "s.active", "and", "step", "when", "net", "odd name", "`", "a\\b", "1st", "", "a..b", "%0",
-    "?0", "out", "T", "tab\there", "new\nline", "a-b", "q", "N", "\u{7f}", "straße.ü", "else", "R", "Z",
+    "a",
+    "b",
+    "s1",
+    "p2",
+    "m1.s3",
+    "x_1",
+    "é",
+    "S.t",
+    "s.active",
+    "and",
+    "step",
+    "when",
+    "net",
+    "odd name",
+    "`",
+    "a\\b",
+    "1st",
+    "",
+    "a..b",
+    "%0",
+    "?0",
+    "out",
+    "T",
+    "tab\there",
+    "new\nline",
+    "a-b",
+    "q",
+    "N",
+    "\u{7f}",
+    "straße.ü",
+    "else",
+    "R",
+    "Z",
 ];
-const TEXTS: &[&str] = &["", "waiting", "\"quoted\" \\ and\nmore", "// no comment", "`", "é ↑ \u{1}"];
+const TEXTS: &[&str] =
+    &["", "waiting", "\"quoted\" \\ and\nmore", "// no comment", "`", "é ↑ \u{1}"];
 
 fn name(r: &mut Random) -> Name {
     Name::new(r.pick(NAMES), Span::default())
@@ -103,8 +135,14 @@ fn expr<L>(r: &mut Random, depth: u64, leaf: &impl Fn(&mut Random) -> L) -> Gene
             3 => ExprKind::And(r.many(3, |r| expr(r, depth - 1, leaf))),
             4 => ExprKind::Or(r.many(3, |r| expr(r, depth - 1, leaf))),
             5 => {
-                let all =
-                    [CompareOp::Eq, CompareOp::Ne, CompareOp::Lt, CompareOp::Le, CompareOp::Gt, CompareOp::Ge];
+                let all = [
+                    CompareOp::Eq,
+                    CompareOp::Ne,
+                    CompareOp::Lt,
+                    CompareOp::Le,
+                    CompareOp::Gt,
+                    CompareOp::Ge,
+                ];
                 ExprKind::Compare(r.pick(&all), boxed(r), boxed(r))
             }
             6 => ExprKind::Neg(boxed(r)),
@@ -123,7 +161,9 @@ fn net_expr(r: &mut Random) -> Expr {
 }
 
 fn property_expr(r: &mut Random) -> PropertyExpr {
-    expr(r, 3, &|r| if r.flip() { PropertyLeaf::Net(leaf(r)) } else { PropertyLeaf::Output(r.id()) })
+    expr(r, 3, &|r| {
+        if r.flip() { PropertyLeaf::Net(leaf(r)) } else { PropertyLeaf::Output(r.id()) }
+    })
 }
 
 fn verbatim(r: &mut Random) -> Verbatim {
@@ -163,7 +203,11 @@ fn enters(r: &mut Random) -> Vec<Enter> {
 }
 
 fn driver(r: &mut Random) -> Driver {
-    let emission = |r: &mut Random| Emission { step: r.id(), condition: r.maybe(net_expr), span: Span::default() };
+    let emission = |r: &mut Random| Emission {
+        step: r.id(),
+        condition: r.maybe(net_expr),
+        span: Span::default(),
+    };
     match r.below(5) {
         0 => Driver::Continuous(r.many(3, emission)),
         1 => Driver::Mealy(r.many(3, emission)),
@@ -196,7 +240,12 @@ fn step(r: &mut Random) -> Step {
         exit: list(r),
         initial_content: list(r),
         code: r.many(2, verbatim),
-        tasks: r.many(2, |r| Task { name: name(r), cost: r.number(), body: list(r), meta: meta(r) }),
+        tasks: r.many(2, |r| Task {
+            name: name(r),
+            cost: r.number(),
+            body: list(r),
+            meta: meta(r),
+        }),
         budget: r.number(),
         done_event: r.maybe(Random::id),
         meta: meta(r),
@@ -223,10 +272,20 @@ fn transition(r: &mut Random) -> Transition {
 }
 
 fn settings(r: &mut Random) -> Settings {
-    let policies = [Policy::All, Policy::Priority, Policy::PriorityAge, Policy::InnerFirst, Policy::OuterFirst];
+    let policies = [
+        Policy::All,
+        Policy::Priority,
+        Policy::PriorityAge,
+        Policy::InnerFirst,
+        Policy::OuterFirst,
+    ];
     Settings {
         policy: r.pick(&policies),
-        evolution: if r.flip() { Evolution::Single } else { Evolution::Stable { limit: r.number() } },
+        evolution: if r.flip() {
+            Evolution::Single
+        } else {
+            Evolution::Stable { limit: r.number() }
+        },
         schedule: r.pick(&[Schedule::Declared, Schedule::Level, Schedule::Priority]),
         fire_one: r.flip(),
         assign_simultaneous: r.flip(),
@@ -254,7 +313,7 @@ fn action(r: &mut Random) -> ControlledAction {
 }
 
 /// The net of this seed.
-pub fn net(seed: u64) -> Net {
+pub(crate) fn net(seed: u64) -> Net {
     let r = &mut Random::new(seed);
     let kinds = [InputKind::Pin, InputKind::Extern, InputKind::Event, InputKind::InternalEvent];
     let origins = [VarOrigin::Declared, VarOrigin::StoredOutput, VarOrigin::Hidden];
@@ -300,7 +359,12 @@ pub fn net(seed: u64) -> Net {
         steps: r.arena(5, step),
         transitions: r.arena(5, transition),
         actions: r.arena(3, action),
-        sends: r.arena(2, |r| SendSlot { name: name(r), event: r.id(), delay: r.number(), meta: meta(r) }),
+        sends: r.arena(2, |r| SendSlot {
+            name: name(r),
+            event: r.id(),
+            delay: r.number(),
+            meta: meta(r),
+        }),
         histories: r.arena(2, |r| History {
             name: name(r),
             owner: r.id(),
@@ -312,7 +376,11 @@ pub fn net(seed: u64) -> Net {
         forcings: r.many(2, |r| Forcing {
             step: r.id(),
             target: r.many(2, Random::id),
-            order: if r.flip() { ForcingOrder::Hold } else { ForcingOrder::Situation(r.many(3, Random::id)) },
+            order: if r.flip() {
+                ForcingOrder::Hold
+            } else {
+                ForcingOrder::Situation(r.many(3, Random::id))
+            },
             span: Span::default(),
         }),
         properties: r.many(3, |r| Property {
