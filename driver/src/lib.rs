@@ -1,1 +1,21 @@
-//! The pipelines: sources to outputs, reports and proofs
+//! The pipelines: sources to a design, a design to outputs with proofs, two designs compared. Everything here is a pure function.
+//!
+//! ```text
+//! let (design, findings) = read::read(&sources, &texts, limits);     // texts, board and properties to a net
+//! let facts = grafsynth_verify::facts(&net, &limits);
+//! let built = pipeline::build(&net, &facts, &targets, &options);     // texts, each read back and proved
+//! ```
+
+pub mod codes;
+pub mod compare;
+pub mod convert;
+pub mod diff;
+pub mod format;
+pub mod pages;
+pub mod pipeline;
+pub mod read;
+pub mod report;
+pub mod rows;
+pub mod run;
+pub mod source;
+pub mod target;

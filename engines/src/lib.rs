@@ -1,1 +1,114 @@
-//! Engines that run a design: in process, compiled C, Verilog simulators
+//! Engines: everything that can run a design on a stimulus and give a trace.
+//!
+//! ```text
+//! for engine in engines::all() {
+//!     match engine.availability() { Availability::Here => .., Availability::Missing(tool) => say so }
+//!     let trace = engine.run(&job)?;      // the same columns for every engine: semantics.md §11
+//! }
+//! ```
+//!
+//! `ir` is the reference simulator, `c` the emitted C compiled by the host's compiler, `equations` the circuit before any text, `palasm`, `cupl`, `galasm`,
+//! `blif` and `netlist` the emitted texts read back, `verilog` the emitted Verilog run by Icarus Verilog. This crate is the only one that starts
+//! processes.
+
+mod c;
+mod circuit;
+pub mod exhaustive;
+pub mod tools;
+mod verilog;
+
+use grafsynth_ir::facts::Facts;
+use grafsynth_ir::net::Net;
+use grafsynth_ir::{Diagnostic, Valid};
+use grafsynth_sim::{Stimulus, Trace};
+
+pub use c::CEngine;
+pub use circuit::CircuitEngine;
+pub use verilog::VerilogEngine;
+
+/// What an engine is asked to run.
+#[derive(Debug, Clone, Copy)]
+pub struct Job<'a> {
+    /// The net.
+    pub net: &'a Valid<Net>,
+    /// What is known of it.
+    pub facts: &'a Facts,
+    /// The rows.
+    pub stimulus: &'a Stimulus,
+}
+
+/// Whether an engine can run here.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Availability {
+    /// It can.
+    Here,
+    /// It needs this program.
+    Missing(String),
+}
+
+/// Why there is no trace.
+#[derive(Debug, Clone)]
+pub enum EngineError {
+    /// The back end cannot say this chart, or the stimulus is not for this engine.
+    Refused(Vec<Diagnostic>),
+    /// A program failed: what it printed.
+    Failed(String),
+}
+
+/// Something that runs a net.
+pub trait Engine: Sync {
+    /// Its name on the command line.
+    fn name(&self) -> &'static str;
+
+    /// What it runs, in a few words.
+    fn about(&self) -> &'static str;
+
+    /// Whether the programs that it needs are here.
+    fn availability(&self) -> Availability {
+        Availability::Here
+    }
+
+    /// True if it runs one reaction a clock, so that `dt` may only be 0 or 1.
+    fn is_chip(&self) -> bool {
+        false
+    }
+
+    /// The trace of this job.
+    ///
+    /// # Errors
+    /// See [`EngineError`].
+    fn run(&self, job: &Job<'_>) -> Result<Trace, EngineError>;
+}
+
+/// The reference simulator.
+#[derive(Debug, Clone, Copy)]
+pub struct ReferenceEngine;
+
+impl Engine for ReferenceEngine {
+    fn name(&self) -> &'static str {
+        "ir"
+    }
+
+    fn about(&self) -> &'static str {
+        "the reference simulator"
+    }
+
+    fn run(&self, job: &Job<'_>) -> Result<Trace, EngineError> {
+        Ok(grafsynth_driver::run::net_trace(job.net, job.stimulus))
+    }
+}
+
+/// All engines, the reference first.
+#[must_use]
+pub fn all() -> Vec<Box<dyn Engine>> {
+    let mut engines: Vec<Box<dyn Engine>> = vec![Box::new(ReferenceEngine), Box::new(CEngine::default())];
+    engines.extend(CircuitEngine::ALL.map(|engine| Box::new(engine) as Box<dyn Engine>));
+    engines.push(Box::new(VerilogEngine));
+    engines
+}
+
+/// The engine of that name.
+#[must_use]
+pub fn named(name: &str) -> Option<Box<dyn Engine>> {
+    all().into_iter().find(|engine| engine.name() == name)
+}

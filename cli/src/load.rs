@@ -1,0 +1,134 @@
+//! From the command line to a design: the texts, their companions, and the findings.
+
+use crate::args::{Global, Input};
+use crate::files;
+use crate::render::{self, Style};
+use grafsynth_driver::format::Format;
+use grafsynth_driver::read::{self, Design, NetDesign, ReadLimits, Texts};
+use grafsynth_driver::source::Sources;
+use grafsynth_ir::Diagnostic;
+use grafsynth_ir::diag::any_error;
+use std::path::Path;
+
+/// What every verb has at hand.
+pub(crate) struct Session {
+    /// All texts read so far.
+    pub(crate) sources: Sources,
+    /// How findings are shown.
+    pub(crate) style: Style,
+    /// Nothing but findings and what was asked for.
+    pub(crate) quiet: bool,
+    limits: ReadLimits,
+    source_limit: u64,
+}
+
+/// A verb cannot go on: what to say is said, only the exit code is left.
+pub(crate) enum Stop {
+    /// The input has errors, which were shown.
+    Errors,
+    /// Wrong use or a file that cannot be read: to be shown.
+    Usage(String),
+}
+
+impl From<String> for Stop {
+    fn from(text: String) -> Self {
+        Stop::Usage(text)
+    }
+}
+
+impl Session {
+    pub(crate) fn new(global: &Global, style: Style) -> Self {
+        Session {
+            sources: Sources::default(),
+            style,
+            quiet: global.quiet,
+            limits: ReadLimits { nesting: global.nesting_limit },
+            source_limit: global.source_limit,
+        }
+    }
+
+    /// Shows findings on standard error (JSON and SARIF on standard output: they are what was asked for).
+    pub(crate) fn show(&self, found: &[Diagnostic]) {
+        use crate::render::MessageFormat;
+        let text = render::render(&self.sources, found, self.style);
+        match self.style.format {
+            MessageFormat::Human | MessageFormat::Short => crate::print_error(&text),
+            MessageFormat::Json | MessageFormat::Sarif => crate::print(&text),
+        }
+    }
+
+    /// Reads one text.
+    pub(crate) fn text(&mut self, path: &str) -> Result<grafsynth_ir::FileId, Stop> {
+        let text = files::read_text(path, self.source_limit)?;
+        let shown = if path == "-" { "<stdin>" } else { path };
+        Ok(self.sources.add(shown, text))
+    }
+
+    /// Reads a design with its companions, showing its findings. `also` is checked on it before findings are shown.
+    pub(crate) fn design(&mut self, input: &Input) -> Result<(Design, Vec<Diagnostic>), Stop> {
+        let format = match &input.from {
+            None => None,
+            Some(name) => Some(Format::named(name).ok_or_else(|| unknown_format(name))?),
+        };
+        let main = self.text(&input.file)?;
+        let mut texts = Texts { main, format, ..Texts::default() };
+        if let Some(board) = &input.board {
+            texts.board = Some(self.text(board)?);
+        } else if let Some(beside) = companion(&input.file, "board") {
+            texts.board = Some(self.text(&beside)?);
+        }
+        if let Some(beside) = companion(&input.file, "props") {
+            let file = self.text(&beside)?;
+            texts.properties.push(file);
+        }
+        for text in &input.assert {
+            let line = if starts_with_role(text) { text.clone() } else { format!("assert {text}") };
+            texts.properties.push(self.sources.add("<--assert>", line));
+        }
+        let (design, found) = read::read(&self.sources, &texts, self.limits);
+        match design {
+            Some(design) => Ok((design, found)),
+            None => {
+                self.show(&found);
+                Err(if any_error(&found) { Stop::Errors } else { Stop::Usage(format!("{} is empty", input.file)) })
+            }
+        }
+    }
+
+    /// As [`Session::design`], for verbs that need a chart.
+    pub(crate) fn net(&mut self, input: &Input) -> Result<(NetDesign, Vec<Diagnostic>), Stop> {
+        match self.design(input)? {
+            (Design::Net(design), found) => Ok((*design, found)),
+            (Design::Logic(_), _) => Err(Stop::Usage(format!(
+                "{} is logic, and this verb needs a chart (.graf .rules .net)",
+                input.file
+            ))),
+        }
+    }
+
+    /// A plain path as a chart.
+    pub(crate) fn net_at(&mut self, path: &str) -> Result<(NetDesign, Vec<Diagnostic>), Stop> {
+        self.net(&Input { file: path.to_owned(), from: None, assert: Vec::new(), board: None })
+    }
+}
+
+fn unknown_format(name: &str) -> Stop {
+    let known: Vec<&str> = Format::ALL.iter().map(|(_, name, _)| *name).collect();
+    let near = grafsynth_ir::diag::nearest(name, known.iter().copied());
+    let hint = near.map(|near| format!(", did you mean `{near}`?")).unwrap_or_default();
+    Stop::Usage(format!("no format is called `{name}`{hint} (known: {})", known.join(", ")))
+}
+
+fn starts_with_role(text: &str) -> bool {
+    let word = text.split_whitespace().next().unwrap_or_default();
+    word == "assert" || word == "assume"
+}
+
+/// The file `NAME.extension` beside `path`, if it is there.
+fn companion(path: &str, extension: &str) -> Option<String> {
+    if path == "-" {
+        return None;
+    }
+    let beside = Path::new(path).with_extension(extension);
+    (beside != Path::new(path) && files::exists(&beside)).then(|| beside.to_string_lossy().into_owned())
+}

@@ -1,0 +1,149 @@
+//! `grafsynth build FILE --target T -o DIR`.
+
+use crate::args::Build;
+use crate::exit::Exit;
+use crate::files;
+use crate::load::{Session, Stop};
+use grafsynth_backend_c::Style;
+use grafsynth_driver::pipeline::{self, BuildOptions, Built, MapEntry};
+use grafsynth_driver::report::{Line, Outcome};
+use grafsynth_driver::target::Target;
+use grafsynth_engines::exhaustive;
+use grafsynth_ir::diag::any_error;
+use grafsynth_ir::facts::Facts;
+use grafsynth_ir::net::Net;
+use grafsynth_ir::Valid;
+use grafsynth_verify::Limits;
+use serde_json::json;
+
+pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop> {
+    if arguments.target.iter().any(|target| target == "list") {
+        let list: String = Target::ALL.iter().map(|(_, name, about)| format!("{name:<12} {about}\n")).collect();
+        crate::print(&list);
+        return Ok(Exit::Done);
+    }
+    let targets = targets(&arguments.target)?;
+    let style = Style::from_name(&arguments.style).ok_or_else(|| {
+        Stop::Usage(format!("no style of C is called `{}` (there are auto, switch, tables, bits)", arguments.style))
+    })?;
+    let (design, mut found) = session.net(&arguments.input)?;
+    let net = &design.net;
+    let limits = Limits { pairs: arguments.limits.proof_limit, ..Limits::default() };
+    let stimulus = match &arguments.stimulus {
+        None => None,
+        Some(path) => match super::sim::stimulus(session, net, Some(path), None, 0, 1)? {
+            Some(stimulus) => Some(stimulus),
+            None => return Ok(Exit::Usage),
+        },
+    };
+    let facts = grafsynth_verify::facts(net, &limits);
+    let source = arguments.input.file.rsplit(['/', '\\']).next().unwrap_or_default().to_owned();
+    let options = BuildOptions {
+        device: arguments.device.clone(),
+        c: grafsynth_backend_c::Options { style, callbacks: arguments.callbacks, source, ..Default::default() },
+        stimulus,
+        prove: !arguments.no_proof,
+        limits: limits.clone(),
+    };
+    let mut built = pipeline::build(net, &facts, &targets, &options);
+    found.append(&mut built.found);
+    if !arguments.no_proof {
+        check_c(net, &facts, &limits, &mut built);
+    }
+    session.show(&found);
+    for line in &built.lines {
+        if !session.quiet || line.outcome == Outcome::Refuted {
+            crate::print(&format!("{line}\n"));
+        }
+    }
+    if any_error(&found) {
+        return Err(Stop::Errors);
+    }
+    let outcome = built.outcome();
+    if outcome == Outcome::Refuted {
+        crate::print_error("grafsynth: nothing was written, because an output is not equal to the chart\n");
+        return Ok(Exit::Refuted);
+    }
+    write(session, arguments, &built)?;
+    // What could not be proved is written and said; only a limit that was reached is worth an exit code of its own.
+    Ok(if outcome == Outcome::Open && !arguments.no_proof && built.lines.iter().any(is_limit) {
+        Exit::Open
+    } else {
+        Exit::Done
+    })
+}
+
+fn is_limit(line: &Line) -> bool {
+    line.outcome == Outcome::Open && !line.text.starts_with("not checked")
+}
+
+fn targets(names: &[String]) -> Result<Vec<Target>, Stop> {
+    let mut targets: Vec<Target> = Vec::new();
+    for name in names.iter().flat_map(|names| names.split(',')) {
+        let target = Target::named(name).ok_or_else(|| {
+            let near = grafsynth_ir::diag::nearest(name, Target::ALL.iter().map(|(_, name, _)| *name))
+                .map(|near| format!(", did you mean `{near}`?"))
+                .unwrap_or_default();
+            let known: Vec<&str> = Target::ALL.iter().map(|(_, name, _)| *name).collect();
+            Stop::Usage(format!("no target is called `{name}`{near} (there are {})", known.join(", ")))
+        })?;
+        if !targets.contains(&target) {
+            targets.push(target);
+        }
+    }
+    if targets.iter().filter(|target| matches!(target, Target::C(_))).count() > 1 {
+        return Err(Stop::Usage("two styles of C would be two files of one name: build them into two folders".to_owned()));
+    }
+    Ok(targets)
+}
+
+/// Compares each C package with the net by running it, where there is a compiler.
+fn check_c(net: &Valid<Net>, facts: &Facts, limits: &Limits, built: &mut Built) {
+    let packages = std::mem::take(&mut built.packages);
+    for package in &packages {
+        let name = package.files.iter().find(|file| file.name.ends_with(".c")).map_or("c", |file| file.name.as_str());
+        let line = exhaustive::check(name, net, facts, package, limits);
+        if line.outcome == Outcome::Refuted {
+            built.files.retain(|file| !package.files.iter().any(|own| own.name == file.name));
+        }
+        built.lines.push(line);
+    }
+    built.packages = packages;
+}
+
+fn write(session: &Session, arguments: &Build, built: &Built) -> Result<(), Stop> {
+    let mut all = Vec::new();
+    for file in &built.files {
+        let path = arguments.output.join(&file.name);
+        if file.keep_existing && files::exists(&path) {
+            continue;
+        }
+        if arguments.emit.is_some() && !file.map.is_empty() {
+            let map = arguments.output.join(format!("{}.map.json", file.name));
+            all.push((map, map_text(session, &file.name, &file.map).into_bytes()));
+        }
+        all.push((path, file.text.clone().into_bytes()));
+    }
+    files::write_all(&all)?;
+    Ok(())
+}
+
+fn map_text(session: &Session, name: &str, map: &[MapEntry]) -> String {
+    let lines: Vec<_> = map
+        .iter()
+        .map(|entry| {
+            let start = session.sources.start(entry.span);
+            json!({
+                "line": entry.line,
+                "name": entry.name,
+                "source": session.sources.get(entry.span.file).map(|source| source.path.clone()),
+                "source_line": start.map(|at| at.line),
+                "source_column": start.map(|at| at.column),
+                "req": entry.req,
+            })
+        })
+        .collect();
+    let mut text = serde_json::to_string_pretty(&json!({"file": name, "lines": lines})).unwrap_or_default();
+    text.push('\n');
+    text
+}

@@ -1,0 +1,35 @@
+//! `grafsynth convert IN OUT`.
+
+use crate::args::Convert;
+use crate::exit::Exit;
+use crate::files;
+use crate::load::{Session, Stop};
+use grafsynth_driver::format::Format;
+
+pub(crate) fn run(session: &mut Session, arguments: &Convert) -> Result<Exit, Stop> {
+    let output = arguments.output.to_string_lossy();
+    let known = || Format::ALL.iter().map(|(_, name, _)| *name).collect::<Vec<_>>().join(", ");
+    let to = match &arguments.to {
+        Some(name) => {
+            Format::named(name).ok_or_else(|| Stop::Usage(format!("no format is called `{name}` (known: {})", known())))?
+        }
+        None => Format::of(&output, "")
+            .ok_or_else(|| Stop::Usage(format!("{output} does not say the format: give it with --to ({})", known())))?,
+    };
+    let (design, found) = session.design(&arguments.input)?;
+    session.show(&found);
+    match grafsynth_driver::convert::convert(&design, to) {
+        Err(found) => {
+            session.show(&found);
+            Err(Stop::Errors)
+        }
+        Ok(text) if output == "-" => {
+            crate::print(&text);
+            Ok(Exit::Done)
+        }
+        Ok(text) => {
+            files::write_all(&[(arguments.output.clone(), text.into_bytes())])?;
+            Ok(Exit::Done)
+        }
+    }
+}

@@ -1,0 +1,31 @@
+//! `grafsynth doctor`: which tools are here, and what that makes possible.
+
+use crate::exit::Exit;
+use grafsynth_engines::{Availability, tools};
+
+/// Programs that make something possible, with what that is.
+const TOOLS: [(&[&str], &str); 5] = [
+    (&["cc", "gcc", "clang"], "engine c; build compares the emitted C with the chart exhaustively"),
+    (&["iverilog"], "engine verilog: the emitted Verilog in an independent simulator"),
+    (&["avr-gcc"], "the emitted C for AVR"),
+    (&["arm-none-eabi-gcc"], "the emitted C for Cortex-M"),
+    (&["make"], "the Makefile of `grafsynth new`"),
+];
+
+pub(crate) fn run() -> Exit {
+    let mut text = format!("grafsynth {}\n\nPrograms\n", env!("CARGO_PKG_VERSION"));
+    for (names, what) in TOOLS {
+        let found = tools::find(names).map_or_else(|| "not here".to_owned(), |path| path.display().to_string());
+        text.push_str(&format!("  {:<18} {found:<28} {what}\n", names[0]));
+    }
+    text.push_str("\nEngines\n");
+    for engine in grafsynth_engines::all() {
+        let state = match engine.availability() {
+            Availability::Here => "ready".to_owned(),
+            Availability::Missing(tool) => format!("needs {tool}"),
+        };
+        text.push_str(&format!("  {:<18} {state:<28} {}\n", engine.name(), engine.about()));
+    }
+    crate::print(&text);
+    Exit::Done
+}

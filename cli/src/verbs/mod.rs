@@ -1,0 +1,13 @@
+//! One file for each verb.
+
+pub(crate) mod build;
+pub(crate) mod check;
+pub(crate) mod compare;
+pub(crate) mod convert;
+pub(crate) mod diff;
+pub(crate) mod doctor;
+pub(crate) mod explain;
+pub(crate) mod fmt;
+pub(crate) mod manual;
+pub(crate) mod new;
+pub(crate) mod sim;

@@ -1,0 +1,128 @@
+//! `grafsynth sim FILE --stimulus S.csv`.
+
+use crate::args::Sim;
+use crate::exit::Exit;
+use crate::files;
+use crate::load::{Session, Stop};
+use grafsynth_engines::{Availability, EngineError, Job};
+use grafsynth_ir::diag::any_error;
+use grafsynth_ir::net::Net;
+use grafsynth_ir::{Diagnostic, Valid};
+use grafsynth_sim::{Simulator, Stimulus, Trace, TraceLayout};
+use std::path::Path;
+
+pub(crate) fn run(session: &mut Session, arguments: &Sim) -> Result<Exit, Stop> {
+    if arguments.engine == "list" {
+        let list: String =
+            grafsynth_engines::all().iter().map(|engine| format!("{:<12} {}\n", engine.name(), engine.about())).collect();
+        crate::print(&list);
+        return Ok(Exit::Done);
+    }
+    let engine = engine_named(&arguments.engine)?;
+    let (design, found) = session.net(&arguments.input)?;
+    session.show(&found);
+    let net = &design.net;
+    let max_dt = if engine.is_chip() { 1 } else { 3 };
+    let Some(stimulus) = stimulus(session, net, arguments.stimulus.as_deref(), arguments.random, arguments.seed, max_dt)? else {
+        // Wrong use rather than a wrong chart: semantics.md §11.
+        return Ok(Exit::Usage);
+    };
+    let keeps_state = arguments.restore.is_some() || arguments.save.is_some();
+    if keeps_state && engine.name() != "ir" {
+        return Err(Stop::Usage("only the engine ir can restore and save a state".to_owned()));
+    }
+    let trace = if keeps_state {
+        with_state(session, net, &stimulus, arguments)?
+    } else {
+        if let Availability::Missing(tool) = engine.availability() {
+            return Err(Stop::Usage(format!("engine {} needs {tool}, which is not here", engine.name())));
+        }
+        let facts = grafsynth_verify::facts(net, &grafsynth_verify::Limits::default());
+        match engine.run(&Job { net, facts: &facts, stimulus: &stimulus }) {
+            Ok(trace) => trace,
+            Err(EngineError::Refused(found)) => {
+                session.show(&found);
+                return Ok(if any_error(&found) { Exit::Usage } else { Exit::Open });
+            }
+            Err(EngineError::Failed(text)) => return Err(Stop::Usage(format!("engine {} failed: {text}", engine.name()))),
+        }
+    };
+    match &arguments.trace {
+        None => crate::print(&trace.to_csv()),
+        Some(path) => {
+            let text = match path.extension().and_then(|extension| extension.to_str()) {
+                Some("csv") => trace.to_csv(),
+                Some("jsonl") => trace.to_jsonl(),
+                Some("vcd") => trace.to_vcd(),
+                Some(_) | None => {
+                    return Err(Stop::Usage(format!("{}: a trace is .csv, .jsonl or .vcd", path.display())));
+                }
+            };
+            files::write_all(&[(path.clone(), text.into_bytes())])?;
+        }
+    }
+    Ok(Exit::Done)
+}
+
+/// The engine of that name, or what there is.
+pub(super) fn engine_named(name: &str) -> Result<Box<dyn grafsynth_engines::Engine>, Stop> {
+    grafsynth_engines::named(name).ok_or_else(|| {
+        let all = grafsynth_engines::all();
+        let known: Vec<&str> = all.iter().map(|engine| engine.name()).collect();
+        let near = grafsynth_ir::diag::nearest(name, known.iter().copied())
+            .map(|near| format!(", did you mean `{near}`?"))
+            .unwrap_or_default();
+        Stop::Usage(format!("no engine is called `{name}`{near} (there are {})", known.join(", ")))
+    })
+}
+
+/// The stimulus that was asked for; none if it has errors, which were shown.
+pub(super) fn stimulus(
+    session: &mut Session,
+    net: &Valid<Net>,
+    path: Option<&str>,
+    random: Option<usize>,
+    seed: u64,
+    max_dt: u32,
+) -> Result<Option<Stimulus>, Stop> {
+    match path {
+        Some(path) => {
+            let file = session.text(path)?;
+            let text = session.sources.get(file).map(|source| source.text.clone()).unwrap_or_default();
+            let (stimulus, found) = Stimulus::parse_csv(net, file, &text);
+            session.show(&found);
+            Ok(if any_error(&found) { None } else { stimulus })
+        }
+        None => Ok(Some(Stimulus::random(net, random.unwrap_or(1000), seed, max_dt))),
+    }
+}
+
+fn with_state(session: &mut Session, net: &Valid<Net>, stimulus: &Stimulus, arguments: &Sim) -> Result<Trace, Stop> {
+    let mut simulator = Simulator::new(net);
+    simulator.reset();
+    if let Some(path) = &arguments.restore {
+        let file = session.text(path)?;
+        let text = session.sources.get(file).map(|source| source.text.clone()).unwrap_or_default();
+        let restored = simulator.restore(&text).map_err(|found: Diagnostic| {
+            session.show(&[found]);
+            Stop::Errors
+        })?;
+        if !session.quiet {
+            for (what, names) in [("cut to its range", &restored.cut), ("new", &restored.new), ("lost", &restored.lost)] {
+                for name in names {
+                    crate::print_error(&format!("{path}: {name}: {what}\n"));
+                }
+            }
+        }
+    }
+    let mut trace = Trace::new(TraceLayout::of(net));
+    trace.push(trace.layout.row(simulator.row()));
+    for input in stimulus.rows() {
+        let row = trace.layout.row(simulator.step(&input));
+        trace.push(row);
+    }
+    if let Some(path) = &arguments.save {
+        files::write_all(&[(Path::new(path).to_owned(), simulator.save().into_bytes())])?;
+    }
+    Ok(trace)
+}

@@ -1,0 +1,150 @@
+//! Golden cases: each file under `tests/cases` says in its first line what to run; what that prints, writes and returns is the file beside it.
+//!
+//! The first line is a comment with `run:` and the arguments of grafsynth. `{}` stands for the file itself (appended if it is missing), `{out}` for an
+//! empty folder; whatever is written there belongs to the accepted output. `GRAFSYNTH_BLESS=1` writes the accepted output of cases that have none
+//! and replaces those that differ: read the difference before committing it.
+
+#![allow(clippy::disallowed_methods, reason = "tests read files and start the program")]
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+#[test]
+fn every_case_gives_what_lies_beside_it() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/cases").canonicalize().expect("tests/cases is there");
+    let mut cases = Vec::new();
+    collect(&root, &mut cases);
+    cases.sort();
+    assert!(!cases.is_empty(), "no cases under {}", root.display());
+    let bless = std::env::var_os("GRAFSYNTH_BLESS").is_some();
+    let mut wrong = Vec::new();
+    for case in &cases {
+        let accepted = PathBuf::from(format!("{}.out", case.display()));
+        let got = run(case);
+        let expected = fs::read_to_string(&accepted).unwrap_or_default();
+        if got == expected {
+            continue;
+        }
+        if bless {
+            fs::write(&accepted, &got).expect("the accepted output can be written");
+            println!("blessed {}", accepted.display());
+        } else {
+            wrong.push(format!("{}\n{}", case.display(), difference(&expected, &got)));
+        }
+    }
+    println!("{} cases", cases.len());
+    assert!(
+        wrong.is_empty(),
+        "{} of {} cases differ (GRAFSYNTH_BLESS=1 accepts what they give now):\n\n{}",
+        wrong.len(),
+        cases.len(),
+        wrong.join("\n\n")
+    );
+}
+
+fn collect(folder: &Path, cases: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).expect("a folder of cases") {
+        let path = entry.expect("an entry").path();
+        if path.is_dir() {
+            collect(&path, cases);
+        } else if path.extension().is_some_and(|extension| extension != "out") && command(&path).is_some() {
+            cases.push(path);
+        }
+    }
+}
+
+/// What the first line says to run, if it says so. Files without it belong to another case.
+fn command(case: &Path) -> Option<String> {
+    let text = fs::read(case).ok()?;
+    let first = text.split(|byte| *byte == b'\n').next()?;
+    let first = String::from_utf8_lossy(first);
+    let (before, after) = first.split_once("run:")?;
+    (before.trim().chars().all(|c| !c.is_alphanumeric())).then(|| {
+        after.trim().trim_end_matches("*/").trim_end_matches("-->").trim().to_owned()
+    })
+}
+
+fn run(case: &Path) -> String {
+    let folder = case.parent().expect("a case lies in a folder");
+    let name = case.file_name().expect("a case has a name").to_string_lossy().into_owned();
+    let out = tempfile::tempdir().expect("a temporary folder");
+    let line = command(case).expect("a case says what to run");
+    let mut arguments = split(&line);
+    if !arguments.iter().any(|argument| argument == "{}") {
+        arguments.push("{}".to_owned());
+    }
+    let out_path = out.path().display().to_string();
+    let arguments: Vec<String> =
+        arguments.iter().map(|argument| argument.replace("{out}", &out_path).replace("{}", &name)).collect();
+    let output = Command::new(env!("CARGO_BIN_EXE_grafsynth"))
+        .args(&arguments)
+        .current_dir(folder)
+        .env("NO_COLOR", "1")
+        .env_remove("RUST_BACKTRACE")
+        .output()
+        .expect("grafsynth starts");
+    let mut text = String::new();
+    let clean = |bytes: &[u8]| String::from_utf8_lossy(bytes).replace(&out_path, "{out}");
+    let code = output.status.code().map_or_else(|| "a signal".to_owned(), |code| code.to_string());
+    let _ = writeln!(text, "exit {code}");
+    for (title, bytes) in [("stdout", &output.stdout), ("stderr", &output.stderr)] {
+        if !bytes.is_empty() {
+            let _ = writeln!(text, "---- {title}\n{}", clean(bytes).trim_end());
+        }
+    }
+    let mut written = Vec::new();
+    files(out.path(), &mut written);
+    written.sort();
+    for path in written {
+        let shown = path.strip_prefix(out.path()).expect("it lies in the folder").display().to_string();
+        let bytes = fs::read(&path).expect("an output can be read");
+        let _ = writeln!(text, "---- {shown}\n{}", clean(&bytes).trim_end());
+    }
+    text
+}
+
+fn files(folder: &Path, found: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).expect("the output folder") {
+        let path = entry.expect("an entry").path();
+        if path.is_dir() {
+            files(&path, found);
+        } else {
+            found.push(path);
+        }
+    }
+}
+
+/// Splits at blanks; single and double quotes keep blanks together.
+fn split(line: &str) -> Vec<String> {
+    let mut words = Vec::new();
+    let mut word = String::new();
+    let mut quote = None;
+    let mut started = false;
+    for c in line.chars() {
+        match (quote, c) {
+            (Some(q), c) if c == q => quote = None,
+            (None, '\'' | '"') => {
+                quote = Some(c);
+                started = true;
+            }
+            (None, c) if c.is_whitespace() => {
+                if started || !word.is_empty() {
+                    words.push(std::mem::take(&mut word));
+                }
+                started = false;
+            }
+            (_, c) => word.push(c),
+        }
+    }
+    if started || !word.is_empty() {
+        words.push(word);
+    }
+    words
+}
+
+fn difference(expected: &str, got: &str) -> String {
+    let diff = similar::TextDiff::from_lines(expected, got);
+    diff.unified_diff().context_radius(3).header("accepted", "now").to_string()
+}

@@ -1,0 +1,60 @@
+//! One format to another, and the canonical form.
+
+use crate::codes;
+use crate::format::Format;
+use crate::pipeline;
+use crate::read::{Design, dialect};
+use grafsynth_ir::{Diagnostic, FileId};
+use grafsynth_verify::Limits;
+
+/// The text of a design in another format.
+///
+/// # Errors
+/// What the target cannot say, each with its place.
+pub fn convert(design: &Design, to: Format) -> Result<String, Vec<Diagnostic>> {
+    match (design, to) {
+        (Design::Net(design), Format::Graf) => match &design.chart {
+            Some(chart) => Ok(grafsynth_frontend::graf::write_design(chart)),
+            None => grafsynth_frontend::graf::write_net(&design.net),
+        },
+        (Design::Net(design), Format::Rules) => grafsynth_frontend::rules::write_net(&design.net),
+        (Design::Net(design), Format::Net) => Ok(grafsynth_ir::text::print(&design.net)),
+        (
+            Design::Net(design),
+            Format::Palasm | Format::Cupl | Format::Galasm | Format::Verilog | Format::Blif,
+        ) => {
+            let net = &design.net;
+            let facts = grafsynth_verify::facts(net, &Limits::default());
+            let logic = pipeline::logic(net, &facts)?;
+            let options = pipeline::emit_options(net, None, None);
+            Ok(pipeline::through(&logic, dialect(to), &options)?.emitted.text)
+        }
+        (Design::Logic(logic), Format::Palasm | Format::Cupl | Format::Galasm | Format::Verilog | Format::Blif) => {
+            let options = grafsynth_backend_pld::EmitOptions::default();
+            Ok(grafsynth_backend_pld::emit(logic, dialect(to), &options)?.text)
+        }
+        (Design::Logic(_), Format::Graf | Format::Rules | Format::Net) => Err(vec![
+            Diagnostic::error(
+                codes::NEEDS_CHART,
+                format!("logic cannot be written as {}: its flip-flops are not steps of a known chart", to.name()),
+            )
+            .help("convert it to palasm, cupl, galasm, verilog or blif; or compare it with a chart"),
+        ]),
+    }
+}
+
+/// The canonical form of a `.graf` text.
+///
+/// # Errors
+/// The findings of a text that cannot be read.
+pub fn format_graf(file: FileId, text: &str) -> Result<String, Vec<Diagnostic>> {
+    grafsynth_frontend::graf::format(file, text)
+}
+
+/// The canonical form of a `.rules` text.
+///
+/// # Errors
+/// The findings of a text that cannot be read.
+pub fn format_rules(file: FileId, text: &str) -> Result<String, Vec<Diagnostic>> {
+    grafsynth_frontend::rules::format(file, text)
+}

@@ -1,0 +1,338 @@
+//! From a net to its outputs: the back half of the pipeline, as one visible list.
+//!
+//! ```text
+//! facts      verify::facts                what is proved of the net
+//! program    ir::lower::program           one reaction as a bounded program
+//! logic      logic::encode                one flip-flop per step
+//! emit       backend_pld::emit            names, products, pins, then text
+//! read       backend_pld::read, rebind    the text as a stranger sees it
+//! prove      verify::equiv                equal to the net, for every reachable state
+//! ```
+//! C goes from the net and its facts to text; comparing it needs a compiler, so that is left to the caller ([`Built::packages`]).
+
+use crate::report::{Line, Outcome};
+use crate::target::Target;
+use grafsynth_backend_c::Package;
+use grafsynth_backend_pld::vectors::TraceRow;
+use grafsynth_backend_pld::{Dialect, EmitOptions, Emitted, Vectors};
+use grafsynth_ir::diag::any_error;
+use grafsynth_ir::facts::Facts;
+use grafsynth_ir::logic::Logic;
+use grafsynth_ir::lower::program::{ProgramOptions, program};
+use grafsynth_ir::net::Net;
+use grafsynth_ir::{Diagnostic, FileId, Valid};
+use grafsynth_sim::{InputRow, Row, Simulator, Stimulus};
+use grafsynth_verify::Limits;
+
+/// What the user chose.
+#[derive(Debug, Clone, Default)]
+pub struct BuildOptions {
+    /// The device family of equations; none takes the default.
+    pub device: Option<String>,
+    /// C: style, callbacks.
+    pub c: grafsynth_backend_c::Options,
+    /// Test vectors for the SIMULATION section and the test bench.
+    pub stimulus: Option<Stimulus>,
+    /// Prove the outputs equal.
+    pub prove: bool,
+    /// How far proofs may go.
+    pub limits: Limits,
+}
+
+/// A file to be written.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct OutputFile {
+    /// Its name, without a folder.
+    pub name: String,
+    /// Its text.
+    pub text: String,
+    /// It is the user's: written only where no file of that name is.
+    pub keep_existing: bool,
+    /// Which line comes from which place.
+    pub map: Vec<MapEntry>,
+}
+
+/// One line of an output and where it comes from.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct MapEntry {
+    /// The line, from 1.
+    pub line: u32,
+    /// What it comes from.
+    pub name: String,
+    /// Where that was declared.
+    pub span: grafsynth_ir::Span,
+    /// Its requirement tags.
+    pub req: Vec<String>,
+}
+
+/// What a build gave.
+#[derive(Debug, Clone, Default)]
+pub struct Built {
+    /// The files, in the order of the targets.
+    pub files: Vec<OutputFile>,
+    /// What was proved and how, a line for each output.
+    pub lines: Vec<Line>,
+    /// Findings of the back ends.
+    pub found: Vec<Diagnostic>,
+    /// C packages, which the caller may compare with the net by running them.
+    pub packages: Vec<Package>,
+}
+
+impl Built {
+    /// The worst of all lines.
+    #[must_use]
+    pub fn outcome(&self) -> Outcome {
+        self.lines.iter().map(|line| line.outcome).max().unwrap_or(Outcome::Proved)
+    }
+}
+
+/// Builds all targets of one net. Outputs that were refuted are left out of [`Built::files`].
+#[must_use]
+pub fn build(net: &Valid<Net>, facts: &Facts, targets: &[Target], options: &BuildOptions) -> Built {
+    let mut built = Built::default();
+    let needs_logic = targets.iter().any(|target| target.dialect().is_some());
+    let logic = needs_logic.then(|| logic(net, facts));
+    if let Some(Err(found)) = &logic {
+        built.found.extend(found.iter().cloned());
+    }
+    for target in targets {
+        match (target, target.dialect(), &logic) {
+            (_, Some(dialect), Some(Ok(logic))) => {
+                equations(net, facts, logic, dialect, options, &mut built);
+            }
+            (_, Some(_), _) => {}
+            (Target::C(style), None, _) => {
+                let mut c = options.c.clone();
+                if let Some(style) = style {
+                    c.style = *style;
+                }
+                match grafsynth_backend_c::emit(net, facts, &c) {
+                    Ok(package) => {
+                        built.found.extend(package.diagnostics.iter().cloned());
+                        built.files.extend(c_files(net, &package));
+                        built.packages.push(package);
+                    }
+                    Err(found) => built.found.extend(found),
+                }
+            }
+            (Target::Net, None, _) => {
+                let text = grafsynth_ir::text::print(net);
+                let name = format!("{}.net", file_stem(net));
+                built.lines.push(read_back_net(net, &name, &text));
+                built.files.push(OutputFile { name, text, keep_existing: false, map: Vec::new() });
+            }
+            (Target::Logic(_), None, _) => unreachable!("a target of logic has a dialect"),
+        }
+    }
+    built
+}
+
+/// The circuit of a net.
+///
+/// # Errors
+/// What a chip cannot do, each with its place.
+pub fn logic(net: &Valid<Net>, facts: &Facts) -> Result<Logic, Vec<Diagnostic>> {
+    let program = program(net, &ProgramOptions::default())?;
+    grafsynth_logic::encode(net, &program, facts, &grafsynth_logic::EncodeOptions::default())
+}
+
+/// A text and the circuit that a stranger reads in it.
+#[derive(Debug, Clone)]
+pub struct Through {
+    /// The text with its names.
+    pub emitted: Emitted,
+    /// Read back, with the roles of the emitted circuit.
+    pub read_back: Logic,
+}
+
+/// Writes a circuit in a language and reads it back.
+///
+/// # Errors
+/// What the language cannot say, or what the reader does not understand of our own text.
+pub fn through(logic: &Logic, dialect: Dialect, options: &EmitOptions) -> Result<Through, Vec<Diagnostic>> {
+    let emitted = grafsynth_backend_pld::emit(logic, dialect, options)?;
+    // The text is no file of the user's, so its findings must not point into one: a number that no source has.
+    let (read_back, found) = grafsynth_backend_pld::read(dialect, FileId(u32::MAX), &emitted.text);
+    let Some(mut read_back) = read_back.filter(|_| !any_error(&found)) else { return Err(found) };
+    let found = grafsynth_backend_pld::rebind(&mut read_back, &emitted);
+    if any_error(&found) { Err(found) } else { Ok(Through { emitted, read_back }) }
+}
+
+/// What the back end needs to know of a net beyond its circuit.
+#[must_use]
+pub fn emit_options(net: &Net, device: Option<&str>, vectors: Option<Vectors>) -> EmitOptions {
+    let transitions = net.transitions.values().take(200).map(|transition| {
+        let names = |steps: Vec<&str>| if steps.is_empty() { "()".to_owned() } else { steps.join(" & ") };
+        let sources = transition.requires.iter().map(|step| net.steps[*step].name.text.as_str()).collect();
+        let targets = transition
+            .enters
+            .iter()
+            .filter_map(|enter| match enter {
+                grafsynth_ir::net::Enter::Step(step) => Some(net.steps[*step].name.text.as_str()),
+                grafsynth_ir::net::Enter::InitialContent(_) | grafsynth_ir::net::Enter::History(_) => None,
+            })
+            .collect();
+        format!("{}: {} -> {}", transition.name.text, names(sources), names(targets))
+    });
+    EmitOptions {
+        device: device.map(str::to_owned).or_else(|| net.board.device.as_ref().map(|name| name.text.clone())),
+        pins: net.board.pins.iter().map(|(name, pin)| (name.text.clone(), *pin)).collect(),
+        vectors,
+        notes: transitions.collect(),
+        ..EmitOptions::default()
+    }
+}
+
+/// The name that the files of a net begin with.
+#[must_use]
+pub fn file_stem(net: &Net) -> String {
+    let stem: String = net
+        .name
+        .text
+        .chars()
+        .map(|c| if c.is_ascii_alphanumeric() || c == '_' || c == '-' { c } else { '_' })
+        .collect();
+    if stem.is_empty() { "chart".to_owned() } else { stem }
+}
+
+fn equations(
+    net: &Valid<Net>,
+    facts: &Facts,
+    logic: &Logic,
+    dialect: Dialect,
+    options: &BuildOptions,
+    built: &mut Built,
+) {
+    let vectors = match options.stimulus.as_ref().map(|stimulus| vectors(net, logic, stimulus)) {
+        None => None,
+        Some(Ok(vectors)) => Some(vectors),
+        Some(Err(found)) => {
+            built.found.extend(found);
+            return;
+        }
+    };
+    let emit_options = emit_options(net, options.device.as_deref(), vectors);
+    let through = match through(logic, dialect, &emit_options) {
+        Ok(through) => through,
+        Err(found) => {
+            built.found.extend(found);
+            return;
+        }
+    };
+    let stem = file_stem(net);
+    // CUPL and GALasm share the usual extension; side by side they need two names.
+    let name = match dialect {
+        Dialect::Cupl => format!("{stem}.cupl.pld"),
+        Dialect::Galasm => format!("{stem}.galasm.pld"),
+        Dialect::Palasm | Dialect::Verilog | Dialect::Blif => format!("{stem}.{}", dialect.extension()),
+    };
+    let line = if options.prove {
+        Line::of_verdict(&name, &grafsynth_verify::equiv(net, facts, &through.read_back, &options.limits))
+    } else {
+        Line::open(&name, "read back; not proved, as asked")
+    };
+    let is_refuted = line.outcome == Outcome::Refuted;
+    built.lines.push(line);
+    if is_refuted {
+        return;
+    }
+    let map = through
+        .emitted
+        .map
+        .iter()
+        .map(|line| MapEntry { line: line.line, name: line.name.clone(), span: line.span, req: line.req.clone() })
+        .collect();
+    built.files.push(OutputFile { name, text: through.emitted.text, keep_existing: false, map });
+    if let Some(bench) = through.emitted.bench {
+        built.files.push(OutputFile {
+            name: format!("{stem}_tb.{}", dialect.extension()),
+            text: bench,
+            keep_existing: false,
+            map: Vec::new(),
+        });
+    }
+}
+
+/// The reference trace of a stimulus as bits of the circuit's pins.
+///
+/// # Errors
+/// A stimulus with more than one tick in a row.
+pub fn vectors(net: &Valid<Net>, logic: &Logic, stimulus: &Stimulus) -> Result<Vectors, Vec<Diagnostic>> {
+    let mut simulator = Simulator::new(net);
+    let first = vector_row(net, &simulator.reset(), &InputRow { dt: 0, ..InputRow::zero(net) });
+    let mut rows = vec![first];
+    for input in stimulus.rows() {
+        rows.push(vector_row(net, simulator.step(&input), &input));
+    }
+    Vectors::of(net, logic, &rows)
+}
+
+fn vector_row(net: &Net, row: &Row, input: &InputRow) -> TraceRow {
+    let outputs = net
+        .outputs
+        .iter()
+        .map(|(id, output)| {
+            if row.open.any() {
+                return None;
+            }
+            Some(match &output.driver {
+                grafsynth_ir::net::Driver::Extern { .. } => {
+                    let is_call = |effect: &&grafsynth_sim::Effect| matches!(effect, grafsynth_sim::Effect::Call(called, _) if *called == id);
+                    i64::try_from(row.effects.iter().filter(is_call).count()).unwrap_or(i64::MAX)
+                }
+                grafsynth_ir::net::Driver::Continuous(_)
+                | grafsynth_ir::net::Driver::Mealy(_)
+                | grafsynth_ir::net::Driver::Controlled(_)
+                | grafsynth_ir::net::Driver::Stored(_) => row.outputs[id.index()],
+            })
+        })
+        .collect();
+    let mut steps = vec![false; net.steps.len()];
+    for step in &row.steps {
+        steps[step.index()] = true;
+    }
+    TraceRow { dt: u64::from(input.dt), inputs: input.values.clone(), outputs, steps, fault: row.fault }
+}
+
+fn c_files(net: &Net, package: &Package) -> Vec<OutputFile> {
+    let req = |object: &grafsynth_backend_c::Object| match *object {
+        grafsynth_backend_c::Object::Step(id) => net.steps[id].meta.req.clone(),
+        grafsynth_backend_c::Object::Transition(id) => net.transitions[id].meta.req.clone(),
+        grafsynth_backend_c::Object::Input(id) => net.inputs[id].meta.req.clone(),
+        grafsynth_backend_c::Object::Output(id) => net.outputs[id].meta.req.clone(),
+        grafsynth_backend_c::Object::Var(id) => net.vars[id].meta.req.clone(),
+        grafsynth_backend_c::Object::Timer(id) => net.timers[id].meta.req.clone(),
+        grafsynth_backend_c::Object::Action(id) => net.actions[id].meta.req.clone(),
+    };
+    package
+        .files
+        .iter()
+        .map(|file| OutputFile {
+            name: file.name.clone(),
+            text: file.text.clone(),
+            keep_existing: file.keep_existing,
+            map: file
+                .map
+                .iter()
+                .flat_map(|(line, objects)| {
+                    objects.iter().map(|object| MapEntry {
+                        line: *line,
+                        name: object.name(net).to_owned(),
+                        span: object.span(net),
+                        req: req(object),
+                    })
+                })
+                .collect(),
+        })
+        .collect()
+}
+
+fn read_back_net(net: &Net, name: &str, text: &str) -> Line {
+    let (again, found) = grafsynth_ir::text::parse(FileId(u32::MAX), text);
+    match again {
+        Some(again) if !any_error(&found) && grafsynth_ir::text::same(net, &again) => {
+            Line::proved(name, "read back: the same net")
+        }
+        Some(_) | None => Line::refuted(name, "reads back as another net"),
+    }
+}

@@ -1,0 +1,38 @@
+//! Every row that a stimulus of a net can have, where they are few.
+
+use grafsynth_ir::Valid;
+use grafsynth_ir::lower::program::{ProgramOptions, program};
+use grafsynth_ir::net::{InputKind, Net};
+use grafsynth_ir::program::Origin;
+use grafsynth_sim::{InputRow, breaks_assumption};
+
+/// Every input row with each of these `dt` that breaks no assumption; none if there are more than `max` before the assumptions are asked.
+#[must_use]
+pub fn all(net: &Net, dts: &[u32], max: usize) -> Option<Vec<InputRow>> {
+    let mut rows: Vec<InputRow> = dts.iter().map(|dt| InputRow { dt: *dt, ..InputRow::zero(net) }).collect();
+    for (id, input) in net.inputs.iter().filter(|(_, input)| input.kind != InputKind::InternalEvent) {
+        let (lo, hi) = input.ty.bounds();
+        let width = usize::try_from(hi.abs_diff(lo)).ok()?.checked_add(1)?;
+        if rows.len().checked_mul(width)? > max {
+            return None;
+        }
+        rows = rows.iter().flat_map(|row| (lo..=hi).map(|value| row.clone().with(id, value))).collect();
+    }
+    let n_events = |row: &InputRow| {
+        net.inputs.iter().filter(|(id, input)| input.kind.is_event() && row.value(*id) != 0).count()
+    };
+    rows.retain(|row| !breaks_assumption(net, row) && !(net.settings.events_exclusive && n_events(row) > 1));
+    Some(rows)
+}
+
+/// True if what the net does can depend on `dt`: its reaction keeps a time.
+#[must_use]
+pub fn uses_time(net: &Valid<Net>) -> bool {
+    let Ok(program) = program(net, &ProgramOptions::default()) else { return true };
+    program.cells.values().any(|cell| {
+        matches!(
+            cell.origin,
+            Origin::Elapsed(_) | Origin::LastElapsed(_) | Origin::Timer(_) | Origin::ActionTimer(..) | Origin::SendTimer(_)
+        )
+    })
+}

@@ -1,0 +1,60 @@
+//! Designs run in this process: the reference simulator, and circuits as the net they were made from.
+
+use grafsynth_ir::logic::Logic;
+use grafsynth_ir::net::{Driver, Net};
+use grafsynth_ir::{Diagnostic, Valid};
+use grafsynth_logic::chip::ChipSim;
+use grafsynth_sim::{Effect, InputRow, Row, Stimulus, Trace, TraceLayout};
+
+/// The trace of the reference simulator.
+#[must_use]
+pub fn net_trace(net: &Valid<Net>, stimulus: &Stimulus) -> Trace {
+    grafsynth_sim::run(net, stimulus)
+}
+
+/// The trace of a circuit whose pins and flip-flops know their roles.
+///
+/// # Errors
+/// A stimulus that a chip cannot run: more than one tick in a row.
+pub fn logic_trace(net: &Net, logic: &Logic, stimulus: &Stimulus) -> Result<Trace, Diagnostic> {
+    if let Some(diagnostic) = stimulus.check_for_chip() {
+        return Err(diagnostic);
+    }
+    let layout = TraceLayout::of(net);
+    let mut trace = Trace::new(layout);
+    let mut chip = ChipSim::new(net, logic);
+    let first = chip_row(net, &mut chip, InputRow { dt: 0, ..InputRow::zero(net) });
+    trace.push(trace.layout.row(&first));
+    for input in stimulus.rows() {
+        if chip.react(&input.values, u64::from(input.dt)).is_err() {
+            unreachable!("the stimulus was checked for ticks");
+        }
+        let row = chip_row(net, &mut chip, input);
+        trace.push(trace.layout.row(&row));
+    }
+    Ok(trace)
+}
+
+fn chip_row(net: &Net, chip: &mut ChipSim<'_>, input: InputRow) -> Row {
+    let mut row = Row::zero(net);
+    row.dt = input.dt;
+    row.inputs = input.values;
+    row.steps = net.steps.ids().filter(|step| chip.is_active(*step) == Some(true)).collect();
+    for (id, output) in net.outputs.iter() {
+        let value = chip.output(id).unwrap_or(0);
+        match &output.driver {
+            Driver::Extern { .. } => row.effects.extend((0..value).map(|_| Effect::Call(id, Vec::new()))),
+            Driver::Continuous(_) | Driver::Mealy(_) | Driver::Controlled(_) => row.outputs[id.index()] = value,
+            Driver::Stored(var) => row.outputs[id.index()] = chip.var(*var, 0).unwrap_or(value),
+        }
+    }
+    let mut place = 0;
+    for (id, var) in net.vars.iter() {
+        for element in 0..var.len.unwrap_or(1) {
+            row.vars[place] = chip.var(id, element).unwrap_or(0);
+            place += 1;
+        }
+    }
+    row.fault = chip.fault();
+    row
+}

@@ -1,0 +1,146 @@
+//! The emitted C, compiled by the host's compiler and run.
+
+use crate::tools;
+use crate::{Availability, Engine, EngineError, Job};
+use grafsynth_backend_c::{Options, Package};
+use grafsynth_ir::FileId;
+use grafsynth_ir::net::{InputKind, Net};
+use grafsynth_sim::{InputRow, Stimulus, Trace, TraceLayout};
+use std::fmt::Write as _;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// The host's C compiler on the emitted text.
+#[derive(Debug, Clone, Default)]
+pub struct CEngine {
+    /// Style and callbacks of what is emitted.
+    pub options: Options,
+}
+
+/// Longer than a compiler takes for any chart of the tests.
+pub(crate) const LIMIT: Duration = Duration::from_secs(300);
+
+/// What our own text must pass without a word. It is checked by the tests; here a compiler of the user's may have flags and opinions of its own.
+const FLAGS: [&str; 2] = ["-std=c99", "-O1"];
+
+impl Engine for CEngine {
+    fn name(&self) -> &'static str {
+        "c"
+    }
+
+    fn about(&self) -> &'static str {
+        "the C text, compiled by the host's compiler"
+    }
+
+    fn availability(&self) -> Availability {
+        if tools::c_compiler().is_some() { Availability::Here } else { Availability::Missing("a C compiler".to_owned()) }
+    }
+
+    fn run(&self, job: &Job<'_>) -> Result<Trace, EngineError> {
+        let package =
+            grafsynth_backend_c::emit(job.net, job.facts, &self.options).map_err(EngineError::Refused)?;
+        let main = grafsynth_backend_c::harness(job.net, &package);
+        let program = compile(&package, &main, &FLAGS).map_err(EngineError::Failed)?;
+        let input = lines(job.net, job.stimulus);
+        let run = tools::run(&program.path, &[], program.folder.path(), input.as_bytes(), LIMIT)
+            .map_err(EngineError::Failed)?;
+        if !run.is_success {
+            return Err(EngineError::Failed(format!("the compiled chart ended with {} {}", run.ending, run.stderr.trim())));
+        }
+        parse(job.net, &run.stdout)
+    }
+}
+
+/// The trace that a harness printed.
+///
+/// # Errors
+/// That it is not a trace of this net.
+pub fn parse(net: &Net, output: &[u8]) -> Result<Trace, EngineError> {
+    let text = String::from_utf8_lossy(output);
+    let (trace, found) = Trace::parse_csv(&TraceLayout::of(net), FileId(u32::MAX), &text);
+    trace.ok_or_else(|| {
+        let why = found.first().map(|diagnostic| diagnostic.message.clone()).unwrap_or_default();
+        EngineError::Failed(format!("the compiled chart did not print a trace: {why}"))
+    })
+}
+
+/// A compiled program; its folder goes with it.
+#[derive(Debug)]
+pub struct Program {
+    /// The folder, removed when this is dropped.
+    pub folder: tempfile::TempDir,
+    /// The executable.
+    pub path: PathBuf,
+}
+
+/// Compiles a package with a `main`, without the user's library (the harness brings its functions).
+///
+/// # Errors
+/// What the compiler says.
+pub fn compile(package: &Package, main: &str, flags: &[&str]) -> Result<Program, String> {
+    let folder = temporary()?;
+    let mut sources = vec!["bench_main.c".to_owned()];
+    for file in &package.files {
+        write(folder.path(), &file.name, &file.text)?;
+        if file.name.ends_with(".c") && !file.keep_existing {
+            sources.push(file.name.clone());
+        }
+    }
+    write(folder.path(), "bench_main.c", main)?;
+    compile_in(folder, &sources, flags)
+}
+
+/// Compiles one text that is a whole program.
+///
+/// # Errors
+/// What the compiler says.
+pub fn compile_text(text: &str, flags: &[&str]) -> Result<Program, String> {
+    let folder = temporary()?;
+    write(folder.path(), "bench_main.c", text)?;
+    compile_in(folder, &["bench_main.c".to_owned()], flags)
+}
+
+fn compile_in(folder: tempfile::TempDir, sources: &[String], flags: &[&str]) -> Result<Program, String> {
+    let compiler = tools::c_compiler().ok_or("no C compiler is here")?;
+    let path = folder.path().join("bench");
+    let output = path.display().to_string();
+    let mut arguments: Vec<&str> = flags.to_vec();
+    arguments.extend(["-o", &output]);
+    arguments.extend(sources.iter().map(String::as_str));
+    let compiled = tools::run(&compiler, &arguments, folder.path(), b"", LIMIT)?;
+    if compiled.is_success {
+        Ok(Program { folder, path })
+    } else {
+        Err(format!("the C compiler refused our text: {}", compiled.stderr.trim()))
+    }
+}
+
+fn temporary() -> Result<tempfile::TempDir, String> {
+    tempfile::tempdir().map_err(|error| format!("cannot make a temporary folder: {error}"))
+}
+
+#[expect(clippy::disallowed_methods, reason = "engines work in temporary folders")]
+fn write(folder: &Path, name: &str, text: &str) -> Result<(), String> {
+    fs::write(folder.join(name), text).map_err(|error| format!("cannot write {name}: {error}"))
+}
+
+/// A stimulus as a harness reads it: a line for each reaction, the ticks and then the inputs with a column.
+#[must_use]
+pub fn lines(net: &Net, stimulus: &Stimulus) -> String {
+    let mut text = String::new();
+    for row in stimulus.rows() {
+        line(net, &row, &mut text);
+    }
+    text
+}
+
+/// One line of [`lines`].
+pub(crate) fn line(net: &Net, row: &InputRow, text: &mut String) {
+    // Writing to a string cannot fail.
+    let _ = write!(text, "{}", row.dt);
+    for (id, _) in net.inputs.iter().filter(|(_, input)| input.kind != InputKind::InternalEvent) {
+        let _ = write!(text, " {}", row.value(id));
+    }
+    text.push('\n');
+}

@@ -1,0 +1,117 @@
+//! Starting programs: the only place in the project that does.
+
+use std::io::{Read, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// What a program printed and how it ended.
+#[derive(Debug, Clone)]
+pub struct Finished {
+    /// Standard output.
+    pub stdout: Vec<u8>,
+    /// Standard error, as text.
+    pub stderr: String,
+    /// True if it ended with 0.
+    pub is_success: bool,
+    /// Its exit code, or what ended it.
+    pub ending: String,
+}
+
+/// The first of these programs that is on the PATH.
+#[must_use]
+#[expect(clippy::disallowed_methods, reason = "looking for a program needs the PATH")]
+pub fn find(names: &[&str]) -> Option<PathBuf> {
+    let path = std::env::var_os("PATH")?;
+    names
+        .iter()
+        .find_map(|name| std::env::split_paths(&path).map(|folder| folder.join(name)).find(|file| is_program(file)))
+}
+
+#[cfg(unix)]
+fn is_program(file: &Path) -> bool {
+    use std::os::unix::fs::PermissionsExt as _;
+    file.metadata().is_ok_and(|data| data.is_file() && data.permissions().mode() & 0o111 != 0)
+}
+
+#[cfg(not(unix))]
+fn is_program(file: &Path) -> bool {
+    file.is_file() || file.with_extension("exe").is_file()
+}
+
+/// The host's C compiler: `$CC`, or the first of cc, gcc and clang.
+#[must_use]
+#[expect(clippy::disallowed_methods, reason = "CC is the user's choice of compiler")]
+pub fn c_compiler() -> Option<PathBuf> {
+    if let Some(cc) = std::env::var_os("CC").filter(|cc| !cc.is_empty()) {
+        let cc = PathBuf::from(cc);
+        return if cc.components().count() > 1 { cc.is_file().then_some(cc) } else { find(&[cc.to_str()?]) };
+    }
+    find(&["cc", "gcc", "clang"])
+}
+
+/// Runs a program in a folder with this standard input, for at most `limit`.
+///
+/// # Errors
+/// In the user's terms: that it cannot be started, or did not end in time.
+pub fn run(program: &Path, arguments: &[&str], folder: &Path, input: &[u8], limit: Duration) -> Result<Finished, String> {
+    let shown = program.file_name().unwrap_or(program.as_os_str()).to_string_lossy().into_owned();
+    let mut child = Command::new(program)
+        .args(arguments)
+        .current_dir(folder)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .map_err(|error| format!("{shown} cannot be started: {error}"))?;
+    let (stdin, stdout, stderr) = (child.stdin.take(), child.stdout.take(), child.stderr.take());
+    let (ended, stdout, stderr) = thread::scope(|scope| {
+        // Three pipes are served at once: a program that fills one of them must not wait for us to serve another.
+        scope.spawn(move || {
+            if let Some(mut stdin) = stdin {
+                // A program that ends without reading everything breaks the pipe; its exit code says whether that is wrong.
+                let _ = stdin.write_all(input);
+            }
+        });
+        let out = scope.spawn(move || read_all(stdout));
+        let err = scope.spawn(move || read_all(stderr));
+        let ended = wait(&mut child, limit);
+        if ended.is_err() {
+            // It is stopped, so the pipes close and the readers end.
+            let _ = child.kill();
+            let _ = child.wait();
+        }
+        (ended, out.join().unwrap_or_default(), err.join().unwrap_or_default())
+    });
+    let status = ended.map_err(|why| format!("{shown}: {why}"))?;
+    Ok(Finished {
+        stdout,
+        stderr: String::from_utf8_lossy(&stderr).into_owned(),
+        is_success: status.success(),
+        ending: status.to_string(),
+    })
+}
+
+fn read_all(pipe: Option<impl Read>) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    if let Some(mut pipe) = pipe {
+        let _ = pipe.read_to_end(&mut bytes);
+    }
+    bytes
+}
+
+#[expect(clippy::disallowed_methods, reason = "a program that hangs must be stopped")]
+fn wait(child: &mut std::process::Child, limit: Duration) -> Result<std::process::ExitStatus, String> {
+    let start = Instant::now();
+    let mut pause = Duration::from_micros(200);
+    loop {
+        match child.try_wait() {
+            Ok(Some(status)) => return Ok(status),
+            Ok(None) if start.elapsed() > limit => return Err(format!("did not end within {} s", limit.as_secs())),
+            Ok(None) => thread::sleep(pause),
+            Err(error) => return Err(error.to_string()),
+        }
+        pause = (pause * 2).min(Duration::from_millis(5));
+    }
+}
