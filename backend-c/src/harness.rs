@@ -25,12 +25,95 @@ pub fn harness(net: &Valid<Net>, package: &Package) -> String {
         nodes.push(Node::directive(format!("#include \"{prefix}_user.h\"")));
     }
     nodes.extend(common());
-    nodes.extend(bench(net, &package.interface));
+    nodes.extend(bench(net, &package.interface, false));
     nodes.push(Node::function(
         "int main(void)",
         vec![Node::line(format!("{prefix}_run();")), Node::line("return 0;")],
     ));
     Writer::write(&nodes).0
+}
+
+/// A `main` that answers for single reactions, so that a caller can visit every state: each line begins with the number of the state to start from, then
+/// goes on as a line of [`harness`]. The answer is two lines: the row of the trace (its scan is always 0), and the number of the state that the
+/// instance is in then. Equal instances have equal numbers; 0 is the state after `init`, whose row and number come first, after the heading.
+///
+/// What `step` leaves in the output structure is not carried over: an output that `step` does not write would show.
+#[must_use]
+pub fn explorer(net: &Valid<Net>, package: &Package) -> String {
+    let prefix = &package.interface.names.prefix;
+    let mut nodes = vec![
+        Node::comment(format!("{}: answers for single reactions.", net.name)),
+        Node::directive(format!("#include \"{prefix}.h\"")),
+    ];
+    if has_library(package) {
+        nodes.push(Node::directive(format!("#include \"{prefix}_user.h\"")));
+    }
+    nodes.extend(common());
+    if package.interface.has_instance {
+        nodes.push(Kind::Verbatim(instances(prefix)).into());
+    }
+    nodes.extend(bench(net, &package.interface, true));
+    nodes.push(Node::function(
+        "int main(void)",
+        vec![Node::line(format!("{prefix}_run();")), Node::line("return 0;")],
+    ));
+    Writer::write(&nodes).0
+}
+
+/// The table of instances seen so far, open addressing with linear probing.
+fn instances(prefix: &str) -> String {
+    format!(
+        r#"static {prefix}_t *bench_seen;
+static size_t bench_n_seen;
+static size_t bench_room;
+static size_t *bench_slots;
+static size_t bench_n_slots;
+
+static size_t bench_slot(const {prefix}_t *self)
+{{
+    const unsigned char *bytes = (const unsigned char *)self;
+    uint64_t hash = 1469598103934665603U;
+    for (size_t i = 0; i < sizeof *self; ++i) {{
+        hash = (hash ^ bytes[i]) * 1099511628211U;
+    }}
+    size_t at = (size_t)(hash % bench_n_slots);
+    while (bench_slots[at] != 0U && memcmp(&bench_seen[bench_slots[at] - 1U], self, sizeof *self) != 0) {{
+        at = (at + 1U) % bench_n_slots;
+    }}
+    return at;
+}}
+
+/* The number of an instance; a new one gets the next. */
+static size_t bench_instance(const {prefix}_t *self)
+{{
+    if (2U * (bench_n_seen + 1U) > bench_n_slots) {{
+        bench_n_slots = bench_n_slots * 2U + 64U;
+        free(bench_slots);
+        bench_slots = (size_t *)calloc(bench_n_slots, sizeof *bench_slots);
+        if (bench_slots == NULL) {{
+            exit(1);
+        }}
+        for (size_t i = 0; i < bench_n_seen; ++i) {{
+            bench_slots[bench_slot(&bench_seen[i])] = i + 1U;
+        }}
+    }}
+    const size_t at = bench_slot(self);
+    if (bench_slots[at] == 0U) {{
+        if (bench_n_seen == bench_room) {{
+            bench_room = bench_room * 2U + 64U;
+            bench_seen = ({prefix}_t *)realloc(bench_seen, bench_room * sizeof *bench_seen);
+            if (bench_seen == NULL) {{
+                exit(1);
+            }}
+        }}
+        memcpy(&bench_seen[bench_n_seen], self, sizeof *self);
+        bench_slots[at] = ++bench_n_seen;
+    }}
+    return bench_slots[at] - 1U;
+}}
+
+"#
+    )
 }
 
 /// One program for many charts, with all their text in it: compile it alone. Its first argument is the position of the chart that is to run, from 0; with no
@@ -56,7 +139,7 @@ pub fn multi_harness(all: &[(&Valid<Net>, &Package)]) -> String {
                 }
             }
         }
-        text.push_str(&Writer::write(&bench(net, &package.interface)).0);
+        text.push_str(&Writer::write(&bench(net, &package.interface, false)).0);
         for name in &library {
             text.push_str(&format!("#undef {name}\n"));
         }
@@ -191,8 +274,8 @@ static void bench_add(bench_calls_t *calls, int64_t value, char joint)
     vec![Kind::Verbatim(text.to_string()).into(), Kind::Verbatim(uses.to_string()).into(), Node::blank()]
 }
 
-/// The functions of the library and `NAME_run`.
-fn bench(net: &Net, interface: &Interface) -> Vec<Node> {
+/// The functions of the library and `NAME_run`; with `explore` it takes a state from the beginning of each line and prints the one it comes to.
+fn bench(net: &Net, interface: &Interface, explore: bool) -> Vec<Node> {
     let prefix = &interface.names.prefix;
     let mut nodes = stand_ins(net, interface);
     let mut body = Vec::new();
@@ -227,7 +310,22 @@ fn bench(net: &Net, interface: &Interface) -> Vec<Node> {
     body.push(Node::line(format!("fputs(\"{}\\n\", stdout);", columns(net, interface).join(","))));
     body.push(Node::line(format!("{prefix}_init({});", arguments(interface, false))));
     let mut round = row(net, interface);
-    round.push(Node::line("++scan;"));
+    if explore {
+        let number = if interface.has_instance { "(int64_t)bench_instance(&self)" } else { "0" };
+        round.push(Node::line(format!("bench_print({number});")));
+        round.push(Node::line("putchar('\\n');"));
+        round.push(Node::line("fflush(stdout);").note("the caller waits for it"));
+        round.push(Node::line("int64_t from = 0;"));
+        round.push(Node::when("!bench_number(&from)", vec![Node::line("break;")]));
+        if interface.has_instance {
+            round.push(Node::line("memcpy(&self, &bench_seen[from], sizeof self);"));
+        }
+        if interface.has_out {
+            round.push(Node::line("memset(&out, 0x55, sizeof out);"));
+        }
+    } else {
+        round.push(Node::line("++scan;"));
+    }
     round.push(Node::when("!bench_number(&dt)", vec![Node::line("break;")]));
     if let Some(ticks) = interface.ticks {
         let most = ticks.max();

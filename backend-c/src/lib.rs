@@ -33,7 +33,7 @@ mod names;
 mod switch;
 mod times;
 
-pub use harness::{harness, multi_harness};
+pub use harness::{explorer, harness, multi_harness};
 
 use grafsynth_ir::diag::{Diagnostic, any_error};
 use grafsynth_ir::facts::Facts;
