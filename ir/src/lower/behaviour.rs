@@ -16,6 +16,9 @@ use crate::span::{Name, Span};
 /// After `roles` and `declarations`: conditions and lists read outputs.
 pub(super) fn behaviour(lowering: &mut Lowering<'_>) {
     lowering.leaving = vec![Vec::new(); lowering.net.steps.len()];
+    if lowering.is_statechart() {
+        super::statechart::prepare(lowering);
+    }
     for index in 0..lowering.work.len() {
         match lowering.work[index] {
             Work::Step { scope, id, source } => step(lowering, scope, id, source),
@@ -197,7 +200,6 @@ fn transition<'a>(
         );
     }
     let (Ok(requires), Ok(enters)) = (requires, enters) else { return };
-    border(lowering, source, &requires, &enters);
     for step in &requires {
         lowering.leaving[step.index()].push(id);
     }
@@ -239,19 +241,20 @@ fn steps(
 }
 
 fn one_step(lowering: &mut Lowering<'_>, scope: ScopeId, path: &Path, end: End) -> Outcome<StepId> {
-    match lowering.symbol(scope, path)? {
-        Symbol::Step(step) => Ok(step),
-        Symbol::MacroStep(instance) => {
-            let instance = &lowering.instances[instance];
-            let step = if end == End::Source { instance.exit } else { instance.entry };
-            step.ok_or_else(|| lowering.already_told())
-        }
-        other => Err(lowering.wrong_kind(path.span(), path, other, "a step")),
+    let symbol = lowering.symbol(scope, path)?;
+    if let Symbol::Step(step) = symbol {
+        return Ok(step);
     }
+    if let Symbol::MacroStep(instance) = symbol {
+        let instance = &lowering.instances[instance];
+        let step = if end == End::Source { instance.exit } else { instance.entry };
+        return step.ok_or_else(|| lowering.already_told());
+    }
+    Err(lowering.wrong_kind(path.span(), path, symbol, "a step"))
 }
 
 /// What a transition says after `when` and `after`.
-fn receptivity(
+pub(super) fn receptivity(
     lowering: &mut Lowering<'_>,
     scope: ScopeId,
     source: &chart::Transition,
@@ -300,31 +303,6 @@ fn receptivity(
         operands.insert(0, Expr::leaf(Leaf::Active(inside), source.meta.span));
     }
     failed.map_or_else(|| Ok(Expr::and(operands)), Err)
-}
-
-/// A transition stays within one enclosure (semantics §8).
-fn border(lowering: &mut Lowering<'_>, source: &chart::Transition, requires: &[StepId], enters: &[StepId]) {
-    let inside = |step: &StepId| lowering.net.steps[*step].parent;
-    let mut all = requires.iter().chain(enters);
-    let Some(first) = all.next() else { return };
-    let Some(other) = all.find(|step| inside(step) != inside(first)) else { return };
-    let name = |step: &StepId| lowering.net.steps[*step].name.text.clone();
-    let place = |step: &StepId| match inside(step) {
-        Some(parent) => format!("inside {}", name(&parent)),
-        None => "in no enclosing step".to_owned(),
-    };
-    let message = format!(
-        "a transition leads across the border of an enclosure: {} is {}, {} is {}",
-        name(first),
-        place(first),
-        name(other),
-        place(other)
-    );
-    lowering.report(
-        Diagnostic::error(codes::ENCLOSURE_BORDER, message)
-            .at(source.meta.span, "")
-            .help("lead it to the enclosing step, and mark with `*` what that activates"),
-    );
 }
 
 /// Priorities that the policy never asks for.

@@ -51,8 +51,8 @@ codes! {
     CALL_ARGUMENTS = "G0219", "arguments of a call";
     /// `after` needs a step whose time it can ask for.
     AFTER_SOURCE = "G0220", "`after` on a source transition";
-    /// A transition leads across the border of an enclosure.
-    ENCLOSURE_BORDER = "G0221", "transition across the border of an enclosure";
+    /// The queues of a statechart need a bound.
+    QUEUE_NEEDED = "G0221", "queue without bound";
     /// Something stands in a chart of the other kind.
     CHART_KIND = "G0222", "not in this kind of chart";
     /// An assignment stores a bound whatever its value.
@@ -103,6 +103,4 @@ codes! {
     NEVER_TAKEN = "G0245", "transition that is never taken";
     /// The time of a macro-step that is left and entered within one reaction.
     MACRO_TIME = "G0246", "time of a macro-step";
-    /// A construct that this version cannot lower.
-    NOT_SUPPORTED = "G0247", "not supported yet";
 }

@@ -2,6 +2,7 @@
 
 use super::expand::Work;
 use super::roles::{Role, Use};
+use super::statechart::Tree;
 use crate::chart::{self, Design};
 use crate::diag::Diagnostic;
 use crate::expr::Expr;
@@ -27,18 +28,27 @@ impl Reported {
 /// A result whose error was already told to the user.
 pub(super) type Outcome<T> = Result<T, Reported>;
 
+/// How many errors, and how many warnings, are kept: more than anybody reads, and few enough for a broken file of any size.
+const MAX_FINDINGS: usize = 20_000;
+
 /// The findings so far, each once: a macro that is expanded ten times has its mistakes told once.
 #[derive(Debug, Default)]
 pub(super) struct Findings {
     pub(super) list: Vec<Diagnostic>,
     seen: BTreeSet<(&'static str, Option<Span>, String)>,
+    n_errors: usize,
+    n_others: usize,
 }
 
 impl Findings {
     pub(super) fn add(&mut self, diagnostic: Diagnostic) -> Reported {
-        let place = diagnostic.labels.first().map(|label| label.span);
-        if self.seen.insert((diagnostic.code.id, place, diagnostic.message.clone())) {
-            self.list.push(diagnostic);
+        let count = if diagnostic.is_error() { &mut self.n_errors } else { &mut self.n_others };
+        if *count < MAX_FINDINGS {
+            let place = diagnostic.labels.first().map(|label| label.span);
+            if self.seen.insert((diagnostic.code.id, place, diagnostic.message.clone())) {
+                *count += 1;
+                self.list.push(diagnostic);
+            }
         }
         Reported(())
     }
@@ -175,6 +185,8 @@ pub(super) struct Lowering<'a> {
     pub(super) otherwise_mentions: usize,
     /// Name suggestions given: looking for a near name costs time for each candidate.
     pub(super) suggestions: usize,
+    /// The states of statecharts.
+    pub(super) tree: Tree,
     /// Names with dots of a finished net; used instead of scopes when properties are added to one.
     pub(super) flat: Option<BTreeMap<String, Symbol>>,
     /// Steps with tasks: `s.done` asks for them before they are lowered.
@@ -210,6 +222,7 @@ impl<'a> Lowering<'a> {
             otherwise_mentions: 0,
             suggestions: 0,
             flat: None,
+            tree: Tree::default(),
             tasked: BTreeSet::new(),
             expression_depth: 0,
         }

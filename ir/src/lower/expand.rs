@@ -770,6 +770,18 @@ impl<'a> Expansion<'_, 'a> {
         let body = new_scope(self.lowering, Some(scope), prefix, part, Some(id), chart);
         self.lowering.bodies.insert(id, body);
         self.lowering.work.push(Work::State { scope: body, id, source });
+        for history in &source.histories {
+            let name = self.lowering.full_name(body, &history.name);
+            let made = self.lowering.net.histories.push(crate::net::History {
+                name,
+                owner: id,
+                cases: Vec::new(),
+                default: Vec::new(),
+                default_content: Vec::new(),
+                meta: history.meta.clone(),
+            });
+            self.lowering.declare(body, &history.name, Symbol::History(made));
+        }
         self.items(body, &source.items);
     }
 }

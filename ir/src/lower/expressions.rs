@@ -594,7 +594,7 @@ impl Lowering<'_> {
             return Ok(());
         }
         Err(self.report(
-            Diagnostic::error(codes::NOT_SUPPORTED, format!("{what} cannot stand outside the chart"))
+            Diagnostic::error(codes::TIME_ALONE, format!("{what} cannot stand outside the chart"))
                 .at(span, "needs a timer in the chart")
                 .help("declare `timer T while ..` in the chart and compare T here"),
         ))

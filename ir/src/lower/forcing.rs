@@ -40,9 +40,9 @@ fn order_of(
     target: &Path,
     order: &ForceOrder,
 ) -> Outcome<usize> {
-    let forced = match lowering.symbol(scope, target)? {
-        Symbol::Chart(scope) => scope,
-        other => return Err(lowering.wrong_kind(target.span(), target, other, "a chart")),
+    let symbol = lowering.symbol(scope, target)?;
+    let Symbol::Chart(forced) = symbol else {
+        return Err(lowering.wrong_kind(target.span(), target, symbol, "a chart"));
     };
     let chart = lowering.scopes[forced].chart;
     let parts = lowering.chart_bodies[chart].1.clone();
@@ -76,12 +76,13 @@ fn order_of(
 
 /// Names in an order are those of the forced chart.
 fn forced_step(lowering: &mut Lowering<'_>, forced: ScopeId, path: &Path) -> Outcome<StepId> {
-    let step = match lowering.symbol(forced, path)? {
-        Symbol::Step(step) => step,
-        Symbol::MacroStep(instance) => {
-            lowering.instances[instance].entry.ok_or_else(|| lowering.already_told())?
-        }
-        other => return Err(lowering.wrong_kind(path.span(), path, other, "a step")),
+    let symbol = lowering.symbol(forced, path)?;
+    let step = if let Symbol::Step(step) = symbol {
+        step
+    } else if let Symbol::MacroStep(instance) = symbol {
+        lowering.instances[instance].entry.ok_or_else(|| lowering.already_told())?
+    } else {
+        return Err(lowering.wrong_kind(path.span(), path, symbol, "a step"));
     };
     let chart = lowering.scopes[forced].chart;
     if !lowering.chart_bodies[chart].1.contains(&lowering.net.steps[step].part.index()) {

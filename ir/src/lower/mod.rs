@@ -58,6 +58,7 @@ const PIPELINE: &[(&str, Pass)] = &[
     ("declarations", declarations::declarations),
     ("behaviour", behaviour::behaviour),
     ("outputs", outputs::outputs),
+    ("statecharts", statechart::statecharts),
     ("forcing", forcing::forcing),
     ("beginnings", beginnings::beginnings),
     ("properties", properties::properties),

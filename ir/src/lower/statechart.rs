@@ -1,29 +1,560 @@
-//! States, regions and history of statecharts (semantics §3.3, §4, §5).
+//! States, regions and history of statecharts: what each transition leaves and enters (semantics §3.3, §3.9, §4, §5).
+//!
+//! ```text
+//! state a { state b  state c  b -> c }         b -> c   leaves b c      enters c
+//! state d { state e  state f }            =>   b -> d   leaves a .. f   enters d e
+//! b -> d    c -> d.f                           c -> d.f leaves a .. f   enters d f
+//! ```
 
+use super::behaviour::{event_list, receptivity};
 use super::codes;
-use super::context::{Lowering, ScopeId};
-use crate::chart;
+use super::context::{Lowering, Outcome, ScopeId, Symbol};
+use super::expand::Work;
+use super::statements::ListKind;
+use crate::chart::{self, Path, StepRole};
 use crate::diag::Diagnostic;
-use crate::net::{StepId, TransitionId};
+use crate::net::{
+    Block, Enter, HistoryCase, HistoryId, Input, InputId, InputKind, Meta, PartId, Stmt, StmtKind,
+    StepId, StepKind, TransitionId, TransitionKind,
+};
+use crate::span::{Name, Span};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// The states of all charts as a forest. A state stands directly before what lies in it, so that what lies in it is a range of steps.
+#[derive(Debug, Default)]
+pub(super) struct Tree {
+    /// Per step, its children in document order.
+    children: Vec<Vec<StepId>>,
+    /// Per part, its outermost states.
+    roots: Vec<Vec<StepId>>,
+    /// Per step, one past the last one that lies in it.
+    end: Vec<usize>,
+    /// Per composite, where its initial transition leads and whether that has content.
+    initial: BTreeMap<StepId, (Vec<Goal>, bool)>,
+    /// Children that are marked as initial.
+    marked: BTreeSet<StepId>,
+}
+
+/// What a transition leads to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Goal {
+    State(StepId),
+    History(HistoryId),
+}
+
+/// Two goals that cannot both be active.
+struct Clash(StepId);
+
+/// Builds the forest, before any transition is looked at.
+pub(super) fn prepare(lowering: &mut Lowering<'_>) {
+    let net = &lowering.net;
+    let mut tree = Tree {
+        children: vec![Vec::new(); net.steps.len()],
+        roots: vec![Vec::new(); net.parts.len()],
+        end: (1..=net.steps.len()).collect(),
+        initial: BTreeMap::new(),
+        marked: BTreeSet::new(),
+    };
+    for (id, step) in net.steps.iter() {
+        match step.parent {
+            Some(parent) => tree.children[parent.index()].push(id),
+            None => tree.roots[step.part.index()].push(id),
+        }
+    }
+    for (id, step) in net.steps.iter().rev() {
+        if let Some(parent) = step.parent {
+            tree.end[parent.index()] = tree.end[parent.index()].max(tree.end[id.index()]);
+        }
+    }
+    let mut first_marked: BTreeMap<(Option<StepId>, PartId), Span> = BTreeMap::new();
+    for index in 0..lowering.work.len() {
+        let Work::Step { id, source, .. } = lowering.work[index] else { continue };
+        if source.role != StepRole::Initial {
+            continue;
+        }
+        let step = &lowering.net.steps[id];
+        let key = (step.parent, step.part);
+        if let Some(first) = first_marked.insert(key, source.name.span) {
+            lowering.report(
+                Diagnostic::error(codes::SETTING_TWICE, "two states beside each other are initial")
+                    .at(source.name.span, "again here")
+                    .at(first, "first here")
+                    .help("a state is entered at one of its children: mark one of them"),
+            );
+        }
+        tree.marked.insert(id);
+    }
+    lowering.tree = tree;
+    for index in 0..lowering.work.len() {
+        let Work::State { scope, id, source } = lowering.work[index] else { continue };
+        let Some((paths, content)) = &source.initial else { continue };
+        let Ok(goals) = goals(lowering, scope, paths) else { continue };
+        let inside = lowering.tree.inside(id);
+        let all_inside = goals.iter().all(|goal| {
+            let state = goal.state(lowering);
+            inside.contains(&state.index()) || (state == id && matches!(goal, Goal::History(_)))
+        });
+        if !all_inside || goals.is_empty() {
+            let name = &source.step.name;
+            lowering.report(
+                Diagnostic::error(
+                    codes::WRONG_KIND,
+                    format!("the initial transition of {name} leads out of it"),
+                )
+                .at(paths.first().map_or(name.span, Path::span), "")
+                .help(format!("name a state that lies in {name}")),
+            );
+            continue;
+        }
+        lowering.tree.initial.insert(id, (goals, !content.is_empty()));
+    }
+}
+
+impl Goal {
+    /// The state itself, or the one that has the history.
+    fn state(self, lowering: &Lowering<'_>) -> StepId {
+        match self {
+            Goal::State(state) => state,
+            Goal::History(history) => lowering.net.histories[history].owner,
+        }
+    }
+}
+
+impl Tree {
+    /// What lies in a state, as a range of steps.
+    fn inside(&self, state: StepId) -> std::ops::Range<usize> {
+        state.index() + 1..self.end[state.index()]
+    }
+
+    fn children_of(&self, state: Option<StepId>, part: PartId) -> &[StepId] {
+        match state {
+            Some(state) => &self.children[state.index()],
+            None => &self.roots[part.index()],
+        }
+    }
+}
+
+/// States and histories that paths name.
+fn goals(lowering: &mut Lowering<'_>, scope: ScopeId, paths: &[Path]) -> Outcome<Vec<Goal>> {
+    let mut found = Vec::new();
+    let mut failed = None;
+    for path in paths {
+        match lowering.symbol(scope, path) {
+            Ok(Symbol::Step(state)) => found.push(Goal::State(state)),
+            Ok(Symbol::History(history)) => found.push(Goal::History(history)),
+            Ok(other) => failed = Some(lowering.wrong_kind(path.span(), path, other, "a state")),
+            Err(reported) => failed = Some(reported),
+        }
+    }
+    failed.map_or(Ok(found), Err)
+}
+
+/// A list of entered things under construction.
+struct Entering<'l, 'a> {
+    lowering: &'l Lowering<'a>,
+    part: PartId,
+    out: Vec<Enter>,
+}
+
+impl Entering<'_, '_> {
+    /// Completes what is entered below `domain` (none: the chart) so that the goals are active.
+    fn below(&mut self, domain: Option<StepId>, goals: &[Goal]) -> Result<(), Clash> {
+        let mut wanted: BTreeSet<StepId> = BTreeSet::new();
+        let mut histories: BTreeMap<StepId, HistoryId> = BTreeMap::new();
+        for goal in goals {
+            let state = goal.state(self.lowering);
+            if let Goal::History(history) = *goal
+                && histories.insert(state, history).is_some_and(|other| other != history)
+            {
+                return Err(Clash(state));
+            }
+            let mut next = Some(state).filter(|state| Some(*state) != domain);
+            while let Some(state) = next.filter(|state| wanted.insert(*state)) {
+                next = self.lowering.net.steps[state].parent.filter(|parent| Some(*parent) != domain);
+            }
+        }
+        self.content(domain, &wanted, &histories)
+    }
+
+    fn state(
+        &mut self,
+        state: StepId,
+        wanted: &BTreeSet<StepId>,
+        histories: &BTreeMap<StepId, HistoryId>,
+    ) -> Result<(), Clash> {
+        self.out.push(Enter::Step(state));
+        self.content(Some(state), wanted, histories)
+    }
+
+    /// What is entered in a state (none: the chart) that is active or just entered.
+    fn content(
+        &mut self,
+        state: Option<StepId>,
+        wanted: &BTreeSet<StepId>,
+        histories: &BTreeMap<StepId, HistoryId>,
+    ) -> Result<(), Clash> {
+        let lowering = self.lowering;
+        let children = lowering.tree.children_of(state, self.part);
+        let mut chosen = children.iter().copied().filter(|child| wanted.contains(child));
+        if let Some(state) = state
+            && let Some(history) = histories.get(&state)
+        {
+            if let Some(child) = chosen.next() {
+                return Err(Clash(child));
+            }
+            self.out.push(Enter::History(*history));
+            return Ok(());
+        }
+        match state.map_or(StepKind::Composite, |state| lowering.net.steps[state].kind) {
+            StepKind::Leaf | StepKind::Final | StepKind::Enclosing => Ok(()),
+            StepKind::Parallel => {
+                for child in children {
+                    if wanted.contains(child) {
+                        self.state(*child, wanted, histories)?;
+                    } else {
+                        self.by_default(*child)?;
+                    }
+                }
+                Ok(())
+            }
+            StepKind::Composite => match (chosen.next(), chosen.next()) {
+                (Some(child), None) => self.state(child, wanted, histories),
+                (Some(_), Some(other)) => Err(Clash(other)),
+                (None, _) => self.initial(state),
+            },
+        }
+    }
+
+    fn by_default(&mut self, state: StepId) -> Result<(), Clash> {
+        self.state(state, &BTreeSet::new(), &BTreeMap::new())
+    }
+
+    /// The initial transition of a composite, or of the chart: as drawn, else to the child marked initial, else to the first.
+    fn initial(&mut self, state: Option<StepId>) -> Result<(), Clash> {
+        let tree = &self.lowering.tree;
+        if let Some(state) = state
+            && let Some((goals, has_content)) = tree.initial.get(&state)
+        {
+            if *has_content {
+                self.out.push(Enter::InitialContent(state));
+            }
+            return self.below(Some(state), goals);
+        }
+        let children = tree.children_of(state, self.part);
+        let marked = children.iter().find(|child| tree.marked.contains(child));
+        match marked.or(children.first()) {
+            Some(child) => self.by_default(*child),
+            None => Ok(()),
+        }
+    }
+}
+
+/// What is entered below `domain` to reach the goals.
+fn entered(
+    lowering: &mut Lowering<'_>,
+    part: PartId,
+    domain: Option<StepId>,
+    goals: &[Goal],
+    span: Span,
+) -> Outcome<Vec<Enter>> {
+    let mut entering = Entering { lowering, part, out: Vec::new() };
+    let result = if goals.is_empty() {
+        entering.content(domain, &BTreeSet::new(), &BTreeMap::new())
+    } else {
+        entering.below(domain, goals)
+    };
+    let out = entering.out;
+    result.map(|()| out).map_err(|Clash(state)| {
+        let name = lowering.net.steps[state].name.text.clone();
+        lowering.report(
+            Diagnostic::error(
+                codes::CHART_KIND,
+                format!("{name} and another target cannot be active at once"),
+            )
+            .at(span, "")
+            .help("several targets must lie in different regions of one parallel state"),
+        )
+    })
+}
 
 /// A transition of a statechart: its one source, what it leaves and what it enters.
 pub(super) fn transition<'a>(
     lowering: &mut Lowering<'a>,
-    _scope: ScopeId,
-    _id: TransitionId,
+    scope: ScopeId,
+    id: TransitionId,
     source: &'a chart::Transition,
 ) {
-    lowering.report(
-        Diagnostic::error(codes::NOT_SUPPORTED, "transitions of statecharts are not lowered yet")
-            .at(source.meta.span, ""),
-    );
+    if let Some(what) = grafcet_part(source) {
+        lowering.report(
+            Diagnostic::error(codes::CHART_KIND, format!("{what} cannot stand in a statechart"))
+                .at(source.meta.span, "")
+                .help("its hierarchy decides what it leaves and which of two transitions wins"),
+        );
+        return;
+    }
+    let from = goals(lowering, scope, &source.sources);
+    let to = goals(lowering, scope, &source.targets);
+    let from = match from.as_deref() {
+        Ok([Goal::State(state)]) => Ok(*state),
+        Ok(_) => {
+            let span = source.sources.first().map_or(source.meta.span, Path::span);
+            Err(lowering.report(
+                Diagnostic::error(codes::WRONG_KIND, "a transition cannot leave a history")
+                    .at(span, "a state is needed here"),
+            ))
+        }
+        Err(reported) => Err(*reported),
+    };
+    let events = event_list(lowering, scope, &source.events);
+    let requires = from.ok().map(|state| [state]);
+    let guard = receptivity(lowering, scope, source, requires.as_ref().map(<[StepId; 1]>::as_slice));
+    let actions = lowering.block(scope, ListKind::Change, &source.actions);
+    let (Ok(from), Ok(to)) = (from, to) else { return };
+    lowering.leaving[from.index()].push(id);
+    let part = lowering.net.steps[from].part;
+    if let Some(goal) = to.iter().find(|goal| lowering.net.steps[goal.state(lowering)].part != part) {
+        let name = lowering.net.steps[goal.state(lowering)].name.text.clone();
+        lowering.report(
+            Diagnostic::error(codes::CHART_KIND, format!("a transition leads to {name}, which is in another chart"))
+                .at(source.meta.span, "")
+                .help("raise an event here that the other chart is `on`"),
+        );
+        return;
+    }
+    let (kind, clears, enters) = if to.is_empty() {
+        (TransitionKind::Reaction, Vec::new(), Vec::new())
+    } else {
+        let domain = domain(lowering, from, &to);
+        let clears: Vec<StepId> = match domain {
+            Some(state) => lowering.tree.inside(state).map(StepId::from_index).collect(),
+            None => match lowering.tree.roots[part.index()].as_slice() {
+                [first, .., last] | [first @ last] => {
+                    (first.index()..lowering.tree.end[last.index()]).map(StepId::from_index).collect()
+                }
+                [] => Vec::new(),
+            },
+        };
+        let Ok(enters) = entered(lowering, part, domain, &to, source.meta.span) else { return };
+        (TransitionKind::Move, clears, enters)
+    };
+    let transition = &mut lowering.net.transitions[id];
+    transition.kind = kind;
+    transition.restart = kind == TransitionKind::Move;
+    transition.requires = vec![from];
+    transition.clears = clears;
+    transition.enters = enters;
+    transition.events = events;
+    transition.actions = actions;
+    if let Ok(guard) = guard {
+        transition.guard = guard;
+    }
 }
 
-/// What a state adds to the step that it is.
+/// What of a transition only a Grafcet has.
+fn grafcet_part(source: &chart::Transition) -> Option<&'static str> {
+    match source.sources.len() {
+        0 => Some("a source transition"),
+        1 if source.priority.is_some() => Some("the priority of a transition"),
+        1 if source.restart => Some("`restart`"),
+        1 => None,
+        _ => Some("a transition with several sources"),
+    }
+}
+
+/// The innermost composite state (none: the chart) that holds the source and all targets.
+fn domain(lowering: &Lowering<'_>, from: StepId, to: &[Goal]) -> Option<StepId> {
+    let mut next = lowering.net.steps[from].parent;
+    while let Some(state) = next {
+        let inside = lowering.tree.inside(state);
+        let holds = |goal: &Goal| {
+            let target = goal.state(lowering);
+            inside.contains(&target.index()) || (target == state && matches!(goal, Goal::History(_)))
+        };
+        if lowering.net.steps[state].kind == StepKind::Composite && to.iter().all(holds) {
+            return Some(state);
+        }
+        next = lowering.net.steps[state].parent;
+    }
+    None
+}
+
+/// What a state adds to the step that it is: the content of its initial transition, and its histories.
 pub(super) fn state<'a>(
-    _lowering: &mut Lowering<'a>,
-    _scope: ScopeId,
-    _id: StepId,
-    _source: &'a chart::State,
+    lowering: &mut Lowering<'a>,
+    scope: ScopeId,
+    id: StepId,
+    source: &'a chart::State,
 ) {
+    if let Some((_, content)) = &source.initial {
+        let content = lowering.block(scope, ListKind::Change, content);
+        lowering.net.steps[id].initial_content = content;
+    }
+    for history in &source.histories {
+        let Some(Symbol::History(made)) = lowering.find(scope, &history.name.text) else { continue };
+        let content = lowering.block(scope, ListKind::Change, &history.content);
+        lowering.net.histories[made].default_content = content;
+        let part = lowering.net.steps[id].part;
+        let span = history.name.span;
+        if let Ok(goals) = goals(lowering, scope, &history.default)
+            && let Ok(default) = entered(lowering, part, Some(id), &goals, span)
+        {
+            lowering.net.histories[made].default = default;
+        }
+        let cases = cases(lowering, id, history.is_deep, span);
+        lowering.net.histories[made].cases = cases;
+    }
+}
+
+/// What a history records and enters again: shallow, the children of its state; deep, the atomic states in it with all around them.
+fn cases(lowering: &mut Lowering<'_>, owner: StepId, is_deep: bool, span: Span) -> Vec<HistoryCase> {
+    let part = lowering.net.steps[owner].part;
+    let recorded: Vec<StepId> = if is_deep {
+        let inside = lowering.tree.inside(owner).map(StepId::from_index);
+        inside
+            .filter(|step| matches!(lowering.net.steps[*step].kind, StepKind::Leaf | StepKind::Final))
+            .collect()
+    } else {
+        lowering.tree.children[owner.index()].clone()
+    };
+    let mut cases = Vec::with_capacity(recorded.len());
+    for step in recorded {
+        let enters = if is_deep {
+            let mut path = vec![Enter::Step(step)];
+            let mut next = lowering.net.steps[step].parent;
+            while let Some(state) = next.filter(|state| *state != owner) {
+                path.push(Enter::Step(state));
+                next = lowering.net.steps[state].parent;
+            }
+            path.reverse();
+            path
+        } else {
+            let mut entering = Entering { lowering, part, out: Vec::new() };
+            let result = entering.by_default(step);
+            let out = entering.out;
+            if result.is_err() {
+                // The initial transition that clashes is reported where the state is entered by default.
+                lowering.report(
+                    Diagnostic::error(codes::CHART_KIND, "what this history enters cannot be active at once")
+                        .at(span, "")
+                        .help("look at the initial transitions of the states in it"),
+                );
+            }
+            out
+        };
+        cases.push(HistoryCase { step, enters });
+    }
+    cases
+}
+
+/// The event `done.state.P`, made at its first mention; none if the name is no such name.
+pub(super) fn done_event(lowering: &mut Lowering<'_>, scope: ScopeId, name: &Name) -> Option<Outcome<InputId>> {
+    let owner = name.text.strip_prefix("done.state.")?;
+    let names = owner.split('.').map(|part| Name::new(part, name.span)).collect();
+    let symbol = match lowering.symbol(scope, &Path { names }) {
+        Ok(symbol) => symbol,
+        Err(reported) => return Some(Err(reported)),
+    };
+    let state = match symbol {
+        Symbol::Step(state)
+            if matches!(lowering.net.steps[state].kind, StepKind::Composite | StepKind::Parallel) =>
+        {
+            state
+        }
+        _ => return Some(Err(lowering.wrong_kind(name.span, name, symbol, "the completion of a state with children"))),
+    };
+    if let Some(event) = lowering.net.steps[state].done_event {
+        return Some(Ok(event));
+    }
+    let full = format!("done.state.{}", lowering.net.steps[state].name);
+    lowering.taken.insert(full.clone());
+    let event = lowering.net.inputs.push(Input {
+        name: Name::new(full, name.span),
+        ty: crate::expr::Type::Bool,
+        kind: InputKind::InternalEvent,
+        synchronous: false,
+        meta: Meta { span: name.span, ..Meta::default() },
+    });
+    lowering.net.steps[state].done_event = Some(event);
+    Some(Ok(event))
+}
+
+/// Pass `statecharts`: what reset enters, and a bound for the queues. After `behaviour` and `outputs`, whose lists raise and send.
+pub(super) fn statecharts(lowering: &mut Lowering<'_>) {
+    if !lowering.is_statechart() {
+        return;
+    }
+    for part in lowering.net.parts.ids() {
+        let span = lowering.net.parts[part].name.span;
+        if let Ok(initial) = entered(lowering, part, None, &[], span) {
+            lowering.net.parts[part].initial = initial;
+        }
+    }
+    for (name, span) in step_priorities(lowering) {
+        lowering.report(
+            Diagnostic::error(codes::CHART_KIND, "the priority of a step cannot stand in a statechart")
+                .at(span, format!("step {name}")),
+        );
+    }
+    queues(lowering);
+}
+
+fn step_priorities(lowering: &Lowering<'_>) -> Vec<(String, Span)> {
+    let steps = lowering.net.steps.values().filter(|step| step.priority.is_some());
+    steps.map(|step| (step.name.text.clone(), step.name.span)).collect()
+}
+
+/// Without raised events and undelayed sends the external queue holds at most one row's events and every slot once; else the designer gives the bound.
+fn queues(lowering: &mut Lowering<'_>) {
+    if lowering.net.settings.queue.is_some() {
+        return;
+    }
+    let net = &lowering.net;
+    let mut first: Option<Span> = None;
+    for step in net.steps.values() {
+        for list in [&step.entry, &step.exit, &step.initial_content] {
+            first = first.or(unbounded(lowering, list));
+        }
+        if let Some(event) = step.done_event {
+            first = first.or(Some(net.inputs[event].name.span));
+        }
+    }
+    for transition in net.transitions.values() {
+        first = first.or(unbounded(lowering, &transition.actions));
+    }
+    for history in net.histories.values() {
+        first = first.or(unbounded(lowering, &history.default_content));
+    }
+    for action in net.actions.values() {
+        first = first.or(unbounded(lowering, &action.body));
+    }
+    if let Some(span) = first {
+        lowering.report(
+            Diagnostic::error(codes::QUEUE_NEEDED, "events are raised or sent at once, and the queues have no bound")
+                .at(span, "joins a queue")
+                .help("write `queue 4` for room for 4 events in each queue; one more is dropped and sets `fault`"),
+        );
+        return;
+    }
+    let n_slots = net.sends.len();
+    if n_slots > 0 {
+        let in_a_row = net.inputs.values().filter(|input| input.kind == InputKind::Event).count();
+        let in_a_row = if net.settings.events_exclusive { in_a_row.min(1) } else { in_a_row };
+        lowering.net.settings.queue = u32::try_from(in_a_row + n_slots).ok();
+    }
+}
+
+/// The first statement of a list that adds to a queue in the reaction itself.
+fn unbounded(lowering: &Lowering<'_>, block: &Block) -> Option<Span> {
+    block.iter().find_map(|stmt: &Stmt| match &stmt.kind {
+        StmtKind::Raise(_) => Some(stmt.span),
+        StmtKind::Send(slot) if lowering.net.sends[*slot].delay == 0 => Some(stmt.span),
+        StmtKind::If { then, otherwise, .. } => {
+            unbounded(lowering, then).or_else(|| unbounded(lowering, otherwise))
+        }
+        StmtKind::Send(_)
+        | StmtKind::Assign { .. }
+        | StmtKind::Cancel(_)
+        | StmtKind::Call { .. }
+        | StmtKind::Code(_) => None,
+    })
 }

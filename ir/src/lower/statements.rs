@@ -44,20 +44,14 @@ impl<'a> Lowering<'a> {
                 self.assign(place, target, index.as_ref(), value)?
             }
             chart::StmtKind::Call { function, arguments } => {
-                let output = match self.symbol_of(place.scope, function)? {
-                    Symbol::Output(output)
-                        if matches!(self.net.outputs[output].driver, Driver::Extern { .. }) =>
-                    {
-                        output
-                    }
-                    other => {
-                        return Err(self.wrong_kind(
-                            function.span,
-                            function,
-                            other,
-                            "an extern action",
-                        ));
-                    }
+                let symbol = self.symbol_of(place.scope, function)?;
+                let output = if let Symbol::Output(output) = symbol
+                    && matches!(self.net.outputs[output].driver, Driver::Extern { .. })
+                {
+                    output
+                } else {
+                    let wanted = "an extern action";
+                    return Err(self.wrong_kind(function.span, function, symbol, wanted));
                 };
                 let arguments = self.arguments(place, output, function, arguments, span)?;
                 StmtKind::Call { output, arguments }
@@ -178,8 +172,16 @@ impl<'a> Lowering<'a> {
                     .help(help),
                 ))
             }
-            other => {
-                Err(self.wrong_kind(target.span(), target, other, "a variable or an output"))
+            symbol @ (Symbol::Const(_)
+            | Symbol::Timer(_)
+            | Symbol::Step(_)
+            | Symbol::MacroStep(_)
+            | Symbol::Macro(_)
+            | Symbol::Transition(_)
+            | Symbol::Chart(_)
+            | Symbol::History(_)
+            | Symbol::Broken) => {
+                Err(self.wrong_kind(target.span(), target, symbol, "a variable or an output"))
             }
         }
     }
@@ -268,10 +270,18 @@ impl<'a> Lowering<'a> {
 
     /// The event of that name.
     pub(super) fn event(&mut self, scope: ScopeId, name: &Name) -> Outcome<InputId> {
-        match self.symbol_of(scope, name)? {
-            Symbol::Input(input) if self.net.inputs[input].kind.is_event() => Ok(input),
-            other => Err(self.wrong_kind(name.span, name, other, "an event")),
+        if self.is_statechart()
+            && let Some(done) = super::statechart::done_event(self, scope, name)
+        {
+            return done;
         }
+        let symbol = self.symbol_of(scope, name)?;
+        if let Symbol::Input(input) = symbol
+            && self.net.inputs[input].kind.is_event()
+        {
+            return Ok(input);
+        }
+        Err(self.wrong_kind(name.span, name, symbol, "an event"))
     }
 
     fn only_statecharts_send(&mut self, span: Span, word: &str) -> Outcome<()> {

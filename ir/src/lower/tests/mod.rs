@@ -2,6 +2,7 @@
 
 mod build;
 mod checks;
+mod hierarchy;
 mod large;
 mod structure;
 mod values;

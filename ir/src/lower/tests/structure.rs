@@ -311,7 +311,16 @@ fn otherwise_names_what_stands_above_and_leaves_a_common_step() {
         let mut read = Vec::new();
         net.transitions.values().nth(index).unwrap().guard.for_each_leaf(&mut |leaf| match leaf {
             Leaf::Fireable(id) => read.push(net.transitions[*id].name.text.as_str()),
-            other => panic!("{other:?}"),
+            Leaf::Input(_)
+            | Leaf::Var(_)
+            | Leaf::Active(_)
+            | Leaf::Elapsed(_)
+            | Leaf::LastElapsed(_)
+            | Leaf::TasksDone(_)
+            | Leaf::Timer(_)
+            | Leaf::Rise(_)
+            | Leaf::Fall(_)
+            | Leaf::Controlled(_) => panic!("{leaf:?}"),
         });
         read
     };
