@@ -48,11 +48,20 @@ pub(super) struct Lexer<'a> {
     at: usize,
 }
 
-/// Longest first, so that `:=` is not read as `:`.
-const SYMBOLS: &[&str] = &[
-    "->", ":=", "<=", ">=", "<>", "..", "(", ")", "[", "]", "{", "}", ",", ";", "=", "<", ">", "+",
-    "-", "*", "/",
-];
+/// The length of the sign at the beginning, if there is one.
+fn sign(text: &[u8]) -> Option<usize> {
+    Some(match text {
+        [b'-', b'>', ..] | [b':' | b'<' | b'>', b'=', ..] | [b'<', b'>', ..] | [b'.', b'.', ..] => {
+            2
+        }
+        [
+            b'(' | b')' | b'[' | b']' | b'{' | b'}' | b',' | b';' | b'=' | b'<' | b'>' | b'+'
+            | b'-' | b'*' | b'/',
+            ..,
+        ] => 1,
+        _ => return None,
+    })
+}
 
 impl<'a> Lexer<'a> {
     pub(super) fn new(source: &'a str) -> Self {
@@ -82,8 +91,8 @@ impl<'a> Lexer<'a> {
                 (Kind::Suffix, 1 + word(&rest[1..]))
             }
             c if c.is_alphabetic() || c == '_' => (Kind::Word, dotted(rest)),
-            c => match SYMBOLS.iter().find(|symbol| rest.starts_with(**symbol)) {
-                Some(symbol) => (Kind::Symbol, symbol.len()),
+            c => match sign(rest.as_bytes()) {
+                Some(length) => (Kind::Symbol, length),
                 None => (Kind::Bad, c.len_utf8()),
             },
         };
@@ -92,11 +101,12 @@ impl<'a> Lexer<'a> {
     }
 
     fn skip_blanks(&mut self) {
+        let bytes = self.source.as_bytes();
         loop {
-            let rest = &self.source[self.at..];
-            let blanks = rest.len() - rest.trim_start_matches([' ', '\t', '\r']).len();
-            self.at += blanks;
-            if !self.source[self.at..].starts_with("//") {
+            while matches!(bytes.get(self.at), Some(b' ' | b'\t' | b'\r')) {
+                self.at += 1;
+            }
+            if !bytes[self.at..].starts_with(b"//") {
                 return;
             }
             let rest = &self.source[self.at..];
@@ -120,6 +130,12 @@ fn digits(text: &str) -> usize {
 }
 
 fn word(text: &str) -> usize {
+    // Names are nearly always ASCII: look at bytes until one is not.
+    let ascii =
+        text.bytes().take_while(|byte| byte.is_ascii_alphanumeric() || *byte == b'_').count();
+    if text.as_bytes().get(ascii).is_none_or(u8::is_ascii) {
+        return ascii;
+    }
     text.find(|c| !is_word_char(c)).unwrap_or(text.len())
 }
 
