@@ -64,21 +64,20 @@ impl Reaction<'_> {
 
     /// The place of the oldest following step in the order of last activation: lower is older; last for a sink transition.
     fn age_place(&self, transition: TransitionId) -> usize {
+        let enters = &self.net.transitions[transition].enters;
+        if enters.is_empty() {
+            return usize::MAX;
+        }
+        // Without an order of its own all competitors of its rank and P are followed by one and the same step.
         let Some(order) = self.tables.layout.age_of[transition.index()] else { return 0 };
         let order = &self.tables.layout.ages[order as usize];
         let follows = |step: StepId| {
-            self.net.transitions[transition]
-                .enters
-                .iter()
-                .any(|enter| matches!(enter, Enter::Step(one) if *one == step))
+            enters.iter().any(|enter| matches!(enter, Enter::Step(one) if *one == step))
         };
         let oldest_first = &self.state.cells[order.base..order.base + order.steps.len()];
-        oldest_first
-            .iter()
-            .position(|step| {
-                usize::try_from(*step).is_ok_and(|step| follows(StepId::from_index(step)))
-            })
-            .unwrap_or(usize::MAX)
+        let is_following =
+            |step: &i64| usize::try_from(*step).is_ok_and(|step| follows(StepId::from_index(step)));
+        oldest_first.iter().position(is_following).unwrap_or(usize::MAX)
     }
 
     /// [C16]: takes each in turn unless one taken before shares a preceding step with it.

@@ -68,6 +68,8 @@ pub(crate) struct Work {
     pub(crate) open_next: bool,
     /// All transitions and reactions that fired, in order.
     pub(crate) fired: Vec<TransitionId>,
+    /// Statecharts: how many events at the front of the external queue stood there at Latch.
+    pub(crate) n_latched: usize,
     /// By place in [`Tables::may_end`]: the chart had ended before this reaction.
     pub(crate) had_ended: Vec<bool>,
 }
@@ -141,7 +143,9 @@ impl Reaction<'_> {
             self.state.cells[place] = match *cell {
                 Cell::Var(var, element) => {
                     let var = &self.net.vars[var];
-                    var.ty.saturate(var.init.get(element as usize).copied().unwrap_or(0))
+                    var.ty.saturate(
+                        var.init.get(element as usize).or(var.init.first()).copied().unwrap_or(0),
+                    )
                 }
                 Cell::Timer(timer) if self.net.timers[timer].starts_expired => {
                     self.tables.layout.timer_cap(timer)
@@ -185,6 +189,7 @@ impl Reaction<'_> {
         self.row.open.outputs.clear();
         self.work.fresh = true;
         self.work.open_next = false;
+        self.work.n_latched = 0;
         self.work.fired.clear();
         self.work.writer = None;
         self.work.reads_before = false;

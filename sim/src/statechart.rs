@@ -62,6 +62,7 @@ impl Reaction<'_> {
                 self.join_external(*event);
             }
         }
+        self.work.n_latched = self.state.external.len();
     }
 
     /// When full, the newest event is dropped and the row shows a fault.
@@ -85,7 +86,8 @@ impl Reaction<'_> {
         self.net.settings.queue.map_or(usize::MAX, |bound| bound as usize)
     }
 
-    /// EVOLVE-STATECHART.
+    /// EVOLVE-STATECHART. The count of micro-steps starts anew with each external event that stood in the queue at Latch; one that an undelayed
+    /// send adds during the reaction is counted on, so that a send for oneself cannot keep a reaction going for ever.
     pub(crate) fn evolve_statechart(&mut self) {
         let limit = match self.net.settings.evolution {
             Evolution::Single => 1,
@@ -101,18 +103,24 @@ impl Reaction<'_> {
             self.check(Trigger::Eventless);
             self.select_in_statechart();
             if self.work.chosen.is_empty() {
-                let event = if self.state.internal.is_empty() {
-                    let Some(event) = self.state.external.pop_front() else { break };
-                    n = 0;
-                    event
-                } else {
-                    if n == limit {
-                        self.fault(Noticed::LimitReached);
-                        self.drop_queues();
-                        break;
+                let next_is_latched = self.state.internal.is_empty() && self.work.n_latched > 0;
+                if self.state.internal.is_empty() && self.state.external.is_empty() {
+                    break;
+                }
+                if n == limit && !next_is_latched {
+                    self.give_up();
+                    break;
+                }
+                let event = match self.state.internal.pop_front() {
+                    Some(event) => event,
+                    None => {
+                        let Some(event) = self.state.external.pop_front() else { break };
+                        if next_is_latched {
+                            self.work.n_latched -= 1;
+                            n = 0;
+                        }
+                        event
                     }
-                    let Some(event) = self.state.internal.pop_front() else { break };
-                    event
                 };
                 self.check(Trigger::Event(event));
                 self.select_in_statechart();
@@ -121,8 +129,7 @@ impl Reaction<'_> {
                 }
             }
             if n == limit {
-                self.fault(Noticed::LimitReached);
-                self.drop_queues();
+                self.give_up();
                 break;
             }
             self.fire_in_statechart();
@@ -131,6 +138,12 @@ impl Reaction<'_> {
             n += 1;
         }
         self.renew_edge_operands();
+    }
+
+    /// Something is still fireable or pending after `limit` micro-steps: what is pending is dropped.
+    fn give_up(&mut self) {
+        self.fault(Noticed::LimitReached);
+        self.drop_queues();
     }
 
     fn drop_queues(&mut self) {

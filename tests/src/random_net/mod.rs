@@ -1,0 +1,690 @@
+//! Random nets: every kind of thing that a net can say, in shapes that are mostly sensible and now and then odd.
+//!
+//! The same seed and features give the same net. A net that shows a difference between two engines is made small by [`shrink()`], which drops
+//! whatever is not needed for the difference.
+//!
+//! ```text
+//! for seed in 0..2000 {
+//!     let net = random_net(seed, &Features::everything());
+//!     let stimulus = Stimulus::random(&net, 200, seed, 3);
+//!     ...
+//! }
+//! ```
+
+mod shape;
+mod shrink;
+mod states;
+mod words;
+
+use grafsynth_ir::expr::Type;
+use grafsynth_ir::net::{
+    ActionId, ActionUse, ControlledAction, Driver, Emission, Evolution, Expr, ExternCall, Input,
+    InputId, InputKind, Leaf, Meta, Net, OpenCell, Output, OutputId, Param, Part, PartId, Policy,
+    Property, PropertyLeaf, PropertyRole, Qualifier, Schedule, SendSlot, Step, StepId, StepKind,
+    Task, Timer, Unspecified, Var, VarId, VarOrigin,
+};
+use grafsynth_ir::{Name, Span, Valid, validate};
+use grafsynth_sim::Random;
+
+pub use shrink::shrink;
+
+/// What a random net may have. A feature that is off never occurs; one that is on occurs in some nets.
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[expect(missing_docs, reason = "each flag names the thing that it switches")]
+#[expect(clippy::struct_excessive_bools, reason = "they are switches")]
+pub struct Features {
+    /// Those to choose from; at least one.
+    pub policies: Vec<Policy>,
+    pub single: bool,
+    pub stable: bool,
+    /// The largest number of steps, at least 1. A statechart may have a few more, to close its regions.
+    pub max_steps: usize,
+    /// Also source and sink transitions, shared sources, several initial steps, transitions from anywhere to anywhere.
+    pub odd_shapes: bool,
+    pub edges: bool,
+    pub timers: bool,
+    /// Values of variables and inputs: 8-bit, negative, and across the border of 16 bits.
+    pub integers: bool,
+    pub arrays: bool,
+    pub events: bool,
+    pub raise: bool,
+    pub stored_outputs: bool,
+    pub controlled_actions: bool,
+    pub tasks: bool,
+    pub reactions: bool,
+    pub forcing: bool,
+    pub enclosing: bool,
+    pub several_parts: bool,
+    pub history: bool,
+    pub sends: bool,
+    pub finals: bool,
+    pub mealy: bool,
+    pub restart: bool,
+    pub otherwise: bool,
+    pub simultaneous: bool,
+    pub fire_one: bool,
+    pub externs: bool,
+    pub unspecified: bool,
+    pub assumptions: bool,
+}
+
+impl Features {
+    /// Everything that semantics.md says.
+    #[must_use]
+    pub fn everything() -> Self {
+        use Policy::{All, InnerFirst, OuterFirst, Priority, PriorityAge};
+        Features {
+            policies: vec![All, Priority, PriorityAge, InnerFirst, OuterFirst],
+            single: true,
+            stable: true,
+            max_steps: 12,
+            odd_shapes: true,
+            edges: true,
+            timers: true,
+            integers: true,
+            arrays: true,
+            events: true,
+            raise: true,
+            stored_outputs: true,
+            controlled_actions: true,
+            tasks: true,
+            reactions: true,
+            forcing: true,
+            enclosing: true,
+            several_parts: true,
+            history: true,
+            sends: true,
+            finals: true,
+            mealy: true,
+            restart: true,
+            otherwise: true,
+            simultaneous: true,
+            fire_one: true,
+            externs: true,
+            unspecified: false,
+            assumptions: true,
+        }
+    }
+
+    /// Steps, transitions, conditions over Boolean inputs and step bits, continuous outputs; nothing else.
+    #[must_use]
+    pub fn plain() -> Self {
+        Features {
+            policies: vec![Policy::All, Policy::Priority, Policy::PriorityAge],
+            single: true,
+            stable: false,
+            max_steps: 8,
+            odd_shapes: false,
+            edges: false,
+            timers: false,
+            integers: false,
+            arrays: false,
+            events: false,
+            raise: false,
+            stored_outputs: false,
+            controlled_actions: false,
+            tasks: false,
+            reactions: false,
+            forcing: false,
+            enclosing: false,
+            several_parts: false,
+            history: false,
+            sends: false,
+            finals: false,
+            mealy: false,
+            restart: false,
+            otherwise: false,
+            simultaneous: false,
+            fire_one: false,
+            externs: false,
+            unspecified: false,
+            assumptions: false,
+        }
+    }
+
+    /// What a chip can do: evolution `single`, small integers, no calls with arguments.
+    #[must_use]
+    pub fn chip() -> Self {
+        Features {
+            stable: false,
+            arrays: false,
+            externs: false,
+            policies: vec![Policy::All, Policy::Priority, Policy::PriorityAge],
+            max_steps: 8,
+            ..Self::everything()
+        }
+    }
+
+    /// The same without statecharts.
+    #[must_use]
+    pub fn without_statecharts(mut self) -> Self {
+        self.policies.retain(|policy| !policy.is_statechart());
+        self
+    }
+}
+
+/// Attempts to make a valid net before a net of one step is given instead.
+const ATTEMPTS: u64 = 20;
+
+/// A valid net, the same for the same seed and features.
+#[must_use]
+pub fn random_net(seed: u64, features: &Features) -> Valid<Net> {
+    for attempt in 0..ATTEMPTS {
+        let random = Random::new(seed.wrapping_mul(ATTEMPTS).wrapping_add(attempt));
+        if let Ok(net) = validate(Builder::new(random, features).build(seed)) {
+            return net;
+        }
+    }
+    // One initial step is valid whatever else changes; if even that is refused, validation itself is broken and every test will say so.
+    loop {
+        if let Ok(net) = validate(tiny()) {
+            return net;
+        }
+    }
+}
+
+/// The first attempt for a seed, valid or not: for a test that says how often it is.
+#[must_use]
+pub fn first_attempt(seed: u64, features: &Features) -> Net {
+    Builder::new(Random::new(seed.wrapping_mul(ATTEMPTS)), features).build(seed)
+}
+
+fn tiny() -> Net {
+    let mut net = Net { name: name("tiny"), ..Net::default() };
+    let part = net.parts.push(Part { name: name("tiny"), level: 1, ..Part::default() });
+    net.steps.push(step("s1", part, true));
+    net
+}
+
+/// A name at no place.
+#[must_use]
+pub fn name(text: impl Into<String>) -> Name {
+    Name::new(text, Span::default())
+}
+
+/// A plain step with nothing in it.
+#[must_use]
+pub fn step(text: impl Into<String>, part: PartId, is_initial: bool) -> Step {
+    Step {
+        name: name(text),
+        part,
+        is_initial,
+        kind: StepKind::Leaf,
+        parent: None,
+        activation_link: false,
+        hidden: false,
+        priority: None,
+        entry: Vec::new(),
+        exit: Vec::new(),
+        initial_content: Vec::new(),
+        code: Vec::new(),
+        tasks: Vec::new(),
+        budget: 0,
+        done_event: None,
+        meta: Meta::default(),
+    }
+}
+
+struct Builder<'f> {
+    random: Random,
+    on: &'f Features,
+    net: Net,
+    /// Extern actions that lists may call.
+    callable: Vec<OutputId>,
+    n_tasks: usize,
+}
+
+impl<'f> Builder<'f> {
+    fn new(random: Random, on: &'f Features) -> Self {
+        Builder { random, on, net: Net::default(), callable: Vec::new(), n_tasks: 0 }
+    }
+
+    /// True once in `rarity` times, if the feature is on.
+    fn wants(&mut self, is_on: bool, rarity: usize) -> bool {
+        is_on && self.random.one_in(rarity)
+    }
+
+    fn build(mut self, seed: u64) -> Net {
+        self.net.name = name(format!("random{seed}"));
+        self.settings();
+        self.inputs();
+        self.variables();
+        if self.net.settings.policy.is_statechart() {
+            self.states();
+        } else {
+            self.steps();
+        }
+        self.timers();
+        self.externs();
+        self.actions();
+        if self.net.settings.policy.is_statechart() {
+            self.statechart_transitions();
+        } else {
+            self.transitions();
+            self.forcing();
+        }
+        self.lists();
+        self.outputs();
+        self.rest();
+        self.net
+    }
+
+    fn settings(&mut self) {
+        let policy = self.random.pick(&self.on.policies).copied().unwrap_or(Policy::All);
+        let is_stable =
+            policy.is_statechart() || !self.on.single || (self.on.stable && self.random.one_in(2));
+        let limit = [1, 2, 3, 5, 8, 20][self.random.below(6)];
+        let schedules =
+            [Schedule::Declared, Schedule::Declared, Schedule::Level, Schedule::Priority];
+        let settings = &mut self.net.settings;
+        settings.policy = policy;
+        settings.evolution =
+            if is_stable { Evolution::Stable { limit } } else { Evolution::Single };
+        settings.schedule = schedules[self.random.below(schedules.len())];
+        let is_grafcet = !policy.is_statechart();
+        self.net.settings.fire_one = is_grafcet && self.wants(self.on.fire_one, 8);
+        self.net.settings.assign_simultaneous = self.wants(self.on.simultaneous, 4);
+        self.net.settings.final_scan = self.wants(self.on.controlled_actions, 3);
+        self.net.settings.events_exclusive = self.wants(self.on.events, 5);
+        if !is_grafcet {
+            self.net.settings.queue = Some([1, 2, 4, 8][self.random.below(4)]);
+        }
+    }
+
+    fn int_type(&mut self) -> Type {
+        let (lo, hi) =
+            [(0, 3), (0, 9), (-5, 5), (-128, 127), (0, 255), (-40, 32800), (0, 70_000), (-2, 1)]
+                [self.random.below(8)];
+        Type::Int { lo, hi }
+    }
+
+    fn inputs(&mut self) {
+        let add = |net: &mut Net, text: String, ty: Type, kind: InputKind| {
+            net.inputs.push(Input {
+                name: name(text),
+                ty,
+                kind,
+                synchronous: false,
+                meta: Meta::default(),
+            });
+        };
+        for index in 1..=1 + self.random.below(4) {
+            add(&mut self.net, format!("i{index}"), Type::Bool, InputKind::Pin);
+        }
+        if self.wants(self.on.integers, 2) {
+            let ty = self.int_type();
+            add(&mut self.net, "n".to_owned(), ty, InputKind::Pin);
+        }
+        if self.wants(self.on.externs, 4) {
+            add(&mut self.net, "seen".to_owned(), Type::Bool, InputKind::Extern);
+        }
+        let is_statechart = self.net.settings.policy.is_statechart();
+        if self.on.events && (is_statechart || self.random.one_in(2)) {
+            for index in 1..=1 + self.random.below(3) {
+                add(&mut self.net, format!("e{index}"), Type::Bool, InputKind::Event);
+            }
+        }
+        if self.on.raise && (is_statechart || self.random.one_in(3)) {
+            for index in 1..=1 + self.random.below(2) {
+                add(&mut self.net, format!("r{index}"), Type::Bool, InputKind::InternalEvent);
+            }
+        }
+    }
+
+    fn variables(&mut self) {
+        let mut n_vars = 0;
+        if self.on.integers {
+            n_vars = self.random.below(3);
+        }
+        for index in 1..=n_vars {
+            let ty = if self.random.one_in(4) { Type::Bool } else { self.int_type() };
+            self.variable(format!("v{index}"), ty, None, VarOrigin::Declared);
+        }
+        if self.wants(self.on.arrays, 4) {
+            let ty = self.int_type();
+            let len = 2 + self.random.below(3) as u32;
+            self.variable("a".to_owned(), ty, Some(len), VarOrigin::Declared);
+        }
+        if self.wants(self.on.stored_outputs, 2) {
+            for index in 1..=1 + self.random.below(2) {
+                let is_bool = !self.on.integers || self.random.one_in(2);
+                let ty = if is_bool { Type::Bool } else { self.int_type() };
+                let var = self.variable(format!("q{index}"), ty, None, VarOrigin::StoredOutput);
+                self.output(format!("q{index}"), ty, Driver::Stored(var));
+            }
+        }
+    }
+
+    fn variable(&mut self, text: String, ty: Type, len: Option<u32>, origin: VarOrigin) -> VarId {
+        let (lo, hi) = ty.bounds();
+        let init =
+            (0..len.unwrap_or(1))
+                .map(|_| {
+                    if self.random.one_in(3) { self.random.between(lo, hi) } else { ty.saturate(0) }
+                })
+                .collect();
+        self.net.vars.push(Var { name: name(text), ty, len, init, origin, meta: Meta::default() })
+    }
+
+    fn output(&mut self, text: String, ty: Type, driver: Driver) -> OutputId {
+        let registered = self.random.one_in(6);
+        self.net.outputs.push(Output {
+            name: name(text),
+            ty,
+            driver,
+            registered,
+            meta: Meta::default(),
+        })
+    }
+
+    fn timers(&mut self) {
+        if self.wants(self.on.timers, 4) {
+            for index in 1..=1 + self.random.below(2) {
+                let condition = self.quiet_condition(2);
+                let starts_expired = self.random.one_in(4);
+                self.net.timers.push(Timer {
+                    name: name(format!("T{index}")),
+                    condition,
+                    starts_expired,
+                    meta: Meta::default(),
+                });
+            }
+        }
+    }
+
+    fn externs(&mut self) {
+        if !self.on.externs {
+            return;
+        }
+        if self.random.one_in(3) {
+            let params = Vec::new();
+            let output = self.output(
+                "beep".to_owned(),
+                Type::Bool,
+                Driver::Extern { params, calls: Vec::new() },
+            );
+            self.callable.push(output);
+        }
+        if self.random.one_in(3) {
+            let params = (0..1 + self.random.below(2)).map(|_| self.param()).collect();
+            let output = self.output(
+                "tell".to_owned(),
+                Type::Bool,
+                Driver::Extern { params, calls: Vec::new() },
+            );
+            self.callable.push(output);
+        }
+    }
+
+    fn param(&mut self) -> Param {
+        let ty = if self.random.one_in(3) { Type::Bool } else { Type::Int { lo: -3, hi: 100 } };
+        Param { name: String::new(), ty }
+    }
+
+    fn any_step(&mut self) -> StepId {
+        StepId::from_index(self.random.below(self.net.steps.len().max(1)))
+    }
+
+    /// Controlled actions are declared before transitions and lists, which read them; their bodies come with the lists.
+    fn actions(&mut self) {
+        if !self.wants(self.on.controlled_actions, 2) {
+            return;
+        }
+        for index in 1..=1 + self.random.below(2) {
+            let qualifiers = [
+                Qualifier::N,
+                Qualifier::R,
+                Qualifier::S,
+                Qualifier::L,
+                Qualifier::D,
+                Qualifier::P,
+                Qualifier::P0,
+                Qualifier::P1,
+                Qualifier::SD,
+                Qualifier::DS,
+                Qualifier::SL,
+            ];
+            let mut uses = Vec::new();
+            for _ in 0..1 + self.random.below(4) {
+                let step = self.any_step();
+                let qualifier = qualifiers[self.random.below(qualifiers.len())];
+                let condition =
+                    if self.random.one_in(4) { Some(self.quiet_condition(2)) } else { None };
+                uses.push(ActionUse { step, qualifier, condition, span: Span::default() });
+            }
+            let is_timed = |one: &ActionUse| {
+                matches!(
+                    one.qualifier,
+                    Qualifier::L | Qualifier::D | Qualifier::SD | Qualifier::DS | Qualifier::SL
+                )
+            };
+            let duration = if uses.iter().any(is_timed) { self.random.below(4) as u32 } else { 0 };
+            let action = ControlledAction {
+                name: name(format!("c{index}")),
+                uses,
+                duration,
+                body: Vec::new(),
+                meta: Meta::default(),
+            };
+            let action = self.net.actions.push(action);
+            if !self.random.one_in(3) {
+                self.output(format!("c{index}"), Type::Bool, Driver::Controlled(action));
+            }
+        }
+    }
+
+    /// Entry, exit, tasks, bodies of actions.
+    fn lists(&mut self) {
+        for step in self.net.steps.ids() {
+            if self.random.one_in(3) {
+                self.net.steps[step].entry = self.list(2);
+            }
+            if self.random.one_in(4) {
+                self.net.steps[step].exit = self.list(2);
+            }
+            if self.wants(self.on.tasks, 5) && self.net.steps[step].kind == StepKind::Leaf {
+                self.tasks(step);
+            }
+        }
+        for action in self.net.actions.ids() {
+            let drives = |output: &Output| output.driver == Driver::Controlled(action);
+            let has_output = self.net.outputs.values().any(drives);
+            if !has_output || self.random.one_in(3) {
+                self.net.actions[action].body = self.body(ActionBody::Action);
+            }
+        }
+    }
+
+    fn tasks(&mut self, step: StepId) {
+        let budget = 1 + self.random.below(5) as u32;
+        self.net.steps[step].budget = budget;
+        for _ in 0..1 + self.random.below(3) {
+            self.n_tasks += 1;
+            let cost = self.random.below(budget as usize + 1) as u32;
+            let body = self.body(ActionBody::Task);
+            let task = Task {
+                name: name(format!("k{}", self.n_tasks)),
+                cost,
+                body,
+                meta: Meta::default(),
+            };
+            self.net.steps[step].tasks.push(task);
+        }
+    }
+
+    fn outputs(&mut self) {
+        for index in 1..=1 + self.random.below(4) {
+            let emissions: Vec<Emission> = (0..1 + self.random.below(3))
+                .map(|_| {
+                    let step = self.any_step();
+                    let condition =
+                        if self.random.one_in(3) { Some(self.quiet_condition(2)) } else { None };
+                    Emission { step, condition, span: Span::default() }
+                })
+                .collect();
+            let is_mealy =
+                self.net.settings.evolution == Evolution::Single && self.wants(self.on.mealy, 4);
+            let driver =
+                if is_mealy { Driver::Mealy(emissions) } else { Driver::Continuous(emissions) };
+            self.output(format!("o{index}"), Type::Bool, driver);
+        }
+        if self.wants(self.on.externs, 4) {
+            let params: Vec<Param> = (0..self.random.below(3)).map(|_| self.param()).collect();
+            let calls = (0..1 + self.random.below(3))
+                .map(|_| {
+                    let step = self.any_step();
+                    let condition =
+                        if self.random.one_in(3) { Some(self.quiet_condition(2)) } else { None };
+                    let arguments = params.iter().map(|param| self.quiet_value(param.ty)).collect();
+                    ExternCall { step, condition, arguments, span: Span::default() }
+                })
+                .collect();
+            self.output("work".to_owned(), Type::Bool, Driver::Extern { params, calls });
+        }
+    }
+
+    fn rest(&mut self) {
+        if self.wants(self.on.assumptions, 6) {
+            let pins: Vec<InputId> = (self.net.inputs.iter())
+                .filter(|(_, input)| input.kind == InputKind::Pin && input.ty.is_bool())
+                .map(|(id, _)| id)
+                .collect();
+            if let [first, .., last] = pins.as_slice() {
+                let read = |input: InputId| {
+                    grafsynth_ir::expr::Expr::leaf(
+                        PropertyLeaf::Net(Leaf::Input(input)),
+                        Span::default(),
+                    )
+                };
+                let never = grafsynth_ir::expr::Expr::and([read(*first), read(*last)]);
+                let role = PropertyRole::Assume;
+                self.net.properties.push(Property {
+                    name: String::new(),
+                    role,
+                    never,
+                    meta: Meta::default(),
+                });
+            }
+        }
+        if self.wants(self.on.unspecified, 3) && self.net.settings.evolution == Evolution::Single {
+            let bits = [self.active_leaf(), self.input_leaf()];
+            let when = Expr::and(bits);
+            let what = match self.random.below(3) {
+                0 => OpenCell::Next,
+                _ => OpenCell::Output(OutputId::from_index(
+                    self.random.below(self.net.outputs.len()),
+                )),
+            };
+            self.net.unspecified.push(Unspecified { when, what });
+        }
+    }
+
+    fn slot(&mut self, event: InputId) -> grafsynth_ir::net::SendId {
+        let text = format!("send{}", self.net.sends.len() + 1);
+        let delay = self.random.below(4) as u32;
+        self.net.sends.push(SendSlot { name: name(text), event, delay, meta: Meta::default() })
+    }
+}
+
+/// Lists at the end of a reaction: neither edges nor events.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum ActionBody {
+    Action,
+    Task,
+}
+
+/// The actions that expressions may read.
+fn action_ids(net: &Net) -> Vec<ActionId> {
+    net.actions.ids().collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use grafsynth_sim::{Simulator, Stimulus};
+
+    #[test]
+    fn nearly_every_first_attempt_is_valid() {
+        let everything = Features::everything();
+        let broken: Vec<(u64, String)> = (0..3000)
+            .filter_map(|seed| {
+                let findings = validate(first_attempt(seed, &everything)).err()?;
+                Some((
+                    seed,
+                    findings.first().map_or(String::new(), |finding| finding.message.clone()),
+                ))
+            })
+            .collect();
+        assert!(
+            broken.len() <= 30,
+            "{} of 3000, such as {:?}",
+            broken.len(),
+            broken.iter().take(20).collect::<Vec<_>>()
+        );
+    }
+
+    #[test]
+    fn the_same_seed_gives_the_same_net_and_others_differ() {
+        let everything = Features::everything();
+        assert_eq!(random_net(7, &everything), random_net(7, &everything));
+        assert_ne!(random_net(7, &everything), random_net(8, &everything));
+    }
+
+    #[test]
+    fn most_nets_move() {
+        let everything = Features::everything();
+        let moving = (0..300)
+            .filter(|seed| {
+                let net = random_net(*seed, &everything);
+                let stimulus = Stimulus::random(&net, 100, *seed, 3);
+                let mut simulator = Simulator::new(&net);
+                stimulus.rows().any(|row| {
+                    simulator.step(&row);
+                    !simulator.fired().is_empty()
+                })
+            })
+            .count();
+        assert!(moving > 255, "{moving} of 300");
+    }
+
+    #[test]
+    fn every_feature_occurs() {
+        let everything = Features::everything();
+        let nets: Vec<Valid<Net>> = (0..600).map(|seed| random_net(seed, &everything)).collect();
+        let count = |has: &dyn Fn(&Net) -> bool| nets.iter().filter(|net| has(net)).count();
+        let expected: [(&str, &dyn Fn(&Net) -> bool); 14] = [
+            ("edges", &|net| !net.edges.is_empty()),
+            ("timers", &|net| !net.timers.is_empty()),
+            ("arrays", &|net| net.vars.values().any(|var| var.len.is_some())),
+            ("actions", &|net| !net.actions.is_empty()),
+            ("tasks", &|net| net.steps.values().any(|step| !step.tasks.is_empty())),
+            ("forcing", &|net| !net.forcings.is_empty()),
+            ("enclosing", &|net| net.steps.values().any(|step| step.kind == StepKind::Enclosing)),
+            ("history", &|net| !net.histories.is_empty()),
+            ("sends", &|net| !net.sends.is_empty()),
+            ("finals", &|net| net.steps.values().any(|step| step.kind == StepKind::Final)),
+            ("parallel", &|net| net.steps.values().any(|step| step.kind == StepKind::Parallel)),
+            ("mealy", &|net| {
+                net.outputs.values().any(|output| matches!(output.driver, Driver::Mealy(_)))
+            }),
+            ("restart", &|net| net.transitions.values().any(|transition| transition.restart)),
+            ("several parts", &|net| net.parts.len() > 1),
+        ];
+        for (what, has) in expected {
+            assert!(count(has) >= 10, "{what}: {}", count(has));
+        }
+    }
+
+    #[test]
+    fn shrinking_keeps_what_is_asked_for_and_little_else() {
+        let everything = Features::everything();
+        let net = (0..1000)
+            .map(|seed| random_net(seed, &everything))
+            .find(|net| net.transitions.len() > 8 && net.actions.len() == 2)
+            .unwrap();
+        let small = shrink(&net, |net| !net.actions.is_empty());
+        assert!(!small.actions.is_empty());
+        assert!(small.steps.len() <= 2 && small.transitions.is_empty(), "{small:#?}");
+        assert!(validate(small.clone().into_inner()).is_ok());
+    }
+}
