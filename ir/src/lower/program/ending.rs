@@ -125,7 +125,7 @@ impl Builder<'_> {
         }
     }
 
-    /// Mealy outputs: evaluated before the micro-step.
+    /// Mealy outputs: evaluated before the micro-step; at reset, with the others.
     pub(super) fn mealy_outputs(&mut self, out: &mut Vec<Stmt>) -> Mealy {
         let mut mealy = Mealy::new();
         for (id, output) in self.net.outputs.iter() {
@@ -143,6 +143,7 @@ impl Builder<'_> {
         let q = self.controlled_actions(out);
         self.tasks(out);
         self.free_timers(out);
+        let mealy = if self.reset { self.mealy_outputs(out) } else { mealy };
         self.outputs(&mealy, &q, out);
         for (step, data) in self.net.steps.iter() {
             let texts = data.code.iter().cloned().map(Stmt::Code).collect();
@@ -449,13 +450,15 @@ impl Builder<'_> {
         }))
     }
 
-    /// One call a reaction; with arguments, those of the first step that asks for it.
+    /// One call a reaction; with arguments, those of the first step in declaration order that asks for it [C22].
     pub(super) fn continuous_call(
         &mut self,
         id: OutputId,
         calls: &[ExternCall],
         out: &mut Vec<Stmt>,
     ) {
+        let mut calls: Vec<&ExternCall> = calls.iter().collect();
+        calls.sort_by_key(|call| call.step);
         let asks: Vec<Expr> = calls
             .iter()
             .map(|call| {
@@ -474,7 +477,7 @@ impl Builder<'_> {
         if let Some(called) = called {
             out.push(Stmt::Set(called, Expr::bool(false)));
         }
-        for (at, (call, asks)) in calls.iter().zip(asks).enumerate() {
+        for (at, (call, asks)) in calls.iter().copied().zip(asks).enumerate() {
             let mut body = Vec::new();
             let arguments = call.arguments.iter().map(|argument| self.read(argument)).collect();
             self.call(id, arguments, &mut body);

@@ -1,0 +1,139 @@
+//! The reaction program of a net against the simulator: two readings of `docs/semantics.md` that share no code must show the same rows.
+//!
+//! `PROGRAM_NETS=20000 cargo test -p grafsynth-tests --test program_vs_sim` runs more; `PROGRAM_SEED=77` runs one net and says how it differs.
+
+use grafsynth_ir::lower::program::{ProgramOptions, program};
+use grafsynth_ir::net::{Driver, Net};
+use grafsynth_ir::program::{Origin, Program, ResetEffect};
+use grafsynth_ir::program_run::{Machine, Shown};
+use grafsynth_ir::{Valid, text};
+use grafsynth_sim::{Effect, Row, Simulator, Stimulus};
+use grafsynth_tests::random_net::{Features, random_net, shrink};
+
+/// Rows of one stimulus.
+const ROWS: usize = 60;
+
+/// What a row of the program differs in from that of the simulator; none if both show the same.
+fn difference(net: &Valid<Net>, program: &Program, machine: &Machine<'_>, shown: &Shown, row: &Row) -> Option<String> {
+    if row.open.row || row.open.next {
+        return None;
+    }
+    let mut steps = Vec::new();
+    let mut vars: Vec<(usize, Vec<i64>)> = Vec::new();
+    for (id, cell) in program.cells.iter() {
+        match cell.origin {
+            Origin::Step(step) if machine.cell(id) == [1] => steps.push(step),
+            Origin::Var(var) => vars.push((var.index(), machine.cell(id).to_vec())),
+            _ => {}
+        }
+    }
+    steps.sort_unstable();
+    if steps != row.steps {
+        let names = |ids: &[grafsynth_ir::net::StepId]| {
+            ids.iter().map(|id| net.steps[*id].name.text.clone()).collect::<Vec<_>>().join(" ")
+        };
+        return Some(format!("steps: program [{}], simulator [{}]", names(&steps), names(&row.steps)));
+    }
+    vars.sort();
+    let values: Vec<i64> = vars.into_iter().flat_map(|(_, values)| values).collect();
+    if values != row.vars {
+        return Some(format!("variables: program {values:?}, simulator {:?}", row.vars));
+    }
+    for (id, output) in net.outputs.iter() {
+        let is_extern = matches!(output.driver, Driver::Extern { .. });
+        if !is_extern && !row.open.outputs.contains(&id) && shown.outputs[id.index()] != row.outputs[id.index()] {
+            return Some(format!(
+                "output {}: program {}, simulator {}",
+                output.name,
+                shown.outputs[id.index()],
+                row.outputs[id.index()]
+            ));
+        }
+        let mine: Vec<&Vec<i64>> = shown
+            .effects
+            .iter()
+            .filter_map(|effect| match effect {
+                ResetEffect::Call(called, arguments) if *called == id => Some(arguments),
+                _ => None,
+            })
+            .collect();
+        let theirs: Vec<&Vec<i64>> = row
+            .effects
+            .iter()
+            .filter_map(|effect| match effect {
+                Effect::Call(called, arguments) if *called == id => Some(arguments),
+                _ => None,
+            })
+            .collect();
+        if mine != theirs {
+            return Some(format!("calls of {}: program {mine:?}, simulator {theirs:?}", output.name));
+        }
+    }
+    (shown.fault != row.fault).then(|| format!("fault: program {}, simulator {}", shown.fault, row.fault))
+}
+
+/// Runs both; the first difference with its row.
+fn run(net: &Valid<Net>, seed: u64, options: &ProgramOptions) -> Option<String> {
+    let program = match program(net, options) {
+        Ok(program) => program,
+        Err(findings) => return Some(format!("no program: {findings:?}")),
+    };
+    let mut machine = Machine::new(&program);
+    let mut simulator = Simulator::new(net);
+    let shown = machine.reset();
+    let row = simulator.reset();
+    if let Some(difference) = difference(net, &program, &machine, &shown, &row) {
+        return Some(format!("row 0: {difference}"));
+    }
+    let stimulus = Stimulus::random(net, ROWS, seed, if seed % 3 == 0 { 5 } else { 1 });
+    for (at, input) in stimulus.rows().enumerate() {
+        let shown = machine.react(&input.values, input.dt);
+        let row = simulator.react(&input);
+        if row.open.row {
+            // What follows from an open situation is open for good.
+            return None;
+        }
+        if let Some(difference) = difference(net, &program, &machine, &shown, &row) {
+            return Some(format!("row {}: {difference}", at + 1));
+        }
+        if row.open.next {
+            return None;
+        }
+    }
+    None
+}
+
+fn check(seed: u64, features: &Features) {
+    let net = random_net(seed, features);
+    for options in [ProgramOptions::default(), ProgramOptions { prune: false, properties: true }] {
+        if run(&net, seed, &options).is_none() {
+            continue;
+        }
+        let small = shrink(&net, |net| run(net, seed, &options).is_some());
+        let difference = run(&small, seed, &options).unwrap_or_default();
+        panic!("seed {seed}: {difference}\n{}", text::print(&small));
+    }
+}
+
+fn count(default: u64) -> std::ops::Range<u64> {
+    let number = |name: &str| std::env::var(name).ok().and_then(|text| text.parse::<u64>().ok());
+    match number("PROGRAM_SEED") {
+        Some(seed) => seed..seed + 1,
+        None => 0..number("PROGRAM_NETS").unwrap_or(default),
+    }
+}
+
+#[test]
+fn grafcet_nets_show_the_same() {
+    use grafsynth_ir::net::Policy::{All, Priority, PriorityAge};
+    let features = Features { policies: vec![All, Priority, PriorityAge], ..Features::everything() };
+    count(400).for_each(|seed| check(seed, &features));
+}
+
+#[test]
+fn statecharts_show_the_same() {
+    use grafsynth_ir::net::Policy::{InnerFirst, OuterFirst};
+    let sends = std::env::var("NO_SENDS").is_err();
+    let features = Features { policies: vec![InnerFirst, OuterFirst], sends, ..Features::everything() };
+    count(400).for_each(|seed| check(seed, &features));
+}
