@@ -1,6 +1,6 @@
 //! The text form of a net: for dumps after a pass, bug reports, tests, and as an input of every verb (`.net`).
 //!
-//! [`print`] writes every field but the spans; [`parse`] gives the same net back, with spans that point into the text. That holds for nets that are
+//! [`print()`] writes every field but the spans; [`parse()`] gives the same net back, with spans that point into the text. That holds for nets that are
 //! not valid too, so a broken net can be written down: an object whose name does not find it (an id beyond its arena, the second of two equal names)
 //! is written `?N` by its position.
 //!

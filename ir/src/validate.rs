@@ -22,7 +22,8 @@
 //! 10. Events likewise, and not at all in a statechart: there a transition names them in `events`.
 //! 11. `Fireable` stands in receptivities only and names a transition declared earlier.
 //! 12. The operand of an edge is Boolean, without edges, events and `Fireable`.
-//! 13. An `unspecified` condition reads inputs and step bits only; a property neither edges, `Fireable` nor internal events; an assumption inputs only.
+//! 13. An `unspecified` condition reads inputs and step bits only; a property neither edges, `Fireable` nor internal events; an assumption inputs only,
+//!     an assertion no extern action with parameters (one without is true in a reaction that calls it).
 //!
 //! Of outputs, statements, actions and tasks:
 //!

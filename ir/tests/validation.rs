@@ -396,6 +396,8 @@ fn i13_properties_and_open_cells_read_what_they_may() {
     for bad in ["rise(%0)", "t1.fireable", "I"] {
         breaks(GRAFCET, &[("never R.out", &format!("never {bad}"))], "G0320");
     }
+    breaks(GRAFCET, &[("never R.out", "never speed.out")], "G0320");
+    holds(GRAFCET, &[("never R.out", "never call_me.out")]);
     breaks(GRAFCET, &[("when p1.active and m", "when p1.active and b")], "G0320");
     breaks(GRAFCET, &[("when p1.active and m", "when rise(%0)")], "G0320");
 }

@@ -5,7 +5,7 @@ use crate::codes;
 use crate::diag::Diagnostic;
 use crate::expr::{Expr as GenericExpr, Type};
 use crate::interval::{Leaves, NetLeaves, TypeError, TypeErrorKind, check};
-use crate::net::{Expr, InputKind, Leaf, Net, PropertyLeaf, PropertyRole, TransitionId};
+use crate::net::{Driver, Expr, InputKind, Leaf, Net, PropertyLeaf, PropertyRole, TransitionId};
 use crate::span::Span;
 
 /// Where an expression stands.
@@ -127,16 +127,18 @@ impl Leaves<PropertyLeaf> for Scope<'_> {
     fn leaf(&mut self, leaf: &PropertyLeaf, span: Span) -> Result<Type, TypeError> {
         match leaf {
             PropertyLeaf::Net(leaf) => Leaves::<Leaf>::leaf(self, leaf, span),
-            PropertyLeaf::Output(_) => {
+            PropertyLeaf::Output(id) => {
                 let ty = NetLeaves(self.net).leaf(leaf, span)?;
-                if self.place == Place::Assume {
-                    let (what, place) = ("an output", self.place.name());
-                    return Err(TypeError {
-                        span,
-                        kind: TypeErrorKind::NotReadableHere { what, place },
-                    });
-                }
-                Ok(ty)
+                let place = self.place.name();
+                let driver = self.net.outputs.get(*id).map(|output| &output.driver);
+                let what = match driver {
+                    _ if self.place == Place::Assume => "an output",
+                    Some(Driver::Extern { params, .. }) if !params.is_empty() => {
+                        "an extern action with arguments, which is no single value,"
+                    }
+                    _ => return Ok(ty),
+                };
+                Err(TypeError { span, kind: TypeErrorKind::NotReadableHere { what, place } })
             }
         }
     }
