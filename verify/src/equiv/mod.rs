@@ -21,7 +21,7 @@ use grafsynth_sim::{Difference, Stimulus};
 
 use crate::limits::Limits;
 use crate::symbolic;
-pub(crate) use binding::{Binding, What};
+pub(crate) use binding::{Binding, Shown, What};
 
 /// What is known of a circuit and a net.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -106,6 +106,10 @@ pub fn equiv(net: &Valid<Net>, facts: &Facts, logic: &Logic, limits: &Limits) ->
     let large_first = net.steps.len() >= LARGE;
     for symbolic_turn in [large_first, !large_first] {
         let verdict = if symbolic_turn {
+            // A difference is found soonest by chance, and comes with a stimulus, which the induction does not give.
+            if let Some(counterexample) = random::compare(net, logic, &binding, limits.random_rows.min(1024)) {
+                return Verdict::Refuted(counterexample);
+            }
             symbolic::equiv(net, facts, logic, &binding, limits)
         } else {
             explicit::equiv(net, logic, &binding, limits)

@@ -1,0 +1,276 @@
+//! Functions as and-inverter graphs, hashed so that what is built twice is one node; and whether two of them are equal.
+
+use batsat::{Callbacks, ClauseKind, Lit as SatLit, Solver, SolverInterface, SolverOpts, lbool};
+use indexmap::IndexMap;
+
+/// A node of the graph or its negation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(crate) struct Lit(u32);
+
+impl Lit {
+    pub(crate) const FALSE: Lit = Lit(0);
+    pub(crate) const TRUE: Lit = Lit(1);
+
+    pub(crate) fn constant(value: bool) -> Lit {
+        if value { Lit::TRUE } else { Lit::FALSE }
+    }
+
+    fn node(self) -> usize {
+        (self.0 >> 1) as usize
+    }
+
+    fn is_negated(self) -> bool {
+        self.0 & 1 == 1
+    }
+
+    pub(crate) fn as_constant(self) -> Option<bool> {
+        (self.node() == 0).then_some(self.is_negated())
+    }
+
+    pub(crate) fn negate_if(self, condition: bool) -> Lit {
+        Lit(self.0 ^ u32::from(condition))
+    }
+}
+
+impl std::ops::Not for Lit {
+    type Output = Lit;
+    fn not(self) -> Lit {
+        Lit(self.0 ^ 1)
+    }
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Node {
+    /// Node 0 is the constant false.
+    Constant,
+    /// A free variable.
+    Variable,
+    And(Lit, Lit),
+}
+
+/// The graph.
+#[derive(Debug, Clone)]
+pub(crate) struct Aig {
+    nodes: Vec<Node>,
+    table: IndexMap<(Lit, Lit), Lit>,
+}
+
+impl Aig {
+    pub(crate) fn new() -> Self {
+        Aig { nodes: vec![Node::Constant], table: IndexMap::new() }
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.nodes.len()
+    }
+
+    pub(crate) fn variable(&mut self) -> Lit {
+        let node = self.nodes.len() as u32;
+        self.nodes.push(Node::Variable);
+        Lit(node << 1)
+    }
+
+    pub(crate) fn and(&mut self, a: Lit, b: Lit) -> Lit {
+        let (a, b) = (a.min(b), a.max(b));
+        if a == Lit::FALSE || a == !b {
+            return Lit::FALSE;
+        }
+        if a == Lit::TRUE || a == b {
+            return b;
+        }
+        // Contradiction and absorption one level down.
+        for (small, big) in [(a, b), (b, a)] {
+            if let Node::And(c, d) = self.nodes[big.node()] {
+                if !big.is_negated() {
+                    if c == small || d == small {
+                        return big;
+                    }
+                    if c == !small || d == !small {
+                        return Lit::FALSE;
+                    }
+                } else {
+                    if c == !small || d == !small {
+                        return small;
+                    }
+                    if c == small {
+                        return self.and(small, !d);
+                    }
+                    if d == small {
+                        return self.and(small, !c);
+                    }
+                }
+            }
+        }
+        if let Some(known) = self.table.get(&(a, b)) {
+            return *known;
+        }
+        let lit = Lit((self.nodes.len() as u32) << 1);
+        self.nodes.push(Node::And(a, b));
+        self.table.insert((a, b), lit);
+        lit
+    }
+
+    pub(crate) fn or(&mut self, a: Lit, b: Lit) -> Lit {
+        !self.and(!a, !b)
+    }
+
+    pub(crate) fn xor(&mut self, a: Lit, b: Lit) -> Lit {
+        let both = self.and(a, b);
+        let none = self.and(!a, !b);
+        self.and(!both, !none)
+    }
+
+    pub(crate) fn ite(&mut self, c: Lit, a: Lit, b: Lit) -> Lit {
+        if a == b {
+            return a;
+        }
+        if a == !b {
+            return !self.xor(c, a);
+        }
+        let yes = self.and(c, a);
+        let no = self.and(!c, b);
+        self.or(yes, no)
+    }
+
+    /// The conjunction; the same set of operands gives the same node.
+    pub(crate) fn and_all(&mut self, all: impl IntoIterator<Item = Lit>) -> Lit {
+        let mut layer: Vec<Lit> = all.into_iter().collect();
+        layer.sort_unstable();
+        layer.dedup();
+        while layer.len() > 1 {
+            layer = layer.chunks(2).map(|pair| if let [a, b] = *pair { self.and(a, b) } else { pair[0] }).collect();
+        }
+        layer.first().copied().unwrap_or(Lit::TRUE)
+    }
+
+    pub(crate) fn or_all(&mut self, all: impl IntoIterator<Item = Lit>) -> Lit {
+        let negated: Vec<Lit> = all.into_iter().map(|lit| !lit).collect();
+        !self.and_all(negated)
+    }
+
+    /// The nodes below a literal, operands first, variables among them.
+    fn cone(&self, roots: &[Lit], limit: usize) -> Option<Vec<usize>> {
+        let mut order = Vec::new();
+        let mut mark: IndexMap<usize, bool> = IndexMap::new();
+        let mut todo: Vec<usize> = roots.iter().map(|root| root.node()).collect();
+        while let Some(&node) = todo.last() {
+            match mark.get(&node) {
+                Some(true) => {
+                    todo.pop();
+                }
+                Some(false) => {
+                    todo.pop();
+                    mark.insert(node, true);
+                    order.push(node);
+                }
+                None => {
+                    mark.insert(node, false);
+                    if mark.len() > limit {
+                        return None;
+                    }
+                    if let Node::And(a, b) = self.nodes[node] {
+                        todo.extend([a.node(), b.node()].iter().filter(|below| !mark.contains_key(*below)));
+                    }
+                }
+            }
+        }
+        Some(order)
+    }
+
+    /// The variables that a function depends on by its form.
+    pub(crate) fn support(&self, roots: &[Lit], limit: usize) -> Option<Vec<Lit>> {
+        let cone = self.cone(roots, limit)?;
+        Some(
+            cone.into_iter()
+                .filter(|node| matches!(self.nodes[*node], Node::Variable))
+                .map(|node| Lit((node as u32) << 1))
+                .collect(),
+        )
+    }
+
+    /// The value of a function.
+    #[cfg(test)]
+    pub(crate) fn eval(&self, roots: &[Lit], value: impl Fn(Lit) -> bool) -> Vec<bool> {
+        let mut values = vec![false; self.nodes.len()];
+        let read = |values: &Vec<bool>, lit: Lit| values[lit.node()] != lit.is_negated();
+        for (at, node) in self.nodes.iter().enumerate() {
+            values[at] = match node {
+                Node::Constant => false,
+                Node::Variable => value(Lit((at as u32) << 1)),
+                Node::And(a, b) => read(&values, *a) && read(&values, *b),
+            };
+        }
+        roots.iter().map(|root| read(&values, *root)).collect()
+    }
+
+    /// Whether the conjunction of all literals can be true. None if the cone or the search is too large.
+    pub(crate) fn satisfiable(&self, all: &[Lit], clauses: &[Vec<Lit>], conflicts: u64) -> Option<bool> {
+        if all.contains(&Lit::FALSE) {
+            return Some(false);
+        }
+        let mut roots: Vec<Lit> = all.to_vec();
+        roots.extend(clauses.iter().flatten());
+        let cone = self.cone(&roots, 200_000)?;
+        let mut solver: Solver<Budget> = Solver::new(SolverOpts::default(), Budget { learnt: 0, limit: conflicts });
+        let mut vars: IndexMap<usize, batsat::Var> = IndexMap::new();
+        for node in &cone {
+            vars.insert(*node, solver.new_var_default());
+        }
+        let sat = |lit: Lit| SatLit::new(vars[&lit.node()], !lit.is_negated());
+        let mut clause = Vec::new();
+        let mut add = |solver: &mut Solver<Budget>, lits: &[SatLit]| {
+            clause.clear();
+            clause.extend_from_slice(lits);
+            solver.add_clause_reuse(&mut clause)
+        };
+        for node in &cone {
+            let own = SatLit::new(vars[node], true);
+            match self.nodes[*node] {
+                Node::Constant => {
+                    add(&mut solver, &[!own]);
+                }
+                Node::Variable => {}
+                Node::And(a, b) => {
+                    add(&mut solver, &[!own, sat(a)]);
+                    add(&mut solver, &[!own, sat(b)]);
+                    add(&mut solver, &[own, !sat(a), !sat(b)]);
+                }
+            }
+        }
+        for lit in all {
+            if !add(&mut solver, &[sat(*lit)]) {
+                return Some(false);
+            }
+        }
+        for one in clauses {
+            let lits: Vec<SatLit> = one.iter().map(|lit| sat(*lit)).collect();
+            if !add(&mut solver, &lits) {
+                return Some(false);
+            }
+        }
+        let answer = solver.solve_limited(&[]);
+        if answer == lbool::TRUE {
+            Some(true)
+        } else if answer == lbool::FALSE {
+            Some(false)
+        } else {
+            None
+        }
+    }
+}
+
+/// Stops the solver after so many learnt clauses.
+struct Budget {
+    learnt: u64,
+    limit: u64,
+}
+
+impl Callbacks for Budget {
+    fn on_new_clause(&mut self, _: &[SatLit], kind: ClauseKind) {
+        self.learnt += u64::from(kind == ClauseKind::Learnt);
+    }
+
+    fn stop(&self) -> bool {
+        self.learnt > self.limit
+    }
+}

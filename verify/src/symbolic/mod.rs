@@ -1,0 +1,363 @@
+//! The proof by induction: a second writing of the reaction as a circuit, and a solver that finds both circuits equal, function by function.
+//!
+//! Let S be the state of the net, coded as the flip-flops say that they hold it. If the circuit holds S(0) after power-up, and for every S that meets
+//! the invariants each flip-flop's D function gives the same bit as the reaction does, then the circuit holds the net's state for ever; and if each pin's
+//! function agrees too, so does the trace. Invariants used: the sequential components and caps of [`Facts`], codes that stand for values, timers of
+//! inactive steps at 0, the assumptions on the inputs. All of them hold in every reachable state of the *net*, so they may be assumed without more ado.
+//!
+//! Both circuits are built in one graph where equal nodes are one, so most functions are equal before any solver is asked; for the others the
+//! question goes to the solver with only the part of the graph that it needs.
+
+mod aig;
+mod number;
+mod reaction;
+mod state;
+
+use std::collections::BTreeMap;
+
+use grafsynth_ir::Valid;
+use grafsynth_ir::facts::Facts;
+use grafsynth_ir::logic::{Logic, Node, PinRole};
+use grafsynth_ir::net::{InputKind, Net, PropertyRole, StepId};
+use grafsynth_ir::program::Origin;
+
+use crate::equiv::{Binding, Certificate, Method, Shown, Verdict, What};
+use crate::exclusive::net_expr;
+use crate::limits::Limits;
+use aig::{Aig, Lit};
+use number::Number;
+use reaction::{Inputs, Maker, Reaction};
+use state::{Key, State, Value};
+
+/// The largest part of the graph that one question may need.
+const CONE: usize = 100_000;
+
+/// The functions of a net over free variables.
+struct Model<'n> {
+    maker: Maker<'n>,
+    state: State,
+    state_bits: BTreeMap<Key, Lit>,
+    input_bits: BTreeMap<(u32, u32), Lit>,
+    inputs: Inputs,
+    /// The name of each variable that is a state bit.
+    name_of: BTreeMap<Lit, Key>,
+    /// Pieces of several bits, and the condition that they are a code. Inputs too.
+    valid: Vec<(Vec<Lit>, Lit)>,
+    valid_of: BTreeMap<Lit, usize>,
+    /// Assumptions: their variables, and what never holds.
+    forbidden: Vec<(Vec<Lit>, Lit)>,
+    events: Vec<Lit>,
+}
+
+impl<'n> Model<'n> {
+    fn of(net: &'n Net, facts: &Facts, limits: &Limits) -> Result<Self, String> {
+        let depth = facts.stable_depth.as_ref().map(|proved| proved.value);
+        let mut maker = Maker::new(net, depth, limits.circuit_nodes)?;
+        let (state, state_bits, mut valid) = maker.shape.clone().free(net, &mut maker.aig);
+        let mut input_bits = BTreeMap::new();
+        let mut values = Vec::new();
+        let mut events = Vec::new();
+        for (id, input) in net.inputs.iter() {
+            let bits: Vec<Lit> = (0..input.ty.bits()).map(|_| maker.aig.variable()).collect();
+            for (bit, lit) in bits.iter().enumerate() {
+                input_bits.insert((id.index() as u32, bit as u32), *lit);
+            }
+            match input.ty {
+                grafsynth_ir::expr::Type::Bool => {
+                    if input.kind == InputKind::Event {
+                        events.push(bits[0]);
+                    }
+                    values.push(Value::Flag(bits[0]));
+                }
+                grafsynth_ir::expr::Type::Int { lo, hi } => {
+                    let number = Number::from_code(&mut maker.aig, &bits, lo);
+                    let largest = Number::constant(hi);
+                    let fits =
+                        Number::compare(&mut maker.aig, grafsynth_ir::expr::CompareOp::Le, &number, &largest);
+                    if fits != Lit::TRUE {
+                        valid.push((bits, fits));
+                    }
+                    values.push(Value::Number(number));
+                }
+            }
+        }
+        let tick = maker.aig.variable();
+        let inputs = Inputs { values, tick };
+        let mut forbidden = Vec::new();
+        for property in net.properties.iter().filter(|property| property.role == PropertyRole::Assume) {
+            if let Some(never) = net_expr(&property.never) {
+                let lit = maker.forbidden(&state, &inputs, &never);
+                let support = maker.aig.support(&[lit], CONE).unwrap_or_default();
+                forbidden.push((support, lit));
+            }
+        }
+        let name_of = state_bits.iter().map(|(key, lit)| (*lit, *key)).collect();
+        let valid_of =
+            valid.iter().enumerate().flat_map(|(at, (bits, _))| bits.iter().map(move |bit| (*bit, at))).collect();
+        if !net.settings.events_exclusive {
+            events.clear();
+        }
+        Ok(Model { maker, state, state_bits, input_bits, inputs, name_of, valid, valid_of, forbidden, events })
+    }
+
+    fn aig(&mut self) -> &mut Aig {
+        &mut self.maker.aig
+    }
+
+    /// What may be assumed of the variables of a question: literals that hold, and clauses.
+    fn invariants(&self, facts: &Facts, support: &[Lit]) -> (Vec<Lit>, Vec<Vec<Lit>>) {
+        let mut holds = Vec::new();
+        let mut clauses = Vec::new();
+        let mut codes: Vec<usize> = support.iter().filter_map(|lit| self.valid_of.get(lit).copied()).collect();
+        codes.sort_unstable();
+        codes.dedup();
+        holds.extend(codes.into_iter().map(|at| self.valid[at].1));
+        for (variables, never) in &self.forbidden {
+            if variables.iter().any(|variable| support.contains(variable)) {
+                holds.push(!*never);
+            }
+        }
+        at_most_one(&self.events.iter().copied().filter(|event| support.contains(event)).collect::<Vec<_>>(), &mut clauses);
+        let mut members: BTreeMap<u32, Vec<Lit>> = BTreeMap::new();
+        let mut ages: Vec<StepId> = Vec::new();
+        for lit in support {
+            match self.name_of.get(lit) {
+                Some((Origin::Step(step), _, _)) => {
+                    let component = facts.component_of.as_ref().and_then(|map| map[*step]);
+                    if let Some(component) = component {
+                        members.entry(component).or_default().push(*lit);
+                    }
+                    if let Some(parent) = self.maker.net.steps[*step].parent {
+                        // What is enclosed is active only with what encloses it.
+                        let parent = self.state_bits[&(Origin::Step(parent), 0, 0)];
+                        clauses.push(vec![!*lit, parent]);
+                    }
+                }
+                Some((Origin::Elapsed(step), _, _)) => {
+                    clauses.push(vec![!*lit, self.state_bits[&(Origin::Step(*step), 0, 0)]]);
+                }
+                Some((Origin::Older(a, b), _, _)) => ages.extend([*a, *b]),
+                Some(_) | None => {}
+            }
+        }
+        for (component, lits) in members {
+            at_most_one(&lits, &mut clauses);
+            let data = &facts.components[component as usize];
+            if data.always && data.steps.len() == lits.len() {
+                clauses.push(lits);
+            }
+        }
+        self.total_order(ages, &mut clauses);
+        (holds, clauses)
+    }
+
+    /// Ages are an order.
+    fn total_order(&self, mut steps: Vec<StepId>, clauses: &mut Vec<Vec<Lit>>) {
+        steps.sort_unstable();
+        steps.dedup();
+        if steps.len() > 24 {
+            return;
+        }
+        let older = |a: StepId, b: StepId| self.state_bits.get(&(Origin::Older(a, b), 0, 0)).copied();
+        for (i, a) in steps.iter().enumerate() {
+            for (j, b) in steps.iter().enumerate().skip(i + 1) {
+                for c in &steps[j + 1..] {
+                    if let (Some(ab), Some(bc), Some(ac)) = (older(*a, *b), older(*b, *c), older(*a, *c)) {
+                        clauses.push(vec![!ab, !bc, ac]);
+                        clauses.push(vec![ab, bc, !ac]);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Whether two functions agree wherever the invariants hold. None if the solver gives up.
+    fn agree(&mut self, facts: &Facts, limits: &Limits, a: Lit, b: Lit) -> Option<bool> {
+        if a == b {
+            return Some(true);
+        }
+        let differ = self.aig().xor(a, b);
+        if differ == Lit::FALSE {
+            return Some(true);
+        }
+        let support = self.maker.aig.support(&[a, b], CONE)?;
+        let (mut holds, clauses) = self.invariants(facts, &support);
+        holds.push(differ);
+        self.maker.aig.satisfiable(&holds, &clauses, limits.conflicts).map(|found| !found)
+    }
+}
+
+fn at_most_one(lits: &[Lit], clauses: &mut Vec<Vec<Lit>>) {
+    // Beyond a few hundred the pairs cost more than they can help; leaving some out only weakens what is assumed.
+    for (at, a) in lits.iter().enumerate().take(512) {
+        clauses.extend(lits[..at].iter().map(|b| vec![!*a, !*b]));
+    }
+}
+
+/// The functions of all nodes of a circuit, over the given functions of its flip-flops and inputs.
+fn import(aig: &mut Aig, logic: &Logic, flops: &[Lit], inputs: &[Lit]) -> Vec<Lit> {
+    let mut lits: Vec<Lit> = Vec::with_capacity(logic.nodes.len());
+    for node in logic.nodes.values() {
+        let at = |id: &grafsynth_ir::logic::NodeId| lits[id.index()];
+        let lit = match node {
+            Node::Const(value) => Lit::constant(*value),
+            Node::Input(pin) => inputs[pin.index()],
+            Node::Flop(flop) => flops[flop.index()],
+            Node::Not(a) => !at(a),
+            Node::And(all) => aig.and_all(all.iter().map(at)),
+            Node::Or(all) => aig.or_all(all.iter().map(at)),
+            Node::Xor(a, b) => aig.xor(at(a), at(b)),
+            Node::Mux(c, a, b) => aig.ite(at(c), at(a), at(b)),
+        };
+        lits.push(lit);
+    }
+    lits
+}
+
+/// The proof.
+pub(crate) fn equiv(net: &Valid<Net>, facts: &Facts, logic: &Logic, binding: &Binding, limits: &Limits) -> Verdict {
+    match prove(net, facts, logic, binding, limits) {
+        Ok(certificate) => Verdict::Proved(certificate),
+        Err(why) => Verdict::Open(why),
+    }
+}
+
+fn prove(
+    net: &Valid<Net>,
+    facts: &Facts,
+    logic: &Logic,
+    binding: &Binding,
+    limits: &Limits,
+) -> Result<Certificate, String> {
+    if binding.busy.is_some() {
+        return Err("a circuit that takes several clocks for a reaction is not covered by the symbolic proof".to_owned());
+    }
+    let mut model = Model::of(net, facts, limits)?;
+    let reset = model.maker.reset()?;
+    let reset_bits = {
+        let shape = model.maker.shape.clone();
+        shape.bits(net, model.aig(), &reset.state)
+    };
+    let (state, inputs) = (model.state.clone(), model.inputs.clone());
+    let Reaction { state: next, outputs, fault } = model.maker.reaction(&state, &inputs)?;
+    let next_bits = {
+        let shape = model.maker.shape.clone();
+        shape.bits(net, model.aig(), &next)
+    };
+    let after = model.maker.outputs_of_state(&state, &inputs);
+
+    // The circuit over the same variables.
+    let mut flops = Vec::new();
+    for flop in logic.flops.values() {
+        let known = flop.holds.and_then(|holds| {
+            let lit = model.state_bits.get(&(holds.origin, holds.element, holds.bit))?;
+            Some(lit.negate_if(holds.inverted))
+        });
+        // A flip-flop without known meaning may hold anything: what is proved then holds whatever it is.
+        let lit = match known {
+            Some(lit) => lit,
+            None => model.aig().variable(),
+        };
+        flops.push(lit);
+    }
+    let mut pins = vec![Lit::FALSE; logic.inputs.len()];
+    for (pin, input, bit) in &binding.inputs {
+        pins[pin.index()] = model.input_bits.get(&(input.index() as u32, *bit)).copied().unwrap_or(Lit::FALSE);
+    }
+    for pin in &binding.ticks {
+        pins[pin.index()] = inputs.tick;
+    }
+    debug_assert!(logic.inputs.values().all(|pin| pin.role != PinRole::Unknown));
+    let nodes = import(model.aig(), logic, &flops, &pins);
+
+    let mut proof = Proof { model, facts, limits, same: 0, solved: 0 };
+    let mut compared = 0;
+    for flop in logic.flops.values() {
+        let Some(holds) = flop.holds else { continue };
+        let key = (holds.origin, holds.element, holds.bit);
+        let is_fault = holds.origin == Origin::Fault;
+        let Some(wanted) = next_bits.get(&key).copied().or(is_fault.then_some(fault)) else { continue };
+        compared += 1;
+        let first = if is_fault { Some(false) } else { reset_bits.get(&key).and_then(|lit| lit.as_constant()) };
+        if first.is_some_and(|first| first != (flop.init != holds.inverted)) {
+            return Err(format!("flip-flop `{}` has another value after power-up", flop.name));
+        }
+        let given = nodes[flop.next.index()].negate_if(holds.inverted);
+        proof.show(wanted, given, &format!("flip-flop `{}`", flop.name))?;
+    }
+    // What the pins show after the clock, as a function of what stood before it.
+    let mut composed: Option<Vec<Lit>> = None;
+    for one in &binding.compared {
+        let Shown::Pin { pin, mealy } = one.shown else { continue };
+        let output = &logic.outputs[pin];
+        compared += 1;
+        let what = format!("output pin `{}`", output.name);
+        let (before_clock, after_clock) = match one.what {
+            What::Output(id) => {
+                let bit = one.bit as usize;
+                let code = |code: &[Lit]| code.get(bit).copied().unwrap_or(Lit::FALSE);
+                (code(&outputs[id.index()]), after[id.index()].as_ref().map(|all| code(all)))
+            }
+            What::Fault => (fault, None),
+            What::Step(_) | What::Var(..) => continue,
+        };
+        if mealy || output.registered.is_some() {
+            proof.show(before_clock, nodes[output.value.index()], &what)?;
+            continue;
+        }
+        // The pin is a function of the new state: shown for any state if that is enough, else for the states that the reaction makes.
+        if let Some(wanted) = after_clock
+            && proof.try_show(wanted, nodes[output.value.index()])
+        {
+            continue;
+        }
+        let composed = composed.get_or_insert_with(|| {
+            let moved: Vec<Lit> = logic.flops.values().map(|flop| nodes[flop.next.index()]).collect();
+            import(proof.model.aig(), logic, &moved, &pins)
+        });
+        proof.show(before_clock, composed[output.value.index()], &what)?;
+    }
+    let method = Method::Symbolic { same: proof.same, solved: proof.solved };
+    Ok(Certificate { method, compared })
+}
+
+struct Proof<'n, 'f> {
+    model: Model<'n>,
+    facts: &'f Facts,
+    limits: &'f Limits,
+    same: usize,
+    solved: usize,
+}
+
+impl Proof<'_, '_> {
+    fn try_show(&mut self, wanted: Lit, given: Lit) -> bool {
+        if wanted == given {
+            self.same += 1;
+            return true;
+        }
+        let agrees = self.model.agree(self.facts, self.limits, wanted, given) == Some(true);
+        self.solved += usize::from(agrees);
+        agrees
+    }
+
+    fn show(&mut self, wanted: Lit, given: Lit, what: &str) -> Result<(), String> {
+        if wanted == given {
+            self.same += 1;
+            return Ok(());
+        }
+        match self.model.agree(self.facts, self.limits, wanted, given) {
+            Some(true) => {
+                self.solved += 1;
+                Ok(())
+            }
+            Some(false) => Err(format!("{what} differs from the net in a state that no invariant excludes")),
+            None => Err(format!("{what}: the solver gave up")),
+        }
+    }
+}
+
+/// Reachable situations as a decision diagram, where they are too many to enumerate.
+pub(crate) fn reach(_: &Valid<Net>, _: &Limits, _: &mut Facts) {}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,1055 @@
+//! The reaction as functions: semantics §3.9 line by line, for charts that are no statecharts.
+//!
+//! This is the second writing of the meaning as a circuit. It shares nothing with the lowering to programs nor with the encoding that made the
+//! circuit under proof, only the words of the page.
+
+use std::collections::BTreeMap;
+
+use grafsynth_ir::expr::{CompareOp, ExprKind, Type};
+use grafsynth_ir::net::{
+    Block, Driver, Emission, Evolution, Expr, InputKind, Leaf, Net, OutputId, Policy, Qualifier, Schedule, StepId,
+    StepKind, StmtKind, TransitionId,
+};
+use grafsynth_ir::program::ActionPart;
+
+use super::aig::{Aig, Lit};
+use super::number::Number;
+use super::state::{Shape, State, Value, is_move};
+use crate::cover;
+use crate::exclusive::entered;
+
+/// The inputs of a reaction.
+#[derive(Debug, Clone)]
+pub(crate) struct Inputs {
+    pub(crate) values: Vec<Value>,
+    pub(crate) tick: Lit,
+}
+
+/// What a reaction leaves.
+#[derive(Debug, Clone)]
+pub(crate) struct Reaction {
+    pub(crate) state: State,
+    /// The code of each output; for an extern action whether it is called.
+    pub(crate) outputs: Vec<Vec<Lit>>,
+    pub(crate) fault: Lit,
+}
+
+/// Why a net is not covered.
+pub(crate) type Unsupported = String;
+
+/// Makes the functions of one net.
+pub(crate) struct Maker<'n> {
+    pub(crate) net: &'n Net,
+    pub(crate) aig: Aig,
+    pub(crate) shape: Shape,
+    node_limit: usize,
+    /// Micro-steps in a reaction; more checks than that find nothing.
+    depth: u32,
+    /// The depth is the limit of the chart, so one more check decides about the fault.
+    may_fault: bool,
+    rank: Vec<u64>,
+    step_order: Vec<StepId>,
+    transition_order: Vec<TransitionId>,
+    over_inputs: Vec<bool>,
+    /// For each step of an enclosed chart's part, the enclosing step.
+    around: Vec<Option<StepId>>,
+    children: Vec<Vec<StepId>>,
+    enclosing: Vec<StepId>,
+    /// Transitions that compete directly, under `priority-age`.
+    rivals: BTreeMap<TransitionId, Vec<TransitionId>>,
+
+    inputs: Inputs,
+    events: Vec<Lit>,
+    rise: Vec<Lit>,
+    fall: Vec<Lit>,
+    fireable: Vec<Lit>,
+    calls: BTreeMap<OutputId, Vec<Lit>>,
+    /// With simultaneous assignments: what every list of the micro-step reads.
+    frozen: Option<Box<State>>,
+}
+
+impl<'n> Maker<'n> {
+    pub(crate) fn new(
+        net: &'n Net,
+        depth: Option<u32>,
+        node_limit: usize,
+    ) -> Result<Self, Unsupported> {
+        refuse(net)?;
+        let (limit, is_stable) = match net.settings.evolution {
+            Evolution::Single => (1, false),
+            Evolution::Stable { limit } => (limit, true),
+        };
+        let mut maker = Maker {
+            net,
+            aig: Aig::new(),
+            shape: Shape::of(net),
+            node_limit,
+            depth: depth.filter(|_| is_stable).unwrap_or(limit).min(limit),
+            may_fault: is_stable && depth.is_none_or(|depth| depth >= limit),
+            rank: Vec::new(),
+            step_order: Vec::new(),
+            transition_order: Vec::new(),
+            over_inputs: Vec::new(),
+            around: vec![None; net.parts.len()],
+            children: vec![Vec::new(); net.steps.len()],
+            enclosing: Vec::new(),
+            rivals: BTreeMap::new(),
+            inputs: Inputs { values: Vec::new(), tick: Lit::FALSE },
+            events: vec![Lit::FALSE; net.inputs.len()],
+            rise: vec![Lit::FALSE; net.edges.len()],
+            fall: vec![Lit::FALSE; net.edges.len()],
+            fireable: vec![Lit::FALSE; net.transitions.len()],
+            calls: BTreeMap::new(),
+            frozen: None,
+        };
+        if maker.depth > 64 {
+            return Err(format!("a reaction of up to {} micro-steps is not unrolled", maker.depth));
+        }
+        maker.orders();
+        maker.competition()?;
+        Ok(maker)
+    }
+
+    fn check_size(&self) -> Result<(), Unsupported> {
+        if self.aig.len() > self.node_limit {
+            return Err(format!("the reaction has more than {} nodes", self.node_limit));
+        }
+        Ok(())
+    }
+
+    /// Ranks and the orders of lists (semantics §3.3, §4).
+    fn orders(&mut self) {
+        let net = self.net;
+        let mut root = 0;
+        // The charts around a part: by level, the last part seen.
+        let mut around: Vec<usize> = Vec::new();
+        for (id, part) in net.parts.iter() {
+            let level = part.level as usize;
+            if level <= 1 {
+                root = id.index();
+            }
+            around.truncate(level.saturating_sub(1));
+            around.resize(level.max(1), id.index());
+            let rank = match net.settings.schedule {
+                Schedule::Declared => root as u64,
+                Schedule::Level => u64::from(part.level),
+                Schedule::Priority => around
+                    .iter()
+                    .rev()
+                    .find_map(|part| net.parts[grafsynth_ir::net::PartId::from_index(*part)].priority)
+                    .map_or(u64::MAX, u64::from),
+            };
+            self.rank.push(rank);
+        }
+        self.step_order = net.steps.ids().collect();
+        self.step_order.sort_by_key(|step| self.rank[net.steps[*step].part.index()]);
+        let mut transitions: Vec<TransitionId> = net.transitions.ids().collect();
+        transitions.sort_by_key(|transition| {
+            (self.rank[net.transitions[*transition].part.index()], self.urgency(*transition))
+        });
+        self.transition_order = transitions;
+        for edge in net.edges.values() {
+            let mut over_inputs = true;
+            edge.expr.for_each_leaf(&mut |leaf| over_inputs &= matches!(leaf, Leaf::Input(_)));
+            self.over_inputs.push(over_inputs);
+        }
+        for (id, step) in net.steps.iter() {
+            if let Some(parent) = step.parent {
+                self.children[parent.index()].push(id);
+                self.around[step.part.index()] = Some(parent);
+            }
+            // Parents are declared before their children, so outer steps come first.
+            if step.kind == StepKind::Enclosing {
+                self.enclosing.push(id);
+            }
+        }
+    }
+
+    /// The static key: the declared priority, or P.
+    fn urgency(&self, transition: TransitionId) -> u64 {
+        let net = self.net;
+        let data = &net.transitions[transition];
+        if !is_move(net, transition) {
+            return u64::MAX;
+        }
+        match net.settings.policy {
+            Policy::Priority => data.priority.map_or(u64::MAX, u64::from),
+            Policy::PriorityAge => {
+                entered(data).filter_map(|step| net.steps[step].priority).min().map_or(u64::MAX, u64::from)
+            }
+            Policy::All | Policy::InnerFirst | Policy::OuterFirst => u64::MAX,
+        }
+    }
+
+    fn key(&self, transition: TransitionId) -> (u64, u64) {
+        (self.rank[self.net.transitions[transition].part.index()], self.urgency(transition))
+    }
+
+    /// Who competes with whom under `priority-age`, and whose ages are compared.
+    fn competition(&mut self) -> Result<(), Unsupported> {
+        let net = self.net;
+        if net.settings.policy != Policy::PriorityAge {
+            return Ok(());
+        }
+        let mut pairs: Vec<(TransitionId, TransitionId)> = Vec::new();
+        if net.settings.fire_one {
+            let moves: Vec<TransitionId> = net.transitions.ids().filter(|id| is_move(net, *id)).collect();
+            if moves.len() > 64 {
+                return Err("`fire one` under `priority-age` with more than 64 transitions is not covered".to_owned());
+            }
+            for (at, second) in moves.iter().enumerate() {
+                pairs.extend(moves[..at].iter().map(|first| (*first, *second)));
+            }
+        } else {
+            for all in crate::exclusive::leaving(net).values() {
+                if all.len() > 128 {
+                    return Err("more than 128 transitions compete by age at one step".to_owned());
+                }
+                for (at, second) in all.iter().enumerate() {
+                    pairs.extend(all[..at].iter().map(|first| (*first, *second)));
+                }
+            }
+        }
+        pairs.sort_unstable();
+        pairs.dedup();
+        let mut older = std::collections::BTreeSet::new();
+        for (first, second) in pairs {
+            self.rivals.entry(first).or_default().push(second);
+            self.rivals.entry(second).or_default().push(first);
+            if self.key(first) != self.key(second) {
+                continue;
+            }
+            for a in entered(&net.transitions[first]) {
+                for b in entered(&net.transitions[second]).filter(|b| *b != a) {
+                    older.insert((a.min(b), a.max(b)));
+                }
+            }
+        }
+        self.shape.older = older.into_iter().collect();
+        Ok(())
+    }
+
+    // ---- values ----
+
+    fn read(&mut self, state: &State, expr: &Expr) -> Value {
+        match &expr.kind {
+            ExprKind::Bool(value) => Value::Flag(Lit::constant(*value)),
+            ExprKind::Int(value) => Value::Number(Number::constant(*value)),
+            ExprKind::Leaf(leaf) => self.leaf(state, *leaf),
+            ExprKind::Element(leaf, index) => {
+                let index = self.read(state, index).number();
+                let Leaf::Var(var) = leaf else { return Value::Flag(Lit::FALSE) };
+                self.element(&state.vars[var.index()], &index)
+            }
+            ExprKind::Not(a) => Value::Flag(!self.flag(state, a)),
+            ExprKind::And(all) => {
+                let all: Vec<Lit> = all.iter().map(|one| self.flag(state, one)).collect();
+                Value::Flag(self.aig.and_all(all))
+            }
+            ExprKind::Or(all) => {
+                let all: Vec<Lit> = all.iter().map(|one| self.flag(state, one)).collect();
+                Value::Flag(self.aig.or_all(all))
+            }
+            ExprKind::Compare(op, a, b) => {
+                let (a, b) = (self.read(state, a), self.read(state, b));
+                Value::Flag(match (a, b) {
+                    (Value::Flag(a), Value::Flag(b)) => self.aig.xor(a, b).negate_if(*op == CompareOp::Eq),
+                    (a, b) => Number::compare(&mut self.aig, *op, &a.number(), &b.number()),
+                })
+            }
+            ExprKind::Neg(a) => {
+                let a = self.read(state, a).number();
+                Value::Number(a.negate(&mut self.aig))
+            }
+            ExprKind::Arith(op, a, b) => {
+                let (a, b) = (self.read(state, a).number(), self.read(state, b).number());
+                Value::Number(Number::arith(&mut self.aig, *op, &a, &b))
+            }
+            ExprKind::Select(c, a, b) => {
+                let c = self.flag(state, c);
+                let (a, b) = (self.read(state, a), self.read(state, b));
+                self.choose(c, &a, &b)
+            }
+        }
+    }
+
+    fn flag(&mut self, state: &State, expr: &Expr) -> Lit {
+        self.read(state, expr).flag()
+    }
+
+    fn choose(&mut self, condition: Lit, then: &Value, otherwise: &Value) -> Value {
+        match (then, otherwise) {
+            (Value::Flag(a), Value::Flag(b)) => Value::Flag(self.aig.ite(condition, *a, *b)),
+            (a, b) => Value::Number(Number::select(&mut self.aig, condition, &a.number(), &b.number())),
+        }
+    }
+
+    fn equals(&mut self, number: &Number, value: usize) -> Lit {
+        Number::compare(&mut self.aig, CompareOp::Eq, number, &Number::constant(value as i64))
+    }
+
+    fn element(&mut self, elements: &[Value], index: &Number) -> Value {
+        let mut result = elements.first().cloned().unwrap_or(Value::Flag(Lit::FALSE));
+        for (at, element) in elements.iter().enumerate().skip(1) {
+            let here = self.equals(index, at);
+            result = self.choose(here, element, &result);
+        }
+        result
+    }
+
+    fn leaf(&mut self, state: &State, leaf: Leaf) -> Value {
+        let number = |number: &Option<Number>| Value::Number(number.clone().unwrap_or_else(|| Number::constant(0)));
+        match leaf {
+            Leaf::Input(input) if self.net.inputs[input].kind.is_event() => Value::Flag(self.events[input.index()]),
+            Leaf::Input(input) => self.inputs.values[input.index()].clone(),
+            Leaf::Var(var) => state.vars[var.index()].first().cloned().unwrap_or(Value::Flag(Lit::FALSE)),
+            Leaf::Active(step) => Value::Flag(state.active[step.index()]),
+            Leaf::Elapsed(step) => number(&state.elapsed[step.index()]),
+            Leaf::LastElapsed(step) => number(&state.last_elapsed[step.index()]),
+            Leaf::TasksDone(step) => {
+                let active = state.active[step.index()];
+                Value::Flag(match &state.task[step.index()] {
+                    None => active,
+                    Some(index) => {
+                        let index = index.clone();
+                        let end = self.equals(&index, self.net.steps[step].tasks.len());
+                        self.aig.and(active, end)
+                    }
+                })
+            }
+            Leaf::Timer(timer) => number(&state.timers[timer.index()]),
+            Leaf::Rise(edge) => Value::Flag(self.rise[edge.index()]),
+            Leaf::Fall(edge) => Value::Flag(self.fall[edge.index()]),
+            Leaf::Fireable(transition) => Value::Flag(self.fireable[transition.index()]),
+            Leaf::Controlled(action) => Value::Flag(state.q[action.index()]),
+        }
+    }
+
+    fn set(&mut self, condition: Lit, number: &mut Number, value: &Number) {
+        *number = Number::select(&mut self.aig, condition, value, number);
+    }
+
+    // ---- lists ----
+
+    fn block(&mut self, state: &mut State, condition: Lit, block: &Block) {
+        if condition == Lit::FALSE {
+            return;
+        }
+        let net = self.net;
+        for stmt in block {
+            let frozen = self.frozen.take();
+            let reads: &State = frozen.as_deref().unwrap_or(state);
+            match &stmt.kind {
+                StmtKind::Assign { var, index, value } => {
+                    let value = self.read(reads, value);
+                    let index = index.as_ref().map(|index| self.read(reads, index).number());
+                    let value = match (value, net.vars[*var].ty) {
+                        (Value::Number(number), Type::Int { lo, hi }) => {
+                            Value::Number(number.saturate(&mut self.aig, lo, hi))
+                        }
+                        (value, _) => value,
+                    };
+                    for element in 0..state.vars[var.index()].len() {
+                        let here = match &index {
+                            Some(index) => {
+                                let here = self.equals(index, element);
+                                self.aig.and(condition, here)
+                            }
+                            None => condition,
+                        };
+                        let old = state.vars[var.index()][element].clone();
+                        state.vars[var.index()][element] = self.choose(here, &value, &old);
+                    }
+                }
+                StmtKind::Raise(event) => {
+                    state.raised[event.index()] = self.aig.or(state.raised[event.index()], condition);
+                }
+                StmtKind::Call { output, .. } => self.calls.entry(*output).or_default().push(condition),
+                StmtKind::If { condition: asked, then, otherwise } => {
+                    let asked = self.read(reads, asked).flag();
+                    let yes = self.aig.and(condition, asked);
+                    let no = self.aig.and(condition, !asked);
+                    self.frozen = frozen;
+                    self.block(state, yes, then);
+                    self.block(state, no, otherwise);
+                    continue;
+                }
+                // Sends belong to statecharts, text of another language to nobody.
+                StmtKind::Send(_) | StmtKind::Cancel(_) | StmtKind::Code(_) => {}
+            }
+            self.frozen = frozen;
+        }
+    }
+
+    // ---- the reaction ----
+
+    /// REACTION.
+    pub(crate) fn reaction(&mut self, state: &State, inputs: &Inputs) -> Result<Reaction, Unsupported> {
+        let net = self.net;
+        let mut state = state.clone();
+        self.inputs = inputs.clone();
+        self.calls.clear();
+        self.latch(&mut state);
+        let mealy = self.mealy(&state);
+        // L3
+        for (event, input) in net.inputs.iter().filter(|(_, input)| input.kind.is_event()) {
+            let row = match input.kind {
+                InputKind::Event => inputs.values[event.index()].flag(),
+                InputKind::InternalEvent | InputKind::Pin | InputKind::Extern => Lit::FALSE,
+            };
+            self.events[event.index()] = self.aig.or(row, state.raised[event.index()]);
+            state.raised[event.index()] = Lit::FALSE;
+        }
+        let fault = self.evolve(&mut state)?;
+        self.events.fill(Lit::FALSE);
+        self.rise.fill(Lit::FALSE);
+        self.fall.fill(Lit::FALSE);
+        self.end(&mut state)?;
+        for (edge, operand) in net.edges.iter() {
+            if self.over_inputs[edge.index()] {
+                state.old[edge.index()] = self.flag(&state, &operand.expr);
+            }
+        }
+        let mut outputs = self.outputs(&state);
+        for (output, code) in mealy {
+            outputs[output.index()] = vec![code];
+        }
+        Ok(Reaction { state, outputs, fault })
+    }
+
+    /// RESET.
+    pub(crate) fn reset(&mut self) -> Result<Reaction, Unsupported> {
+        let net = self.net;
+        let mut state = self.shape.before_reset(net);
+        let zero = |ty: Type| match ty {
+            Type::Bool => Value::Flag(Lit::FALSE),
+            Type::Int { .. } => Value::Number(Number::constant(ty.saturate(0))),
+        };
+        self.inputs =
+            Inputs { values: net.inputs.values().map(|input| zero(input.ty)).collect(), tick: Lit::FALSE };
+        self.calls.clear();
+        self.events.fill(Lit::FALSE);
+        self.rise.fill(Lit::FALSE);
+        self.fall.fill(Lit::FALSE);
+        let initial = cover::initial_situation(net);
+        let is_in = |step: StepId| initial.binary_search(&step).is_ok();
+        for ((a, b), older) in &mut state.older {
+            *older = Lit::constant(!is_in(*a) || is_in(*b));
+        }
+        if net.settings.assign_simultaneous {
+            self.frozen = Some(Box::new(state.clone()));
+        }
+        for step in self.step_order.clone() {
+            if is_in(step) {
+                state.active[step.index()] = Lit::TRUE;
+                self.block(&mut state, Lit::TRUE, &net.steps[step].entry);
+            }
+        }
+        self.frozen = None;
+        self.end(&mut state)?;
+        let mealy = self.mealy(&state);
+        let mut outputs = self.outputs(&state);
+        for (output, code) in mealy {
+            outputs[output.index()] = vec![code];
+        }
+        Ok(Reaction { state, outputs, fault: Lit::FALSE })
+    }
+
+    /// L2 without mealy outputs.
+    fn latch(&mut self, state: &mut State) {
+        let net = self.net;
+        let tick = self.inputs.tick;
+        for step in net.steps.ids() {
+            let at = step.index();
+            let runs = self.aig.and(state.active[at], tick);
+            for (counter, cap) in [
+                (state.elapsed[at].as_mut(), self.shape.elapsed[at]),
+                (state.last_elapsed[at].as_mut(), self.shape.last_elapsed[at]),
+            ] {
+                if let (Some(counter), Some(cap)) = (counter, cap) {
+                    *counter = advance(&mut self.aig, counter, runs, cap);
+                }
+            }
+        }
+        for timer in net.timers.ids() {
+            let at = timer.index();
+            if let (Some(counter), Some(cap)) = (&state.timers[at], self.shape.timers[at]) {
+                let runs = self.aig.and(state.held[at], tick);
+                state.timers[at] = Some(advance(&mut self.aig, counter, runs, cap));
+            }
+        }
+        for (id, part) in self.shape.times.clone() {
+            let held = state.latches[&(id, held_of(part))];
+            let runs = self.aig.and(held, tick);
+            let counter = advance(&mut self.aig, &state.times[&(id, part)], runs, i64::from(net.actions[id].duration));
+            state.times.insert((id, part), counter);
+        }
+    }
+
+    fn mealy(&mut self, state: &State) -> Vec<(OutputId, Lit)> {
+        let net = self.net;
+        let mut all = Vec::new();
+        for (id, output) in net.outputs.iter() {
+            if let Driver::Mealy(emissions) = &output.driver {
+                all.push((id, self.emitted(state, emissions)));
+            }
+        }
+        all
+    }
+
+    fn emitted(&mut self, state: &State, emissions: &[Emission]) -> Lit {
+        let mut ways = Vec::new();
+        for emission in emissions {
+            let active = state.active[emission.step.index()];
+            let condition = emission.condition.as_ref().map_or(Lit::TRUE, |condition| self.flag(state, condition));
+            ways.push(self.aig.and(active, condition));
+        }
+        self.aig.or_all(ways)
+    }
+
+    /// EVOLVE; gives the fault.
+    fn evolve(&mut self, state: &mut State) -> Result<Lit, Unsupported> {
+        let net = self.net;
+        let is_stable = net.settings.evolution != Evolution::Single;
+        let mut running = Lit::TRUE;
+        let mut fresh = Lit::TRUE;
+        for round in 0..=self.depth {
+            let now: Vec<Lit> = net.edges.values().map(|operand| self.flag(state, &operand.expr)).collect();
+            let chosen = self.check(state, &now, fresh)?;
+            let any = self.aig.or_all(chosen.iter().copied());
+            for edge in 0..now.len() {
+                if !self.over_inputs[edge] {
+                    // The operand is compared at this check, whatever it finds; what fires below does not change what was compared.
+                    state.old[edge] = self.aig.ite(running, now[edge], state.old[edge]);
+                }
+            }
+            if round == self.depth {
+                return Ok(if self.may_fault { self.aig.and(running, any) } else { Lit::FALSE });
+            }
+            let fires: Vec<Lit> = chosen.iter().map(|one| self.aig.and(*one, running)).collect();
+            self.fire(state, &fires)?;
+            if !is_stable {
+                return Ok(Lit::FALSE);
+            }
+            running = self.aig.and(running, any);
+            fresh = Lit::FALSE;
+            for event in 0..state.raised.len() {
+                // Where nothing fired, nothing was raised either, and no further check asks for the event.
+                self.events[event] = state.raised[event];
+                state.raised[event] = Lit::FALSE;
+            }
+        }
+        Ok(Lit::FALSE)
+    }
+
+    /// CHECK: for each transition whether it is in F'.
+    fn check(&mut self, state: &State, now: &[Lit], fresh: Lit) -> Result<Vec<Lit>, Unsupported> {
+        let net = self.net;
+        for edge in 0..now.len() {
+            let alive = if self.over_inputs[edge] { fresh } else { Lit::TRUE };
+            let rises = self.aig.and(now[edge], !state.old[edge]);
+            let falls = self.aig.and(!now[edge], state.old[edge]);
+            self.rise[edge] = self.aig.and(alive, rises);
+            self.fall[edge] = self.aig.and(alive, falls);
+        }
+        for (id, transition) in net.transitions.iter() {
+            let mut parts: Vec<Lit> = transition.requires.iter().map(|step| state.active[step.index()]).collect();
+            if transition.requires.is_empty()
+                && let Some(step) = self.around[transition.part.index()]
+            {
+                parts.push(state.active[step.index()]);
+            }
+            if !transition.events.is_empty() {
+                let events: Vec<Lit> = transition.events.iter().map(|event| self.events[event.index()]).collect();
+                parts.push(self.aig.or_all(events));
+            }
+            parts.push(self.flag(state, &transition.guard));
+            self.fireable[id.index()] = self.aig.and_all(parts);
+        }
+        self.check_size()?;
+        self.select(state)
+    }
+
+    /// Semantics §4.
+    fn select(&mut self, state: &State) -> Result<Vec<Lit>, Unsupported> {
+        let net = self.net;
+        let mut chosen = self.fireable.clone();
+        match net.settings.policy {
+            Policy::PriorityAge => {
+                self.select_by_age(state, &mut chosen)?;
+                return Ok(chosen);
+            }
+            Policy::All | Policy::Priority | Policy::InnerFirst | Policy::OuterFirst => {}
+        }
+        let competes = net.settings.policy == Policy::Priority;
+        let mut consumed = vec![Lit::FALSE; net.steps.len()];
+        let mut any = Lit::FALSE;
+        for id in self.transition_order.clone() {
+            if !is_move(net, id) {
+                continue;
+            }
+            let transition = &net.transitions[id];
+            let mut parts = vec![self.fireable[id.index()]];
+            if competes {
+                parts.extend(transition.requires.iter().map(|step| !consumed[step.index()]));
+            }
+            if net.settings.fire_one {
+                parts.push(!any);
+            }
+            let taken = self.aig.and_all(parts);
+            chosen[id.index()] = taken;
+            if competes {
+                for step in &transition.requires {
+                    consumed[step.index()] = self.aig.or(consumed[step.index()], taken);
+                }
+            }
+            if net.settings.fire_one {
+                any = self.aig.or(any, taken);
+            }
+        }
+        Ok(chosen)
+    }
+
+    fn older(&self, state: &State, a: StepId, b: StepId) -> Lit {
+        let lit = state.older.get(&(a.min(b), a.max(b))).copied().unwrap_or(Lit::FALSE);
+        lit.negate_if(b < a)
+    }
+
+    /// The oldest step that follows `a` is older than all that follow `b`.
+    fn has_older(&mut self, state: &State, a: TransitionId, b: TransitionId) -> Lit {
+        let net = self.net;
+        let theirs: Vec<StepId> = entered(&net.transitions[b]).collect();
+        let mut ways = Vec::new();
+        for mine in entered(&net.transitions[a]).filter(|step| !theirs.contains(step)) {
+            let all: Vec<Lit> = theirs.iter().map(|other| self.older(state, mine, *other)).collect();
+            ways.push(self.aig.and_all(all));
+        }
+        self.aig.or_all(ways)
+    }
+
+    /// `a` goes before `b`.
+    fn before(&mut self, state: &State, a: TransitionId, b: TransitionId) -> Lit {
+        match self.key(a).cmp(&self.key(b)) {
+            std::cmp::Ordering::Less => Lit::TRUE,
+            std::cmp::Ordering::Greater => Lit::FALSE,
+            std::cmp::Ordering::Equal => {
+                if a < b {
+                    !self.has_older(state, b, a)
+                } else {
+                    self.has_older(state, a, b)
+                }
+            }
+        }
+    }
+
+    fn select_by_age(&mut self, state: &State, chosen: &mut [Lit]) -> Result<(), Unsupported> {
+        let rivals = self.rivals.clone();
+        let mut is_done: BTreeMap<TransitionId, bool> = BTreeMap::new();
+        for start in rivals.keys() {
+            if is_done.contains_key(start) {
+                continue;
+            }
+            let mut group = vec![*start];
+            is_done.insert(*start, true);
+            let mut at = 0;
+            while at < group.len() {
+                for other in &rivals[&group[at]] {
+                    if is_done.insert(*other, true).is_none() {
+                        group.push(*other);
+                    }
+                }
+                at += 1;
+            }
+            let is_clique = group.iter().all(|one| rivals[one].len() + 1 == group.len());
+            // Where not all compete with all, whoever goes first decides who is still in the way of the next: as many rounds as transitions.
+            let rounds = if is_clique { 1 } else { group.len() };
+            if rounds > 12 {
+                return Err(format!("{} transitions that compete by age in a chain are not covered", group.len()));
+            }
+            let mut before: BTreeMap<(TransitionId, TransitionId), Lit> = BTreeMap::new();
+            for t in &group {
+                for u in &rivals[t] {
+                    let lit = self.before(state, *u, *t);
+                    before.insert((*u, *t), lit);
+                }
+            }
+            // What is known not to be taken, so far: at first what is not fireable.
+            let mut out: BTreeMap<TransitionId, Lit> =
+                group.iter().map(|t| (*t, !self.fireable[t.index()])).collect();
+            let mut taken: BTreeMap<TransitionId, Lit> = BTreeMap::new();
+            for _ in 0..rounds {
+                for t in &group {
+                    let mut parts = vec![self.fireable[t.index()]];
+                    for u in &rivals[t] {
+                        let free = self.aig.or(!before[&(*u, *t)], out[u]);
+                        parts.push(free);
+                    }
+                    let lit = self.aig.and_all(parts);
+                    taken.insert(*t, lit);
+                }
+                for t in &group {
+                    let mut ways = vec![!self.fireable[t.index()]];
+                    for u in &rivals[t] {
+                        ways.push(self.aig.and(before[&(*u, *t)], taken[u]));
+                    }
+                    let lit = self.aig.or_all(ways);
+                    out.insert(*t, lit);
+                }
+            }
+            for t in &group {
+                chosen[t.index()] = taken[t];
+            }
+        }
+        self.check_size()
+    }
+
+    /// NEXT and FIRE.
+    fn fire(&mut self, state: &mut State, fires: &[Lit]) -> Result<(), Unsupported> {
+        let net = self.net;
+        let n = net.steps.len();
+        let mut leaves: Vec<Vec<Lit>> = vec![Vec::new(); n];
+        let mut enters: Vec<Vec<Lit>> = vec![Vec::new(); n];
+        let mut restarts: Vec<Vec<Lit>> = vec![Vec::new(); n];
+        for (id, transition) in net.transitions.iter().filter(|(id, _)| is_move(net, *id)) {
+            let fires = fires[id.index()];
+            if fires == Lit::FALSE {
+                continue;
+            }
+            transition.requires.iter().for_each(|step| leaves[step.index()].push(fires));
+            for step in entered(transition) {
+                enters[step.index()].push(fires);
+                if transition.restart {
+                    restarts[step.index()].push(fires);
+                }
+            }
+        }
+        // N1
+        let before = state.active.clone();
+        let mut next = Vec::with_capacity(n);
+        let mut restarted = Vec::with_capacity(n);
+        for step in 0..n {
+            let left = self.aig.or_all(leaves[step].iter().copied());
+            let entered = self.aig.or_all(enters[step].iter().copied());
+            let stays = self.aig.and(before[step], !left);
+            next.push(self.aig.or(stays, entered));
+            let again = self.aig.or_all(restarts[step].iter().copied());
+            restarted.push(self.aig.and_all([before[step], left, again]));
+        }
+        // N2
+        for outer in self.enclosing.clone() {
+            let e = outer.index();
+            let gone = self.aig.or(!next[e], restarted[e]);
+            let clears = self.aig.and(before[e], gone);
+            let fresh = self.aig.or(!before[e], restarted[e]);
+            let brings = self.aig.and(next[e], fresh);
+            let mut inside = Vec::new();
+            let mut todo = self.children[e].clone();
+            while let Some(step) = todo.pop() {
+                inside.push(step);
+                todo.extend(&self.children[step.index()]);
+            }
+            for step in inside {
+                let at = step.index();
+                next[at] = self.aig.and(next[at], !clears);
+                restarted[at] = self.aig.and(restarted[at], !clears);
+            }
+            for step in self.children[e].clone() {
+                let at = step.index();
+                if net.steps[step].activation_link {
+                    next[at] = self.aig.or(next[at], brings);
+                    let again = self.aig.and_all([brings, clears, before[at]]);
+                    restarted[at] = self.aig.or(restarted[at], again);
+                }
+            }
+        }
+        self.check_size()?;
+        let mut down = Vec::with_capacity(n);
+        let mut up = Vec::with_capacity(n);
+        for step in 0..n {
+            let drops = self.aig.and(before[step], !next[step]);
+            let rises = self.aig.and(next[step], !before[step]);
+            down.push(self.aig.or(drops, restarted[step]));
+            up.push(self.aig.or(rises, restarted[step]));
+        }
+        if net.settings.assign_simultaneous {
+            self.frozen = Some(Box::new(state.clone()));
+        }
+        // F2
+        for step in self.step_order.clone() {
+            let at = step.index();
+            self.block(state, down[at], &net.steps[step].exit);
+            state.active[at] = self.aig.and(state.active[at], !down[at]);
+            if let Some(mut counter) = state.elapsed[at].take() {
+                self.set(down[at], &mut counter, &Number::constant(0));
+                state.elapsed[at] = Some(counter);
+            }
+        }
+        // F3
+        for id in self.transition_order.clone() {
+            self.block(state, fires[id.index()], &net.transitions[id].actions);
+        }
+        // F4
+        for step in self.step_order.clone() {
+            let at = step.index();
+            state.active[at] = self.aig.or(state.active[at], up[at]);
+            for counter in [&mut state.elapsed[at], &mut state.last_elapsed[at], &mut state.task[at]] {
+                if let Some(number) = counter {
+                    *number = Number::select(&mut self.aig, up[at], &Number::constant(0), number);
+                }
+            }
+            self.block(state, up[at], &net.steps[step].entry);
+        }
+        self.frozen = None;
+        // What the lists saw on the way is over: this is the same set, with fewer nodes.
+        state.active = next;
+        // The index of tasks of an inactive step is read by nobody; kept at 0 it is one state.
+        for at in 0..n {
+            if let Some(mut index) = state.task[at].take() {
+                self.set(down[at], &mut index, &Number::constant(0));
+                state.task[at] = Some(index);
+            }
+        }
+        // F5
+        for ((a, b), older) in &mut state.older {
+            let stays = self.aig.and(*older, !up[a.index()]);
+            *older = self.aig.or(up[b.index()], stays);
+        }
+        self.check_size()
+    }
+
+    /// E1 to E3.
+    fn end(&mut self, state: &mut State) -> Result<(), Unsupported> {
+        let net = self.net;
+        let mut fell = Vec::new();
+        for (id, _) in net.actions.iter() {
+            let q = self.action_control(state, id);
+            fell.push(self.aig.and(state.q[id.index()], !q));
+            state.q[id.index()] = q;
+        }
+        if net.settings.final_scan {
+            for (id, action) in net.actions.iter() {
+                self.block(state, fell[id.index()], &action.body);
+            }
+        }
+        for (id, action) in net.actions.iter() {
+            let q = state.q[id.index()];
+            self.block(state, q, &action.body);
+        }
+        self.tasks(state);
+        for (id, timer) in net.timers.iter() {
+            let holds = self.flag(state, &timer.condition);
+            state.held[id.index()] = holds;
+            if let Some(mut counter) = state.timers[id.index()].take() {
+                self.set(!holds, &mut counter, &Number::constant(0));
+                state.timers[id.index()] = Some(counter);
+            }
+        }
+        self.check_size()
+    }
+
+    /// Semantics §3.5.
+    fn action_control(&mut self, state: &mut State, id: grafsynth_ir::net::ActionId) -> Lit {
+        let net = self.net;
+        let action = &net.actions[id];
+        let mut input: BTreeMap<Qualifier, Lit> = BTreeMap::new();
+        for one in &action.uses {
+            let condition = one.condition.as_ref().map_or(Lit::TRUE, |condition| self.flag(state, condition));
+            let asks = self.aig.and(state.active[one.step.index()], condition);
+            let so_far = input.get(&one.qualifier).copied().unwrap_or(Lit::FALSE);
+            let either = self.aig.or(so_far, asks);
+            input.insert(one.qualifier, either);
+        }
+        let asks = |qualifier: Qualifier| input.get(&qualifier).copied();
+        let reset = asks(Qualifier::R).unwrap_or(Lit::FALSE);
+        let mut ways: Vec<Lit> = asks(Qualifier::N).into_iter().collect();
+        for (qualifier, part) in
+            [(Qualifier::S, ActionPart::S), (Qualifier::SD, ActionPart::SD), (Qualifier::SL, ActionPart::SL)]
+        {
+            if let Some(set) = asks(qualifier) {
+                let either = self.aig.or(state.latches[&(id, part)], set);
+                let latch = self.aig.and(!reset, either);
+                state.latches.insert((id, part), latch);
+                if part == ActionPart::S {
+                    ways.push(latch);
+                }
+            }
+        }
+        for (qualifier, part) in [
+            (Qualifier::L, ActionPart::L),
+            (Qualifier::D, ActionPart::D),
+            (Qualifier::DS, ActionPart::DS),
+            (Qualifier::SD, ActionPart::SD),
+            (Qualifier::SL, ActionPart::SL),
+        ] {
+            let Some(asked) = asks(qualifier) else { continue };
+            let input = match part {
+                ActionPart::SD | ActionPart::SL => state.latches[&(id, part)],
+                ActionPart::L
+                | ActionPart::D
+                | ActionPart::DS
+                | ActionPart::S
+                | ActionPart::P
+                | ActionPart::P0
+                | ActionPart::P1
+                | ActionPart::DSHeld => asked,
+            };
+            let mut time = state.times[&(id, part)].clone();
+            self.set(!input, &mut time, &Number::constant(0));
+            state.latches.insert((id, held_of(part)), input);
+            let late =
+                Number::compare(&mut self.aig, CompareOp::Ge, &time, &Number::constant(i64::from(action.duration)));
+            state.times.insert((id, part), time);
+            let ton = self.aig.and(input, late);
+            match part {
+                ActionPart::L | ActionPart::SL => ways.push(self.aig.and(input, !ton)),
+                ActionPart::D | ActionPart::SD => ways.push(ton),
+                ActionPart::DS => {
+                    let either = self.aig.or(state.latches[&(id, ActionPart::DS)], ton);
+                    let latch = self.aig.and(!reset, either);
+                    state.latches.insert((id, ActionPart::DS), latch);
+                    ways.push(latch);
+                }
+                ActionPart::S | ActionPart::P | ActionPart::P0 | ActionPart::P1 | ActionPart::DSHeld => {}
+            }
+        }
+        for (qualifier, part) in
+            [(Qualifier::P, ActionPart::P), (Qualifier::P1, ActionPart::P1), (Qualifier::P0, ActionPart::P0)]
+        {
+            if let Some(now) = asks(qualifier) {
+                let old = state.latches[&(id, part)];
+                ways.push(if part == ActionPart::P0 { self.aig.and(old, !now) } else { self.aig.and(now, !old) });
+                state.latches.insert((id, part), now);
+            }
+        }
+        let any = self.aig.or_all(ways);
+        self.aig.and(!reset, any)
+    }
+
+    /// E2. From each index the tasks that fit the budget are known beforehand.
+    fn tasks(&mut self, state: &mut State) {
+        let net = self.net;
+        for (id, step) in net.steps.iter() {
+            let Some(index) = state.task[id.index()].clone() else { continue };
+            let n = step.tasks.len();
+            let end_from = |start: usize| {
+                let mut rest = step.budget;
+                let mut at = start;
+                while at < n && step.tasks[at].cost <= rest {
+                    rest -= step.tasks[at].cost;
+                    at += 1;
+                }
+                at
+            };
+            let active = state.active[id.index()];
+            let starts: Vec<Lit> = (0..=n)
+                .map(|start| {
+                    let here = self.equals(&index, start);
+                    self.aig.and(active, here)
+                })
+                .collect();
+            for (at, task) in step.tasks.iter().enumerate() {
+                let ways = (0..=at).filter(|start| at < end_from(*start)).map(|start| starts[start]);
+                let ways: Vec<Lit> = ways.collect();
+                let runs = self.aig.or_all(ways);
+                self.block(state, runs, &task.body);
+            }
+            let mut after = index;
+            for (start, here) in starts.iter().enumerate() {
+                self.set(*here, &mut after, &Number::constant(end_from(start) as i64));
+            }
+            state.task[id.index()] = Some(after);
+        }
+    }
+
+    /// E4: the outputs that a state gives, mealy ones left out. Calls in lists are those of the reaction made last.
+    fn outputs(&mut self, state: &State) -> Vec<Vec<Lit>> {
+        let net = self.net;
+        let mut all = Vec::new();
+        for (id, output) in net.outputs.iter() {
+            all.push(match &output.driver {
+                Driver::Continuous(emissions) => vec![self.emitted(state, emissions)],
+                Driver::Mealy(_) => vec![Lit::FALSE],
+                Driver::Stored(var) => match state.vars[var.index()].first().cloned() {
+                    Some(Value::Flag(lit)) => vec![lit],
+                    Some(Value::Number(number)) => {
+                        number.code(&mut self.aig, output.ty.bounds().0, output.ty.bits())
+                    }
+                    None => Vec::new(),
+                },
+                Driver::Controlled(action) => vec![state.q[action.index()]],
+                Driver::Extern { calls, .. } => {
+                    let mut ways = self.calls.get(&id).cloned().unwrap_or_default();
+                    for call in calls {
+                        let condition =
+                            call.condition.as_ref().map_or(Lit::TRUE, |condition| self.flag(state, condition));
+                        ways.push(self.aig.and(state.active[call.step.index()], condition));
+                    }
+                    vec![self.aig.or_all(ways)]
+                }
+            });
+        }
+        all
+    }
+
+    /// The outputs that follow from a state at the end of a reaction alone, and the inputs of that reaction. None for the others.
+    pub(crate) fn outputs_of_state(&mut self, state: &State, inputs: &Inputs) -> Vec<Option<Vec<Lit>>> {
+        self.inputs = inputs.clone();
+        self.events.fill(Lit::FALSE);
+        self.rise.fill(Lit::FALSE);
+        self.fall.fill(Lit::FALSE);
+        self.calls.clear();
+        let all = self.outputs(state);
+        let net = self.net;
+        all.into_iter()
+            .zip(net.outputs.values())
+            .map(|(code, output)| match &output.driver {
+                Driver::Continuous(_) | Driver::Stored(_) => Some(code),
+                Driver::Mealy(_) | Driver::Controlled(_) | Driver::Extern { .. } => None,
+            })
+            .collect()
+    }
+
+    /// What an assumption forbids, as a function of the inputs.
+    pub(crate) fn forbidden(&mut self, state: &State, inputs: &Inputs, never: &Expr) -> Lit {
+        self.inputs = inputs.clone();
+        for (event, input) in self.net.inputs.iter() {
+            if input.kind.is_event() {
+                self.events[event.index()] = inputs.values[event.index()].flag();
+            }
+        }
+        let forbidden = self.flag(state, never);
+        self.events.fill(Lit::FALSE);
+        forbidden
+    }
+}
+
+/// `min(counter + 1, cap)` where it runs.
+fn advance(aig: &mut Aig, counter: &Number, runs: Lit, cap: i64) -> Number {
+    let more = Number::arith(aig, grafsynth_ir::expr::ArithOp::Add, counter, &Number::constant(1));
+    let capped = more.saturate(aig, 0, cap);
+    Number::select(aig, runs, &capped, counter)
+}
+
+/// Where the last input of a part's timer is kept: for SD and SL that is the latch.
+fn held_of(part: ActionPart) -> ActionPart {
+    if part == ActionPart::DS { ActionPart::DSHeld } else { part }
+}
+
+/// What the functions here do not cover.
+fn refuse(net: &Net) -> Result<(), Unsupported> {
+    if net.settings.policy.is_statechart() {
+        return Err("statecharts are not covered by the symbolic proof yet".to_owned());
+    }
+    if !net.forcings.is_empty() {
+        return Err("forcing orders are not covered by the symbolic proof yet".to_owned());
+    }
+    if !net.unspecified.is_empty() {
+        return Err("open cells are not covered by the symbolic proof yet".to_owned());
+    }
+    let has_arguments =
+        net.outputs.values().any(|output| matches!(&output.driver, Driver::Extern { params, .. } if !params.is_empty()));
+    if has_arguments {
+        return Err("calls with arguments are not covered by the symbolic proof".to_owned());
+    }
+    Ok(())
+}

@@ -1,0 +1,290 @@
+//! What a net remembers (semantics §2), as functions.
+
+use std::collections::BTreeMap;
+
+use grafsynth_ir::expr::{Expr, ExprKind, Type};
+use grafsynth_ir::net::{
+    ActionId, ControlledAction, Leaf, Net, Qualifier, StepId, TransitionKind,
+};
+use grafsynth_ir::program::{ActionPart, Origin};
+
+use super::aig::{Aig, Lit};
+use super::number::Number;
+
+/// Names one bit of the state: what it belongs to, the element of an array, the bit of the code.
+pub(crate) type Key = (Origin, u32, u32);
+
+/// A truth value or a number.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum Value {
+    Flag(Lit),
+    Number(Number),
+}
+
+impl Value {
+    pub(crate) fn flag(&self) -> Lit {
+        match self {
+            Value::Flag(lit) => *lit,
+            // Validation keeps numbers from where truth values stand.
+            Value::Number(_) => Lit::FALSE,
+        }
+    }
+
+    pub(crate) fn number(&self) -> Number {
+        match self {
+            Value::Number(number) => number.clone(),
+            Value::Flag(_) => Number::constant(0),
+        }
+    }
+}
+
+/// The pieces of state of a net and their types; fixed before any function is made.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Shape {
+    /// Caps of `s.t`, by step; none where nothing reads it.
+    pub(crate) elapsed: Vec<Option<i64>>,
+    pub(crate) last_elapsed: Vec<Option<i64>>,
+    pub(crate) timers: Vec<Option<i64>>,
+    /// The pairs of steps whose age decides, the lower one first.
+    pub(crate) older: Vec<(StepId, StepId)>,
+    /// What ACTION_CONTROL remembers for the qualifiers in use.
+    pub(crate) latches: Vec<(ActionId, ActionPart)>,
+    pub(crate) times: Vec<(ActionId, ActionPart)>,
+}
+
+/// The state itself.
+#[derive(Debug, Clone)]
+pub(crate) struct State {
+    pub(crate) active: Vec<Lit>,
+    pub(crate) elapsed: Vec<Option<Number>>,
+    pub(crate) last_elapsed: Vec<Option<Number>>,
+    pub(crate) task: Vec<Option<Number>>,
+    pub(crate) vars: Vec<Vec<Value>>,
+    pub(crate) timers: Vec<Option<Number>>,
+    pub(crate) held: Vec<Lit>,
+    pub(crate) old: Vec<Lit>,
+    pub(crate) older: BTreeMap<(StepId, StepId), Lit>,
+    pub(crate) q: Vec<Lit>,
+    pub(crate) latches: BTreeMap<(ActionId, ActionPart), Lit>,
+    pub(crate) times: BTreeMap<(ActionId, ActionPart), Number>,
+    pub(crate) raised: Vec<Lit>,
+}
+
+impl Shape {
+    pub(crate) fn of(net: &Net) -> Shape {
+        let mut shape = Shape {
+            elapsed: vec![None; net.steps.len()],
+            last_elapsed: vec![None; net.steps.len()],
+            timers: vec![None; net.timers.len()],
+            ..Shape::default()
+        };
+        crate::walk::for_each_expr(net, &mut |expr| shape.caps(expr));
+        for (id, action) in net.actions.iter() {
+            shape.action(id, action);
+        }
+        shape
+    }
+
+    /// One above the largest constant that each is compared with (semantics §3.1).
+    fn caps(&mut self, expr: &Expr<Leaf>) {
+        if let ExprKind::Compare(_, a, b) = &expr.kind {
+            for (timer, constant) in [(a, b), (b, a)] {
+                if let (ExprKind::Leaf(leaf), ExprKind::Int(value)) = (&timer.kind, &constant.kind) {
+                    let slot = match leaf {
+                        Leaf::Elapsed(step) => &mut self.elapsed[step.index()],
+                        Leaf::LastElapsed(step) => &mut self.last_elapsed[step.index()],
+                        Leaf::Timer(timer) => &mut self.timers[timer.index()],
+                        Leaf::Input(_)
+                        | Leaf::Var(_)
+                        | Leaf::Active(_)
+                        | Leaf::TasksDone(_)
+                        | Leaf::Rise(_)
+                        | Leaf::Fall(_)
+                        | Leaf::Fireable(_)
+                        | Leaf::Controlled(_) => continue,
+                    };
+                    let cap = value.saturating_add(1).max(1);
+                    *slot = Some(slot.map_or(cap, |old| old.max(cap)));
+                }
+            }
+        }
+        expr.operands().for_each(|operand| self.caps(operand));
+    }
+
+    fn action(&mut self, id: ActionId, action: &ControlledAction) {
+        let has = |qualifier: Qualifier| action.uses.iter().any(|one| one.qualifier == qualifier);
+        for (qualifier, latches, timed) in [
+            (Qualifier::S, &[ActionPart::S][..], None),
+            (Qualifier::L, &[ActionPart::L], Some(ActionPart::L)),
+            (Qualifier::D, &[ActionPart::D], Some(ActionPart::D)),
+            (Qualifier::P, &[ActionPart::P], None),
+            (Qualifier::P0, &[ActionPart::P0], None),
+            (Qualifier::P1, &[ActionPart::P1], None),
+            (Qualifier::SD, &[ActionPart::SD], Some(ActionPart::SD)),
+            (Qualifier::DS, &[ActionPart::DS, ActionPart::DSHeld], Some(ActionPart::DS)),
+            (Qualifier::SL, &[ActionPart::SL], Some(ActionPart::SL)),
+        ] {
+            if has(qualifier) {
+                self.latches.extend(latches.iter().map(|part| (id, *part)));
+                self.times.extend(timed.map(|part| (id, part)));
+            }
+        }
+    }
+
+    /// Calls `make` for each piece of the state with its name and type, and builds a state of what comes back.
+    fn build(&self, net: &Net, make: &mut impl FnMut(Origin, u32, Type) -> Value) -> State {
+        let ticks = |cap: i64| Type::Int { lo: 0, hi: cap };
+        let active = net.steps.ids().map(|step| make(Origin::Step(step), 0, Type::Bool).flag()).collect();
+        let mut counters = |caps: &[Option<i64>], origin: fn(StepId) -> Origin| -> Vec<Option<Number>> {
+            net.steps
+                .ids()
+                .map(|step| caps[step.index()].map(|cap| make(origin(step), 0, ticks(cap)).number()))
+                .collect()
+        };
+        let elapsed = counters(&self.elapsed, Origin::Elapsed);
+        let last_elapsed = counters(&self.last_elapsed, Origin::LastElapsed);
+        let task = net
+            .steps
+            .iter()
+            .map(|(step, data)| {
+                let n = data.tasks.len() as i64;
+                (n > 0).then(|| make(Origin::TaskIndex(step), 0, ticks(n)).number())
+            })
+            .collect();
+        let vars = net
+            .vars
+            .iter()
+            .map(|(id, var)| (0..var.len.unwrap_or(1)).map(|element| make(Origin::Var(id), element, var.ty)).collect())
+            .collect();
+        let timers = net
+            .timers
+            .ids()
+            .map(|id| self.timers[id.index()].map(|cap| make(Origin::Timer(id), 0, ticks(cap)).number()))
+            .collect();
+        let held = net.timers.ids().map(|id| make(Origin::TimerCondition(id), 0, Type::Bool).flag()).collect();
+        let old = net.edges.ids().map(|id| make(Origin::Edge(id), 0, Type::Bool).flag()).collect();
+        let older =
+            self.older.iter().map(|(a, b)| ((*a, *b), make(Origin::Older(*a, *b), 0, Type::Bool).flag())).collect();
+        let q = net.actions.ids().map(|id| make(Origin::ActionQ(id), 0, Type::Bool).flag()).collect();
+        let latches = self
+            .latches
+            .iter()
+            .map(|(id, part)| ((*id, *part), make(Origin::ActionLatch(*id, *part), 0, Type::Bool).flag()))
+            .collect();
+        let times = self
+            .times
+            .iter()
+            .map(|(id, part)| {
+                let cap = i64::from(net.actions[*id].duration);
+                ((*id, *part), make(Origin::ActionTimer(*id, *part), 0, ticks(cap)).number())
+            })
+            .collect();
+        let raised = net.inputs.ids().map(|id| make(Origin::Pending(id), 0, Type::Bool).flag()).collect();
+        State { active, elapsed, last_elapsed, task, vars, timers, held, old, older, q, latches, times, raised }
+    }
+
+    /// Every bit a variable. Also gives, for each piece of several bits, its bits and the condition that they are a code of some value.
+    pub(crate) fn free(&self, net: &Net, aig: &mut Aig) -> (State, BTreeMap<Key, Lit>, Vec<(Vec<Lit>, Lit)>) {
+        let mut bits = BTreeMap::new();
+        let mut valid = Vec::new();
+        let state = self.build(net, &mut |origin, element, ty| {
+            let own: Vec<Lit> = (0..ty.bits()).map(|_| aig.variable()).collect();
+            for (bit, lit) in own.iter().enumerate() {
+                bits.insert((origin, element, bit as u32), *lit);
+            }
+            match ty {
+                Type::Bool => Value::Flag(own[0]),
+                Type::Int { lo, hi } => {
+                    let number = Number::from_code(aig, &own, lo);
+                    if hi.abs_diff(lo).checked_add(1).is_some_and(|n| !n.is_power_of_two()) {
+                        let fits =
+                            Number::compare(aig, grafsynth_ir::expr::CompareOp::Le, &number, &Number::constant(hi));
+                        valid.push((own, fits));
+                    }
+                    Value::Number(number)
+                }
+            }
+        });
+        (state, bits, valid)
+    }
+
+    /// What stands before reset (semantics §3.9, R1).
+    pub(crate) fn before_reset(&self, net: &Net) -> State {
+        self.build(net, &mut |origin, element, ty| {
+            let value = match origin {
+                Origin::Var(var) => {
+                    let init = &net.vars[var].init;
+                    init.get(element as usize).or(init.first()).copied().unwrap_or_else(|| ty.saturate(0))
+                }
+                Origin::Timer(timer) if net.timers[timer].starts_expired => ty.bounds().1,
+                Origin::Step(_)
+                | Origin::Elapsed(_)
+                | Origin::LastElapsed(_)
+                | Origin::Edge(_)
+                | Origin::Timer(_)
+                | Origin::TimerCondition(_)
+                | Origin::Older(..)
+                | Origin::TaskIndex(_)
+                | Origin::ActionQ(_)
+                | Origin::ActionLatch(..)
+                | Origin::ActionTimer(..)
+                | Origin::Pending(_)
+                | Origin::InternalQueue
+                | Origin::InternalLength
+                | Origin::ExternalQueue
+                | Origin::ExternalLength
+                | Origin::SendTimer(_)
+                | Origin::SendRuns(_)
+                | Origin::Recorded(..)
+                | Origin::Ended(_)
+                | Origin::Fault
+                | Origin::HeldOutput(..)
+                | Origin::Helper => 0,
+            };
+            match ty {
+                Type::Bool => Value::Flag(Lit::constant(value != 0)),
+                Type::Int { .. } => Value::Number(Number::constant(value)),
+            }
+        })
+    }
+
+    /// The bits of a state, by name.
+    pub(crate) fn bits(&self, net: &Net, aig: &mut Aig, state: &State) -> BTreeMap<Key, Lit> {
+        let mut values: Vec<Value> = Vec::new();
+        values.extend(state.active.iter().map(|lit| Value::Flag(*lit)));
+        for list in [&state.elapsed, &state.last_elapsed, &state.task] {
+            values.extend(list.iter().flatten().map(|number| Value::Number(number.clone())));
+        }
+        values.extend(state.vars.iter().flatten().cloned());
+        values.extend(state.timers.iter().flatten().map(|number| Value::Number(number.clone())));
+        values.extend(state.held.iter().chain(&state.old).map(|lit| Value::Flag(*lit)));
+        values.extend(self.older.iter().map(|pair| Value::Flag(state.older[pair])));
+        values.extend(state.q.iter().map(|lit| Value::Flag(*lit)));
+        values.extend(self.latches.iter().map(|key| Value::Flag(state.latches[key])));
+        values.extend(self.times.iter().map(|key| Value::Number(state.times[key].clone())));
+        values.extend(state.raised.iter().map(|lit| Value::Flag(*lit)));
+        let mut values = values.into_iter();
+        let mut bits = BTreeMap::new();
+        // The pieces come in the order of `build`, which gives their names and types.
+        self.build(net, &mut |origin, element, ty| {
+            let value = values.next().unwrap_or(Value::Flag(Lit::FALSE));
+            match (&value, ty) {
+                (Value::Flag(lit), _) => {
+                    bits.insert((origin, element, 0), *lit);
+                }
+                (Value::Number(number), _) => {
+                    for (bit, lit) in number.code(aig, ty.bounds().0, ty.bits()).into_iter().enumerate() {
+                        bits.insert((origin, element, bit as u32), lit);
+                    }
+                }
+            }
+            value
+        });
+        bits
+    }
+}
+
+/// True for transitions that can compete (semantics §3.2: reactions never do).
+pub(crate) fn is_move(net: &Net, transition: grafsynth_ir::net::TransitionId) -> bool {
+    net.transitions[transition].kind == TransitionKind::Move
+}
