@@ -1,1 +1,210 @@
-//! Logic to equations and Verilog, and back
+//! Logic to equations and Verilog, and back.
+//!
+//! ```text
+//! Logic ── equations::Equations (names, polarity, products, pins) ──► PALASM  CUPL  GALasm
+//!   │  └── netlist::Netlist (names, what becomes a wire) ───────────► Verilog  BLIF
+//!   └────────────── read ◄───────────────────────────────────────────┘ (all five)
+//! ```
+//! All decisions are taken before a writer runs; a writer only prints. What a reader gives back has names but no roles: [`rebind`] puts those of the
+//! emitted circuit back, so that it can be proved equal to the net.
+//!
+//! ```
+//! use grafsynth_backend_pld::{Dialect, EmitOptions, emit, read, rebind};
+//! # use grafsynth_logic::build::Builder;
+//! # let mut builder = Builder::default();
+//! # let (q, value) = builder.flop_named("q", true);
+//! # let enable = builder.input_named("enable");
+//! # builder.logic.flops[q].next = builder.xor(value, enable);
+//! # let logic = builder.finish();
+//! let emitted = emit(&logic, Dialect::Palasm, &EmitOptions::default()).unwrap();
+//! let (back, findings) = read(Dialect::Palasm, Default::default(), &emitted.text);
+//! let mut back = back.unwrap();
+//! assert!(findings.is_empty() && rebind(&mut back, &emitted).is_empty());
+//! assert!(back.flops.values().next().unwrap().init, "powers up as wanted");
+//! ```
+
+pub mod codes;
+pub mod device;
+pub mod equations;
+pub mod netlist;
+pub mod read;
+pub mod vectors;
+
+mod names;
+mod rebind;
+mod write;
+#[cfg(test)]
+mod tests;
+
+use equations::Equations;
+use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::logic::{Logic, PinRole};
+use grafsynth_ir::span::{FileId, Span};
+use grafsynth_logic::minimise::Budget;
+pub use rebind::rebind;
+pub use vectors::Vectors;
+
+/// The languages.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Dialect {
+    /// PALASM 2 and 4, `.pds`.
+    Palasm,
+    /// CUPL, `.pld`.
+    Cupl,
+    /// `GALasm` and galette, `.pld`.
+    Galasm,
+    /// Verilog-2001.
+    Verilog,
+    /// The Berkeley Logic Interchange Format.
+    Blif,
+}
+
+impl Dialect {
+    /// All of them.
+    pub const ALL: [Dialect; 5] = [Dialect::Palasm, Dialect::Cupl, Dialect::Galasm, Dialect::Verilog, Dialect::Blif];
+
+    /// Its name on the command line.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Dialect::Palasm => "palasm",
+            Dialect::Cupl => "cupl",
+            Dialect::Galasm => "galasm",
+            Dialect::Verilog => "verilog",
+            Dialect::Blif => "blif",
+        }
+    }
+
+    /// The usual extension of its files, without the dot.
+    #[must_use]
+    pub fn extension(self) -> &'static str {
+        match self {
+            Dialect::Palasm => "pds",
+            Dialect::Cupl | Dialect::Galasm => "pld",
+            Dialect::Verilog => "v",
+            Dialect::Blif => "blif",
+        }
+    }
+}
+
+/// What the caller may choose.
+#[derive(Debug, Clone, Default)]
+pub struct EmitOptions {
+    /// The device's name, such as `gal22v10`; none takes the default and says so in the text.
+    pub device: Option<String>,
+    /// Pin numbers by the source's names; the clock is `clock` or `clk`. Signals without a number get one where the design fits the device.
+    pub pins: Vec<(String, u32)>,
+    /// Test vectors: the SIMULATION section of PALASM, the test bench of Verilog.
+    pub vectors: Option<Vectors>,
+    /// Verilog: a synchronous reset input of this name beside the initial values.
+    pub reset: Option<String>,
+    /// Use [`Logic::never`] to make sums smaller: the text then behaves otherwise where the chart's assumptions are broken.
+    pub dont_cares: bool,
+    /// What the minimiser may spend on one function.
+    pub budget: Budget,
+    /// Lines for the head of the text, such as the transitions of the chart.
+    pub notes: Vec<String>,
+}
+
+/// A text with what it was made from.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Emitted {
+    /// The language.
+    pub dialect: Dialect,
+    /// The text.
+    pub text: String,
+    /// A self-checking test bench in the same language, where one was asked for.
+    pub bench: Option<String>,
+    /// The name given to each pin and flip-flop.
+    pub names: Vec<Named>,
+    /// Where each line comes from.
+    pub map: Vec<MapLine>,
+}
+
+/// A name in the text and what it stands for.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Named {
+    /// The name as printed.
+    pub name: String,
+    /// The pin number, if it has one.
+    pub pin: Option<u32>,
+    /// The thing itself.
+    pub object: Object,
+}
+
+/// What a name stands for.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Object {
+    /// The clock.
+    Clock,
+    /// The synchronous reset that the text has beside the circuit.
+    Reset,
+    /// An input bit.
+    Input(grafsynth_ir::logic::PinInput),
+    /// A flip-flop; its `next` means nothing here.
+    Flop(grafsynth_ir::logic::Flop),
+    /// An output bit; its `value` means nothing here.
+    Output(grafsynth_ir::logic::PinOutput),
+}
+
+/// One line of the text and the place it comes from.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct MapLine {
+    /// The line, from 1.
+    pub line: u32,
+    /// The source's name.
+    pub name: String,
+    /// Where it was declared.
+    pub span: Span,
+    /// Its requirement tags.
+    pub req: Vec<String>,
+}
+
+/// Writes a circuit in one of the languages.
+///
+/// # Errors
+/// What the language or the device cannot take, each with the signal and the numbers.
+pub fn emit(logic: &Logic, dialect: Dialect, options: &EmitOptions) -> Result<Emitted, Vec<Diagnostic>> {
+    if let Some(vectors) = &options.vectors {
+        vectors.check(logic)?;
+    }
+    match dialect {
+        Dialect::Palasm | Dialect::Cupl | Dialect::Galasm => {
+            let equations = Equations::new(logic, dialect, options)?;
+            let sheet = match dialect {
+                Dialect::Palasm => write::palasm::write(&equations, options.vectors.as_ref()),
+                Dialect::Cupl => write::cupl::write(&equations),
+                Dialect::Galasm | Dialect::Verilog | Dialect::Blif => write::galasm::write(&equations),
+            };
+            let names = equations.named(logic);
+            Ok(Emitted { dialect, text: sheet.text, bench: None, names, map: sheet.map })
+        }
+        Dialect::Verilog | Dialect::Blif => {
+            let netlist = netlist::Netlist::new(logic, dialect, options);
+            let sheet = if dialect == Dialect::Verilog {
+                write::verilog::write(logic, &netlist)
+            } else {
+                write::blif::write(logic, &netlist)
+            };
+            let bench = match (&options.vectors, dialect) {
+                (Some(vectors), Dialect::Verilog) => Some(write::bench::write(logic, &netlist, vectors)),
+                (Some(_) | None, _) => None,
+            };
+            Ok(Emitted { dialect, text: sheet.text, bench, names: netlist.named(logic), map: sheet.map })
+        }
+    }
+}
+
+/// Reads a circuit. Pins and flip-flops come without roles; power-up values follow from the device's rules where the language does not say them.
+///
+/// All findings of the text come at once; where one of them is an error there is no circuit.
+#[must_use]
+pub fn read(dialect: Dialect, file: FileId, text: &str) -> (Option<Logic>, Vec<Diagnostic>) {
+    read::read(dialect, file, text)
+}
+
+/// True for a pin that a text calls neither an input of the net nor a clock.
+#[must_use]
+pub fn is_reset(role: PinRole) -> bool {
+    role == PinRole::Reset
+}

@@ -1,0 +1,57 @@
+//! The findings of this crate (`G0710` to `G0739`).
+
+use grafsynth_ir::Code;
+
+/// A sum needs more products than allowed.
+pub const TOO_MANY_PRODUCTS: Code = Code { id: "G0710", title: "function too large for a sum of products" };
+/// The device has too few pins or macrocells.
+pub const DOES_NOT_FIT: Code = Code { id: "G0711", title: "design does not fit the device" };
+/// The device is not in the tables.
+pub const UNKNOWN_DEVICE: Code = Code { id: "G0712", title: "unknown device" };
+/// The device wakes with the wrong value on a pin.
+pub const POWER_UP: Code = Code { id: "G0713", title: "registered output with the wrong value at power-up" };
+/// A pin number or signal name of the board does not exist or is used twice.
+pub const BAD_PIN: Code = Code { id: "G0714", title: "impossible pin" };
+/// The test vectors don't belong to the circuit.
+pub const BAD_VECTORS: Code = Code { id: "G0715", title: "test vectors of another circuit" };
+
+/// The text does not follow the language's grammar.
+pub const SYNTAX: Code = Code { id: "G0720", title: "equations that do not parse" };
+/// A name that nothing declares.
+pub const UNKNOWN_NAME: Code = Code { id: "G0721", title: "unknown signal" };
+/// A signal is declared or defined twice.
+pub const DEFINED_TWICE: Code = Code { id: "G0722", title: "signal defined twice" };
+/// Combinational functions need each other.
+pub const LOOP: Code = Code { id: "G0723", title: "combinational loop" };
+/// Something that the language has and a synchronous circuit cannot say.
+pub const UNSUPPORTED: Code = Code { id: "G0724", title: "equations beyond one synchronous circuit" };
+/// Read, but not in full.
+pub const TAKEN_AS: Code = Code { id: "G0725", title: "feature read in a simpler sense" };
+/// Something the named device does not have.
+pub const DEVICE_LIMIT: Code = Code { id: "G0726", title: "equations that the device cannot hold" };
+/// A signal without a function.
+pub const UNDEFINED: Code = Code { id: "G0727", title: "signal without an equation" };
+/// The file is larger than the readers take.
+pub const TOO_LONG: Code = Code { id: "G0728", title: "equation file too large" };
+/// The text that was read back lacks a signal that was written.
+pub const NOT_READ_BACK: Code = Code { id: "G0729", title: "signal missing after reading back" };
+
+/// All of them.
+pub const ALL: &[Code] = &[
+    TOO_MANY_PRODUCTS,
+    DOES_NOT_FIT,
+    UNKNOWN_DEVICE,
+    POWER_UP,
+    BAD_PIN,
+    BAD_VECTORS,
+    SYNTAX,
+    UNKNOWN_NAME,
+    DEFINED_TWICE,
+    LOOP,
+    UNSUPPORTED,
+    TAKEN_AS,
+    DEVICE_LIMIT,
+    UNDEFINED,
+    TOO_LONG,
+    NOT_READ_BACK,
+];

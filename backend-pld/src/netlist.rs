@@ -1,0 +1,160 @@
+//! A circuit ready for a multi-level language: names, and which functions in between become wires.
+
+use crate::equations::one_line;
+use crate::names::{self, Names};
+use crate::{Dialect, EmitOptions, Named, Object};
+use grafsynth_ir::arena::IdMap;
+use grafsynth_ir::logic::{Flop, Logic, Node, NodeId, PinInput, PinOutput};
+use grafsynth_ir::net::Meta;
+use grafsynth_logic::build::{for_each_operand, needed};
+
+/// A function that is nested deeper than this inside an expression becomes a wire of its own.
+const MAX_DEPTH: u32 = 6;
+
+/// All decisions.
+#[derive(Debug)]
+pub struct Netlist {
+    /// The module's name.
+    pub title: String,
+    /// Comment lines for the head.
+    pub head: Vec<String>,
+    /// The clock, where there is a register.
+    pub clock: Option<String>,
+    /// The synchronous reset, where one was asked for and there is a register.
+    pub reset: Option<String>,
+    /// Names of the inputs.
+    pub inputs: IdMap<PinInput, String>,
+    /// Names of the flip-flops.
+    pub flops: IdMap<Flop, String>,
+    /// Names of the outputs.
+    pub outputs: IdMap<PinOutput, String>,
+    /// Names of the functions that become wires.
+    pub wires: IdMap<Node, Option<String>>,
+    /// What the named ones among them stand for.
+    pub meta: Vec<(NodeId, Meta)>,
+}
+
+impl Netlist {
+    /// Takes all decisions; the cost is linear in the circuit but for the search of names.
+    #[must_use]
+    pub fn new(logic: &Logic, dialect: Dialect, options: &EmitOptions) -> Self {
+        let is_blif = dialect == Dialect::Blif;
+        let mut names = Names::new(if is_blif { names::BLIF } else { names::VERILOG });
+        let title = names.take(&logic.name.text);
+        let is_registered =
+            !logic.flops.is_empty() || logic.outputs.values().any(|output| output.registered.is_some());
+        let clock = is_registered.then(|| names.take("clk"));
+        let reset = options.reset.as_ref().filter(|_| is_registered && !is_blif).map(|reset| names.take(reset));
+        let inputs = IdMap::build(&logic.inputs, |_, input| names.take(&input.name));
+        let outputs = IdMap::build(&logic.outputs, |_, output| names.take(&output.name));
+        let flops = IdMap::build(&logic.flops, |_, flop| names.take_or(&flop.name, &format!("{}_q", flop.name)));
+        let (wires, meta) = choose_wires(logic, is_blif, &mut names);
+        let mut head = vec![format!("{} - made by grafsynth {}", one_line(&logic.name.text), env!("CARGO_PKG_VERSION"))];
+        if logic.outputs.values().any(|output| output.mealy) {
+            head.push("mealy outputs are valid just before the clock".to_owned());
+        }
+        head.extend(options.notes.iter().map(|note| one_line(note)));
+        Netlist { title, head, clock, reset, inputs, flops, outputs, wires, meta }
+    }
+
+    /// The names for [`crate::Emitted`].
+    #[must_use]
+    pub fn named(&self, logic: &Logic) -> Vec<Named> {
+        let named = |name: &String, object| Named { name: name.clone(), pin: None, object };
+        let clock = self.clock.iter().map(|name| named(name, Object::Clock));
+        let reset = self.reset.iter().map(|name| named(name, Object::Reset));
+        let inputs = logic.inputs.iter().map(|(id, input)| named(&self.inputs[id], Object::Input(input.clone())));
+        let outputs = logic.outputs.iter().map(|(id, output)| named(&self.outputs[id], Object::Output(output.clone())));
+        let flops = logic.flops.iter().map(|(id, flop)| named(&self.flops[id], Object::Flop(flop.clone())));
+        clock.chain(reset).chain(inputs).chain(outputs).chain(flops).collect()
+    }
+
+    /// The name of a node that needs no expression: a pin, a flip-flop or a wire.
+    #[must_use]
+    pub fn name(&self, logic: &Logic, node: NodeId) -> Option<&str> {
+        match &logic.nodes[node] {
+            Node::Input(input) => Some(&self.inputs[*input]),
+            Node::Flop(flop) => Some(&self.flops[*flop]),
+            Node::Const(_) | Node::Not(_) | Node::And(_) | Node::Or(_) | Node::Xor(..) | Node::Mux(..) => {
+                self.wires[node].as_deref()
+            }
+        }
+    }
+}
+
+/// A function becomes a wire if it has a name, if several need it, or if it lies deep inside an expression; in BLIF every gate does.
+fn choose_wires(logic: &Logic, is_blif: bool, names: &mut Names) -> (IdMap<Node, Option<String>>, Vec<(NodeId, Meta)>) {
+    let roots = || {
+        let flops = logic.flops.values().map(|flop| (flop.next, format!("next_{}", flop.name)));
+        flops.chain(logic.outputs.values().map(|output| (output.value, format!("{}_d", output.name))))
+    };
+    let keep = needed(logic, roots().map(|(node, _)| node));
+    let is_gate = |node: NodeId| match logic.nodes[node] {
+        Node::And(_) | Node::Or(_) | Node::Xor(..) | Node::Mux(..) => true,
+        Node::Const(_) | Node::Input(_) | Node::Flop(_) | Node::Not(_) => false,
+    };
+    // A negation is printed where it is used, so it hands its uses on.
+    let mut uses: IdMap<Node, u32> = IdMap::filled(&logic.nodes, 0);
+    for (root, _) in roots() {
+        uses[root] += 1;
+    }
+    for (id, node) in logic.nodes.iter().rev() {
+        if keep[id] {
+            let times = if matches!(node, Node::Not(_)) { uses[id] } else { 1 };
+            for_each_operand(node, |operand| uses[operand] = uses[operand].saturating_add(times));
+        }
+    }
+    let mut is_wire: IdMap<Node, bool> = IdMap::filled(&logic.nodes, false);
+    let mut wires: IdMap<Node, Option<String>> = IdMap::filled(&logic.nodes, None);
+    let mut meta = Vec::new();
+    for wire in &logic.wires {
+        if keep[wire.node] && is_gate(wire.node) && !is_wire[wire.node] {
+            is_wire[wire.node] = true;
+            wires[wire.node] = Some(names.take(&wire.name));
+            meta.push((wire.node, wire.meta.clone()));
+        }
+    }
+    let mut depth: IdMap<Node, u32> = IdMap::filled(&logic.nodes, 0);
+    for (id, node) in logic.nodes.iter() {
+        if !keep[id] {
+            continue;
+        }
+        let mut below = 0;
+        for_each_operand(node, |operand| below = below.max(depth[operand]));
+        if is_gate(id) && (is_blif || uses[id] > 1 || below + 1 >= MAX_DEPTH) {
+            is_wire[id] = true;
+        }
+        depth[id] = if is_wire[id] { 0 } else { below + u32::from(is_gate(id)) };
+    }
+    // A wire without a name of its own is called after what needs it: the function nearest to the pins.
+    let mut owner: IdMap<Node, Option<u32>> = IdMap::filled(&logic.nodes, None);
+    let mut wanted: Vec<String> = Vec::new();
+    for (root, name) in roots() {
+        if owner[root].is_none() {
+            owner[root] = u32::try_from(wanted.len()).ok();
+            wanted.push(name);
+        }
+    }
+    for (id, node) in logic.nodes.iter().rev() {
+        if !keep[id] {
+            continue;
+        }
+        if let Some(name) = &wires[id] {
+            owner[id] = u32::try_from(wanted.len()).ok();
+            wanted.push(name.clone());
+        }
+        let own = owner[id];
+        for_each_operand(node, |operand| {
+            if owner[operand].is_none() {
+                owner[operand] = own;
+            }
+        });
+    }
+    for id in logic.nodes.ids() {
+        if is_wire[id] && wires[id].is_none() {
+            let base = owner[id].and_then(|index| wanted.get(index as usize)).map_or("w", String::as_str);
+            wires[id] = Some(names.take(base));
+        }
+    }
+    (wires, meta)
+}

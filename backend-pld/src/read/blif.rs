@@ -1,0 +1,263 @@
+//! BLIF: `.model`, `.inputs`, `.outputs`, `.clock`, `.latch`, `.names`, `.end`.
+
+use super::draft::{Definition, Draft, ExprId, Role};
+use crate::codes;
+use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::span::{Name, Span};
+
+pub(crate) fn parse(text: &str, draft: &mut Draft) {
+    let mut parser = Parser { text, at: 0, draft, table: None };
+    while let Some(line) = parser.line() {
+        if parser.draft.is_hopeless() || !parser.statement(&line) {
+            break;
+        }
+    }
+    parser.close_table();
+}
+
+/// A word and where it starts.
+type Word<'a> = (&'a str, usize);
+
+/// A `.names` whose rows are being read.
+struct Table<'a> {
+    inputs: Vec<u32>,
+    output: Word<'a>,
+    /// Products so far.
+    products: Vec<ExprId>,
+    /// What the rows give: 1 or 0.
+    gives: Option<bool>,
+    end: usize,
+}
+
+struct Parser<'a, 'd> {
+    text: &'a str,
+    at: usize,
+    draft: &'d mut Draft,
+    table: Option<Table<'a>>,
+}
+
+impl<'a> Parser<'a, '_> {
+    /// The words of the next line that has any; `\` at its end joins the next one.
+    fn line(&mut self) -> Option<Vec<Word<'a>>> {
+        let mut words = Vec::new();
+        loop {
+            let rest = self.text.get(self.at..).unwrap_or_default();
+            if rest.is_empty() {
+                return if words.is_empty() { None } else { Some(words) };
+            }
+            let length = rest.find('\n').unwrap_or(rest.len());
+            let line = rest.get(..length).unwrap_or_default();
+            let line_start = self.at;
+            self.at += (length + 1).min(rest.len());
+            let line = line.split('#').next().unwrap_or_default();
+            let is_joined = line.trim_end().ends_with('\\');
+            let line = line.trim_end().trim_end_matches('\\');
+            let mut from = 0;
+            for word in line.split_whitespace() {
+                let start = line.get(from..).and_then(|rest| rest.find(word)).map_or(from, |at| from + at);
+                words.push((word, line_start + start));
+                from = start + word.len();
+            }
+            if !is_joined && !words.is_empty() {
+                return Some(words);
+            }
+        }
+    }
+
+    fn span(&self, word: Word<'_>) -> Span {
+        Span::new(self.draft.file, word.1, word.1 + word.0.len())
+    }
+
+    fn error(&mut self, word: Word<'_>, message: impl Into<String>) {
+        let span = self.span(word);
+        self.draft.error(codes::SYNTAX, span, message);
+    }
+
+    /// False at the end of the model.
+    fn statement(&mut self, words: &[Word<'a>]) -> bool {
+        let first = words[0];
+        if !first.0.starts_with('.') {
+            self.row(words);
+            return true;
+        }
+        self.close_table();
+        let rest = &words[1..];
+        match first.0 {
+            ".model" => {
+                if let Some(name) = rest.first() {
+                    self.draft.name = Name::new(name.0, self.span(*name));
+                }
+            }
+            ".inputs" | ".outputs" | ".clock" => {
+                let role = match first.0 {
+                    ".inputs" => Role::Input,
+                    ".outputs" => Role::Output,
+                    _ => Role::Clock,
+                };
+                for word in rest {
+                    self.declare(*word, role);
+                }
+            }
+            ".latch" => self.latch(first, rest),
+            ".names" => self.names(first, rest),
+            ".end" | ".exdc" => return false,
+            ".default_input_arrival" | ".default_output_required" | ".area" | ".delay" | ".wire_load_slope" | ".wire" | ".cycle" | ".clock_event" => {}
+            _ => {
+                let span = self.span(first);
+                let message = format!("`{}` is not supported by this reader: it reads one flat model", first.0.chars().take(30).collect::<String>());
+                self.draft.error(codes::UNSUPPORTED, span, message);
+            }
+        }
+        true
+    }
+
+    fn declare(&mut self, word: Word<'_>, role: Role) {
+        let span = self.span(word);
+        let id = self.draft.signal(word.0, span);
+        let signal = self.draft.at(id);
+        match (signal.role, role) {
+            // A clock is usually listed among the inputs too.
+            (Role::Unknown | Role::Input, Role::Clock) => signal.role = Role::Clock,
+            (Role::Clock, Role::Input | Role::Clock) => {}
+            (Role::Unknown, _) => {
+                signal.role = role;
+                signal.span = span;
+            }
+            _ => {
+                self.draft.declare(word.0, span, role);
+            }
+        }
+    }
+
+    /// The driven signal of a latch or table: internal unless it is an output.
+    fn driven(&mut self, word: Word<'_>) -> u32 {
+        let span = self.span(word);
+        let id = self.draft.signal(word.0, span);
+        let signal = self.draft.at(id);
+        if signal.role == Role::Unknown {
+            signal.role = Role::Internal;
+            signal.span = span;
+        }
+        id
+    }
+
+    /// `.latch input output [type control] [init]`.
+    fn latch(&mut self, head: Word<'_>, words: &[Word<'a>]) {
+        let (Some(&input), Some(&output)) = (words.first(), words.get(1)) else {
+            self.error(head, "`.latch` needs an input and an output");
+            return;
+        };
+        let mut rest = words.get(2..).unwrap_or_default();
+        if let [kind, control, after @ ..] = rest {
+            if ["fe", "ah", "al", "as"].contains(&kind.0) {
+                let span = self.span(*kind);
+                let message = format!("a latch of type `{}` is no register of one rising clock", kind.0);
+                self.draft.error(codes::UNSUPPORTED, span, message);
+            } else if kind.0 != "re" {
+                self.error(*kind, format!("expected the type of the latch, found `{}`", kind.0));
+            }
+            if control.0 != "NIL" {
+                self.declare(*control, Role::Clock);
+            }
+            rest = after;
+        }
+        let init = match rest.first() {
+            None => false,
+            Some(("0", _)) => false,
+            Some(("1", _)) => true,
+            Some(word @ ("2" | "3", _)) => {
+                let span = self.span(*word);
+                let message = "this register has no first value; it is taken as 0";
+                self.draft.report(Diagnostic::warning(codes::TAKEN_AS, message).at(span, ""));
+                false
+            }
+            Some(word) => {
+                self.error(*word, format!("expected the first value 0 to 3, found `{}`", word.0));
+                false
+            }
+        };
+        let span = self.span(input);
+        let data = self.draft.signal(input.0, span);
+        let value = self.draft.read(data);
+        let id = self.driven(output);
+        let span = self.span(output);
+        let definition =
+            Definition { value, is_registered: true, is_complemented: false, init, span, terms: 1 };
+        self.draft.define(id, definition);
+    }
+
+    fn names(&mut self, head: Word<'a>, words: &[Word<'a>]) {
+        let Some((output, inputs)) = words.split_last() else {
+            self.error(head, "`.names` needs an output");
+            return;
+        };
+        let mut ids = Vec::with_capacity(inputs.len());
+        for input in inputs {
+            let span = self.span(*input);
+            let id = self.draft.signal(input.0, span);
+            self.draft.at(id).is_read = true;
+            ids.push(id);
+        }
+        self.table = Some(Table { inputs: ids, output: *output, products: Vec::new(), gives: None, end: output.1 + output.0.len() });
+    }
+
+    fn row(&mut self, words: &[Word<'a>]) {
+        let Some(mut table) = self.table.take() else {
+            self.error(words[0], format!("expected a directive such as `.names`, found `{}`", words[0].0.chars().take(30).collect::<String>()));
+            return;
+        };
+        let (plane, value) = match words {
+            [value] if table.inputs.is_empty() => ("", *value),
+            [plane, value] => (plane.0, *value),
+            _ => {
+                self.error(words[0], "expected one row of a table: the inputs, then the output");
+                self.table = Some(table);
+                return;
+            }
+        };
+        let gives = match value.0 {
+            "1" => true,
+            "0" => false,
+            _ => {
+                self.error(value, format!("expected 0 or 1, found `{}`", value.0.chars().take(30).collect::<String>()));
+                self.table = Some(table);
+                return;
+            }
+        };
+        if *table.gives.get_or_insert(gives) != gives {
+            self.error(value, "the rows of one table give either 1 or 0");
+        }
+        if plane.len() != table.inputs.len() {
+            self.error(words[0], format!("the row has {} places, and the table {} inputs", plane.len(), table.inputs.len()));
+        }
+        let mut literals = Vec::new();
+        for (sign, &input) in plane.chars().zip(&table.inputs) {
+            match sign {
+                '-' => {}
+                '1' | '0' => {
+                    let read = self.draft.read(input);
+                    literals.push(if sign == '1' { read } else { self.draft.not(read) });
+                }
+                _ => self.error(words[0], format!("expected 0, 1 or -, found `{sign}`")),
+            }
+        }
+        let product = self.draft.list(&literals, true);
+        table.products.push(product);
+        table.end = value.1 + value.0.len();
+        self.table = Some(table);
+    }
+
+    fn close_table(&mut self) {
+        let Some(table) = self.table.take() else { return };
+        let id = self.driven(table.output);
+        let mut value = self.draft.list(&table.products, false);
+        if table.gives == Some(false) {
+            value = self.draft.not(value);
+        }
+        let span = Span::new(self.draft.file, table.output.1, table.end);
+        let terms = u32::try_from(table.products.len()).unwrap_or(u32::MAX);
+        let definition =
+            Definition { value, is_registered: false, is_complemented: false, init: false, span, terms };
+        self.draft.define(id, definition);
+    }
+}

@@ -1,0 +1,490 @@
+//! What a parser found, before it is a circuit.
+
+use super::MAX_FINDINGS;
+use crate::Dialect;
+use crate::codes;
+use grafsynth_ir::diag::{Code, Diagnostic, any_error, nearest};
+use grafsynth_ir::logic::{FlopId, Logic, NodeId, PinInput, PinOutput, PinRole, Wire};
+use grafsynth_ir::net::Meta;
+use grafsynth_ir::span::{FileId, Name, Span};
+use grafsynth_logic::build::Builder;
+use std::collections::BTreeMap;
+
+/// Names a signal.
+pub(crate) type SignalId = u32;
+/// Names an expression; operands are made before what needs them.
+pub(crate) type ExprId = u32;
+
+/// What the text says a signal is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Role {
+    /// Mentioned, never declared.
+    Unknown,
+    /// A pin: an output if it has a function, else an input.
+    Pin,
+    /// An input.
+    Input,
+    /// An output.
+    Output,
+    /// No pin.
+    Internal,
+    /// The clock: no part of the circuit's functions.
+    Clock,
+}
+
+/// A name.
+#[derive(Debug, Clone)]
+pub(crate) struct Signal {
+    pub(crate) name: String,
+    pub(crate) span: Span,
+    pub(crate) role: Role,
+    /// The pin number, where there is one.
+    pub(crate) pin: Option<u32>,
+    /// Declared as the complement of its pin.
+    pub(crate) is_pin_inverted: bool,
+    /// Some function reads it.
+    pub(crate) is_read: bool,
+    pub(crate) definition: Option<Definition>,
+}
+
+/// A function.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Definition {
+    /// The function of the signal itself (a complemented equation is already negated).
+    pub(crate) value: ExprId,
+    pub(crate) is_registered: bool,
+    /// The equation gave the complement.
+    pub(crate) is_complemented: bool,
+    /// Value after power-up, where the text says it.
+    pub(crate) init: bool,
+    pub(crate) span: Span,
+    /// Product terms as written.
+    pub(crate) terms: u32,
+}
+
+/// An expression; 16 bytes.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Expr {
+    Const(bool),
+    Signal(SignalId),
+    Not(ExprId),
+    /// Operands `start..start + count` of [`Draft::operands`].
+    And(u32, u32),
+    Or(u32, u32),
+    Xor(ExprId, ExprId),
+    Mux(ExprId, ExprId, ExprId),
+}
+
+/// Everything a text says.
+#[derive(Debug)]
+pub(crate) struct Draft {
+    pub(crate) file: FileId,
+    pub(crate) name: Name,
+    pub(crate) signals: Vec<Signal>,
+    pub(crate) findings: Vec<Diagnostic>,
+    by_name: BTreeMap<String, SignalId>,
+    folds_case: bool,
+    exprs: Vec<Expr>,
+    operands: Vec<ExprId>,
+    unreported: usize,
+    /// Set and reset conditions of registers, which win over their function: all registers (`None`) or one. Each condition with the value it gives
+    /// the internal flip-flop; the last one wins.
+    pub(crate) controls: BTreeMap<(Option<SignalId>, bool), Definition>,
+}
+
+impl Draft {
+    pub(crate) fn new(file: FileId, dialect: Dialect) -> Self {
+        let folds_case = match dialect {
+            Dialect::Palasm | Dialect::Cupl => true,
+            Dialect::Galasm | Dialect::Verilog | Dialect::Blif => false,
+        };
+        Draft {
+            file,
+            name: Name::default(),
+            signals: Vec::new(),
+            findings: Vec::new(),
+            by_name: BTreeMap::new(),
+            folds_case,
+            exprs: Vec::new(),
+            operands: Vec::new(),
+            unreported: 0,
+            controls: BTreeMap::new(),
+        }
+    }
+
+    /// Notes a finding; after many only counts.
+    pub(crate) fn report(&mut self, finding: Diagnostic) {
+        if self.findings.len() < MAX_FINDINGS {
+            self.findings.push(finding);
+        } else {
+            self.unreported += 1;
+        }
+    }
+
+    /// Notes an error at one place.
+    pub(crate) fn error(&mut self, code: Code, span: Span, message: impl Into<String>) {
+        self.report(Diagnostic::error(code, message).at(span, ""));
+    }
+
+    /// True when so much is wrong that going on tells nobody anything.
+    pub(crate) fn is_hopeless(&self) -> bool {
+        self.unreported > 0
+    }
+
+    /// The signal of this name, made if it is new.
+    pub(crate) fn signal(&mut self, name: &str, span: Span) -> SignalId {
+        let key = if self.folds_case { name.to_ascii_lowercase() } else { name.to_owned() };
+        let next = SignalId::try_from(self.signals.len()).unwrap_or(SignalId::MAX);
+        let id = *self.by_name.entry(key).or_insert(next);
+        if id == next {
+            self.signals.push(Signal {
+                name: name.to_owned(),
+                span,
+                role: Role::Unknown,
+                pin: None,
+                is_pin_inverted: false,
+                is_read: false,
+                definition: None,
+            });
+        }
+        id
+    }
+
+    /// The signal of this name, if there is one.
+    pub(crate) fn find(&self, name: &str) -> Option<SignalId> {
+        let key = if self.folds_case { name.to_ascii_lowercase() } else { name.to_owned() };
+        self.by_name.get(&key).copied()
+    }
+
+    pub(crate) fn at(&mut self, id: SignalId) -> &mut Signal {
+        &mut self.signals[id as usize]
+    }
+
+    /// Declares a signal; a second declaration is a finding.
+    pub(crate) fn declare(&mut self, name: &str, span: Span, role: Role) -> SignalId {
+        let id = self.signal(name, span);
+        let signal = self.at(id);
+        if signal.role == Role::Unknown {
+            signal.role = role;
+            signal.span = span;
+        } else {
+            let first = signal.span;
+            self.report(
+                Diagnostic::error(codes::DEFINED_TWICE, format!("`{name}` is declared twice")).at(span, "here").at(first, "and here"),
+            );
+        }
+        id
+    }
+
+    /// Gives a signal its function; a second one is a finding.
+    pub(crate) fn define(&mut self, id: SignalId, definition: Definition) {
+        let signal = self.at(id);
+        match signal.definition {
+            None => signal.definition = Some(definition),
+            Some(first) => {
+                let message = format!("`{}` has two functions", signal.name);
+                self.report(
+                    Diagnostic::error(codes::DEFINED_TWICE, message).at(definition.span, "here").at(first.span, "and here"),
+                );
+            }
+        }
+    }
+
+    /// The next expression's number.
+    pub(crate) fn next_expr(&self) -> ExprId {
+        ExprId::try_from(self.exprs.len()).unwrap_or(ExprId::MAX)
+    }
+
+    pub(crate) fn expr(&mut self, expr: Expr) -> ExprId {
+        let id = self.next_expr();
+        self.exprs.push(expr);
+        id
+    }
+
+    pub(crate) fn read(&mut self, signal: SignalId) -> ExprId {
+        self.at(signal).is_read = true;
+        self.expr(Expr::Signal(signal))
+    }
+
+    pub(crate) fn not(&mut self, a: ExprId) -> ExprId {
+        self.expr(Expr::Not(a))
+    }
+
+    pub(crate) fn list(&mut self, all: &[ExprId], is_and: bool) -> ExprId {
+        if let [only] = all {
+            return *only;
+        }
+        let start = u32::try_from(self.operands.len()).unwrap_or(u32::MAX);
+        let count = u32::try_from(all.len()).unwrap_or(u32::MAX);
+        self.operands.extend_from_slice(all);
+        self.expr(if is_and { Expr::And(start, count) } else { Expr::Or(start, count) })
+    }
+
+    /// What an expression is.
+    pub(crate) fn kind(&self, expr: ExprId) -> Expr {
+        self.exprs[expr as usize]
+    }
+
+    /// The operands of a list.
+    pub(crate) fn operands(&self, start: u32, count: u32) -> &[ExprId] {
+        self.operands.get(start as usize..start as usize + count as usize).unwrap_or_default()
+    }
+
+    /// The circuit, if nothing is wrong.
+    pub(crate) fn finish(&mut self) -> Option<Logic> {
+        self.check_names();
+        if self.unreported > 0 {
+            let message = format!("{} more findings are not shown", self.unreported);
+            let span = Span::new(self.file, 0, 0);
+            self.findings.push(Diagnostic::error(codes::SYNTAX, message).at(span, "in this file"));
+        }
+        let order = self.order()?;
+        if any_error(&self.findings) {
+            return None;
+        }
+        Some(self.build(&order))
+    }
+
+    fn check_names(&mut self) {
+        let mut found = Vec::new();
+        for signal in &self.signals {
+            let declared = || self.signals.iter().filter(|other| other.role != Role::Unknown).map(|other| other.name.as_str());
+            match (signal.role, signal.definition) {
+                (Role::Unknown, _) => {
+                    if found.len() >= MAX_FINDINGS {
+                        self.unreported += 1;
+                        continue;
+                    }
+                    let mut finding = Diagnostic::error(codes::UNKNOWN_NAME, format!("`{}` is not declared", signal.name))
+                        .at(signal.span, "first used here");
+                    // Looking for the nearest name costs as much as there are names.
+                    if found.len() < 100
+                        && let Some(near) = nearest(&signal.name, declared())
+                    {
+                        finding = finding.help(format!("did you mean `{near}`?")).fix(signal.span, near);
+                    }
+                    found.push(finding);
+                }
+                (Role::Output | Role::Internal, None) if signal.role == Role::Output || signal.is_read => found.push(
+                    Diagnostic::error(codes::UNDEFINED, format!("`{}` has no function", signal.name)).at(signal.span, "declared here"),
+                ),
+                (Role::Input | Role::Clock, Some(definition)) => found.push(
+                    Diagnostic::error(codes::DEFINED_TWICE, format!("`{}` is an input and has a function too", signal.name))
+                        .at(definition.span, "given here")
+                        .at(signal.span, "declared here"),
+                ),
+                (Role::Clock, None) if signal.is_read => found.push(
+                    Diagnostic::error(codes::UNSUPPORTED, format!("the clock `{}` is read as a signal too", signal.name))
+                        .at(signal.span, "this clock")
+                        .help("use an input of its own for it"),
+                ),
+                (Role::Pin | Role::Input | Role::Output | Role::Internal | Role::Clock, _) => {}
+            }
+        }
+        for finding in found {
+            self.report(finding);
+        }
+    }
+
+    /// The signals that an expression reads; `seen` remembers for each expression who looked at it last.
+    fn reads(&self, value: ExprId, reader: SignalId, seen: &mut [SignalId]) -> Vec<SignalId> {
+        let mut found = Vec::new();
+        let mut open = vec![value];
+        while let Some(next) = open.pop() {
+            if std::mem::replace(&mut seen[next as usize], reader) == reader {
+                continue;
+            }
+            match self.exprs[next as usize] {
+                Expr::Const(_) => {}
+                Expr::Signal(signal) => found.push(signal),
+                Expr::Not(a) => open.push(a),
+                Expr::And(start, count) | Expr::Or(start, count) => open.extend(self.operands(start, count)),
+                Expr::Xor(a, b) => open.extend([a, b]),
+                Expr::Mux(a, b, c) => open.extend([a, b, c]),
+            }
+        }
+        found
+    }
+
+    /// Combinational signals in an order in which each follows what it needs; none if some need each other.
+    fn order(&mut self) -> Option<Vec<SignalId>> {
+        #[derive(Clone, Copy, PartialEq)]
+        enum State {
+            New,
+            Open,
+            Done,
+        }
+        let combinational = |signal: SignalId| {
+            self.signals[signal as usize].definition.filter(|definition| !definition.is_registered).map(|definition| definition.value)
+        };
+        let mut seen = vec![SignalId::MAX; self.exprs.len()];
+        let mut state = vec![State::New; self.signals.len()];
+        let mut order = Vec::new();
+        let mut loops = Vec::new();
+        for start in (0..SignalId::MAX).take(self.signals.len()) {
+            let Some(value) = combinational(start).filter(|_| state[start as usize] == State::New) else { continue };
+            // The stack holds each open signal with what it still has to look at.
+            let mut stack = vec![(start, self.reads(value, start, &mut seen))];
+            state[start as usize] = State::Open;
+            while let Some((signal, open)) = stack.last_mut() {
+                let Some(other) = open.pop() else {
+                    state[*signal as usize] = State::Done;
+                    order.push(*signal);
+                    stack.pop();
+                    continue;
+                };
+                let Some(value) = combinational(other) else { continue };
+                match state[other as usize] {
+                    State::Done => {}
+                    State::New => {
+                        state[other as usize] = State::Open;
+                        let reads = self.reads(value, other, &mut seen);
+                        stack.push((other, reads));
+                    }
+                    State::Open => {
+                        let members: Vec<usize> =
+                            stack.iter().map(|entry| entry.0 as usize).skip_while(|member| *member != other as usize).collect();
+                        loops.push(members);
+                    }
+                }
+            }
+        }
+        for members in &loops {
+            let names: Vec<&str> = members.iter().take(6).map(|&member| self.signals[member].name.as_str()).collect();
+            let dots = if members.len() > 6 { ", .." } else { "" };
+            let message = format!("combinational functions need each other: {}{dots}", names.join(", "));
+            let mut finding = Diagnostic::error(codes::LOOP, message).help("a circuit with one clock has no such loop: register one of them");
+            for &member in members.iter().take(6) {
+                if let Some(definition) = self.signals[member].definition {
+                    finding = finding.at(definition.span, "");
+                }
+            }
+            self.report(finding);
+        }
+        loops.is_empty().then_some(order)
+    }
+
+    fn build(&self, order: &[SignalId]) -> Logic {
+        let mut builder = Builder::default();
+        builder.logic.name = self.name.clone();
+        let meta = |signal: &Signal| Meta { span: signal.span, ..Meta::default() };
+        let mut values: Vec<Option<NodeId>> = vec![None; self.signals.len()];
+        let mut flops: Vec<Option<FlopId>> = vec![None; self.signals.len()];
+        for (index, signal) in self.signals.iter().enumerate() {
+            let registered = signal.definition.filter(|definition| definition.is_registered);
+            if let Some(definition) = registered {
+                let (id, value) = builder.flop_named(&signal.name, definition.init);
+                builder.logic.flops[id].meta = meta(signal);
+                flops[index] = Some(id);
+                values[index] = Some(value);
+            }
+        }
+        for (index, signal) in self.signals.iter().enumerate() {
+            let is_input = match signal.role {
+                Role::Input => true,
+                Role::Pin => signal.definition.is_none(),
+                Role::Unknown | Role::Output | Role::Internal | Role::Clock => false,
+            };
+            if is_input {
+                let pin = PinInput { name: signal.name.clone(), role: PinRole::Unknown, meta: meta(signal) };
+                let pin = builder.logic.inputs.push(pin);
+                values[index] = Some(builder.input(pin));
+            }
+        }
+        let mut made: Vec<Option<NodeId>> = vec![None; self.exprs.len()];
+        for &id in order {
+            let signal = &self.signals[id as usize];
+            if let Some(definition) = signal.definition {
+                let value = self.value(&mut builder, definition.value, &values, &mut made);
+                values[id as usize] = Some(value);
+                if signal.role == Role::Internal {
+                    builder.logic.wires.push(Wire { name: signal.name.clone(), node: value, meta: meta(signal) });
+                }
+            }
+        }
+        for (index, signal) in self.signals.iter().enumerate() {
+            if let (Some(definition), Some(flop)) = (signal.definition, flops[index]) {
+                let mut next = self.value(&mut builder, definition.value, &values, &mut made);
+                let id = SignalId::try_from(index).unwrap_or(SignalId::MAX);
+                for (to, of) in [(true, None), (true, Some(id)), (false, None), (false, Some(id))] {
+                    if let Some(control) = self.controls.get(&(of, to)) {
+                        let condition = self.value(&mut builder, control.value, &values, &mut made);
+                        // The condition acts on the flip-flop, which holds the complement where the equation gave it.
+                        let value = builder.constant(to != definition.is_complemented);
+                        next = builder.mux(condition, value, next);
+                    }
+                }
+                builder.logic.flops[flop].next = next;
+            }
+        }
+        for (index, signal) in self.signals.iter().enumerate() {
+            let is_output = match signal.role {
+                Role::Output => true,
+                Role::Pin => signal.definition.is_some(),
+                Role::Unknown | Role::Input | Role::Internal | Role::Clock => false,
+            };
+            if let (true, Some(value)) = (is_output, values[index]) {
+                builder.logic.outputs.push(PinOutput {
+                    name: signal.name.clone(),
+                    role: PinRole::Unknown,
+                    value,
+                    registered: None,
+                    mealy: false,
+                    meta: meta(signal),
+                });
+            }
+        }
+        builder.finish()
+    }
+
+    /// The node of an expression; `made` remembers those of all expressions.
+    fn value(&self, builder: &mut Builder, value: ExprId, values: &[Option<NodeId>], made: &mut [Option<NodeId>]) -> NodeId {
+        let mut cone = std::collections::BTreeSet::new();
+        let mut open = vec![value];
+        while let Some(next) = open.pop() {
+            if made[next as usize].is_some() || !cone.insert(next) {
+                continue;
+            }
+            match self.exprs[next as usize] {
+                Expr::Const(_) | Expr::Signal(_) => {}
+                Expr::Not(a) => open.push(a),
+                Expr::And(start, count) | Expr::Or(start, count) => open.extend(self.operands(start, count)),
+                Expr::Xor(a, b) => open.extend([a, b]),
+                Expr::Mux(a, b, c) => open.extend([a, b, c]),
+            }
+        }
+        // Operands have smaller numbers than what needs them.
+        for id in cone {
+            let node = |expr: ExprId| made[expr as usize].unwrap_or_else(|| unreachable!("operands come first"));
+            let new = match self.exprs[id as usize] {
+                Expr::Const(value) => builder.constant(value),
+                Expr::Signal(signal) => match values[signal as usize] {
+                    Some(value) => value,
+                    None => builder.constant(false),
+                },
+                Expr::Not(a) => {
+                    let a = node(a);
+                    builder.not(a)
+                }
+                Expr::And(start, count) => {
+                    let all: Vec<NodeId> = self.operands(start, count).iter().map(|&operand| node(operand)).collect();
+                    builder.and(all)
+                }
+                Expr::Or(start, count) => {
+                    let all: Vec<NodeId> = self.operands(start, count).iter().map(|&operand| node(operand)).collect();
+                    builder.or(all)
+                }
+                Expr::Xor(a, b) => {
+                    let (a, b) = (node(a), node(b));
+                    builder.xor(a, b)
+                }
+                Expr::Mux(a, b, c) => {
+                    let (a, b, c) = (node(a), node(b), node(c));
+                    builder.mux(a, b, c)
+                }
+            };
+            made[id as usize] = Some(new);
+        }
+        made[value as usize].unwrap_or_else(|| unreachable!("it was made just now"))
+    }
+}

@@ -1,0 +1,378 @@
+//! `GALasm` and galette: device, signature, two rows of pins, equations up to `DESCRIPTION`.
+
+use super::draft::{Definition, Draft, Role, SignalId};
+use super::equation::{Grammar, sum, supply};
+use super::lexer::{Comments, Kind, Lexer};
+use super::palasm::{clock_of, enable, finish, one_clock, preset};
+use crate::codes;
+use crate::device::{Clock, DEVICES, Device, PowerUp};
+use grafsynth_ir::diag::{Diagnostic, nearest};
+use grafsynth_ir::span::{Name, Span};
+
+const GRAMMAR: Grammar = Grammar {
+    not: "/",
+    and: &["*", "&"],
+    or: &["+", "#"],
+    xor: &[],
+    parens: false,
+    constant: supply,
+    lone_constants: true,
+};
+
+pub(crate) fn parse(text: &str, draft: &mut Draft) {
+    let mut parser = Parser {
+        lexer: Lexer::new(text, draft.file, Comments::Semicolon, false),
+        draft,
+        device: Device::default_device(),
+        clock: None,
+        clock_span: Span::default(),
+        controls: Vec::new(),
+        clocked: Vec::new(),
+    };
+    if parser.head(text).is_some() {
+        parser.equations();
+        parser.check_controls();
+        parser.check_mode();
+        let (device, clock) = (parser.device, parser.clock);
+        finish(parser.draft, Some(device), clock);
+    }
+}
+
+/// Extensions of left sides.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Control {
+    Enable,
+    Clock,
+    Reset,
+    Preset,
+}
+
+struct Parser<'a, 'd> {
+    lexer: Lexer<'a>,
+    draft: &'d mut Draft,
+    device: &'static Device,
+    clock: Option<SignalId>,
+    clock_span: Span,
+    /// Enables, clocks, resets and presets, to be checked once all functions are known.
+    controls: Vec<(SignalId, Control, Definition)>,
+    /// Registers with a clock of their own, on devices that give each one.
+    clocked: Vec<SignalId>,
+}
+
+/// The line from `at` on without comment and line end, and where the next one starts.
+fn line_at(text: &str, at: usize) -> (&str, usize) {
+    let rest = text.get(at..).unwrap_or_default();
+    let length = rest.find('\n').unwrap_or(rest.len());
+    let line = rest.get(..length).unwrap_or_default();
+    (line.split(';').next().unwrap_or_default().trim(), at + (length + 1).min(rest.len()))
+}
+
+impl<'a> Parser<'a, '_> {
+    /// Device, signature, pins.
+    fn head(&mut self, text: &'a str) -> Option<()> {
+        let (name, after) = line_at(text, 0);
+        let file = self.draft.file;
+        let start = text.find(name).unwrap_or(0);
+        let span = Span::new(file, start, start + name.len());
+        let Some(device) = DEVICES.iter().find(|device| device.name.eq_ignore_ascii_case(name)) else {
+            let mut finding = if name.is_empty() {
+                Diagnostic::error(codes::SYNTAX, "the first line names the device, and it is empty").at(span, "")
+            } else {
+                Diagnostic::error(codes::UNKNOWN_DEVICE, format!("the device `{}` is not known", name.chars().take(30).collect::<String>()))
+                    .at(span, "the first line names the device")
+            };
+            let known: Vec<String> = DEVICES.iter().map(|device| device.name.to_ascii_uppercase()).collect();
+            finding = match nearest(name, known.iter().map(String::as_str)) {
+                Some(near) => finding.help(format!("did you mean `{near}`?")).fix(span, near),
+                None => finding.help(format!("known are {}", known.join(", "))),
+            };
+            self.draft.report(finding);
+            return None;
+        };
+        self.device = device;
+        let (signature, after) = line_at(text, after);
+        let start = after.saturating_sub(signature.len() + 1);
+        self.draft.name = Name::new(signature, Span::new(file, start, start + signature.len()));
+        self.lexer = Lexer::starting_at(text, file, Comments::Semicolon, false, after);
+        let half = device.n_pins / 2;
+        for row in 0..2 {
+            self.pin_row(row * half, half)?;
+        }
+        Some(())
+    }
+
+    fn pin_row(&mut self, before: u32, count: u32) -> Option<()> {
+        let row = if before == 0 { "first" } else { "second" };
+        let start = self.lexer.token.start;
+        let mut found = 0;
+        while self.lexer.token.kind != Kind::End && (found == 0 || !self.lexer.token.is_first) {
+            found += 1;
+            let is_inverted = self.lexer.eat("/");
+            let (span, token) = (self.lexer.span(), self.lexer.token);
+            if token.kind != Kind::Word || is_inverted && token.is_first {
+                let message = format!("expected a pin's name, found {}", token.shown());
+                self.draft.error(codes::SYNTAX, span, message);
+                if !token.is_first {
+                    self.lexer.advance();
+                }
+                continue;
+            }
+            self.lexer.advance();
+            self.declare(token.text, span, before + found, is_inverted);
+        }
+        if found == count {
+            return Some(());
+        }
+        let span = if found == 0 { Span::new(self.draft.file, start, start) } else { self.lexer.span_from(start) };
+        let message = format!("the {row} row of pins has {found} names, and a {} has {count} pins on each side", self.device.name);
+        self.draft.error(codes::DEVICE_LIMIT, span, message);
+        None
+    }
+
+    fn declare(&mut self, name: &str, span: Span, pin: u32, is_inverted: bool) {
+        let device = self.device;
+        let needs = if pin == device.gnd() {
+            Some("GND")
+        } else if pin == device.n_pins {
+            Some("VCC")
+        } else {
+            None
+        };
+        let is_supply = name == "GND" || name == "VCC";
+        if needs.is_some() || is_supply {
+            if needs != Some(name) || is_inverted {
+                let message = match needs {
+                    Some(supply) => format!("pin {pin} of a {} is `{supply}`, not `{name}`", device.name),
+                    None => format!("`{name}` is not on pin {pin} of a {}", device.name),
+                };
+                self.draft.error(codes::DEVICE_LIMIT, span, message);
+            }
+            return;
+        }
+        if name == "NC" {
+            return;
+        }
+        if device.has_global_reset && (name == "AR" || name == "SP") {
+            let message = format!("`{name}` is the {} of all registers of a {}, and no pin", if name == "AR" { "reset" } else { "preset" }, device.name);
+            self.draft.error(codes::DEVICE_LIMIT, span, message);
+            return;
+        }
+        let id = self.draft.declare(name, span, Role::Pin);
+        let signal = self.draft.at(id);
+        signal.pin = Some(pin);
+        signal.is_pin_inverted = is_inverted;
+    }
+
+    fn equations(&mut self) {
+        while self.lexer.token.kind != Kind::End && !self.lexer.token.is_word("DESCRIPTION") && !self.draft.is_hopeless() {
+            let before = self.lexer.token.start;
+            if self.equation().is_none() {
+                if self.lexer.token.start == before {
+                    self.lexer.advance();
+                }
+                self.lexer.skip_line();
+            }
+        }
+    }
+
+    fn equation(&mut self) -> Option<()> {
+        let start = self.lexer.token.start;
+        let is_complemented = self.lexer.eat("/");
+        let (span, name) = (self.lexer.span(), self.lexer.token);
+        if name.kind != Kind::Word {
+            self.draft.error(codes::SYNTAX, span, format!("expected the name of an output, found {}", name.shown()));
+            return None;
+        }
+        self.lexer.advance();
+        let extension = if self.lexer.token.is(".") && !self.lexer.token.is_first {
+            self.lexer.advance();
+            Some((self.lexer.span(), self.lexer.advance().text))
+        } else {
+            None
+        };
+        if self.lexer.token.is_first || !self.lexer.eat("=") {
+            let message = format!("expected `=` after `{}`, found {}", name.text, self.lexer.token.shown());
+            let span = self.lexer.span_from(start);
+            self.draft.error(codes::SYNTAX, span, message);
+            return None;
+        }
+        let read = sum(&mut self.lexer, self.draft, &GRAMMAR)?;
+        if !self.lexer.token.is_first {
+            let message = format!("expected an operator or the end of the line, found {}", self.lexer.token.shown());
+            self.draft.error(codes::SYNTAX, self.lexer.span(), message);
+            return None;
+        }
+        let whole = self.lexer.span_from(start);
+        let mut definition = Definition {
+            value: read.value,
+            is_registered: false,
+            is_complemented: false,
+            init: false,
+            span: whole,
+            terms: read.terms,
+        };
+        let is_global = self.device.has_global_reset && (name.text == "AR" || name.text == "SP");
+        let control = match extension {
+            _ if is_global => {
+                if let Some((span, extension)) = extension {
+                    self.draft.error(codes::SYNTAX, span, format!("`{}` takes no extension, here `.{extension}`", name.text));
+                }
+                None
+            }
+            None | Some((_, "R" | "T")) => None,
+            Some((_, "E")) => Some(Control::Enable),
+            Some((_, "CLK")) => Some(Control::Clock),
+            Some((_, "ARST")) => Some(Control::Reset),
+            Some((_, "APRST")) => Some(Control::Preset),
+            Some((span, other)) => {
+                let shown: String = other.chars().take(30).collect();
+                let finding = Diagnostic::error(codes::SYNTAX, format!("unknown extension `.{shown}`"));
+                self.draft.report(finding.at(span, "").help("known are .R .T .E, and on a gal20ra10 .CLK .ARST .APRST"));
+                return Some(());
+            }
+        };
+        if is_global || control.is_some() {
+            self.check_control_form(name.text, is_complemented, &definition);
+        }
+        if is_global {
+            let to = name.text == "SP";
+            preset(self.draft, None, to, definition);
+            return Some(());
+        }
+        if ["NC", "VCC", "GND"].contains(&name.text) {
+            self.draft.error(codes::DEVICE_LIMIT, span, format!("`{}` cannot have a function", name.text));
+            return Some(());
+        }
+        let id = self.draft.signal(name.text, span);
+        let pin = self.draft.at(id).pin;
+        if let Some(pin) = pin.filter(|pin| self.device.macrocell(*pin).is_none()) {
+            let message = format!("`{}` is pin {pin} of a {}, which is no output", name.text, self.device.name);
+            self.draft.error(codes::DEVICE_LIMIT, span, message);
+        }
+        if let Some(control) = control {
+            if let Some((_, _, first)) = self.controls.iter().find(|(other, kind, _)| *other == id && *kind == control) {
+                let message = format!("`{}` has this control twice", name.text);
+                let finding = Diagnostic::error(codes::DEFINED_TWICE, message).at(whole, "here").at(first.span, "and here");
+                self.draft.report(finding);
+            } else {
+                self.controls.push((id, control, definition));
+            }
+            return Some(());
+        }
+        definition.is_registered = matches!(extension, Some((_, "R")));
+        definition.is_complemented = is_complemented;
+        if is_complemented {
+            definition.value = self.draft.not(definition.value);
+        }
+        self.draft.define(id, definition);
+        Some(())
+    }
+
+    fn check_control_form(&mut self, name: &str, is_complemented: bool, definition: &Definition) {
+        if is_complemented {
+            self.draft.error(codes::DEVICE_LIMIT, definition.span, format!("this control of `{name}` cannot be complemented"));
+        }
+        if definition.terms > 1 {
+            let message = format!("this control of `{name}` has {} product terms, and the device has one for it", definition.terms);
+            self.draft.error(codes::DEVICE_LIMIT, definition.span, message);
+        }
+    }
+
+    /// Controls belong to functions of the right kind on the right device.
+    fn check_controls(&mut self) {
+        let device = self.device;
+        for (id, control, definition) in std::mem::take(&mut self.controls) {
+            let signal = &self.draft.signals[id as usize];
+            let name = signal.name.clone();
+            let has_clocks = device.clock == Clock::Term;
+            let wrong = match (control, signal.definition) {
+                (Control::Clock | Control::Reset | Control::Preset, _) if !has_clocks => {
+                    Some(format!("a {} has no clock, reset or preset for a single register", device.name))
+                }
+                (_, None) => Some(format!("`{name}` has a control and no function")),
+                (Control::Clock | Control::Reset | Control::Preset, Some(function)) if !function.is_registered => {
+                    Some(format!("`{name}` is not registered, so this control does nothing"))
+                }
+                (Control::Enable, Some(function)) if function.is_registered && device.power_up == PowerUp::PinsHigh => {
+                    Some(format!("all registered pins of a {} are enabled by one pin, not by a term", device.name))
+                }
+                (Control::Enable, Some(function)) if !function.is_registered && !self.is_tristate(&function) => {
+                    Some(format!("`{name}` has an enable, so its function is written `{name}.T`"))
+                }
+                (Control::Enable | Control::Clock | Control::Reset | Control::Preset, Some(_)) => None,
+            };
+            if let Some(message) = wrong {
+                self.draft.error(codes::DEVICE_LIMIT, definition.span, message);
+                continue;
+            }
+            match control {
+                Control::Enable => enable(self.draft, &name, &definition),
+                Control::Clock => {
+                    self.clocked.push(id);
+                    if let Some(clock) = clock_of(self.draft, &definition) {
+                        one_clock(self.draft, &mut self.clock, &mut self.clock_span, clock, definition.span);
+                    }
+                }
+                Control::Reset => preset(self.draft, Some(id), false, definition),
+                Control::Preset => preset(self.draft, Some(id), true, definition),
+            }
+        }
+    }
+
+    fn is_tristate(&self, function: &Definition) -> bool {
+        let text = self.lexer.slice(function.span.start as usize, function.span.end as usize);
+        let head = text.split('=').next().unwrap_or_default();
+        head.trim_end().ends_with(".T")
+    }
+
+    /// What the structure of the device forbids.
+    fn check_mode(&mut self) {
+        let device = self.device;
+        let mut found: Vec<(Span, String)> = Vec::new();
+        let signals = &self.draft.signals;
+        let registered = |signal: &&super::draft::Signal| signal.definition.is_some_and(|definition| definition.is_registered);
+        let has_registers = signals.iter().any(|signal| registered(&signal));
+        let is_v8 = device.power_up == PowerUp::PinsHigh;
+        for (index, signal) in signals.iter().enumerate() {
+            let Some(pin) = signal.pin else { continue };
+            if let Some(function) = signal.definition {
+                if function.is_registered && device.clock == Clock::Term && !self.clocked.iter().any(|id| *id as usize == index) {
+                    found.push((function.span, format!("`{}` is registered and has no clock: a {} takes it from `{}.CLK`", signal.name, device.name, signal.name)));
+                }
+            }
+            let is_control = device.control_pins.contains(&pin);
+            let is_clock_pin = device.clock == Clock::Pin(pin);
+            if signal.is_read && is_v8 && has_registers && (is_control || is_clock_pin) {
+                found.push((signal.span, format!("pin {pin} of a {} with registers is its clock or enable, and no input: `{}`", device.name, signal.name)));
+            } else if signal.is_read && is_control && !device.free_when_combinational {
+                found.push((signal.span, format!("pin {pin} of a {} controls all outputs and is no input: `{}`", device.name, signal.name)));
+            }
+        }
+        // Without registers a 16V8 or 20V8 is in its simple mode, unless a pin is read back or switched; then one term of each pin is its enable.
+        let is_complex = is_v8
+            && !has_registers
+            && signals.iter().any(|signal| {
+                let Some(cell) = signal.pin.and_then(|pin| device.macrocell(pin)) else { return false };
+                let is_switched = signal.definition.is_some_and(|function| self.is_tristate(&function));
+                let middle = device.macrocells.len() / 2;
+                let is_middle = device.macrocells[middle - 1].pin == cell.pin || device.macrocells[middle].pin == cell.pin;
+                is_switched || signal.is_read && (signal.definition.is_some() || is_middle)
+            });
+        for signal in signals {
+            let Some(pin) = signal.pin else { continue };
+            if is_complex && signal.is_read && device.deaf_pins.contains(&pin) {
+                found.push((signal.span, format!("pin {pin} of a {} cannot be read back when another pin is: `{}`", device.name, signal.name)));
+            }
+            if let (Some(function), Some(cell)) = (signal.definition, device.macrocell(pin)) {
+                let is_simple = is_v8 && !has_registers && !is_complex;
+                let limit = if function.is_registered || is_simple { cell.registered_terms } else { cell.combinational_terms };
+                if function.terms > limit {
+                    found.push((function.span, format!("`{}` has {} product terms, and the macrocell of pin {pin} has {limit}", signal.name, function.terms)));
+                }
+            }
+        }
+        for (span, message) in found {
+            self.draft.error(codes::DEVICE_LIMIT, span, message);
+        }
+    }
+}

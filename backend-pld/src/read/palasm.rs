@@ -1,0 +1,440 @@
+//! PALASM 2 and 4: `PIN` statements or the positional list of the older form, `STRING`, `EQUATIONS`; a simulation section is skipped.
+
+use super::draft::{Definition, Draft, Role, SignalId};
+use super::equation::{Grammar, Sum, sum, supply};
+use super::lexer::{Comments, Kind, Lexer};
+use crate::codes;
+use crate::device::{Clock, Device};
+use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::span::{Name, Span};
+
+const GRAMMAR: Grammar = Grammar {
+    not: "/",
+    and: &["*", "&"],
+    or: &["+"],
+    xor: &[":+:"],
+    parens: true,
+    constant: supply,
+    lone_constants: false,
+};
+
+pub(crate) fn parse(text: &str, draft: &mut Draft) {
+    let lexer = Lexer::new(text, draft.file, Comments::Semicolon, true);
+    let mut parser = Parser { lexer, draft, device: None, clock: None, clock_span: Span::default() };
+    parser.file();
+    let (device, clock) = (parser.device, parser.clock);
+    finish(draft, device, clock);
+}
+
+/// The clock's signal and the power-up values, once the whole text is known; `clock` where the text names it.
+pub(crate) fn finish(draft: &mut Draft, device: Option<&'static Device>, clock: Option<SignalId>) {
+    let is_registered = draft.signals.iter().any(|signal| signal.definition.is_some_and(|definition| definition.is_registered));
+    if !is_registered {
+        return;
+    }
+    let clock_pin = match device.map(|device| device.clock) {
+        Some(Clock::Pin(pin)) => Some(pin),
+        Some(Clock::Term) | None => None,
+    };
+    for index in 0..draft.signals.len() {
+        let signal = &mut draft.signals[index];
+        let id = SignalId::try_from(index).unwrap_or(SignalId::MAX);
+        let is_named = ["clk", "clock", "ck"].iter().any(|name| signal.name.eq_ignore_ascii_case(name));
+        let is_clock = clock == Some(id)
+            || clock.is_none() && (signal.pin.is_some() && signal.pin == clock_pin || signal.pin.is_none() && is_named);
+        if is_clock && signal.role == Role::Pin && signal.definition.is_none() {
+            signal.role = Role::Clock;
+        }
+        let is_inverted = signal.is_pin_inverted;
+        if let Some(definition) = &mut signal.definition
+            && definition.is_registered
+        {
+            definition.init = match device {
+                Some(device) => device.power_up_value(is_inverted, definition.is_complemented),
+                None => definition.is_complemented,
+            };
+        }
+    }
+}
+
+/// Looks up a device; an unknown one is taken as a chip whose flip-flops wake at 0.
+pub(crate) fn find_device(draft: &mut Draft, name: &str, span: Span) -> Option<&'static Device> {
+    let device = Device::find(name);
+    if device.is_none() {
+        let message = format!("the device `{name}` is not in the tables: its registers are taken to wake at 0, with pins by polarity");
+        draft.report(Diagnostic::warning(codes::UNKNOWN_DEVICE, message).at(span, "this device"));
+    }
+    device
+}
+
+struct Parser<'a, 'd> {
+    lexer: Lexer<'a>,
+    draft: &'d mut Draft,
+    device: Option<&'static Device>,
+    clock: Option<SignalId>,
+    clock_span: Span,
+}
+
+/// Words that begin a section or a statement of the declarations.
+const SECTIONS: [&str; 8] = ["equations", "simulation", "string", "pin", "node", "state", "conditions", "group"];
+
+impl Parser<'_, '_> {
+    fn file(&mut self) {
+        while self.lexer.token.kind != Kind::End && !self.draft.is_hopeless() {
+            let token = self.lexer.token;
+            let word = token.text.to_ascii_lowercase();
+            let span = self.lexer.span();
+            match word.as_str() {
+                "title" | "pattern" | "revision" | "author" | "company" | "date" | "option" | "options" if token.is_first => {
+                    self.lexer.advance();
+                    if !self.lexer.token.is_first {
+                        self.lexer.rest_of_line();
+                    }
+                }
+                "chip" if token.is_first => self.chip(),
+                "pin" | "node" => self.pin(),
+                "string" => self.string(),
+                "equations" => {
+                    self.lexer.advance();
+                    self.equations();
+                }
+                "simulation" => return,
+                "state" | "conditions" => {
+                    let message = format!("the {} section is not supported by this reader yet: write its functions as equations", token.text);
+                    self.draft.error(codes::UNSUPPORTED, span, message);
+                    self.skip_section();
+                }
+                _ => {
+                    let message = format!("expected a statement of the declarations, found {}", token.shown());
+                    self.draft.error(codes::SYNTAX, span, message);
+                    self.lexer.advance();
+                    self.lexer.skip_line();
+                }
+            }
+        }
+    }
+
+    fn skip_section(&mut self) {
+        self.lexer.advance();
+        while self.lexer.token.kind != Kind::End
+            && !(self.lexer.token.is_first && (self.lexer.token.is_word("equations") || self.lexer.token.is_word("simulation")))
+        {
+            self.lexer.advance();
+        }
+    }
+
+    /// `CHIP name device`, then pin names one after the other in the older form.
+    fn chip(&mut self) {
+        self.lexer.advance();
+        if !self.lexer.token.is_first {
+            self.draft.name = Name::new(self.lexer.token.text.trim_matches('\''), self.lexer.span());
+            self.lexer.advance();
+        }
+        if self.lexer.token.is_first {
+            self.draft.error(codes::SYNTAX, self.lexer.span_from(self.lexer.end), "expected the device after the chip's name");
+            return;
+        }
+        let start = self.lexer.token.start;
+        while !self.lexer.token.is_first && self.lexer.token.kind != Kind::End {
+            // Device names may hold signs: `PAL16R8-7`.
+            self.lexer.advance();
+            if self.lexer.token.start > self.lexer.end {
+                break;
+            }
+        }
+        let span = self.lexer.span_from(start);
+        let name = self.lexer.slice(start, self.lexer.end);
+        let name = name.split('-').next().unwrap_or(name);
+        self.device = find_device(self.draft, name, span);
+        let mut pin = 0;
+        while self.is_pin_name() {
+            pin += 1;
+            let is_inverted = self.lexer.eat("/");
+            let (span, token) = (self.lexer.span(), self.lexer.advance());
+            self.declare(token.text, span, Some(pin), is_inverted);
+        }
+        if let (Some(device), true) = (self.device, pin > 0)
+            && !(device.n_pins..=device.n_pins + 1).contains(&pin)
+        {
+            let message = format!("{pin} pins are named, and a {} has {}", device.name, device.n_pins);
+            self.draft.error(codes::DEVICE_LIMIT, self.draft.name.span, message);
+        }
+    }
+
+    fn is_pin_name(&self) -> bool {
+        let token = self.lexer.token;
+        let is_section = token.is_first && SECTIONS.iter().any(|word| token.is_word(word));
+        !is_section && (token.kind == Kind::Word || token.kind == Kind::Number || token.is("/"))
+    }
+
+    /// `PIN 2 name [REGISTERED | COMBINATORIAL | LATCHED]`, `PIN ? name`, `NODE 1 GLOBAL`.
+    fn pin(&mut self) {
+        let is_node = self.lexer.token.is_word("node");
+        self.lexer.advance();
+        let number = self.lexer.token;
+        let number_span = self.lexer.span();
+        let pin = match number.kind {
+            Kind::Number => number.text.parse::<u32>().ok(),
+            Kind::Word | Kind::Sign | Kind::Quoted | Kind::End => None,
+        };
+        if pin.is_none() && !number.is("?") {
+            self.draft.error(codes::SYNTAX, number_span, format!("expected a pin number or `?`, found {}", number.shown()));
+            self.lexer.skip_line();
+            return;
+        }
+        self.lexer.advance();
+        let is_inverted = self.lexer.eat("/");
+        if self.lexer.token.kind != Kind::Word || self.lexer.token.is_first {
+            let message = format!("expected the pin's name, found {}", self.lexer.token.shown());
+            self.draft.error(codes::SYNTAX, self.lexer.span(), message);
+            self.lexer.skip_line();
+            return;
+        }
+        let (span, token) = (self.lexer.span(), self.lexer.advance());
+        if !is_node {
+            if let (Some(device), Some(pin)) = (self.device, pin)
+                && (pin == 0 || pin > device.n_pins)
+            {
+                let message = format!("a {} has no pin {pin}: it has {}", device.name, device.n_pins);
+                self.draft.error(codes::DEVICE_LIMIT, number_span, message);
+            }
+            if let Some(other) = self.draft.signals.iter().find(|signal| pin.is_some() && signal.pin == pin) {
+                let message = format!("pin {} is `{}` already", number.text, other.name);
+                let finding = Diagnostic::error(codes::DEFINED_TWICE, message).at(number_span, "here").at(other.span, "and here");
+                self.draft.report(finding);
+            }
+        }
+        self.declare(token.text, span, pin.filter(|_| !is_node), is_inverted);
+        while !self.lexer.token.is_first && self.lexer.token.kind != Kind::End {
+            let token = self.lexer.token;
+            let known = ["registered", "combinatorial", "latched", "reg", "comb", "lat", "output", "input"];
+            if !known.iter().any(|word| token.is_word(word)) {
+                let message = format!("expected `REGISTERED` or `COMBINATORIAL`, found {}", token.shown());
+                self.draft.error(codes::SYNTAX, self.lexer.span(), message);
+                self.lexer.skip_line();
+                return;
+            }
+            self.lexer.advance();
+        }
+    }
+
+    fn declare(&mut self, name: &str, span: Span, pin: Option<u32>, is_inverted: bool) {
+        if ["nc", "gnd", "vcc", "global"].iter().any(|word| name.eq_ignore_ascii_case(word)) {
+            return;
+        }
+        let id = self.draft.declare(name, span, Role::Pin);
+        let signal = self.draft.at(id);
+        signal.pin = pin;
+        signal.is_pin_inverted = is_inverted;
+    }
+
+    /// `STRING NAME 'text'`: the text stands for the name wherever it is read.
+    fn string(&mut self) {
+        self.lexer.advance();
+        let name = self.lexer.advance();
+        let span = self.lexer.span();
+        let text = self.lexer.token;
+        if name.kind != Kind::Word || text.kind != Kind::Quoted {
+            self.draft.error(codes::SYNTAX, span, "expected a name and a text in quotes after `STRING`");
+            self.lexer.skip_line();
+            return;
+        }
+        self.lexer.advance();
+        // A string is a signal in between whose function is its text: the same, since no operator of the text can bind outside it but `*`.
+        let id = self.draft.declare(name.text, span, Role::Internal);
+        let mut lexer = Lexer::starting_at(self.lexer.upto(text.start + text.text.len() - 1), self.draft.file, Comments::Semicolon, true, text.start + 1);
+        if let Some(read) = sum(&mut lexer, self.draft, &GRAMMAR) {
+            if lexer.token.kind != Kind::End {
+                let message = format!("expected an operator, found {}", lexer.token.shown());
+                self.draft.error(codes::SYNTAX, lexer.span(), message);
+            }
+            if read.terms > 1 {
+                let message = format!("the string `{}` is a sum; it is read as if it stood in parentheses", name.text);
+                self.draft.report(Diagnostic::warning(codes::TAKEN_AS, message).at(span, "this text"));
+            }
+            self.define(id, read, false, false, span);
+        }
+    }
+
+    fn define(&mut self, id: SignalId, read: Sum, is_complemented: bool, is_registered: bool, span: Span) {
+        let value = if is_complemented { self.draft.not(read.value) } else { read.value };
+        let definition =
+            Definition { value, is_registered, is_complemented, init: false, span, terms: read.terms };
+        self.draft.define(id, definition);
+    }
+
+    fn equations(&mut self) {
+        while self.lexer.token.kind != Kind::End && !self.draft.is_hopeless() {
+            let token = self.lexer.token;
+            if token.is_first && (token.is_word("simulation") || token.is_word("state") || token.is_word("conditions")) {
+                return;
+            }
+            if token.is_word("minimize_on") || token.is_word("minimize_off") {
+                self.lexer.advance();
+                continue;
+            }
+            if self.equation().is_none() {
+                // At least one token further, then to the next line.
+                if self.lexer.token.start == token.start {
+                    self.lexer.advance();
+                }
+                self.lexer.skip_line();
+            }
+        }
+    }
+
+    fn equation(&mut self) -> Option<()> {
+        let start = self.lexer.token.start;
+        let is_complemented = self.lexer.eat("/");
+        let (span, name) = (self.lexer.span(), self.lexer.token);
+        if name.kind != Kind::Word {
+            self.draft.error(codes::SYNTAX, span, format!("expected the name of an output, found {}", name.shown()));
+            return None;
+        }
+        if name.is_word("if") || name.is_word("case") {
+            self.draft.error(codes::UNSUPPORTED, span, "`IF` and `CASE` are not supported by this reader yet: write sums of products");
+            return None;
+        }
+        self.lexer.advance();
+        if self.lexer.eat(".") {
+            return self.control(name.text, span, start);
+        }
+        let sign = self.lexer.token;
+        let is_registered = match sign.text {
+            ":=" => true,
+            "=" => false,
+            "*=" => {
+                let message = format!("`{}` is a latch, and a synchronous circuit has none", name.text);
+                self.draft.error(codes::UNSUPPORTED, self.lexer.span(), message);
+                return None;
+            }
+            _ => {
+                self.draft.error(codes::SYNTAX, self.lexer.span(), format!("expected `:=` or `=`, found {}", sign.shown()));
+                return None;
+            }
+        };
+        self.lexer.advance();
+        let read = sum(&mut self.lexer, self.draft, &GRAMMAR)?;
+        self.end_of_statement()?;
+        let id = self.draft.signal(name.text, span);
+        let whole = self.lexer.span_from(start);
+        self.check_output(id, span);
+        self.define(id, read, is_complemented, is_registered, whole);
+        Some(())
+    }
+
+    fn check_output(&mut self, id: SignalId, span: Span) {
+        let signal = &self.draft.signals[id as usize];
+        if let (Some(device), Some(pin)) = (self.device, signal.pin)
+            && device.macrocell(pin).is_none()
+        {
+            let message = format!("`{}` is pin {pin} of a {}, which is no output", signal.name, device.name);
+            self.draft.error(codes::DEVICE_LIMIT, span, message);
+        }
+    }
+
+    fn end_of_statement(&mut self) -> Option<()> {
+        if self.lexer.token.is_first || self.lexer.token.kind == Kind::End {
+            return Some(());
+        }
+        let message = format!("expected an operator or the next equation, found {}", self.lexer.token.shown());
+        self.draft.error(codes::SYNTAX, self.lexer.span(), message);
+        None
+    }
+
+    /// `P1.TRST = VCC`, `P1.CLKF = CLK`, `GLOBAL.RSTF = RST` and so on.
+    fn control(&mut self, name: &str, span: Span, start: usize) -> Option<()> {
+        let (suffix_span, suffix) = (self.lexer.span(), self.lexer.advance());
+        if !self.lexer.eat("=") {
+            self.draft.error(codes::SYNTAX, self.lexer.span(), format!("expected `=`, found {}", self.lexer.token.shown()));
+            return None;
+        }
+        let read = sum(&mut self.lexer, self.draft, &GRAMMAR)?;
+        self.end_of_statement()?;
+        let whole = self.lexer.span_from(start);
+        let of = if name.eq_ignore_ascii_case("global") { None } else { Some(self.draft.signal(name, span)) };
+        let definition = Definition {
+            value: read.value,
+            is_registered: false,
+            is_complemented: false,
+            init: false,
+            span: whole,
+            terms: read.terms,
+        };
+        match suffix.text.to_ascii_lowercase().as_str() {
+            "trst" => enable(self.draft, name, &definition),
+            "clkf" => {
+                let clock = clock_of(self.draft, &definition);
+                if let Some(clock) = clock {
+                    one_clock(self.draft, &mut self.clock, &mut self.clock_span, clock, whole);
+                }
+            }
+            "setf" => preset(self.draft, of, true, definition),
+            "rstf" => preset(self.draft, of, false, definition),
+            _ => {
+                let message = format!("`.{}` is not supported by this reader: known are .TRST .CLKF .SETF .RSTF", suffix.text);
+                self.draft.error(codes::UNSUPPORTED, suffix_span, message);
+            }
+        }
+        Some(())
+    }
+}
+
+/// An output enable that is always on says nothing; any other is dropped aloud.
+pub(crate) fn enable(draft: &mut Draft, name: &str, definition: &Definition) {
+    if !matches!(draft.kind(definition.value), super::draft::Expr::Const(true)) {
+        let message = format!("the output enable of `{name}` is dropped: the pin is taken as always driven");
+        draft.report(Diagnostic::warning(codes::TAKEN_AS, message).at(definition.span, "this enable"));
+    }
+}
+
+/// The signal that a clock equation names; anything else is an error.
+pub(crate) fn clock_of(draft: &mut Draft, definition: &Definition) -> Option<SignalId> {
+    if let super::draft::Expr::Signal(signal) = draft.kind(definition.value) {
+        draft.at(signal).is_read = false;
+        return Some(signal);
+    }
+    let message = "this clock is no plain pin: one synchronous circuit has one clock, its rising edge";
+    draft.report(Diagnostic::error(codes::UNSUPPORTED, message).at(definition.span, "").help("gate the function instead of the clock"));
+    None
+}
+
+/// All registers have one clock.
+pub(crate) fn one_clock(draft: &mut Draft, known: &mut Option<SignalId>, known_span: &mut Span, clock: SignalId, span: Span) {
+    match *known {
+        None => {
+            *known = Some(clock);
+            *known_span = span;
+        }
+        Some(other) if other == clock => {}
+        Some(other) => {
+            let message = format!(
+                "registers have different clocks: `{}` and `{}`",
+                draft.signals[other as usize].name, draft.signals[clock as usize].name
+            );
+            draft.report(
+                Diagnostic::error(codes::UNSUPPORTED, message)
+                    .at(span, "here")
+                    .at(*known_span, "and here")
+                    .help("one synchronous circuit has one clock: read the parts as circuits of their own"),
+            );
+        }
+    }
+}
+
+/// Set and reset conditions; an asynchronous one is taken as synchronous, aloud.
+pub(crate) fn preset(draft: &mut Draft, of: Option<SignalId>, to: bool, definition: Definition) {
+    if matches!(draft.kind(definition.value), super::draft::Expr::Const(false)) {
+        return;
+    }
+    let what = if to { "set" } else { "reset" };
+    // The preset of a 22V10 is synchronous; everything else acts at once.
+    if !(to && of.is_none()) {
+        let message = format!("this {what} acts at once on the device and is taken to act at the next clock");
+        draft.report(Diagnostic::warning(codes::TAKEN_AS, message).at(definition.span, ""));
+    }
+    if let Some(first) = draft.controls.insert((of, to), definition) {
+        let message = format!("there are two conditions for one {what}");
+        draft.report(Diagnostic::error(codes::DEFINED_TWICE, message).at(definition.span, "here").at(first.span, "and here"));
+    }
+}

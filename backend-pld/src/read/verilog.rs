@@ -1,0 +1,440 @@
+//! Verilog: one module of one-bit signals with one rising clock.
+//!
+//! Ports in the header or in declarations of their own, `wire`, `reg` with initial values, `assign`, `initial`, `always @(posedge clk)` with
+//! non-blocking assignments and `if`.
+
+use super::MAX_NESTING;
+use super::draft::{Definition, Draft, Expr, ExprId, Role, SignalId};
+use super::lexer::{Comments, Kind, Lexer};
+use crate::codes;
+use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::span::{Name, Span};
+use std::collections::BTreeMap;
+
+pub(crate) fn parse(text: &str, draft: &mut Draft) {
+    let lexer = Lexer::new(text, draft.file, Comments::Verilog, false);
+    let mut parser = Parser { lexer, draft, depth: 0, inits: BTreeMap::new(), clock: None };
+    parser.file();
+    let inits = std::mem::take(&mut parser.inits);
+    for (id, (init, span)) in inits {
+        let signal = draft.at(id);
+        match &mut signal.definition {
+            Some(definition) if definition.is_registered => definition.init = init,
+            Some(_) | None => {
+                let message = format!("`{}` has a first value and is no register", signal.name);
+                draft.error(codes::UNSUPPORTED, span, message);
+            }
+        }
+    }
+}
+
+/// What a clocked block assigns: the value and its place.
+type Assigned = BTreeMap<SignalId, (ExprId, Span)>;
+
+struct Parser<'a, 'd> {
+    lexer: Lexer<'a>,
+    draft: &'d mut Draft,
+    depth: u32,
+    inits: BTreeMap<SignalId, (bool, Span)>,
+    clock: Option<SignalId>,
+}
+
+impl<'a> Parser<'a, '_> {
+    fn file(&mut self) {
+        while self.lexer.token.is("`") {
+            // Directives such as `timescale take their line.
+            self.lexer.rest_of_line();
+        }
+        if self.module_head().is_none() {
+            self.recover();
+        }
+        while self.lexer.token.kind != Kind::End && !self.draft.is_hopeless() {
+            if self.lexer.eat_word("endmodule") {
+                if self.lexer.token.is_word("module") {
+                    let message = "a second module is not supported by this reader: it reads one flat module";
+                    self.draft.error(codes::UNSUPPORTED, self.lexer.span(), message);
+                } else if self.lexer.token.kind != Kind::End {
+                    let message = format!("expected the end of the text after `endmodule`, found {}", self.lexer.token.shown());
+                    self.draft.error(codes::SYNTAX, self.lexer.span(), message);
+                }
+                return;
+            }
+            let before = self.lexer.token.start;
+            self.depth = 0;
+            if self.item().is_none() {
+                if self.lexer.token.start == before {
+                    self.lexer.advance();
+                }
+                self.recover();
+            }
+        }
+        let _: Option<()> = self.unexpected("`endmodule`");
+    }
+
+    /// After an error: past the next `;` or to a word that begins an item.
+    fn recover(&mut self) {
+        let starts = ["assign", "wire", "reg", "always", "initial", "endmodule"];
+        while self.lexer.token.kind != Kind::End && !starts.iter().any(|word| self.lexer.token.is_word(word)) {
+            if self.lexer.eat(";") {
+                return;
+            }
+            self.lexer.advance();
+        }
+    }
+
+    fn unexpected<T>(&mut self, wanted: &str) -> Option<T> {
+        let message = format!("expected {wanted}, found {}", self.lexer.token.shown());
+        self.draft.error(codes::SYNTAX, self.lexer.span(), message);
+        None
+    }
+
+    fn expect(&mut self, sign: &str) -> Option<()> {
+        if self.lexer.eat(sign) { Some(()) } else { self.unexpected(&format!("`{sign}`")) }
+    }
+
+    fn name(&mut self) -> Option<(&'a str, Span)> {
+        if self.lexer.token.kind != Kind::Word {
+            return self.unexpected("a name");
+        }
+        let span = self.lexer.span();
+        Some((self.lexer.advance().text, span))
+    }
+
+    fn no_vector(&mut self) -> Option<()> {
+        if self.lexer.token.is("[") {
+            self.draft.error(codes::UNSUPPORTED, self.lexer.span(), "vectors are not supported by this reader: every signal has one bit");
+            return None;
+        }
+        Some(())
+    }
+
+    fn module_head(&mut self) -> Option<()> {
+        if !self.lexer.eat_word("module") {
+            return self.unexpected("`module`");
+        }
+        let (name, span) = self.name()?;
+        self.draft.name = Name::new(name, span);
+        if self.lexer.eat("(") && !self.lexer.eat(")") {
+            let mut role = Role::Unknown;
+            loop {
+                if self.lexer.eat_word("input") {
+                    role = Role::Input;
+                    let _ = self.lexer.eat_word("wire");
+                } else if self.lexer.eat_word("output") {
+                    role = Role::Output;
+                    let _ = self.lexer.eat_word("wire") || self.lexer.eat_word("reg");
+                }
+                self.no_vector()?;
+                let (name, span) = self.name()?;
+                    // The old style lists bare names here and declares them below.
+                if role == Role::Unknown {
+                    self.draft.signal(name, span);
+                } else {
+                    self.draft.declare(name, span, role);
+                }
+                if self.lexer.eat(")") {
+                    break;
+                }
+                self.expect(",")?;
+            }
+        }
+        self.expect(";")
+    }
+
+    fn item(&mut self) -> Option<()> {
+        let token = self.lexer.token;
+        if token.is(";") {
+            self.lexer.advance();
+            return Some(());
+        }
+        for (word, role) in [("input", Role::Input), ("output", Role::Output), ("wire", Role::Internal), ("reg", Role::Internal)] {
+            if self.lexer.eat_word(word) {
+                if role == Role::Output || role == Role::Input {
+                    let _ = self.lexer.eat_word("wire") || self.lexer.eat_word("reg");
+                }
+                return self.declaration(role, word == "wire");
+            }
+        }
+        if self.lexer.eat_word("assign") {
+            loop {
+                self.assignment()?;
+                if !self.lexer.eat(",") {
+                    return self.expect(";");
+                }
+            }
+        }
+        if self.lexer.eat_word("initial") {
+            return self.initial();
+        }
+        if self.lexer.eat_word("always") {
+            return self.always();
+        }
+        let message = format!("{} is not supported by this reader: it reads `wire`, `reg`, `assign`, `initial` and one clocked `always`", token.shown());
+        self.draft.error(codes::UNSUPPORTED, self.lexer.span(), message);
+        None
+    }
+
+    /// `wire a = .., b;` and the like; `output reg a;` after a bare port name.
+    fn declaration(&mut self, role: Role, is_wire: bool) -> Option<()> {
+        self.no_vector()?;
+        loop {
+            let (name, span) = self.name()?;
+            // A port may be declared as wire or reg once more.
+            let known = self.draft.find(name).filter(|&id| {
+                role == Role::Internal && matches!(self.draft.signals[id as usize].role, Role::Output | Role::Input)
+            });
+            let id = match known {
+                Some(id) => id,
+                None => self.draft.declare(name, span, role),
+            };
+            if self.lexer.eat("=") {
+                let start = span.start as usize;
+                let value = self.expression()?;
+                let span = self.lexer.span_from(start);
+                if is_wire {
+                    self.define(id, value, false, span);
+                } else {
+                    self.note_init(id, value, span);
+                }
+            }
+            if !self.lexer.eat(",") {
+                return self.expect(";");
+            }
+        }
+    }
+
+    fn define(&mut self, id: SignalId, value: ExprId, is_registered: bool, span: Span) {
+        let definition = Definition { value, is_registered, is_complemented: false, init: false, span, terms: 0 };
+        self.draft.define(id, definition);
+    }
+
+    fn note_init(&mut self, id: SignalId, value: ExprId, span: Span) {
+        let Expr::Const(init) = self.draft.kind(value) else {
+            self.draft.error(codes::UNSUPPORTED, span, "a first value is 1'b0 or 1'b1");
+            return;
+        };
+        if self.inits.insert(id, (init, span)).is_some() {
+            let message = format!("`{}` has two first values", self.draft.signals[id as usize].name);
+            self.draft.error(codes::DEFINED_TWICE, span, message);
+        }
+    }
+
+    fn assignment(&mut self) -> Option<()> {
+        let (name, span) = self.name()?;
+        let id = self.draft.signal(name, span);
+        self.expect("=")?;
+        let value = self.expression()?;
+        let span = self.lexer.span_from(span.start as usize);
+        self.define(id, value, false, span);
+        Some(())
+    }
+
+    fn initial(&mut self) -> Option<()> {
+        let is_block = self.lexer.eat_word("begin");
+        loop {
+            if is_block && self.lexer.eat_word("end") {
+                return Some(());
+            }
+            let (name, span) = self.name()?;
+            let id = self.draft.signal(name, span);
+            self.expect("=")?;
+            let value = self.expression()?;
+            let span = self.lexer.span_from(span.start as usize);
+            self.note_init(id, value, span);
+            self.expect(";")?;
+            if !is_block {
+                return Some(());
+            }
+        }
+    }
+
+    fn always(&mut self) -> Option<()> {
+        self.expect("@")?;
+        self.expect("(")?;
+        if !self.lexer.eat_word("posedge") {
+            let message = format!("expected `posedge`, found {}: only blocks with one rising clock are read", self.lexer.token.shown());
+            self.draft.error(codes::UNSUPPORTED, self.lexer.span(), message);
+            return None;
+        }
+        let (name, span) = self.name()?;
+        let clock = self.draft.signal(name, span);
+        if self.clock.is_some_and(|known| known != clock) {
+            self.draft.error(codes::UNSUPPORTED, span, "a second clock: one synchronous circuit has one");
+        }
+        self.clock = Some(clock);
+        let signal = self.draft.at(clock);
+        if signal.role == Role::Input {
+            signal.role = Role::Clock;
+        }
+        self.expect(")")?;
+        let mut assigned = Assigned::new();
+        self.statement(&mut assigned, &Assigned::new())?;
+        for (id, (value, span)) in assigned {
+            self.define(id, value, true, span);
+        }
+        Some(())
+    }
+
+    /// A statement of the clocked block; `before` is what was assigned around it.
+    fn statement(&mut self, assigned: &mut Assigned, before: &Assigned) -> Option<()> {
+        self.enter()?;
+        if self.lexer.eat_word("begin") {
+            while !self.lexer.eat_word("end") {
+                if self.lexer.token.kind == Kind::End {
+                    return self.unexpected("`end`");
+                }
+                self.statement(assigned, before)?;
+            }
+        } else if self.lexer.eat_word("if") {
+            let start = self.lexer.token.start;
+            self.expect("(")?;
+            let condition = self.expression()?;
+            self.expect(")")?;
+            let (mut then, mut otherwise) = (Assigned::new(), Assigned::new());
+            self.statement(&mut then, before)?;
+            if self.lexer.eat_word("else") {
+                self.statement(&mut otherwise, before)?;
+            }
+            let span = self.lexer.span_from(start);
+            let mut ids: Vec<SignalId> = then.keys().chain(otherwise.keys()).copied().collect();
+            ids.sort_unstable();
+            ids.dedup();
+            for id in ids {
+                let old = assigned.get(&id).or_else(|| before.get(&id)).map(|entry| entry.0);
+                let mut pick = |side: &Assigned| match side.get(&id).map(|entry| entry.0).or(old) {
+                    Some(value) => value,
+                    None => self.draft.read(id),
+                };
+                let (a, b) = (pick(&then), pick(&otherwise));
+                let value = self.draft.expr(Expr::Mux(condition, a, b));
+                assigned.insert(id, (value, span));
+            }
+        } else if !self.lexer.eat(";") {
+            let (name, span) = self.name()?;
+            let id = self.draft.signal(name, span);
+            if !self.lexer.eat("<=") {
+                return self.unexpected("`<=`");
+            }
+            let value = self.expression()?;
+            let span = self.lexer.span_from(span.start as usize);
+            self.expect(";")?;
+            assigned.insert(id, (value, span));
+        }
+        self.depth -= 1;
+        Some(())
+    }
+
+    fn enter(&mut self) -> Option<()> {
+        if self.depth >= MAX_NESTING {
+            let message = format!("this is nested more than {MAX_NESTING} deep");
+            self.draft.error(codes::SYNTAX, self.lexer.span(), message);
+            return None;
+        }
+        self.depth += 1;
+        Some(())
+    }
+
+    /// `a ? b : c`, right to left without recursion: conditions and middles wait on a list.
+    fn expression(&mut self) -> Option<ExprId> {
+        let mut waiting = Vec::new();
+        let mut value = self.or()?;
+        while self.lexer.eat("?") {
+            let then = self.nested()?;
+            self.expect(":")?;
+            waiting.push((value, then));
+            value = self.or()?;
+        }
+        for (condition, then) in waiting.into_iter().rev() {
+            value = self.draft.expr(Expr::Mux(condition, then, value));
+        }
+        Some(value)
+    }
+
+    fn nested(&mut self) -> Option<ExprId> {
+        self.enter()?;
+        let value = self.expression()?;
+        self.depth -= 1;
+        Some(value)
+    }
+
+    fn or(&mut self) -> Option<ExprId> {
+        let mut all = vec![self.xor()?];
+        while self.lexer.eat("|") || self.lexer.eat("||") {
+            all.push(self.xor()?);
+        }
+        Some(self.draft.list(&all, false))
+    }
+
+    fn xor(&mut self) -> Option<ExprId> {
+        let mut value = self.and()?;
+        loop {
+            let is_equal = self.lexer.token.is("~^") || self.lexer.token.is("^~");
+            if !is_equal && !self.lexer.token.is("^") {
+                return Some(value);
+            }
+            self.lexer.advance();
+            let other = self.and()?;
+            value = self.draft.expr(Expr::Xor(value, other));
+            if is_equal {
+                value = self.draft.not(value);
+            }
+        }
+    }
+
+    fn and(&mut self) -> Option<ExprId> {
+        let mut all = vec![self.unary()?];
+        while self.lexer.eat("&") || self.lexer.eat("&&") {
+            all.push(self.unary()?);
+        }
+        Some(self.draft.list(&all, true))
+    }
+
+    fn unary(&mut self) -> Option<ExprId> {
+        let mut is_negated = false;
+        while self.lexer.token.is("~") || self.lexer.token.is("!") {
+            self.lexer.advance();
+            is_negated = !is_negated;
+        }
+        let token = self.lexer.token;
+        let value = match token.kind {
+            Kind::Word => {
+                let span = self.lexer.span();
+                self.lexer.advance();
+                self.no_vector()?;
+                let signal = self.draft.signal(token.text, span);
+                self.draft.read(signal)
+            }
+            Kind::Number => self.constant()?,
+            Kind::Sign if token.is("(") => {
+                self.lexer.advance();
+                let value = self.nested()?;
+                self.expect(")")?;
+                value
+            }
+            Kind::Sign | Kind::Quoted | Kind::End => return self.unexpected("a signal"),
+        };
+        Some(if is_negated { self.draft.not(value) } else { value })
+    }
+
+    /// `1'b0`, `1'b1` (any base).
+    fn constant(&mut self) -> Option<ExprId> {
+        let span = self.lexer.span();
+        let width = self.lexer.advance().text;
+        let mut value = None;
+        if width == "1" && self.lexer.eat("'") {
+            value = match self.lexer.advance().text.to_ascii_lowercase().as_str() {
+                "b0" | "h0" | "d0" | "o0" => Some(false),
+                "b1" | "h1" | "d1" | "o1" => Some(true),
+                _ => None,
+            };
+        }
+        match value {
+            Some(value) => Some(self.draft.expr(Expr::Const(value))),
+            None => {
+                let finding = Diagnostic::error(codes::UNSUPPORTED, "constants are 1'b0 and 1'b1 here").at(span, "");
+                self.draft.report(finding);
+                None
+            }
+        }
+    }
+}

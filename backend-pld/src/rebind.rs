@@ -1,0 +1,135 @@
+//! Putting the roles back on a circuit that was read.
+
+use crate::codes;
+use crate::{Emitted, Object};
+use grafsynth_ir::arena::{Arena, Id, IdMap};
+use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::logic::{FlopId, Logic, Node, NodeId, PinInput, PinOutput, PinRole};
+use grafsynth_logic::build::{map_operands, prune};
+use std::collections::BTreeMap;
+
+/// Gives a circuit that was read back the roles of the one that was written: by name, each input, flip-flop and output becomes what it was, in the
+/// order it was, with label, tags and place. What the text itself says is kept: functions, and the values after power-up. A pin that the text has and
+/// nobody wrote stays with an unknown role.
+///
+/// Gives a finding for each signal that is missing; the circuit is then incomplete and proves nothing.
+#[must_use]
+pub fn rebind(logic: &mut Logic, emitted: &Emitted) -> Vec<Diagnostic> {
+    let mut findings = Vec::new();
+    let read = std::mem::take(logic);
+    let key = |name: &str| name.to_ascii_lowercase();
+    let find_inputs: BTreeMap<String, _> = read.inputs.iter().map(|(id, input)| (key(&input.name), id)).collect();
+    let find_flops: BTreeMap<String, FlopId> = read.flops.iter().map(|(id, flop)| (key(&flop.name), id)).collect();
+    let find_outputs: BTreeMap<String, _> = read.outputs.iter().map(|(id, output)| (key(&output.name), id)).collect();
+    let mut missing = |name: &str| {
+        let message = format!("`{name}` was written and is not in the text that was read back");
+        findings.push(Diagnostic::error(codes::NOT_READ_BACK, message).help("this is a fault of the tool: please report it with the chart"));
+    };
+
+    let mut new = Logic { name: read.name.clone(), ..Logic::default() };
+    let mut input_image: IdMap<PinInput, Option<Id<PinInput>>> = IdMap::filled(&read.inputs, None);
+    let mut flop_image: IdMap<_, Option<FlopId>> = IdMap::filled(&read.flops, None);
+    let mut outputs: Vec<(PinOutput, Option<FlopId>)> = Vec::new();
+    let mut is_claimed: IdMap<PinOutput, bool> = IdMap::filled(&read.outputs, false);
+    for named in &emitted.names {
+        let name = key(&named.name);
+        match &named.object {
+            Object::Clock => {}
+            Object::Reset | Object::Input(_) => match find_inputs.get(&name) {
+                Some(&id) => {
+                    let input = match &named.object {
+                        Object::Input(input) => input.clone(),
+                        Object::Reset | Object::Clock | Object::Flop(_) | Object::Output(_) => {
+                            PinInput { name: named.name.clone(), role: PinRole::Reset, meta: Default::default() }
+                        }
+                    };
+                    input_image[id] = Some(new.inputs.push(input));
+                }
+                None => missing(&named.name),
+            },
+            Object::Flop(flop) => match find_flops.get(&name) {
+                Some(&id) => {
+                    let own = &read.flops[id];
+                    let mut flop = flop.clone();
+                    flop.init = own.init;
+                    flop.next = own.next;
+                    flop_image[id] = Some(new.flops.push(flop));
+                    // The text shows the flip-flop on a pin; the circuit has no such output.
+                    if let Some(&pin) = find_outputs.get(&name) {
+                        is_claimed[pin] = true;
+                    }
+                }
+                None => missing(&named.name),
+            },
+            Object::Output(output) => match find_outputs.get(&name) {
+                Some(&id) => {
+                    is_claimed[id] = true;
+                    let mut output = output.clone();
+                    output.value = read.outputs[id].value;
+                    outputs.push((output, find_flops.get(&name).copied()));
+                }
+                None => missing(&named.name),
+            },
+        }
+    }
+    // Registers of outputs have no flip-flop of the state, unless somebody reads them.
+    let mut is_read: IdMap<_, bool> = IdMap::filled(&read.flops, false);
+    let nodes_in_use = grafsynth_logic::build::needed(&read, read.flops.values().map(|flop| flop.next));
+    for (id, node) in read.nodes.iter() {
+        if let (true, Node::Flop(flop)) = (nodes_in_use[id], node) {
+            is_read[*flop] = true;
+        }
+    }
+    for (mut output, register) in outputs {
+        output.registered = None;
+        if let Some(id) = register.filter(|&id| flop_image[id].is_none() && !is_read[id]) {
+            let flop = &read.flops[id];
+            output.registered = Some(flop.init);
+            output.value = flop.next;
+        }
+        new.outputs.push(output);
+    }
+    // What nobody wrote stays.
+    for (id, input) in read.inputs.iter() {
+        if input_image[id].is_none() {
+            input_image[id] = Some(new.inputs.push(input.clone()));
+        }
+    }
+    let registers_of_outputs: std::collections::BTreeSet<String> = emitted
+        .names
+        .iter()
+        .filter(|named| matches!(&named.object, Object::Output(output) if output.registered.is_some()))
+        .map(|named| key(&named.name))
+        .collect();
+    for (id, flop) in read.flops.iter() {
+        let is_output = registers_of_outputs.contains(&key(&flop.name)) && !is_read[id];
+        if flop_image[id].is_none() && !is_output {
+            flop_image[id] = Some(new.flops.push(flop.clone()));
+        }
+    }
+    for (id, output) in read.outputs.iter() {
+        if !is_claimed[id] {
+            new.outputs.push(output.clone());
+        }
+    }
+    new.nodes = renumbered(&read, &input_image, &flop_image);
+    new.wires = read.wires;
+    *logic = prune(new);
+    findings
+}
+
+/// The nodes over the new inputs and flip-flops; a flip-flop that is gone is read by nobody.
+fn renumbered(
+    read: &Logic,
+    inputs: &IdMap<PinInput, Option<Id<PinInput>>>,
+    flops: &IdMap<grafsynth_ir::logic::Flop, Option<FlopId>>,
+) -> Arena<Node> {
+    let image = |node: &Node| match node {
+        Node::Input(input) => inputs[*input].map_or(Node::Const(false), Node::Input),
+        Node::Flop(flop) => flops[*flop].map_or(Node::Const(false), Node::Flop),
+        Node::Const(_) | Node::Not(_) | Node::And(_) | Node::Or(_) | Node::Xor(..) | Node::Mux(..) => {
+            map_operands(node, |operand: NodeId| operand)
+        }
+    };
+    read.nodes.values().map(image).collect()
+}

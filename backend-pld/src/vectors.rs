@@ -1,0 +1,112 @@
+//! Test vectors: rows of a trace as bits of a circuit's pins.
+
+use crate::codes;
+use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::logic::{Logic, PinRole};
+use grafsynth_ir::net::Net;
+use grafsynth_ir::program::Origin;
+
+/// Rows of bits; row 0 is the state after power-up.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Vectors {
+    /// One for each reaction, and row 0.
+    pub rows: Vec<VectorRow>,
+    /// For each output of the circuit: checked before the clock instead of after.
+    pub mealy: Vec<bool>,
+}
+
+/// One row.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct VectorRow {
+    /// A value for each input of the circuit.
+    pub inputs: Vec<bool>,
+    /// What each output must show; none where it is not known.
+    pub outputs: Vec<Option<bool>>,
+    /// What each flip-flop must hold after the clock; none where it is not known. May be empty.
+    pub flops: Vec<Option<bool>>,
+}
+
+/// One row of a trace in the net's numbers.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct TraceRow {
+    /// Ticks: 0 or 1.
+    pub dt: u64,
+    /// Values by number of the net's input.
+    pub inputs: Vec<i64>,
+    /// Values by number of the net's output; none where the trace leaves a cell open.
+    pub outputs: Vec<Option<i64>>,
+    /// Whether each step is active, by number of the step; may be empty.
+    pub steps: Vec<bool>,
+    /// The fault flag.
+    pub fault: bool,
+}
+
+impl Vectors {
+    /// The bits of a trace.
+    ///
+    /// # Errors
+    /// When a row has more than one tick.
+    pub fn of(net: &Net, logic: &Logic, rows: &[TraceRow]) -> Result<Self, Vec<Diagnostic>> {
+        let mut findings = Vec::new();
+        let bit_of = |value: i64, lo: i64, bit: u32| value.abs_diff(lo).checked_shr(bit).unwrap_or(0) & 1 == 1;
+        let mut made = Vec::with_capacity(rows.len());
+        for (index, row) in rows.iter().enumerate() {
+            if row.dt > 1 {
+                let message = format!("row {index} has dt {}, and a chip takes one tick a clock at most", row.dt);
+                findings.push(Diagnostic::error(codes::BAD_VECTORS, message).help("use a stimulus with dt 0 or 1"));
+            }
+            let input = |role: PinRole| match role {
+                PinRole::Input(id, bit) => {
+                    let ty = net.inputs[id].ty;
+                    let value = ty.saturate(row.inputs.get(id.index()).copied().unwrap_or(0));
+                    bit_of(value, ty.bounds().0, bit)
+                }
+                PinRole::Tick => row.dt == 1,
+                PinRole::Reset | PinRole::Output(..) | PinRole::Busy | PinRole::Fault | PinRole::Unknown => false,
+            };
+            let output = |role: PinRole| match role {
+                PinRole::Output(id, bit) => {
+                    let lo = net.outputs[id].ty.bounds().0;
+                    row.outputs.get(id.index()).copied().flatten().map(|value| bit_of(value, lo, bit))
+                }
+                PinRole::Fault => Some(row.fault),
+                PinRole::Input(..) | PinRole::Tick | PinRole::Reset | PinRole::Busy | PinRole::Unknown => None,
+            };
+            let flops = logic.flops.values().map(|flop| {
+                let holds = flop.holds?;
+                let Origin::Step(step) = holds.origin else { return None };
+                row.steps.get(step.index()).map(|&is_active| is_active != holds.inverted)
+            });
+            made.push(VectorRow {
+                inputs: logic.inputs.values().map(|pin| input(pin.role)).collect(),
+                outputs: logic.outputs.values().map(|pin| output(pin.role)).collect(),
+                flops: flops.collect(),
+            });
+        }
+        if findings.is_empty() {
+            Ok(Vectors { rows: made, mealy: logic.outputs.values().map(|output| output.mealy).collect() })
+        } else {
+            Err(findings)
+        }
+    }
+
+    /// Whether the rows have as many bits as the circuit has pins.
+    pub(crate) fn check(&self, logic: &Logic) -> Result<(), Vec<Diagnostic>> {
+        let fits = self.mealy.len() == logic.outputs.len()
+            && self.rows.iter().all(|row| {
+                row.inputs.len() == logic.inputs.len()
+                    && row.outputs.len() == logic.outputs.len()
+                    && (row.flops.is_empty() || row.flops.len() == logic.flops.len())
+            });
+        if fits {
+            return Ok(());
+        }
+        let message = format!(
+            "the test vectors don't have {} inputs and {} outputs as `{}` has",
+            logic.inputs.len(),
+            logic.outputs.len(),
+            logic.name
+        );
+        Err(vec![Diagnostic::error(codes::BAD_VECTORS, message).help("make the vectors from this circuit's trace")])
+    }
+}

@@ -1,0 +1,46 @@
+//! CUPL: header, pins, equations.
+
+use super::{Sheet, Signs};
+use crate::device::Clock;
+use crate::equations::{Equations, remark};
+
+const SIGNS: Signs = Signs { not: "!", and: " & ", or: "#", yes: "'b'1", no: "'b'0" };
+
+pub(crate) fn write(equations: &Equations) -> Sheet {
+    let mut sheet = Sheet::default();
+    sheet.line(&format!("Name      {} ;", equations.title));
+    sheet.line("PartNo    1 ;");
+    sheet.line("Date      - ;");
+    sheet.line("Revision  1 ;");
+    sheet.line("Designer  grafsynth ;");
+    sheet.line("Company   - ;");
+    sheet.line("Assembly  - ;");
+    sheet.line("Location  - ;");
+    sheet.line(&format!("Device    {} ;", equations.device.cupl));
+    sheet.line("");
+    for line in &equations.head {
+        sheet.line(&format!("/* {line} */"));
+    }
+    sheet.line("");
+    let mut order: Vec<usize> = (0..equations.signals.len()).collect();
+    order.sort_by_key(|&index| (equations.signals[index].pin.is_none(), equations.signals[index].pin, index));
+    for index in order {
+        let signal = &equations.signals[index];
+        let pin = signal.pin.map_or_else(|| "   ".to_owned(), |pin| format!("{pin:<3}"));
+        let name = if signal.is_pin_inverted { format!("!{}", signal.name) } else { signal.name.clone() };
+        let remark = remark(&signal.meta);
+        let remark = if remark.is_empty() { remark } else { format!(" /* {remark} */") };
+        sheet.line_of(&format!("PIN {pin} = {name} ;{remark}"), &signal.name, &signal.meta);
+    }
+    sheet.line("");
+    for equation in &equations.equations {
+        let name = &equations.signals[equation.signal].name;
+        let not = if equation.is_complemented { "!" } else { "" };
+        let suffix = if equation.is_registered { ".d" } else { "" };
+        SIGNS.print(&mut sheet, equations, equation, &format!("{not}{name}{suffix} ="), " ;");
+        if let (true, Clock::Term, Some(clock)) = (equation.is_registered, equations.device.clock, equations.clock()) {
+            sheet.line(&format!("{name}.ck = {} ;", clock.name));
+        }
+    }
+    sheet
+}

@@ -1,0 +1,120 @@
+//! PALASM 2 and 4: pin statements, equations, simulation.
+
+use super::{Sheet, Signs};
+use crate::device::Clock;
+use crate::equations::{Equations, Source, remark};
+use crate::vectors::Vectors;
+
+const SIGNS: Signs = Signs { not: "/", and: " * ", or: "+", yes: "VCC", no: "GND" };
+
+pub(crate) fn write(equations: &Equations, vectors: Option<&Vectors>) -> Sheet {
+    let mut sheet = Sheet::default();
+    for line in &equations.head {
+        sheet.line(&format!("; {line}"));
+    }
+    sheet.line("");
+    sheet.line(&format!("TITLE     {}", equations.title));
+    sheet.line("PATTERN   1");
+    sheet.line("REVISION  1");
+    sheet.line("AUTHOR    grafsynth");
+    sheet.line("COMPANY   -");
+    sheet.line("DATE      -");
+    sheet.line("");
+    sheet.line(&format!("CHIP  {}  {}", equations.title, equations.device.palasm));
+    sheet.line("");
+    let mut is_registered = vec![false; equations.signals.len()];
+    for equation in &equations.equations {
+        is_registered[equation.signal] = equation.is_registered;
+    }
+    let mut order: Vec<usize> = (0..equations.signals.len()).collect();
+    order.sort_by_key(|&index| (equations.signals[index].pin.is_none(), equations.signals[index].pin, index));
+    for index in order {
+        let signal = &equations.signals[index];
+        let pin = signal.pin.map_or_else(|| "?".to_owned(), |pin| pin.to_string());
+        let name = if signal.is_pin_inverted { format!("/{}", signal.name) } else { signal.name.clone() };
+        let kind = if is_registered[index] { "REGISTERED" } else { "COMBINATORIAL" };
+        let remark = remark(&signal.meta);
+        let remark = if remark.is_empty() { remark } else { format!(" ; {remark}") };
+        sheet.line_of(&format!("PIN {pin:<3} {name:<15} {kind:<13}{remark}"), &signal.name, &signal.meta);
+    }
+    sheet.line("");
+    sheet.line("EQUATIONS");
+    sheet.line("");
+    for equation in &equations.equations {
+        let name = &equations.signals[equation.signal].name;
+        let not = if equation.is_complemented { "/" } else { "" };
+        let sign = if equation.is_registered { ":=" } else { "=" };
+        SIGNS.print(&mut sheet, equations, equation, &format!("{not}{name} {sign}"), "");
+        if let (true, Clock::Term, Some(clock)) = (equation.is_registered, equations.device.clock, equations.clock()) {
+            sheet.line(&format!("{name}.CLKF = {}", clock.name));
+        }
+    }
+    if let Some(vectors) = vectors {
+        sheet.line("");
+        simulation(&mut sheet, equations, vectors);
+    }
+    sheet
+}
+
+/// The first row is the state after power-up; each further row sets what changed, clocks, and checks every pin.
+fn simulation(sheet: &mut Sheet, equations: &Equations, vectors: &Vectors) {
+    let literal = |index: usize, value: bool| {
+        let name = &equations.signals[index].name;
+        if value { name.clone() } else { format!("/{name}") }
+    };
+    let inputs: Vec<(usize, usize)> = (equations.signals.iter().enumerate())
+        .filter_map(|(index, signal)| match signal.source {
+            Source::Input(id) => Some((index, id.index())),
+            Source::Clock | Source::Flop(_) | Source::Output(_) => None,
+        })
+        .collect();
+    sheet.line("SIMULATION");
+    sheet.line("");
+    let all: Vec<&str> = equations.signals.iter().map(|signal| signal.name.as_str()).collect();
+    wrapped(sheet, "TRACE_ON", &all);
+    let mut before: Option<&[bool]> = None;
+    for row in &vectors.rows {
+        let changed: Vec<String> = inputs
+            .iter()
+            .filter(|(_, input)| before.is_none_or(|before| before[*input] != row.inputs[*input]))
+            .map(|&(index, input)| literal(index, row.inputs[input]))
+            .collect();
+        if !changed.is_empty() {
+            wrapped(sheet, "SETF", &changed);
+        }
+        let check = |mealy: bool| -> Vec<String> {
+            (equations.signals.iter().enumerate())
+                .filter_map(|(index, signal)| match signal.source {
+                    Source::Output(id) if vectors.mealy[id.index()] == mealy => row.outputs[id.index()].map(|value| literal(index, value)),
+                    Source::Flop(id) if !mealy => row.flops.get(id.index()).copied().flatten().map(|value| literal(index, value)),
+                    Source::Output(_) | Source::Flop(_) | Source::Clock | Source::Input(_) => None,
+                })
+                .collect()
+        };
+        // A mealy output belongs to the time before the clock.
+        wrapped(sheet, "CHECK", &check(true));
+        if let (Some(_), Some(clock)) = (before, equations.clock()) {
+            sheet.line(&format!("CLOCKF {}", clock.name));
+        }
+        wrapped(sheet, "CHECK", &check(false));
+        before = Some(&row.inputs);
+    }
+    sheet.line("TRACE_OFF");
+}
+
+/// A statement with a list of names, none if the list is empty.
+fn wrapped<S: AsRef<str>>(sheet: &mut Sheet, verb: &str, names: &[S]) {
+    if names.is_empty() {
+        return;
+    }
+    let mut line = verb.to_owned();
+    for name in names {
+        if line.len() + name.as_ref().len() > 74 {
+            sheet.line(&line);
+            " ".repeat(verb.len()).clone_into(&mut line);
+        }
+        line.push(' ');
+        line.push_str(name.as_ref());
+    }
+    sheet.line(&line);
+}
