@@ -5,6 +5,7 @@
 
 pub mod board;
 pub mod codes;
+mod from_net;
 pub mod graf;
 pub mod props;
 pub mod rules;

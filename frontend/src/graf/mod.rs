@@ -25,6 +25,7 @@ mod write_expr;
 
 use grafsynth_ir::chart::Design;
 use grafsynth_ir::diag::{Diagnostic, any_error};
+use grafsynth_ir::net::Net;
 use grafsynth_ir::{FileId, Span};
 
 use crate::codes;
@@ -125,6 +126,14 @@ pub fn write_design(design: &Design) -> String {
     write::write(design, None)
 }
 
+/// Writes a net as the chart that lowers to it.
+///
+/// # Errors
+/// Everything in the net that the chart language cannot say.
+pub fn write_net(net: &Net) -> Result<String, Vec<Diagnostic>> {
+    crate::from_net::design(net).map(|design| write_design(&design))
+}
+
 /// Findings in the order of the text: what the lexer saw ahead of the parser comes to its place. The count of the rest stays last.
 pub(crate) fn sorted(mut findings: Vec<Diagnostic>) -> Vec<Diagnostic> {
     findings.sort_by_key(|finding| {
@@ -151,4 +160,4 @@ pub(crate) mod random;
 #[cfg(test)]
 mod round_trip;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

@@ -72,7 +72,7 @@ pub(super) fn name(text: &str, position: Position) -> String {
 }
 
 /// True when the name can be written so that it reads back as it is.
-pub(super) fn is_writable(text: &str) -> bool {
+pub(crate) fn is_writable(text: &str) -> bool {
     !text.is_empty() && !text.contains(['`', '\n'])
 }
 

@@ -1,0 +1,264 @@
+//! Which chart or macro each object of a net belongs to, and what it is called there.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use grafsynth_ir::Name;
+use grafsynth_ir::chart::Path;
+use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::net::{Net, PartId, StepId, TransitionId, TransitionKind};
+
+use super::cannot;
+
+/// One of the bodies of a net.
+pub(super) type BodyId = usize;
+
+/// Something that brings steps, and may bring transitions of its own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Unit {
+    /// A step and its reactions.
+    Step(StepId),
+    /// A macro-step with all that is in it.
+    Macro(BodyId),
+}
+
+/// A chart, or the expansion of a macro-step.
+#[derive(Debug)]
+struct Body {
+    part: PartId,
+    parent: Option<BodyId>,
+    /// What stands before local names in full names; with its dot.
+    prefix: String,
+    /// The macro-step's own name in its body.
+    local: String,
+    /// Index into the net's list of macro-steps.
+    macro_step: Option<usize>,
+}
+
+#[derive(Debug)]
+pub(super) struct Bodies {
+    bodies: Vec<Body>,
+    of_part: BTreeMap<PartId, BodyId>,
+    /// Bodies by prefix.
+    by_prefix: BTreeMap<String, BodyId>,
+    /// Last parts of all names, which the names of macros must not be.
+    taken: BTreeSet<String>,
+}
+
+impl Bodies {
+    /// Finds the charts and macro-steps of a net; a part that is neither is reported.
+    pub(super) fn of(net: &Net, findings: &mut Vec<Diagnostic>) -> Self {
+        let macros: BTreeMap<&str, usize> = net
+            .macros
+            .iter()
+            .enumerate()
+            .map(|(index, one)| (one.name.text.as_str(), index))
+            .collect();
+        let is_root = |id: PartId| {
+            net.parts[id].level <= 1 && !macros.contains_key(net.parts[id].name.text.as_str())
+        };
+        let several = net.parts.ids().filter(|id| is_root(*id)).count() > 1;
+        let mut found = Bodies {
+            bodies: Vec::new(),
+            of_part: BTreeMap::new(),
+            by_prefix: BTreeMap::new(),
+            taken: taken(net),
+        };
+        for (part, data) in net.parts.iter() {
+            let name = &data.name.text;
+            let prefix = if is_root(part) && !several { String::new() } else { format!("{name}.") };
+            let (parent, local, macro_step) = match (is_root(part), macros.get(name.as_str())) {
+                (true, _) => (None, name.clone(), None),
+                (false, Some(index)) => {
+                    // The nearest body around: parents come first.
+                    let parent = found.nearest(name).or((!several).then_some(0));
+                    let local = parent.and_then(|parent| {
+                        name.strip_prefix(found.bodies.get(parent)?.prefix.as_str())
+                    });
+                    (parent, local.unwrap_or(name).to_owned(), Some(*index))
+                }
+                (false, None) => {
+                    findings.push(cannot(
+                        format!("the partial chart {name}, which is no macro-step"),
+                        data.name.span,
+                    ));
+                    continue;
+                }
+            };
+            if macro_step.is_some() && parent.is_none_or(|parent| parent >= found.bodies.len()) {
+                findings.push(cannot(
+                    format!("the macro-step {name} outside of all charts"),
+                    data.name.span,
+                ));
+                continue;
+            }
+            let id = found.bodies.len();
+            found.by_prefix.insert(prefix.clone(), id);
+            found.of_part.insert(part, id);
+            found.bodies.push(Body { part, parent, prefix, local, macro_step });
+        }
+        found
+    }
+
+    /// The innermost body that a full name lies in, by its prefixes.
+    fn nearest(&self, full: &str) -> Option<BodyId> {
+        let mut end = full.len();
+        while let Some(dot) = full[..end].rfind('.') {
+            if dot + 1 < full.len()
+                && let Some(body) = self.by_prefix.get(&full[..=dot])
+            {
+                return Some(*body);
+            }
+            end = dot;
+        }
+        self.by_prefix.get("").copied()
+    }
+
+    pub(super) fn roots(&self) -> Vec<BodyId> {
+        (0..self.bodies.len()).filter(|body| self.bodies[*body].parent.is_none()).collect()
+    }
+
+    /// The macro-steps directly in a body.
+    pub(super) fn inner(&self, body: BodyId) -> Vec<BodyId> {
+        (0..self.bodies.len()).filter(|inner| self.bodies[*inner].parent == Some(body)).collect()
+    }
+
+    pub(super) fn part(&self, body: BodyId) -> PartId {
+        self.bodies[body].part
+    }
+
+    /// Index into the net's list of macro-steps.
+    pub(super) fn macro_step(&self, body: BodyId) -> Option<usize> {
+        self.bodies[body].macro_step
+    }
+
+    /// The name of a macro-step in the body that it stands in.
+    pub(super) fn local_name(&self, body: BodyId) -> &str {
+        &self.bodies[body].local
+    }
+
+    /// A name for the macro that a macro-step is an expansion of: macros and steps share their names, so it gets `_body` behind it.
+    pub(super) fn macro_name(&self, body: BodyId) -> String {
+        let mut text = format!("{}_body", self.bodies[body].local);
+        while self.taken.contains(&text) {
+            text.push_str("_body");
+        }
+        text
+    }
+
+    /// The name that something has in a body, if it is declared there.
+    pub(super) fn local(&self, body: BodyId, full: &Name) -> Option<Name> {
+        if self.nearest(&full.text)? != body {
+            return None;
+        }
+        full.text
+            .strip_prefix(self.bodies[body].prefix.as_str())
+            .map(|text| Name::new(text, full.span))
+    }
+
+    /// The name of something that a part has for sure.
+    pub(super) fn own(&self, body: BodyId, full: &Name) -> Name {
+        let text = full.text.strip_prefix(self.bodies[body].prefix.as_str()).unwrap_or(&full.text);
+        Name::new(text, full.span)
+    }
+
+    /// The path of something with this full name, seen from a body.
+    pub(super) fn path(&self, full: &Name, from: BodyId) -> Path {
+        let Some(home) = self.nearest(&full.text) else { return Path::from(full.clone()) };
+        let own = self.own(home, full);
+        if home == from {
+            return Path::from(own);
+        }
+        let mut names = vec![own];
+        let mut body = home;
+        while let Some(parent) = self.bodies[body].parent {
+            names.push(Name::new(self.bodies[body].local.clone(), full.span));
+            body = parent;
+        }
+        if body != self.root_of(from) {
+            names.push(Name::new(self.bodies[body].local.clone(), full.span));
+        }
+        names.reverse();
+        Path { names }
+    }
+
+    fn root_of(&self, mut body: BodyId) -> BodyId {
+        while let Some(parent) = self.bodies[body].parent {
+            body = parent;
+        }
+        body
+    }
+
+    /// The body directly inside `outer` in which `part` lies, or `outer` itself; none if it lies elsewhere.
+    fn child_with(&self, outer: BodyId, part: PartId) -> Option<BodyId> {
+        let mut body = *self.of_part.get(&part)?;
+        if body == outer {
+            return Some(outer);
+        }
+        loop {
+            let parent = self.bodies[body].parent?;
+            if parent == outer {
+                return Some(body);
+            }
+            body = parent;
+        }
+    }
+
+    /// The steps and macro-steps of a body, in the order of steps.
+    pub(super) fn units(&self, net: &Net, body: BodyId) -> Vec<Unit> {
+        let mut units: Vec<Unit> = Vec::new();
+        for (id, step) in net.steps.iter() {
+            let unit = match self.child_with(body, step.part) {
+                Some(child) if child == body => Unit::Step(id),
+                Some(child) => Unit::Macro(child),
+                None => continue,
+            };
+            if units.last() != Some(&unit) {
+                units.push(unit);
+            }
+        }
+        units
+    }
+
+    /// All transitions of a body and of what is in it, in order.
+    pub(super) fn transitions_within(&self, net: &Net, body: BodyId) -> Vec<TransitionId> {
+        net.transitions
+            .iter()
+            .filter(|(_, one)| self.child_with(body, one.part).is_some())
+            .map(|(id, _)| id)
+            .collect()
+    }
+
+    /// The unit that brings a transition; none for a transition that stands for itself.
+    pub(super) fn unit_of(&self, net: &Net, body: BodyId, id: TransitionId) -> Option<Unit> {
+        let transition = &net.transitions[id];
+        match self.child_with(body, transition.part) {
+            Some(child) if child != body => Some(Unit::Macro(child)),
+            Some(_) | None => match transition.kind {
+                TransitionKind::Reaction => {
+                    transition.requires.first().map(|step| Unit::Step(*step))
+                }
+                TransitionKind::Move => None,
+            },
+        }
+    }
+
+    /// The body of a part.
+    pub(super) fn home(&self, part: PartId) -> BodyId {
+        self.of_part.get(&part).copied().unwrap_or(0)
+    }
+}
+
+fn taken(net: &Net) -> BTreeSet<String> {
+    let names = net.steps.values().map(|one| &one.name);
+    let names = names.chain(net.transitions.values().map(|one| &one.name));
+    let names = names
+        .chain(net.inputs.values().map(|one| &one.name))
+        .chain(net.outputs.values().map(|one| &one.name));
+    let names = names
+        .chain(net.vars.values().map(|one| &one.name))
+        .chain(net.timers.values().map(|one| &one.name));
+    let names = names
+        .chain(net.macros.iter().map(|one| &one.name))
+        .chain(net.parts.values().map(|one| &one.name));
+    names.map(|name| name.text.rsplit('.').next().unwrap_or_default().to_owned()).collect()
+}

@@ -1,0 +1,398 @@
+//! Steps, macros, transitions and lists of a net as items of a chart.
+
+use std::collections::BTreeMap;
+
+use grafsynth_ir::chart::{
+    ActionHow, Block, ForceOrder, Item, Macro, MacroStep, Setting, SettingKind, Step, StepItem,
+    StepItemKind, StepRole, Stmt, StmtKind, Transition,
+};
+use grafsynth_ir::net::{
+    self, Driver, Enter, ForcingOrder, Qualifier, StepId, TransitionId, TransitionKind,
+};
+use grafsynth_ir::{Name, Span};
+
+use super::bodies::BodyId;
+use super::{Writer, cannot};
+
+/// True for the qualifiers that do not make an action controlled by themselves.
+pub(super) fn is_plain(qualifier: Qualifier) -> bool {
+    match qualifier {
+        Qualifier::N | Qualifier::L | Qualifier::D => true,
+        Qualifier::R
+        | Qualifier::S
+        | Qualifier::P
+        | Qualifier::P0
+        | Qualifier::P1
+        | Qualifier::SD
+        | Qualifier::DS
+        | Qualifier::SL => false,
+    }
+}
+
+fn is_timed(qualifier: Qualifier) -> bool {
+    match qualifier {
+        Qualifier::L | Qualifier::D | Qualifier::SD | Qualifier::DS | Qualifier::SL => true,
+        Qualifier::N
+        | Qualifier::R
+        | Qualifier::S
+        | Qualifier::P
+        | Qualifier::P0
+        | Qualifier::P1 => false,
+    }
+}
+
+impl Writer<'_> {
+    /// What outputs, controlled actions, forcings and reactions put into the bodies of steps.
+    pub(super) fn actions(&mut self) {
+        let net = self.net;
+        let mut driven: BTreeMap<usize, ()> = BTreeMap::new();
+        for output in net.outputs.values() {
+            match &output.driver {
+                Driver::Continuous(emissions) | Driver::Mealy(emissions) => {
+                    if self.is_iec && !emissions.is_empty() {
+                        self.findings.push(cannot(
+                            format!("the continuous output {} beside actions that only `actions iec` makes", output.name),
+                            output.name.span,
+                        ));
+                    }
+                    for emission in emissions {
+                        self.action(
+                            emission.step,
+                            &output.name,
+                            None,
+                            ActionHow::Bare,
+                            emission.condition.as_ref(),
+                            emission.span,
+                        );
+                    }
+                }
+                Driver::Stored(_) => {}
+                Driver::Controlled(id) => {
+                    driven.insert(id.index(), ());
+                    let action = &net.actions[*id];
+                    if !action.body.is_empty() {
+                        self.findings.push(cannot(
+                            format!("the list of action {}", action.name),
+                            action.name.span,
+                        ));
+                    }
+                    self.controlled(action, &output.name, None);
+                }
+                Driver::Extern { calls, .. } => {
+                    for call in calls {
+                        let arguments = call.arguments.as_slice();
+                        self.action(
+                            call.step,
+                            &output.name,
+                            Some(arguments),
+                            ActionHow::Bare,
+                            call.condition.as_ref(),
+                            call.span,
+                        );
+                    }
+                }
+            }
+        }
+        for (id, action) in net.actions.iter().filter(|(id, _)| !driven.contains_key(&id.index())) {
+            match action.body.as_slice() {
+                [net::Stmt { kind: net::StmtKind::Call { output, arguments }, .. }] => {
+                    self.controlled(action, &net.outputs[*output].name, Some(arguments));
+                }
+                _ => {
+                    let name = &net.actions[id].name;
+                    self.findings.push(cannot(format!("the list of action {name}"), name.span));
+                }
+            }
+        }
+        for forcing in &net.forcings {
+            self.forcing(forcing);
+        }
+        for (_, transition) in
+            net.transitions.iter().filter(|(_, one)| one.kind == TransitionKind::Reaction)
+        {
+            self.reaction(transition);
+        }
+    }
+
+    fn push(&mut self, step: StepId, kind: StepItemKind, span: Span) {
+        self.step_items.entry(step.index()).or_default().push(StepItem { kind, span });
+    }
+
+    fn body_of(&self, step: StepId) -> BodyId {
+        self.bodies.home(self.net.steps[step].part)
+    }
+
+    fn action(
+        &mut self,
+        step: StepId,
+        target: &Name,
+        arguments: Option<&[net::Expr]>,
+        how: ActionHow,
+        condition: Option<&net::Expr>,
+        span: Span,
+    ) {
+        let from = self.body_of(step);
+        let target = self.one_name(target, from);
+        let arguments =
+            arguments.map(|all| all.iter().map(|one| self.expr(one, from, None)).collect());
+        let condition = condition.map(|condition| self.expr(condition, from, None));
+        self.push(step, StepItemKind::Action { target, arguments, how, condition }, span);
+    }
+
+    /// A name where the language takes no path: everything around is seen, other charts are not.
+    fn one_name(&mut self, full: &Name, from: BodyId) -> Name {
+        let mut path = self.bodies.path(full, from);
+        if path.names.len() != 1 {
+            self.findings.push(cannot(
+                format!("{full}, which belongs to another chart, in an action or event"),
+                full.span,
+            ));
+        }
+        path.names.pop().unwrap_or_default()
+    }
+
+    fn controlled(
+        &mut self,
+        action: &net::ControlledAction,
+        target: &Name,
+        arguments: Option<&[net::Expr]>,
+    ) {
+        let duration = self.nanoseconds(action.duration, action.name.span);
+        for one in &action.uses {
+            let how =
+                ActionHow::Qualified(one.qualifier, is_timed(one.qualifier).then_some(duration));
+            self.action(one.step, target, arguments, how, one.condition.as_ref(), one.span);
+        }
+    }
+
+    fn forcing(&mut self, forcing: &net::Forcing) {
+        let Some(first) = forcing.target.first() else {
+            self.findings.push(cannot("a forcing order without a target", forcing.span));
+            return;
+        };
+        let target_body = self.bodies.home(*first);
+        let order = match &forcing.order {
+            ForcingOrder::Hold => ForceOrder::Hold,
+            ForcingOrder::Situation(steps) => ForceOrder::Situation(
+                steps
+                    .iter()
+                    .map(|step| self.bodies.path(&self.net.steps[*step].name, target_body))
+                    .collect(),
+            ),
+        };
+        // Charts are named as they are from everywhere.
+        let target = Name::new(self.net.parts[*first].name.text.clone(), forcing.span).into();
+        self.push(forcing.step, StepItemKind::Force { target, order }, forcing.span);
+    }
+
+    fn reaction(&mut self, transition: &net::Transition) {
+        let [step] = transition.requires.as_slice() else {
+            self.findings.push(cannot(
+                format!("the reaction {} of no single step", transition.name),
+                transition.meta.span,
+            ));
+            return;
+        };
+        if transition.priority.is_some()
+            || transition.deadline_ns.is_some()
+            || !transition.enters.is_empty()
+        {
+            self.findings.push(cannot(
+                format!("the reaction {} with more than a condition and a list", transition.name),
+                transition.meta.span,
+            ));
+        }
+        let from = self.body_of(*step);
+        let events: Vec<Name> = transition
+            .events
+            .iter()
+            .map(|event| self.one_name(&self.net.inputs[*event].name, from))
+            .collect();
+        let guard = (!transition.guard.is_true() || events.is_empty())
+            .then(|| self.expr(&transition.guard, from, None));
+        let actions = self.block(&transition.actions, from);
+        self.push(*step, StepItemKind::On { events, guard, actions }, transition.meta.span);
+    }
+
+    pub(super) fn step(&mut self, id: StepId, body: BodyId) -> Item {
+        let step = &self.net.steps[id];
+        let is_initial =
+            step.is_initial || self.net.parts[step.part].initial.contains(&Enter::Step(id));
+        let role = match self.bodies.macro_step(body).map(|index| &self.net.macros[index]) {
+            Some(one) if one.entry == id && one.exit == id => StepRole::MacroEntryExit,
+            Some(one) if one.entry == id => StepRole::MacroEntry,
+            Some(one) if one.exit == id => StepRole::MacroExit,
+            Some(_) | None if is_initial => StepRole::Initial,
+            Some(_) | None => StepRole::Plain,
+        };
+        let span = step.meta.span;
+        let mut items = Vec::new();
+        let mut push = |kind| items.push(StepItem { kind, span });
+        if let Some(priority) = step.priority {
+            push(StepItemKind::Priority(priority));
+        }
+        if !step.tasks.is_empty() && step.budget != u32::MAX {
+            push(StepItemKind::Budget(step.budget));
+        }
+        let rest = self.step_items.remove(&id.index()).unwrap_or_default();
+        let (reactions, actions): (Vec<StepItem>, Vec<StepItem>) =
+            rest.into_iter().partition(|item| matches!(item.kind, StepItemKind::On { .. }));
+        items.extend(actions);
+        if !step.entry.is_empty() {
+            items.push(StepItem { kind: StepItemKind::Entry(self.block(&step.entry, body)), span });
+        }
+        if !step.exit.is_empty() {
+            items.push(StepItem { kind: StepItemKind::Exit(self.block(&step.exit, body)), span });
+        }
+        items.extend(reactions);
+        for task in &step.tasks {
+            let list = self.block(&task.body, body);
+            let kind = StepItemKind::Task { name: task.name.clone(), cost: task.cost, body: list };
+            items.push(StepItem { kind, span: task.meta.span });
+        }
+        items.extend(
+            step.code.iter().map(|code| StepItem { kind: StepItemKind::Code(code.clone()), span }),
+        );
+        let name = self.bodies.own(body, &step.name);
+        Item::Step(Step {
+            name,
+            role,
+            activation_link: false,
+            body: items,
+            meta: step.meta.clone(),
+        })
+    }
+
+    /// The macro that a macro-step is an expansion of; it has a name of its own.
+    pub(super) fn macro_body(&mut self, body: BodyId) -> Item {
+        let part = &self.net.parts[self.bodies.part(body)];
+        let (span, meta) = (part.name.span, part.meta.clone());
+        let mut items = Vec::new();
+        if let Some(priority) = part.priority {
+            items.push(Item::Setting(Setting { kind: SettingKind::Priority(priority), span }));
+        }
+        items.extend(self.body(body));
+        Item::Macro(Macro {
+            name: Name::new(self.bodies.macro_name(body), Span::default()),
+            items,
+            meta,
+        })
+    }
+
+    pub(super) fn macro_step(&mut self, inner: BodyId) -> Item {
+        let name = Name::new(self.bodies.macro_name(inner), Span::default());
+        let local = self.bodies.local_name(inner).to_owned();
+        let (meta, is_initial) =
+            match self.bodies.macro_step(inner).map(|index| &self.net.macros[index]) {
+                Some(one) => (one.meta.clone(), self.net.steps[one.entry].is_initial),
+                None => (net::Meta::default(), false),
+            };
+        let span = meta.span;
+        // The entry step's priority is written in its body.
+        Item::MacroStep(MacroStep {
+            name: Name::new(local, span),
+            body: name,
+            is_initial,
+            priority: None,
+            meta,
+        })
+    }
+
+    pub(super) fn transition(&mut self, id: TransitionId, body: BodyId) -> Item {
+        let transition = &self.net.transitions[id];
+        let is_statechart = self.net.settings.policy.is_statechart();
+        let mut targets = Vec::new();
+        for enter in &transition.enters {
+            match enter {
+                Enter::Step(step) => targets.push(self.end(*step, body, false)),
+                Enter::InitialContent(_) | Enter::History(_) => {
+                    self.findings.push(cannot(
+                        format!("what {} enters", transition.name),
+                        transition.meta.span,
+                    ));
+                }
+            }
+        }
+        if !is_statechart && transition.clears != transition.requires {
+            self.findings.push(cannot(
+                format!("the steps that {} clears", transition.name),
+                transition.meta.span,
+            ));
+        }
+        let guard =
+            (!transition.guard.is_true()).then(|| self.expr(&transition.guard, body, Some(id)));
+        let item = Transition {
+            name: Some(self.bodies.own(body, &transition.name)),
+            sources: transition.requires.iter().map(|step| self.end(*step, body, true)).collect(),
+            targets,
+            events: transition
+                .events
+                .iter()
+                .map(|event| self.one_name(&self.net.inputs[*event].name, body))
+                .collect(),
+            guard,
+            after: None,
+            priority: transition.priority,
+            restart: transition.restart && !is_statechart,
+            deadline_ns: transition.deadline_ns,
+            actions: self.block(&transition.actions, body),
+            meta: transition.meta.clone(),
+        };
+        Item::Transition(item)
+    }
+
+    /// A step at a transition: the entry and exit of a macro-step are the macro-step there, if the transition is outside of it.
+    fn end(&self, step: StepId, body: BodyId, is_source: bool) -> grafsynth_ir::chart::Path {
+        let data = &self.net.steps[step];
+        let home = self.bodies.home(data.part);
+        if home == body {
+            return self.bodies.own(home, &data.name).into();
+        }
+        let whole = self.bodies.macro_step(home).map(|index| &self.net.macros[index]);
+        match whole.filter(|one| step == if is_source { one.exit } else { one.entry }) {
+            Some(one) => self.bodies.path(&one.name, body),
+            None => self.bodies.path(&data.name, body),
+        }
+    }
+
+    fn block(&mut self, block: &net::Block, from: BodyId) -> Block {
+        block.iter().map(|stmt| self.stmt(stmt, from)).collect()
+    }
+
+    fn stmt(&mut self, stmt: &net::Stmt, from: BodyId) -> Stmt {
+        let net = self.net;
+        let kind = match &stmt.kind {
+            net::StmtKind::Assign { var, index, value } => StmtKind::Assign {
+                target: self.bodies.path(&net.vars[*var].name, from),
+                index: index.as_ref().map(|index| self.expr(index, from, None)),
+                value: self.expr(value, from, None),
+            },
+            net::StmtKind::Raise(event) => {
+                StmtKind::Raise(self.one_name(&net.inputs[*event].name, from))
+            }
+            net::StmtKind::Send(slot) => {
+                let slot = &net.sends[*slot];
+                let after = (slot.delay > 0).then(|| self.nanoseconds(slot.delay, slot.name.span));
+                StmtKind::Send {
+                    event: self.one_name(&net.inputs[slot.event].name, from),
+                    after,
+                    slot: Some(self.one_name(&slot.name, from)),
+                }
+            }
+            net::StmtKind::Cancel(slot) => {
+                StmtKind::Cancel(self.one_name(&net.sends[*slot].name, from))
+            }
+            net::StmtKind::Call { output, arguments } => StmtKind::Call {
+                function: self.one_name(&net.outputs[*output].name, from),
+                arguments: arguments.iter().map(|one| self.expr(one, from, None)).collect(),
+            },
+            net::StmtKind::If { condition, then, otherwise } => StmtKind::If {
+                condition: self.expr(condition, from, None),
+                then: self.block(then, from),
+                otherwise: self.block(otherwise, from),
+            },
+            net::StmtKind::Code(verbatim) => StmtKind::Code(verbatim.clone()),
+        };
+        Stmt { kind, span: stmt.span }
+    }
+}

@@ -1,0 +1,357 @@
+//! A net as the chart that lowers to it, where the chart language can say it: what shrinkers and `convert` print.
+//!
+//! Macro-steps are folded back (one macro for each, named after it), full names become local ones, ticks become durations, `otherwise` is found again.
+//! Lowering the result gives the same net, but for names that lowering makes, places in the source, and the order of outputs' shares within a step.
+
+mod bodies;
+mod expr;
+mod items;
+
+use std::collections::BTreeMap;
+
+use grafsynth_ir::chart::{
+    Board, Chart, Declaration, DeclarationKind, Design, Expr, Item, Place, Property, Setting,
+    SettingKind, StepItem,
+};
+use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::expr::{ExprKind, Type};
+use grafsynth_ir::net::{
+    Driver, Evolution, InputKind, Net, PlacedItem, PropertyRole, StepKind, TransitionId,
+    TransitionKind, VarOrigin,
+};
+use grafsynth_ir::{Name, Span};
+
+use crate::codes;
+use crate::graf::names::is_writable;
+use bodies::{Bodies, BodyId};
+
+/// The design that lowers to `net`.
+///
+/// # Errors
+/// Everything in the net that a chart cannot say, each with its place.
+pub(crate) fn design(net: &Net) -> Result<Design, Vec<Diagnostic>> {
+    let mut findings = Vec::new();
+    refuse(net, &mut findings);
+    let bodies = Bodies::of(net, &mut findings);
+    if !findings.is_empty() {
+        return Err(findings);
+    }
+    let mut writer =
+        Writer { net, bodies, findings, step_items: BTreeMap::new(), is_iec: needs_iec(net) };
+    writer.actions();
+    let design = writer.design();
+    if writer.findings.is_empty() { Ok(design) } else { Err(writer.findings) }
+}
+
+struct Writer<'a> {
+    net: &'a Net,
+    bodies: Bodies,
+    findings: Vec<Diagnostic>,
+    /// What outputs and reactions put into the bodies of steps, by the steps' indices.
+    step_items: BTreeMap<usize, Vec<StepItem>>,
+    is_iec: bool,
+}
+
+fn cannot(message: impl Into<String>, span: Span) -> Diagnostic {
+    Diagnostic::error(codes::CANNOT_WRITE, message)
+        .at(span, "this")
+        .help("print the net itself (`.net`), which can say everything")
+}
+
+/// What no chart of this version says.
+fn refuse(net: &Net, findings: &mut Vec<Diagnostic>) {
+    for step in net.steps.values() {
+        let what = match step.kind {
+            StepKind::Leaf => None,
+            StepKind::Enclosing => Some("enclosing step"),
+            StepKind::Composite => Some("composite state"),
+            StepKind::Parallel => Some("parallel state"),
+            StepKind::Final => Some("final state"),
+        };
+        let what = what
+            .or(step.hidden.then_some("hidden step"))
+            .or(step.parent.is_some().then_some("enclosed step"));
+        if let Some(what) = what {
+            findings.push(cannot(
+                format!("the chart language has no {what} yet: {}", step.name),
+                step.name.span,
+            ));
+        }
+    }
+    for history in net.histories.values() {
+        findings.push(cannot(
+            format!("the chart language has no history yet: {}", history.name),
+            history.name.span,
+        ));
+    }
+    for timer in net.timers.values().filter(|timer| timer.starts_expired) {
+        findings.push(cannot(
+            format!("timer {} stands at its largest value from the start", timer.name),
+            timer.name.span,
+        ));
+    }
+    if !net.unspecified.is_empty() {
+        findings.push(cannot("cells that are left open", Span::default()));
+    }
+    let names = net
+        .steps
+        .values()
+        .map(|step| &step.name)
+        .chain(net.transitions.values().map(|transition| &transition.name))
+        .chain(net.inputs.values().map(|input| &input.name))
+        .chain(net.outputs.values().map(|output| &output.name))
+        .chain(net.vars.values().map(|var| &var.name))
+        .chain(net.timers.values().map(|timer| &timer.name))
+        .chain(net.sends.values().map(|slot| &slot.name))
+        .chain(net.parts.values().map(|part| &part.name))
+        .chain(std::iter::once(&net.name));
+    for name in names.filter(|name| !is_writable(&name.text)) {
+        findings.push(cannot(
+            format!("a name that is empty or has a backquote or line break in it: {:?}", name.text),
+            name.span,
+        ));
+    }
+}
+
+/// True when some action is controlled only because the chart says `actions iec`.
+fn needs_iec(net: &Net) -> bool {
+    net.actions.values().any(|action| {
+        !action.uses.is_empty() && action.uses.iter().all(|one| items::is_plain(one.qualifier))
+    })
+}
+
+impl Writer<'_> {
+    fn design(&mut self) -> Design {
+        let roots = self.bodies.roots();
+        let several = roots.len() > 1;
+        let mut charts = Vec::new();
+        for (index, root) in roots.into_iter().enumerate() {
+            let part = &self.net.parts[self.bodies.part(root)];
+            let name = if several { part.name.clone() } else { self.net.name.clone() };
+            let mut items = self.settings(index == 0, root);
+            items.extend(self.body(root));
+            if index == 0 {
+                // What belongs to no part stands in the first chart.
+                self.properties(&mut items, root);
+                self.placements(&mut items, root);
+                self.board(&mut items);
+            }
+            charts.push(Chart { name, span: part.meta.span, items, meta: part.meta.clone() });
+        }
+        Design { edition: None, charts }
+    }
+
+    fn settings(&self, is_first: bool, root: BodyId) -> Vec<Item> {
+        let settings = &self.net.settings;
+        let mut kinds = Vec::new();
+        if is_first {
+            kinds.push(SettingKind::Tick(settings.tick_ns));
+        }
+        kinds.push(SettingKind::Conflict(settings.policy));
+        if is_first {
+            kinds.push(match settings.evolution {
+                Evolution::Single => SettingKind::EvolutionSingle,
+                Evolution::Stable { limit } => SettingKind::EvolutionStable(Some(limit)),
+            });
+            if settings.schedule != grafsynth_ir::net::Schedule::Declared {
+                kinds.push(SettingKind::Schedule(settings.schedule));
+            }
+            if settings.fire_one {
+                kinds.push(SettingKind::FireOne(true));
+            }
+            if settings.assign_simultaneous {
+                kinds.push(SettingKind::AssignSimultaneous(true));
+            }
+            kinds.extend(settings.queue.map(SettingKind::Queue));
+            if settings.events_exclusive {
+                kinds.push(SettingKind::EventsExclusive);
+            }
+        }
+        if self.is_iec {
+            kinds.push(SettingKind::ActionsIec);
+        }
+        if settings.final_scan {
+            kinds.push(SettingKind::FinalScan);
+        }
+        kinds.extend(self.net.parts[self.bodies.part(root)].priority.map(SettingKind::Priority));
+        kinds
+            .into_iter()
+            .map(|kind| Item::Setting(Setting { kind, span: Span::default() }))
+            .collect()
+    }
+
+    /// Declarations, macros, steps and transitions of a chart or macro, in an order that gives the net's order back.
+    fn body(&mut self, body: BodyId) -> Vec<Item> {
+        let mut items = self.declarations(body);
+        let inner = self.bodies.inner(body);
+        for macro_body in &inner {
+            items.push(self.macro_body(*macro_body));
+        }
+        // Two orders must both come out: that of steps (macro-steps stand for theirs) and that of transitions.
+        let moves: Vec<(TransitionId, Option<bodies::Unit>)> = self
+            .bodies
+            .transitions_within(self.net, body)
+            .into_iter()
+            .map(|id| (id, self.bodies.unit_of(self.net, body, id)))
+            .collect();
+        let mut of_unit: BTreeMap<bodies::Unit, usize> = BTreeMap::new();
+        for unit in moves.iter().filter_map(|(_, unit)| *unit) {
+            *of_unit.entry(unit).or_default() += 1;
+        }
+        let mut next = 0;
+        for unit in self.bodies.units(self.net, body) {
+            if let Some(n_own) = of_unit.get(&unit) {
+                // Transitions of this body that come before those of the unit.
+                while let Some((id, None)) = moves.get(next) {
+                    items.push(self.transition(*id, body));
+                    next += 1;
+                }
+                let own = moves.get(next..next + n_own);
+                if own.is_none_or(|own| own.iter().any(|(_, other)| *other != Some(unit))) {
+                    let span = moves
+                        .get(next)
+                        .map_or(Span::default(), |(id, _)| self.net.transitions[*id].meta.span);
+                    self.findings
+                        .push(cannot("an order of transitions that no chart brings", span));
+                    return items;
+                }
+                next += n_own;
+            }
+            items.push(match unit {
+                bodies::Unit::Step(step) => self.step(step, body),
+                bodies::Unit::Macro(inner) => self.macro_step(inner),
+            });
+        }
+        for (id, _) in &moves[next..] {
+            items.push(self.transition(*id, body));
+        }
+        items
+    }
+
+    fn declarations(&mut self, body: BodyId) -> Vec<Item> {
+        let net = self.net;
+        let mut declarations = Vec::new();
+        for input in net.inputs.values() {
+            let Some(name) = self.bodies.local(body, &input.name) else { continue };
+            let kind = match input.kind {
+                InputKind::Pin => {
+                    DeclarationKind::Input { ty: input.ty, synchronous: input.synchronous }
+                }
+                InputKind::Extern => DeclarationKind::ExternCondition { ty: input.ty },
+                InputKind::Event => DeclarationKind::Event { internal: false },
+                InputKind::InternalEvent => DeclarationKind::Event { internal: true },
+            };
+            declarations.push(Declaration { name, kind, meta: input.meta.clone() });
+        }
+        for output in net.outputs.values() {
+            let Some(name) = self.bodies.local(body, &output.name) else { continue };
+            let (mealy, mut init) = (matches!(output.driver, Driver::Mealy(_)), None);
+            let kind = match &output.driver {
+                Driver::Extern { params, .. } => DeclarationKind::ExternAction {
+                    params: params.iter().map(|param| (param.name.clone(), param.ty)).collect(),
+                },
+                Driver::Continuous(_)
+                | Driver::Mealy(_)
+                | Driver::Stored(_)
+                | Driver::Controlled(_) => {
+                    if let Driver::Stored(var) = output.driver {
+                        let var = &net.vars[var];
+                        let value = var.init.first().copied().unwrap_or(0);
+                        init = (value != var.ty.saturate(0)).then(|| constant(var.ty, value));
+                    }
+                    DeclarationKind::Output {
+                        ty: output.ty,
+                        init,
+                        registered: output.registered,
+                        mealy,
+                    }
+                }
+            };
+            declarations.push(Declaration { name, kind, meta: output.meta.clone() });
+        }
+        for var in net.vars.values().filter(|var| var.origin != VarOrigin::StoredOutput) {
+            let Some(name) = self.bodies.local(body, &var.name) else { continue };
+            if var.origin == VarOrigin::Hidden {
+                self.findings
+                    .push(cannot(format!("the hidden variable {}", var.name), var.name.span));
+            }
+            let is_same = var.init.windows(2).all(|pair| pair[0] == pair[1]);
+            let init = match var.init.first() {
+                Some(first) if is_same && *first == var.ty.saturate(0) => Vec::new(),
+                Some(first) if is_same => vec![constant(var.ty, *first)],
+                _ => var.init.iter().map(|value| constant(var.ty, *value)).collect(),
+            };
+            let kind = DeclarationKind::Var { ty: var.ty, len: var.len, init };
+            declarations.push(Declaration { name, kind, meta: var.meta.clone() });
+        }
+        for timer in net.timers.values() {
+            let Some(name) = self.bodies.local(body, &timer.name) else { continue };
+            let condition = self.expr(&timer.condition, body, None);
+            declarations.push(Declaration {
+                name,
+                kind: DeclarationKind::Timer { condition },
+                meta: timer.meta.clone(),
+            });
+        }
+        declarations.into_iter().map(Item::Declaration).collect()
+    }
+
+    fn properties(&mut self, items: &mut Vec<Item>, root: BodyId) {
+        for property in &self.net.properties {
+            let expr = self.property_expr(&property.never, root);
+            let name = (!property.name.is_empty())
+                .then(|| Name::new(property.name.clone(), property.meta.span));
+            let is_assumption = property.role == PropertyRole::Assume;
+            items.push(Item::Property(Property {
+                name,
+                is_assumption,
+                is_never: true,
+                expr,
+                meta: property.meta.clone(),
+            }));
+        }
+    }
+
+    fn placements(&mut self, items: &mut Vec<Item>, root: BodyId) {
+        for placement in &self.net.placements {
+            let net = self.net;
+            let name = match placement.item {
+                PlacedItem::Step(id) => &net.steps[id].name,
+                PlacedItem::Var(id) => &net.vars[id].name,
+                PlacedItem::Transition(id) => &net.transitions[id].name,
+                PlacedItem::Output(id) => &net.outputs[id].name,
+            };
+            if let PlacedItem::Transition(id) = placement.item
+                && net.transitions[id].kind == TransitionKind::Reaction
+            {
+                self.findings.push(cannot("a reaction that is placed", placement.span));
+            }
+            let path = self.bodies.path(name, root);
+            items.push(Item::Place(Place {
+                items: vec![path],
+                side: placement.side,
+                span: placement.span,
+            }));
+        }
+    }
+
+    fn board(&self, items: &mut Vec<Item>) {
+        if let Some(device) = &self.net.board.device {
+            let board = Board {
+                device: device.clone(),
+                pins: self.net.board.pins.clone(),
+                span: device.span,
+            };
+            items.push(Item::Board(board));
+        }
+    }
+}
+
+/// A value of a type as an expression.
+fn constant(ty: Type, value: i64) -> Expr {
+    let kind = if ty.is_bool() { ExprKind::Bool(value != 0) } else { ExprKind::Int(value) };
+    Expr::new(kind, Span::default())
+}
+
+#[cfg(test)]
+mod tests;
