@@ -2,10 +2,11 @@
 
 use crate::Object;
 use crate::cexpr::Helpers;
-use crate::ctext::Node;
+use crate::ctext::{Arm, Kind, Node};
 use crate::times::Ticks;
 use grafsynth_ir::IdMap;
 use grafsynth_ir::net::Step;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A member of the instance structure.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -49,7 +50,6 @@ pub(crate) struct CProgram {
 
 /// True when some line of the text holds `word`.
 pub(crate) fn mentions(nodes: &[Node], word: &str) -> bool {
-    use crate::ctext::Kind;
     nodes.iter().any(|node| match &node.kind {
         Kind::Blank | Kind::Comment(_) => false,
         Kind::Line(text) | Kind::Verbatim(text) | Kind::Directive(text) => has_word(text, word),
@@ -76,20 +76,120 @@ fn has_word(text: &str, word: &str) -> bool {
 
 /// `(void)name;` for each parameter that the body does not use.
 pub(crate) fn with_unused(parameters: &[&str], mut body: Vec<Node>) -> Vec<Node> {
-    let unused: Vec<Node> = parameters
-        .iter()
-        .filter(|name| !mentions(&body, name))
-        .map(|name| Node::line(format!("(void){name};")))
-        .collect();
-    // Declarations come first in a block; C99 does not ask for it, readers do.
-    let at = body.len();
-    body.splice(at..at, unused);
+    let unused = parameters.iter().filter(|name| !mentions(&body, name));
+    let unused: Vec<Node> = unused.map(|name| Node::line(format!("(void){name};"))).collect();
+    body.extend(unused);
     body
+}
+
+/// A body without the locals that nothing reads. Folding leaves such: a receptivity that turned out to be constant no longer asks for its inputs.
+pub(crate) fn without_unused(mut body: Vec<Node>) -> Vec<Node> {
+    loop {
+        let mut reads: BTreeMap<String, usize> = BTreeMap::new();
+        definitions(&body, &mut reads);
+        if reads.is_empty() {
+            return body;
+        }
+        count_reads(&body, &mut reads);
+        let unread: BTreeSet<String> =
+            reads.into_iter().filter(|(_, count)| *count == 0).map(|(name, _)| name).collect();
+        if unread.is_empty() {
+            return body;
+        }
+        body = drop_definitions(body, &unread);
+    }
+}
+
+fn definitions(nodes: &[Node], names: &mut BTreeMap<String, usize>) {
+    for node in nodes {
+        if let Some(definition) = &node.defines {
+            names.insert(definition.name.clone(), 0);
+        }
+        for list in lists(node) {
+            definitions(list, names);
+        }
+    }
+}
+
+/// Counts how often each name stands elsewhere than in its own definitions.
+fn count_reads(nodes: &[Node], names: &mut BTreeMap<String, usize>) {
+    for node in nodes {
+        let own = node.defines.as_ref().map(|it| it.name.as_str());
+        let mut look = |text: &str| {
+            let words = text.split(|c: char| !c.is_ascii_alphanumeric() && c != '_');
+            for word in words.filter(|word| Some(*word) != own) {
+                if let Some(count) = names.get_mut(word) {
+                    *count += 1;
+                }
+            }
+        };
+        match &node.kind {
+            Kind::Line(text) | Kind::Verbatim(text) | Kind::Directive(text) => look(text),
+            Kind::Block(arms) => arms.iter().for_each(|arm| look(&arm.head)),
+            Kind::Braces(head, _, tail) => {
+                look(head);
+                look(tail);
+            }
+            Kind::Blank | Kind::Comment(_) | Kind::Case(..) | Kind::Nested(_) | Kind::Function(..) => {}
+        }
+        for list in lists(node) {
+            count_reads(list, names);
+        }
+    }
+}
+
+fn lists(node: &Node) -> Vec<&[Node]> {
+    match &node.kind {
+        Kind::Block(arms) => arms.iter().map(|arm| arm.body.as_slice()).collect(),
+        Kind::Case(_, body) | Kind::Nested(body) | Kind::Function(_, body) | Kind::Braces(_, body, _) => {
+            vec![body.as_slice()]
+        }
+        Kind::Blank | Kind::Line(_) | Kind::Comment(_) | Kind::Verbatim(_) | Kind::Directive(_) => Vec::new(),
+    }
+}
+
+fn drop_definitions(nodes: Vec<Node>, unread: &BTreeSet<String>) -> Vec<Node> {
+    let mut kept = Vec::with_capacity(nodes.len());
+    for mut node in nodes {
+        if let Some(definition) = &node.defines
+            && unread.contains(&definition.name)
+        {
+            if let Some(effect) = definition.effect.clone() {
+                kept.push(Node { kind: Kind::Line(effect), defines: None, ..node });
+            }
+            continue;
+        }
+        node.kind = match node.kind {
+            Kind::Block(arms) => Kind::Block(
+                arms.into_iter()
+                    .map(|arm| Arm { body: drop_definitions(arm.body, unread), ..arm })
+                    .collect(),
+            ),
+            Kind::Case(heads, body) => Kind::Case(heads, drop_definitions(body, unread)),
+            Kind::Nested(body) => Kind::Nested(drop_definitions(body, unread)),
+            Kind::Function(head, body) => Kind::Function(head, drop_definitions(body, unread)),
+            Kind::Braces(head, body, tail) => Kind::Braces(head, drop_definitions(body, unread), tail),
+            kind @ (Kind::Blank | Kind::Line(_) | Kind::Comment(_) | Kind::Verbatim(_) | Kind::Directive(_)) => kind,
+        };
+        kept.push(node);
+    }
+    kept
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn unread_locals_go_and_calls_stay() {
+        let body = vec![
+            Node::line("bool cond = f();").defining_by("cond", "(void)f();"),
+            Node::line("const bool rise = cond && !self->was;").defining("rise"),
+            Node::line("g();"),
+        ];
+        let kept = without_unused(body);
+        assert_eq!(kept, [Node::line("(void)f();"), Node::line("g();")]);
+    }
 
     #[test]
     fn words_are_whole_and_no_members() {

@@ -14,6 +14,17 @@ pub(crate) struct Node {
     pub(crate) note: String,
     /// What of the net this comes from.
     pub(crate) objects: Vec<Object>,
+    /// For a line that does nothing but give a local its value: see [`crate::cprogram::without_unused`].
+    pub(crate) defines: Option<Definition>,
+}
+
+/// A local that a line gives its value.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Definition {
+    /// The local.
+    pub(crate) name: String,
+    /// What must be printed even if nobody reads the local: a call, for its effect.
+    pub(crate) effect: Option<String>,
 }
 
 /// The kinds of pieces.
@@ -106,6 +117,18 @@ impl Node {
         self
     }
 
+    /// The same as the definition of a local.
+    pub(crate) fn defining(mut self, name: impl Into<String>) -> Self {
+        self.defines = Some(Definition { name: name.into(), effect: None });
+        self
+    }
+
+    /// The same as the definition of a local by a call that must be made in any case.
+    pub(crate) fn defining_by(mut self, name: impl Into<String>, effect: impl Into<String>) -> Self {
+        self.defines = Some(Definition { name: name.into(), effect: Some(effect.into()) });
+        self
+    }
+
     /// The same with one more thing that it comes from.
     pub(crate) fn from(mut self, object: Object) -> Self {
         self.objects.push(object);
@@ -121,7 +144,7 @@ impl Node {
 
 impl From<Kind> for Node {
     fn from(kind: Kind) -> Self {
-        Node { kind, note: String::new(), objects: Vec::new() }
+        Node { kind, note: String::new(), objects: Vec::new(), defines: None }
     }
 }
 

@@ -28,7 +28,7 @@ pub fn harness(net: &Valid<Net>, package: &Package) -> String {
     nodes.extend(bench(net, &package.interface, false));
     nodes.push(Node::function(
         "int main(void)",
-        vec![Node::line(format!("{prefix}_run();")), Node::line("return 0;")],
+        vec![Node::line("bench_unused();"), Node::line(format!("{prefix}_run();")), Node::line("return 0;")],
     ));
     Writer::write(&nodes).0
 }
@@ -55,7 +55,7 @@ pub fn explorer(net: &Valid<Net>, package: &Package) -> String {
     nodes.extend(bench(net, &package.interface, true));
     nodes.push(Node::function(
         "int main(void)",
-        vec![Node::line(format!("{prefix}_run();")), Node::line("return 0;")],
+        vec![Node::line("bench_unused();"), Node::line(format!("{prefix}_run();")), Node::line("return 0;")],
     ));
     Writer::write(&nodes).0
 }
@@ -157,6 +157,7 @@ pub fn multi_harness(all: &[(&Valid<Net>, &Package)]) -> String {
     let main = Node::function(
         "int main(int argc, char **argv)",
         vec![
+            Node::line("bench_unused();"),
             Node::when(
                 "argc > 1",
                 vec![Node::line("bench_one(atoi(argv[1]));"), Node::line("return 0;")],
@@ -270,7 +271,7 @@ static void bench_add(bench_calls_t *calls, int64_t value, char joint)
 }
 "#;
     // Not every chart calls all of them.
-    let uses = "static void bench_unused(void)\n{\n    (void)bench_number;\n    (void)bench_end_of_line;\n    (void)bench_print;\n    (void)bench_add;\n    (void)bench_unused;\n}\n";
+    let uses = "static void bench_unused(void)\n{\n    (void)bench_number;\n    (void)bench_end_of_line;\n    (void)bench_print;\n    (void)bench_add;\n}\n";
     vec![Kind::Verbatim(text.to_string()).into(), Kind::Verbatim(uses.to_string()).into(), Node::blank()]
 }
 
@@ -486,7 +487,8 @@ fn row(net: &Net, interface: &Interface) -> Vec<Node> {
             nodes.extend(value(&format!("{calls}.count")));
         } else {
             nodes.push(Node::line("putchar(',');"));
-            nodes.push(Node::line(format!("fwrite({calls}.text, 1, {calls}.length, stdout);")));
+            let print = Node::line(format!("fwrite({calls}.text, 1, {calls}.length, stdout);"));
+            nodes.push(Node::when(&format!("{calls}.length > 0U"), vec![print]));
         }
     }
     for (id, var) in net.vars.iter().filter(|(_, it)| it.origin == VarOrigin::Declared) {

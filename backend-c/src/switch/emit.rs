@@ -9,7 +9,7 @@ use super::table::Tables;
 use crate::calls::{self, Callee};
 use crate::cexpr::{CExpr, Class, Helpers, Prec, Scope, c_expr, saturated, storage};
 use crate::consts::{self, Effect};
-use crate::cprogram::{CProgram, Member, mentions};
+use crate::cprogram::{CProgram, Member, mentions, without_unused};
 use crate::ctext::{Arm, Kind, Node, comment_text};
 use crate::names::Names;
 use crate::times::{Ticks, timer_place, timer_type, unsigned};
@@ -487,8 +487,13 @@ impl<'a> Emit<'a> {
                         !it.each_step && !it.name.starts_with("asked_") && !it.init.eq("false");
                     let qualifier =
                         if is_const || it.name.starts_with("old_") { "const " } else { "" };
-                    Node::line(format!("{qualifier}{} {} = {init};", it.ty, it.name))
-                        .note(it.note.clone())
+                    let node = Node::line(format!("{qualifier}{} {} = {init};", it.ty, it.name))
+                        .note(it.note.clone());
+                    if init.ends_with("()") {
+                        node.defining_by(&it.name, format!("(void){init};"))
+                    } else {
+                        node.defining(&it.name)
+                    }
                 } else {
                     let access = if in_step { "scan." } else { "scan->" };
                     Node::line(format!("{access}{} = {init};", it.name))
@@ -566,15 +571,10 @@ impl<'a> Emit<'a> {
         let prefix = &self.names.prefix;
         let mut declared: Vec<Node> = Vec::new();
         for input in std::mem::take(&mut self.case_conditions) {
-            declared.push(Node::line(format!(
-                "{} cond_{} = {};",
-                storage(self.net.inputs[input].ty),
-                self.names.inputs[input],
-                zero(self.net, input)
-            )));
+            declared.push(self.case_condition(input));
         }
         declared.append(&mut body);
-        let body = declared;
+        let body = without_unused(declared);
         let mut parameters = vec![format!("{prefix}_t *self")];
         let mut arguments = vec!["self"];
         if mentions(&body, "in") {
@@ -589,6 +589,13 @@ impl<'a> Emit<'a> {
             .push(Node::function(format!("static void {name}({})", parameters.join(", ")), body));
         functions.push(Node::blank());
         Node::line(format!("{name}({});", arguments.join(", ")))
+    }
+
+    /// The local for a condition that is asked in one case only.
+    fn case_condition(&self, input: InputId) -> Node {
+        let name = format!("cond_{}", self.names.inputs[input]);
+        let ty = storage(self.net.inputs[input].ty);
+        Node::line(format!("{ty} {name} = {};", zero(self.net, input))).defining(name)
     }
 
     /// A variable with too many transitions: one function for each range of its values.
@@ -689,7 +696,12 @@ impl<'a> Emit<'a> {
             arms.push(Arm::new(head, body).noted(self.transition_note(id), Object::Transition(id)));
         }
         for id in own {
-            nodes.extend(self.ask(id, step));
+            for node in self.ask(id, step) {
+                // Several transitions of the step may ask for the same.
+                if !nodes.contains(&node) {
+                    nodes.push(node);
+                }
+            }
             let condition = self.condition(index, id, step);
             if condition.is_false() {
                 continue;
@@ -735,8 +747,11 @@ impl<'a> Emit<'a> {
                 Some(Latch::InCase) => {
                     let name = &self.names.inputs[input];
                     self.case_conditions.insert(input);
+                    let cond = format!("cond_{name}");
                     nodes.push(
-                        Node::line(format!("cond_{name} = {name}();")).from(Object::Input(input)),
+                        Node::line(format!("{cond} = {name}();"))
+                            .from(Object::Input(input))
+                            .defining_by(cond, format!("(void){name}();")),
                     );
                 }
                 Some(Latch::OnDemand) => nodes.push(self.demand(input, others.clone())),
@@ -755,13 +770,9 @@ impl<'a> Emit<'a> {
                 .collect::<Vec<_>>(),
         );
         let value = self.scan(&format!("cond_{name}"));
-        Node::when(
-            &condition.text,
-            vec![
-                Node::line(format!("{asked} = true;")),
-                Node::line(format!("{value} = {name}();")),
-            ],
-        )
+        let call = Node::line(format!("{value} = {name}();"));
+        let call = if self.locals { call.defining_by(&value, format!("(void){name}();")) } else { call };
+        Node::when(&condition.text, vec![Node::line(format!("{asked} = true;")), call])
         .from(Object::Input(input))
     }
 
@@ -1008,12 +1019,7 @@ impl<'a> Emit<'a> {
             }
         }
         for input in std::mem::take(&mut self.case_conditions) {
-            body.push(Node::line(format!(
-                "{} cond_{} = {};",
-                storage(self.net.inputs[input].ty),
-                self.names.inputs[input],
-                zero(self.net, input)
-            )));
+            body.push(self.case_condition(input));
         }
         body.extend(self.tables.words(self));
         body.extend(self.scratch_values(false, true));
@@ -1057,7 +1063,7 @@ impl<'a> Emit<'a> {
                 self.in_step(&now.text)
             )));
         }
-        body
+        without_unused(body)
     }
 
     /// In the function `NAME_step` the shared structure is a local, everywhere else a parameter.
@@ -1093,6 +1099,7 @@ impl<'a> Emit<'a> {
         let Evolution::Stable { limit } = self.net.settings.evolution else { return moves };
         let mut micro = self.scratch_values(true, false);
         micro.extend(moves);
+        let mut micro = without_unused(micro);
         micro.push(Node::line("return scan->fired;"));
         let mut parameters = vec![format!("{prefix}_t *self")];
         let mut arguments = vec!["self"];

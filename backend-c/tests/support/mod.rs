@@ -1,6 +1,8 @@
 //! Small nets written by hand, and C compilers to try them on.
 #![allow(dead_code, reason = "each test file uses its part")]
 
+pub(crate) mod random_net;
+
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
@@ -297,4 +299,150 @@ pub(crate) fn text_size(folder: &Folder, file: &str, compiler: &str, flags: &[&s
         })
         .filter_map(|line| line.split_whitespace().nth(1)?.parse::<usize>().ok())
         .sum()
+}
+
+/// A small generator of pseudo-random numbers (xorshift64*).
+pub(crate) struct Random(u64);
+
+impl Random {
+    pub(crate) fn new(seed: u64) -> Self {
+        Random(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1)
+    }
+
+    pub(crate) fn bits(&mut self) -> u64 {
+        self.0 ^= self.0 >> 12;
+        self.0 ^= self.0 << 25;
+        self.0 ^= self.0 >> 27;
+        self.0.wrapping_mul(0x2545_f491_4f6c_dd1d) >> 16
+    }
+
+    pub(crate) fn below(&mut self, n: usize) -> usize {
+        (self.bits() % n.max(1) as u64) as usize
+    }
+
+    pub(crate) fn one_in(&mut self, n: usize) -> bool {
+        self.below(n) == 0
+    }
+
+    pub(crate) fn between(&mut self, lo: i64, hi: i64) -> i64 {
+        lo + (self.bits() % (hi - lo + 1).unsigned_abs()) as i64
+    }
+}
+
+/// Lines for a harness: the ticks, then a value for each input that has a column.
+pub(crate) fn stimulus(net: &Net, rows: usize, seed: u64) -> Vec<(u32, Vec<i64>)> {
+    let mut random = Random::new(seed);
+    let mut values: Vec<i64> = net.inputs.values().map(|input| input.ty.saturate(0)).collect();
+    (0..rows)
+        .map(|_| {
+            for (id, input) in net.inputs.iter() {
+                let (lo, hi) = input.ty.bounds();
+                if input.kind == InputKind::InternalEvent {
+                    continue;
+                }
+                if input.kind == InputKind::Event || random.one_in(3) {
+                    values[id.index()] = random.between(lo, hi);
+                }
+            }
+            let dt = match random.below(8) {
+                0 => 0,
+                1 => random.between(2, 9) as u32,
+                2 if random.one_in(20) => 100_000,
+                _ => 1,
+            };
+            (dt, values.clone())
+        })
+        .collect()
+}
+
+/// The lines as text.
+pub(crate) fn stimulus_text(net: &Net, rows: &[(u32, Vec<i64>)]) -> String {
+    let mut text = String::new();
+    for (dt, values) in rows {
+        text.push_str(&dt.to_string());
+        for (id, input) in net.inputs.iter() {
+            if input.kind != InputKind::InternalEvent {
+                text.push_str(&format!(" {}", values[id.index()]));
+            }
+        }
+        text.push('\n');
+    }
+    text
+}
+
+/// The trace of the reaction program, run by the interpreter that comes with it.
+pub(crate) fn program_trace(net: &Valid<Net>, rows: &[(u32, Vec<i64>)]) -> String {
+    use grafsynth_ir::program::{Origin, ResetEffect};
+    let program =
+        grafsynth_ir::lower::program::program(net, &Default::default()).expect("there is a program");
+    let mut machine = grafsynth_ir::program_run::Machine::new(&program);
+    let has_fault = net.settings.evolution != Evolution::Single;
+    let columns = net.inputs.values().filter(|it| it.kind != InputKind::InternalEvent);
+    let mut heading = vec!["scan".to_string(), "dt".to_string()];
+    heading.extend(columns.map(|it| it.name.text.clone()));
+    heading.push("steps".to_string());
+    heading.extend(net.outputs.values().map(|it| it.name.text.clone()));
+    for var in net.vars.values().filter(|it| it.origin == VarOrigin::Declared) {
+        match var.len {
+            None => heading.push(var.name.text.clone()),
+            Some(len) => heading.extend((0..len).map(|k| format!("{}[{k}]", var.name.text))),
+        }
+    }
+    if has_fault {
+        heading.push("fault".to_string());
+    }
+    let mut text = heading.join(",") + "\n";
+    let zero: Vec<i64> = net.inputs.values().map(|it| it.ty.saturate(0)).collect();
+    let first = (0, zero);
+    for (scan, (dt, values)) in std::iter::once(&first).chain(rows).enumerate() {
+        let shown = if scan == 0 { machine.reset() } else { machine.react(values, *dt) };
+        let mut cells = vec![scan.to_string(), dt.to_string()];
+        for (id, input) in net.inputs.iter() {
+            if input.kind != InputKind::InternalEvent {
+                cells.push(values[id.index()].to_string());
+            }
+        }
+        let cell = |origin: Origin| {
+            program.cells.iter().find(|(_, it)| it.origin == origin).map(|(id, _)| machine.cell(id).to_vec())
+        };
+        let active: Vec<&str> = net
+            .steps
+            .iter()
+            .filter(|(_, it)| !it.hidden && !matches!(it.kind, StepKind::Composite | StepKind::Parallel))
+            .filter(|(id, _)| cell(Origin::Step(*id)).is_some_and(|it| it[0] != 0))
+            .map(|(_, it)| it.name.text.as_str())
+            .collect();
+        cells.push(active.join(" "));
+        for (id, output) in net.outputs.iter() {
+            let Driver::Extern { params, .. } = &output.driver else {
+                cells.push(shown.outputs[id.index()].to_string());
+                continue;
+            };
+            let calls: Vec<Vec<i64>> = shown
+                .effects
+                .iter()
+                .filter_map(|effect| match effect {
+                    ResetEffect::Call(callee, values) if *callee == id => {
+                        Some(values.iter().zip(params).map(|(it, param)| param.ty.saturate(*it)).collect())
+                    }
+                    _ => None,
+                })
+                .collect();
+            cells.push(if params.is_empty() {
+                calls.len().to_string()
+            } else {
+                let tuple = |it: &Vec<i64>| it.iter().map(i64::to_string).collect::<Vec<_>>().join(":");
+                calls.iter().map(tuple).collect::<Vec<_>>().join(";")
+            });
+        }
+        for (id, _) in net.vars.iter().filter(|(_, it)| it.origin == VarOrigin::Declared) {
+            cells.extend(cell(Origin::Var(id)).expect("shown").iter().map(i64::to_string));
+        }
+        if has_fault {
+            cells.push(i64::from(shown.fault).to_string());
+        }
+        text.push_str(&cells.join(","));
+        text.push('\n');
+    }
+    text
 }

@@ -1,0 +1,232 @@
+//! How a program is cut into functions, and where its temps live then.
+
+use grafsynth_ir::IdMap;
+use grafsynth_ir::program::{Expr, Leaf, Program, Stmt, Temp, TempId};
+use std::collections::BTreeSet;
+
+/// One piece of a function.
+#[derive(Debug)]
+pub(super) enum Piece<'p> {
+    /// A statement with all that is in it.
+    Whole(&'p Stmt),
+    /// A choice whose lists were too long for one function.
+    If(&'p Expr, Vec<Piece<'p>>, Vec<Piece<'p>>),
+    /// As `If`, a loop.
+    Repeat(u32, &'p Expr, Vec<Piece<'p>>),
+    /// The statements of another function, by its number in the list of bodies.
+    Function(usize),
+}
+
+/// Where a temp lives.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Home {
+    /// Nowhere: it is never mentioned.
+    Nowhere,
+    /// Declared where it is set, once, in the block of all its readers.
+    Here,
+    /// A local of this function; 0 is the reaction itself, then come the bodies.
+    Local(usize),
+    /// In the structure that the functions share.
+    Shared,
+}
+
+/// Cuts statements into pieces, none of which makes a function larger than `limit`; what becomes a function of its own is added to `bodies`.
+pub(super) fn cut<'p>(statements: &'p [Stmt], limit: usize, bodies: &mut Vec<Vec<Piece<'p>>>) -> Vec<Piece<'p>> {
+    if statements.iter().map(weight).sum::<usize>() <= limit {
+        return statements.iter().map(Piece::Whole).collect();
+    }
+    let mut pieces = Vec::new();
+    let mut group: Vec<Piece<'p>> = Vec::new();
+    let mut group_weight = 0;
+    for statement in statements {
+        let own = weight(statement);
+        if group_weight > 0 && group_weight + own > limit {
+            close(&mut group, &mut pieces, bodies);
+            group_weight = 0;
+        }
+        match statement {
+            Stmt::If(condition, then, otherwise) if own > limit => {
+                close(&mut group, &mut pieces, bodies);
+                let then = cut(then, limit, bodies);
+                let otherwise = cut(otherwise, limit, bodies);
+                pieces.push(Piece::If(condition, then, otherwise));
+                group_weight = 0;
+            }
+            Stmt::Repeat { limit: rounds, condition, body } if own > limit => {
+                close(&mut group, &mut pieces, bodies);
+                pieces.push(Piece::Repeat(*rounds, condition, cut(body, limit, bodies)));
+                group_weight = 0;
+            }
+            Stmt::If(..)
+            | Stmt::Repeat { .. }
+            | Stmt::Set(..)
+            | Stmt::Store(..)
+            | Stmt::Output(..)
+            | Stmt::Call(..)
+            | Stmt::Code(_)
+            | Stmt::Fault(_) => {
+                group.push(Piece::Whole(statement));
+                group_weight += own;
+            }
+        }
+    }
+    close(&mut group, &mut pieces, bodies);
+    pieces
+}
+
+fn close<'p>(group: &mut Vec<Piece<'p>>, pieces: &mut Vec<Piece<'p>>, bodies: &mut Vec<Vec<Piece<'p>>>) {
+    if !group.is_empty() {
+        bodies.push(std::mem::take(group));
+        pieces.push(Piece::Function(bodies.len() - 1));
+    }
+}
+
+/// The number of nodes of a statement, at least 1.
+fn weight(statement: &Stmt) -> usize {
+    let mut nodes = 1;
+    each_expr(statement, &mut |expr| nodes += size(expr));
+    nodes
+}
+
+fn size(expr: &Expr) -> usize {
+    1 + expr.operands().map(size).sum::<usize>()
+}
+
+/// Calls `visit` with every expression of a statement, those of nested lists included.
+pub(super) fn each_expr<'p>(statement: &'p Stmt, visit: &mut impl FnMut(&'p Expr)) {
+    match statement {
+        Stmt::Set(_, value) | Stmt::Output(_, value) | Stmt::Fault(value) => visit(value),
+        Stmt::Store(_, index, value) => {
+            index.iter().for_each(&mut *visit);
+            visit(value);
+        }
+        Stmt::If(condition, then, otherwise) => {
+            visit(condition);
+            for inner in then.iter().chain(otherwise) {
+                each_expr(inner, visit);
+            }
+        }
+        Stmt::Repeat { condition, body, .. } => {
+            visit(condition);
+            for inner in body {
+                each_expr(inner, visit);
+            }
+        }
+        Stmt::Call(_, arguments) => arguments.iter().for_each(visit),
+        Stmt::Code(_) => {}
+    }
+}
+
+/// The home of each temp.
+pub(super) fn homes(program: &Program, main: &[Piece<'_>], bodies: &[Vec<Piece<'_>>]) -> IdMap<Temp, Home> {
+    let mut walk = Walk { uses: IdMap::filled(&program.temps, Uses::default()), blocks: 0, function: 0 };
+    walk.pieces(main, &[]);
+    for (index, body) in bodies.iter().enumerate() {
+        walk.function = index + 1;
+        walk.pieces(body, &[]);
+    }
+    IdMap::build(&program.temps, |id, _| {
+        let uses = &walk.uses[id];
+        match (uses.functions.len(), uses.functions.first()) {
+            (0, _) | (_, None) => Home::Nowhere,
+            (1, Some(_)) if uses.sets == 1 && !uses.escapes => Home::Here,
+            (1, Some(function)) => Home::Local(*function),
+            (_, Some(_)) => Home::Shared,
+        }
+    })
+}
+
+/// What is known of a temp's uses.
+#[derive(Debug, Clone, Default)]
+struct Uses {
+    functions: BTreeSet<usize>,
+    sets: usize,
+    /// The block of the set: the numbers of all blocks around it.
+    block: Vec<usize>,
+    /// Some use stands outside the block of the set, or before it.
+    escapes: bool,
+}
+
+struct Walk {
+    uses: IdMap<Temp, Uses>,
+    blocks: usize,
+    function: usize,
+}
+
+impl Walk {
+    fn pieces(&mut self, pieces: &[Piece<'_>], block: &[usize]) {
+        for piece in pieces {
+            match piece {
+                Piece::Whole(statement) => self.statement(statement, block),
+                Piece::If(condition, then, otherwise) => {
+                    self.read(condition, block);
+                    let inner = self.enter(block);
+                    self.pieces(then, &inner);
+                    let inner = self.enter(block);
+                    self.pieces(otherwise, &inner);
+                }
+                Piece::Repeat(_, condition, body) => {
+                    self.read(condition, block);
+                    let inner = self.enter(block);
+                    self.pieces(body, &inner);
+                    self.read(condition, block);
+                }
+                Piece::Function(_) => {}
+            }
+        }
+    }
+
+    fn enter(&mut self, block: &[usize]) -> Vec<usize> {
+        self.blocks += 1;
+        block.iter().copied().chain([self.blocks]).collect()
+    }
+
+    fn statement(&mut self, statement: &Stmt, block: &[usize]) {
+        match statement {
+            Stmt::Set(temp, value) => {
+                self.read(value, block);
+                self.set(*temp, block);
+            }
+            Stmt::Store(_, index, value) => {
+                index.iter().for_each(|index| self.read(index, block));
+                self.read(value, block);
+            }
+            Stmt::Output(_, value) | Stmt::Fault(value) => self.read(value, block),
+            Stmt::Call(_, arguments) => arguments.iter().for_each(|argument| self.read(argument, block)),
+            Stmt::If(condition, then, otherwise) => {
+                self.read(condition, block);
+                for list in [then, otherwise] {
+                    let inner = self.enter(block);
+                    list.iter().for_each(|it| self.statement(it, &inner));
+                }
+            }
+            Stmt::Repeat { condition, body, .. } => {
+                self.read(condition, block);
+                let inner = self.enter(block);
+                body.iter().for_each(|it| self.statement(it, &inner));
+                self.read(condition, block);
+            }
+            Stmt::Code(_) => {}
+        }
+    }
+
+    fn set(&mut self, temp: TempId, block: &[usize]) {
+        let uses = &mut self.uses[temp];
+        uses.functions.insert(self.function);
+        uses.sets += 1;
+        uses.block = block.to_vec();
+    }
+
+    fn read(&mut self, expr: &Expr, block: &[usize]) {
+        let function = self.function;
+        let uses = &mut self.uses;
+        expr.for_each_leaf(&mut |leaf| {
+            if let Leaf::Temp(temp) = leaf {
+                let uses = &mut uses[*temp];
+                uses.functions.insert(function);
+                // Read before it is set (in a later round of a loop it would still hold), or from outside.
+                uses.escapes |= uses.sets == 0 || !block.starts_with(&uses.block);
+            }
+        });
+    }
+}

@@ -1,0 +1,653 @@
+//! The style `bits`: the reaction program, printed.
+//!
+//! [`grafsynth_ir::lower::program`] makes a bounded sequential program of any net, with one Boolean cell for each step; here its cells become members of
+//! the instance (Booleans as bit-fields), its temps become locals, and its statements C. A long program is cut into functions, so that a C compiler's time
+//! stays linear; temps that several of them use live in a structure on the stack.
+
+mod homes;
+
+use crate::calls::{self, Callee};
+use crate::cexpr::{CExpr, Class, Helpers, Prec, Scope, c_expr, saturated, storage};
+use crate::cprogram::{CProgram, Member, mentions, without_unused};
+use crate::ctext::{Arm, Kind, Node};
+use crate::names::{Names, namer};
+use crate::times::{Ticks, unsigned};
+use crate::{Object, Options};
+use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::expr::Type;
+use grafsynth_ir::lower::program::{ProgramOptions, program as reaction_program};
+use grafsynth_ir::net::{Driver, Evolution, InputId, InputKind, Leaf as NetLeaf, Net, OutputId, StepId, TransitionId};
+use grafsynth_ir::program::{Cell, CellId, Expr, Leaf, Origin, Program, ResetEffect, Stmt, Temp, TempRole};
+use grafsynth_ir::{IdMap, Valid};
+use homes::{Home, Piece, cut, each_expr, homes};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// The nodes of expressions that count as much as one transition when functions are filled.
+const NODES_PER_TRANSITION: usize = 16;
+
+/// The net in this style.
+///
+/// # Errors
+/// What no reaction program can be made of.
+pub(crate) fn program(net: &Valid<Net>, names: &Names, options: &Options) -> Result<CProgram, Vec<Diagnostic>> {
+    let program = reaction_program(net, &ProgramOptions::default())?;
+    let limit = options.max_transitions.saturating_mul(NODES_PER_TRANSITION).max(1);
+    let mut bodies = Vec::new();
+    let main = cut(&program.body, limit, &mut bodies);
+    let homes = homes(&program, &main, &bodies);
+    let mut emit = Emit::new(net, names, &program, homes);
+    Ok(emit.program(&main, &bodies))
+}
+
+struct Emit<'a> {
+    net: &'a Net,
+    names: &'a Names,
+    program: &'a Program,
+    cells: IdMap<Cell, String>,
+    temps: IdMap<Temp, String>,
+    homes: IdMap<Temp, Home>,
+    step_cells: BTreeMap<StepId, CellId>,
+    ticks: Option<Ticks>,
+    /// Extern conditions that are called at the start of every reaction.
+    eager: BTreeSet<InputId>,
+    /// Extern conditions that are called at the first need.
+    lazy: BTreeSet<InputId>,
+    helpers: Helpers,
+    /// The program is cut into functions.
+    is_split: bool,
+    /// The function that is being printed: 0 is the reaction itself.
+    function: usize,
+    /// Loops so far, to name their counters.
+    loops: usize,
+}
+
+impl<'a> Emit<'a> {
+    fn new(net: &'a Net, names: &'a Names, program: &'a Program, homes: IdMap<Temp, Home>) -> Self {
+        let mut members = names.member_namer();
+        let mut step_cells = BTreeMap::new();
+        let cells = IdMap::build(&program.cells, |id, cell| {
+            if let Origin::Step(step) = cell.origin {
+                step_cells.insert(step, id);
+            }
+            match cell.origin {
+                Origin::Var(var) => names.vars[var].clone(),
+                origin => {
+                    let _ = origin;
+                    members.name(&cell.name)
+                }
+            }
+        });
+        let mut locals = namer();
+        for (id, input) in net.inputs.iter().filter(|(_, input)| input.kind == InputKind::Extern) {
+            let _ = input;
+            locals.reserve(&names.inputs[id]);
+        }
+        for (id, output) in net.outputs.iter().filter(|(_, output)| crate::names::is_extern(output)) {
+            let _ = output;
+            locals.reserve(&names.outputs[id]);
+        }
+        let temps = IdMap::build(&program.temps, |_, temp| locals.name(&temp.name));
+        let mut emit = Emit {
+            net,
+            names,
+            program,
+            cells,
+            temps,
+            homes,
+            step_cells,
+            ticks: None,
+            eager: BTreeSet::new(),
+            lazy: BTreeSet::new(),
+            helpers: Helpers::default(),
+            is_split: false,
+            function: 0,
+            loops: 0,
+        };
+        emit.inputs_and_time();
+        emit
+    }
+
+    /// Which extern conditions are called when, and whether time is read.
+    fn inputs_and_time(&mut self) {
+        let net = self.net;
+        let mut used = BTreeSet::new();
+        let mut timed = false;
+        for stmt in &self.program.body {
+            each_expr(stmt, &mut |expr| {
+                expr.for_each_leaf(&mut |leaf| match *leaf {
+                    Leaf::Input(input) => {
+                        used.insert(input);
+                    }
+                    Leaf::Dt => timed = true,
+                    Leaf::Cell(_) | Leaf::Temp(_) => {}
+                });
+            });
+        }
+        let mut in_edges = BTreeSet::new();
+        for edge in net.edges.values() {
+            edge.expr.for_each_leaf(&mut |leaf| {
+                if let NetLeaf::Input(input) = leaf {
+                    in_edges.insert(*input);
+                }
+            });
+        }
+        for input in used {
+            if net.inputs[input].kind == InputKind::Extern {
+                let set = if in_edges.contains(&input) { &mut self.eager } else { &mut self.lazy };
+                set.insert(input);
+            }
+        }
+        if timed {
+            let cap = self.program.cells.values().filter(|cell| counts_ticks(cell)).map(|cell| cell.ty.bounds().1).max();
+            self.ticks = Some(Ticks::for_cap(cap.unwrap_or(0)));
+        }
+    }
+
+    fn program(&mut self, main: &[Piece<'_>], bodies: &[Vec<Piece<'_>>]) -> CProgram {
+        let prefix = self.names.prefix.clone();
+        self.is_split = !bodies.is_empty();
+        let mut functions = Vec::new();
+        let mut calls = Vec::new();
+        for (index, body) in bodies.iter().enumerate() {
+            self.function = index + 1;
+            let mut nodes = self.locals();
+            nodes.extend(self.pieces(body, &[]));
+            let nodes = without_unused(nodes);
+            let name = format!("{prefix}_part_{}", index + 1);
+            let (parameters, arguments) = self.parameters(&nodes);
+            functions.push(Node::function(format!("static void {name}({parameters})"), nodes));
+            functions.push(Node::blank());
+            calls.push(format!("{name}({arguments});"));
+        }
+        self.function = 0;
+        let mut tables = Vec::new();
+        let mut step = Vec::new();
+        let shared = self.shared_members();
+        if !shared.is_empty() {
+            step.push(Node::line(format!("{prefix}_scan_t scan;")));
+            let mut node: Node = Kind::Braces("typedef struct".to_string(), shared, format!(" {prefix}_scan_t;")).into();
+            node.note = "what lives within one reaction".to_string();
+            tables.push(node);
+        }
+        step.extend(self.locals());
+        step.extend(self.conditions());
+        step.extend(self.pieces(main, &calls));
+        let step = without_unused(step);
+        let has_fault = self.net.settings.evolution != Evolution::Single;
+        let sets_fault = has_fault && (self.program.reset_fault || self.program.body.iter().any(gives_fault));
+        CProgram {
+            style: "bits",
+            instance: self.instance(sets_fault),
+            enumerators: Vec::new(),
+            active: IdMap::build(&self.net.steps, |id, _| {
+                let cell = self.step_cells.get(&id);
+                cell.map_or_else(|| "false".to_string(), |cell| format!("self->{}", self.cells[*cell]))
+            }),
+            fault: sets_fault.then(|| "self->fault".to_string()),
+            has_fault,
+            ticks: self.ticks,
+            tables,
+            functions,
+            init: self.init(sets_fault),
+            step,
+            helpers: self.helpers.clone(),
+        }
+    }
+
+    // --- declarations ----------------------------------------------------------------------------------------------------------------------
+
+    fn instance(&self, fault: bool) -> Vec<Member> {
+        let mut members: Vec<(usize, Member)> = Vec::new();
+        for (id, cell) in self.program.cells.iter() {
+            let name = &self.cells[id];
+            let ty = storage(cell.ty);
+            let declaration = match cell.len {
+                Some(len) => format!("{ty} {name}[{len}]"),
+                None if cell.ty.is_bool() => format!("bool {name} : 1"),
+                None => format!("{ty} {name}"),
+            };
+            let note = if cell.name == *name { String::new() } else { cell.name.clone() };
+            members.push((width(cell), Member { declaration, note, objects: objects_of(cell.origin) }));
+        }
+        // Wide members first, so that none of them needs padding.
+        members.sort_by_key(|(width, _)| std::cmp::Reverse(*width));
+        let mut members: Vec<Member> = members.into_iter().map(|(_, member)| member).collect();
+        if fault {
+            members.push(Member {
+                declaration: "bool fault : 1".to_string(),
+                note: "the last reaction did not settle, or a queue was full".to_string(),
+                objects: Vec::new(),
+            });
+        }
+        members
+    }
+
+    /// What functions share: temps that several use, and extern conditions once there are several functions.
+    fn shared_members(&self) -> Vec<Node> {
+        let mut nodes = Vec::new();
+        for (id, temp) in self.program.temps.iter() {
+            if self.homes[id] == Home::Shared {
+                nodes.push(Node::line(format!("{} {};", storage(temp.ty), self.temps[id])).from_all(objects_of_role(temp.role)));
+            }
+        }
+        if self.is_split {
+            for input in self.eager.iter().chain(&self.lazy) {
+                let name = &self.names.inputs[*input];
+                nodes.push(Node::line(format!("{} cond_{name};", storage(self.net.inputs[*input].ty))));
+                if self.lazy.contains(input) {
+                    nodes.push(Node::line(format!("bool asked_{name};")));
+                }
+            }
+        }
+        nodes
+    }
+
+    /// Temps that live in the present function but can't be declared where they are set.
+    fn locals(&self) -> Vec<Node> {
+        self.program
+            .temps
+            .iter()
+            .filter(|(id, _)| self.homes[*id] == Home::Local(self.function))
+            .map(|(id, temp)| {
+                let zero = calls::constant(temp.ty.saturate(0), temp.ty);
+                Node::line(format!("{} {} = {zero};", storage(temp.ty), self.temps[id])).defining(&self.temps[id])
+            })
+            .collect()
+    }
+
+    /// Extern conditions at the start of a reaction.
+    fn conditions(&self) -> Vec<Node> {
+        let mut nodes = Vec::new();
+        for input in self.eager.iter().chain(&self.lazy) {
+            let name = &self.names.inputs[*input];
+            let ty = self.net.inputs[*input].ty;
+            let (declare, cond) = match self.is_split {
+                true => (String::new(), self.shared(&format!("cond_{name}"))),
+                false => (format!("{} ", storage(ty)), format!("cond_{name}")),
+            };
+            if self.eager.contains(input) {
+                let call = Node::line(format!("{declare}{cond} = {name}();")).from(Object::Input(*input));
+                nodes.push(call.defining_by(&cond, format!("(void){name}();")));
+            } else {
+                let declare_asked = if self.is_split { "" } else { "bool " };
+                let asked = if self.is_split { self.shared(&format!("asked_{name}")) } else { format!("asked_{name}") };
+                let zero = calls::constant(ty.saturate(0), ty);
+                nodes.push(Node::line(format!("{declare}{cond} = {zero};")).defining(&cond));
+                nodes.push(Node::line(format!("{declare_asked}{asked} = false;")).defining(&asked));
+            }
+        }
+        nodes
+    }
+
+    fn parameters(&self, nodes: &[Node]) -> (String, String) {
+        let prefix = &self.names.prefix;
+        let mut parameters = Vec::new();
+        let mut arguments = Vec::new();
+        let mut add = |word: &str, argument: &str, ty: String| {
+            if mentions(nodes, word) {
+                parameters.push(format!("{ty}{word}"));
+                arguments.push(argument.to_string());
+            }
+        };
+        add("self", "self", format!("{prefix}_t *"));
+        add("in", "in", format!("const {prefix}_in_t *"));
+        add("dt", "dt", format!("{} ", self.ticks.map_or("uint32_t", Ticks::name)));
+        add("out", "out", format!("{prefix}_out_t *"));
+        add("scan", "&scan", format!("{prefix}_scan_t *"));
+        let parameters = if parameters.is_empty() { "void".to_string() } else { parameters.join(", ") };
+        (parameters, arguments.join(", "))
+    }
+
+    /// Something in the structure that functions share.
+    fn shared(&self, name: &str) -> String {
+        if self.function == 0 { format!("scan.{name}") } else { format!("scan->{name}") }
+    }
+
+    // --- statements ------------------------------------------------------------------------------------------------------------------------
+
+    fn pieces(&mut self, pieces: &[Piece<'_>], calls: &[String]) -> Vec<Node> {
+        let mut nodes = Vec::new();
+        for piece in pieces {
+            match piece {
+                Piece::Whole(statement) => self.statement(statement, &mut nodes),
+                Piece::If(condition, then, otherwise) => {
+                    nodes.extend(self.ask(&[condition], &[]));
+                    let condition = self.expr(condition);
+                    let then = self.pieces(then, calls);
+                    let otherwise = self.pieces(otherwise, calls);
+                    nodes.extend(calls::either(condition, then, otherwise));
+                }
+                Piece::Repeat(limit, condition, body) => {
+                    let condition = self.expr(condition);
+                    let body = self.pieces(body, calls);
+                    nodes.extend(self.repeat(*limit, &condition, body));
+                }
+                Piece::Function(index) => nodes.extend(calls.get(*index).map(Node::line)),
+            }
+        }
+        nodes
+    }
+
+    fn statements(&mut self, statements: &[Stmt]) -> Vec<Node> {
+        let mut nodes = Vec::new();
+        for statement in statements {
+            self.statement(statement, &mut nodes);
+        }
+        nodes
+    }
+
+    fn statement(&mut self, statement: &Stmt, nodes: &mut Vec<Node>) {
+        match statement {
+            Stmt::Set(temp, value) => {
+                let role = self.program.temps[*temp].role;
+                nodes.extend(self.ask_for_role(value, role));
+                let ty = self.program.temps[*temp].ty;
+                let text = self.expr(value).stored_as(ty);
+                let name = &self.temps[*temp];
+                let line = match self.homes[*temp] {
+                    Home::Here => format!("const {} {name} = {text};", storage(ty)),
+                    Home::Local(_) => format!("{name} = {text};"),
+                    Home::Shared => format!("{} = {text};", self.shared(name)),
+                    Home::Nowhere => return,
+                };
+                let node = Node::line(line).from_all(objects_of_role(role));
+                nodes.push(if self.homes[*temp] == Home::Shared { node } else { node.defining(name) });
+            }
+            Stmt::Store(cell, index, value) => {
+                let mentioned: Vec<&Expr> = index.iter().chain([value]).collect();
+                nodes.extend(self.ask(&mentioned, &[]));
+                let ty = self.program.cells[*cell].ty;
+                let value = self.expr(value);
+                let value = saturated(value, ty, &self.names.prefix, &mut self.helpers).stored_as(ty);
+                let index = index.as_ref().map(|index| format!("[{}]", self.expr(index).text)).unwrap_or_default();
+                let line = format!("self->{}{index} = {value};", self.cells[*cell]);
+                nodes.push(Node::line(line).from_all(objects_of(self.program.cells[*cell].origin)));
+            }
+            Stmt::If(condition, then, otherwise) => {
+                nodes.extend(self.ask(&[condition], &[]));
+                let condition = self.expr(condition);
+                let then = self.statements(then);
+                let otherwise = self.statements(otherwise);
+                nodes.extend(calls::either(condition, then, otherwise));
+            }
+            Stmt::Repeat { limit, condition, body } => {
+                let condition = self.expr(condition);
+                let body = self.statements(body);
+                nodes.extend(self.repeat(*limit, &condition, body));
+            }
+            Stmt::Output(output, value) => {
+                let active = self.carriers(*output, value);
+                nodes.extend(self.ask(&[value], &active));
+                let ty = self.net.outputs[*output].ty;
+                let value = self.expr(value);
+                let value = saturated(value, ty, &self.names.prefix, &mut self.helpers).stored_as(ty);
+                nodes.push(
+                    Node::line(format!("out->{} = {value};", self.names.outputs[*output])).from(Object::Output(*output)),
+                );
+            }
+            Stmt::Call(output, arguments) => {
+                let mentioned: Vec<&Expr> = arguments.iter().collect();
+                nodes.extend(self.ask(&mentioned, &[]));
+                let arguments = arguments.iter().map(|argument| self.expr(argument)).collect();
+                let callee = Callee { net: self.net, names: self.names, output: *output };
+                nodes.push(callee.call(arguments, &mut self.helpers));
+            }
+            Stmt::Code(text) => nodes.extend(calls::verbatim(text)),
+            Stmt::Fault(value) => {
+                if self.net.settings.evolution != Evolution::Single {
+                    let value = self.expr(value);
+                    nodes.push(Node::line(format!("self->fault = {};", value.text)));
+                }
+            }
+        }
+    }
+
+    fn repeat(&mut self, limit: u32, condition: &CExpr, body: Vec<Node>) -> Vec<Node> {
+        if condition.is_false() || limit == 0 {
+            return Vec::new();
+        }
+        if limit == 1 {
+            return calls::either(condition.clone(), body, Vec::new());
+        }
+        self.loops += 1;
+        let counter = if self.loops == 1 { "round".to_string() } else { format!("round_{}", self.loops) };
+        let ty = storage(Type::Int { lo: 0, hi: i64::from(limit) });
+        let bound = unsigned(i64::from(limit));
+        let question = if condition.is_true() { String::new() } else { format!(" && {}", condition.within(Prec::Compare)) };
+        vec![Kind::Block(vec![Arm::new(
+            format!("for ({ty} {counter} = 0; {counter} < {bound}{question}; ++{counter})"),
+            body,
+        )])
+        .into()]
+    }
+
+    fn expr(&mut self, expr: &Expr) -> CExpr {
+        c_expr(expr, &mut Reader { emit: self })
+    }
+
+    // --- extern conditions -----------------------------------------------------------------------------------------------------------------
+
+    /// Calls the extern conditions that a temp's value mentions: those of a receptivity only where its transition is enabled.
+    fn ask_for_role(&mut self, value: &Expr, role: TempRole) -> Vec<Node> {
+        let when = match role {
+            TempRole::Fireable(transition) => self.enabled(transition),
+            TempRole::Fire(_)
+            | TempRole::NextActive(_)
+            | TempRole::Activated(_)
+            | TempRole::Deactivated(_)
+            | TempRole::Holds(_)
+            | TempRole::EdgeNow(_)
+            | TempRole::Before(_)
+            | TempRole::Helper => Vec::new(),
+        };
+        self.ask(&[value], &when)
+    }
+
+    /// The steps that a transition takes, as conditions.
+    fn enabled(&self, transition: TransitionId) -> Vec<CExpr> {
+        self.net.transitions[transition].requires.iter().filter_map(|step| self.active(*step)).collect()
+    }
+
+    fn active(&self, step: StepId) -> Option<CExpr> {
+        let cell = self.step_cells.get(&step)?;
+        Some(CExpr::condition(format!("self->{}", self.cells[*cell]), Prec::Atom))
+    }
+
+    /// Some step that carries the output with a condition is active.
+    fn carriers(&self, output: OutputId, value: &Expr) -> Vec<CExpr> {
+        let mut reads = false;
+        value.for_each_leaf(&mut |leaf| reads |= matches!(leaf, Leaf::Input(_)));
+        let steps: Vec<StepId> = match &self.net.outputs[output].driver {
+            Driver::Continuous(emissions) | Driver::Mealy(emissions) if reads => {
+                emissions.iter().filter(|it| it.condition.is_some()).map(|it| it.step).collect()
+            }
+            Driver::Continuous(_)
+            | Driver::Mealy(_)
+            | Driver::Stored(_)
+            | Driver::Controlled(_)
+            | Driver::Extern { .. } => Vec::new(),
+        };
+        if steps.is_empty() {
+            return Vec::new();
+        }
+        let any: Vec<CExpr> = steps.into_iter().filter_map(|step| self.active(step)).collect();
+        vec![CExpr::or(any)]
+    }
+
+    /// Calls, where `when` holds, the extern conditions that expressions mention and that were not called yet.
+    fn ask(&mut self, expressions: &[&Expr], when: &[CExpr]) -> Vec<Node> {
+        if self.lazy.is_empty() {
+            return Vec::new();
+        }
+        let mut mentioned = BTreeSet::new();
+        for expr in expressions {
+            expr.for_each_leaf(&mut |leaf| {
+                if let Leaf::Input(input) = leaf {
+                    mentioned.insert(*input);
+                }
+            });
+        }
+        let mut nodes = Vec::new();
+        for input in mentioned.into_iter().filter(|input| self.lazy.contains(input)) {
+            let name = &self.names.inputs[input];
+            let place = |word: &str| {
+                let local = format!("{word}_{name}");
+                if self.is_split { self.shared(&local) } else { local }
+            };
+            let asked = place("asked");
+            let mut all = when.to_vec();
+            all.push(CExpr::condition(asked.clone(), Prec::Atom).not());
+            nodes.push(
+                Node::when(
+                    &CExpr::and(all).text,
+                    vec![
+                        Node::line(format!("{asked} = true;")),
+                        Node::line(format!("{} = {name}();", place("cond")))
+                            .defining_by(place("cond"), format!("(void){name}();")),
+                    ],
+                )
+                .from(Object::Input(input)),
+            );
+        }
+        nodes
+    }
+
+    // --- reset -----------------------------------------------------------------------------------------------------------------------------
+
+    fn init(&mut self, fault: bool) -> Vec<Node> {
+        let mut nodes = Vec::new();
+        for (id, cell) in self.program.cells.iter() {
+            let name = format!("self->{}", self.cells[id]);
+            let set = calls::initial(&name, cell.ty, cell.len, &cell.init);
+            nodes.extend(set.into_iter().map(|node| node.from_all(objects_of(cell.origin))));
+        }
+        if fault {
+            nodes.push(Node::line(format!("self->fault = {};", self.program.reset_fault)));
+        }
+        nodes.extend(calls::initial_outputs(self.net, self.names, &self.program.reset_outputs));
+        for effect in &self.program.reset_effects {
+            match effect {
+                ResetEffect::Call(output, values) => {
+                    let callee = Callee { net: self.net, names: self.names, output: *output };
+                    let values = values.iter().copied().map(CExpr::int).collect();
+                    nodes.push(callee.call(values, &mut self.helpers));
+                }
+                ResetEffect::Code(text) => nodes.extend(calls::verbatim(text)),
+            }
+        }
+        nodes
+    }
+}
+
+/// True for a cell that counts ticks.
+fn counts_ticks(cell: &Cell) -> bool {
+    matches!(
+        cell.origin,
+        Origin::Elapsed(_)
+            | Origin::LastElapsed(_)
+            | Origin::Timer(_)
+            | Origin::ActionTimer(..)
+            | Origin::SendTimer(_)
+            | Origin::Helper
+    )
+}
+
+fn gives_fault(statement: &Stmt) -> bool {
+    match statement {
+        Stmt::Fault(value) => !value.is_false(),
+        Stmt::If(_, then, otherwise) => then.iter().chain(otherwise).any(gives_fault),
+        Stmt::Repeat { body, .. } => body.iter().any(gives_fault),
+        Stmt::Set(..) | Stmt::Store(..) | Stmt::Output(..) | Stmt::Call(..) | Stmt::Code(_) => false,
+    }
+}
+
+/// Bytes of one element; 0 for a bit.
+fn width(cell: &Cell) -> usize {
+    match storage(cell.ty) {
+        "int64_t" => 8,
+        "int32_t" | "uint32_t" => 4,
+        "int16_t" | "uint16_t" => 2,
+        "bool" if cell.len.is_none() => 0,
+        _ => 1,
+    }
+}
+
+fn objects_of(origin: Origin) -> Vec<Object> {
+    match origin {
+        Origin::Step(step)
+        | Origin::Elapsed(step)
+        | Origin::LastElapsed(step)
+        | Origin::TaskIndex(step)
+        | Origin::Recorded(_, step) => vec![Object::Step(step)],
+        Origin::Older(a, b) => vec![Object::Step(a), Object::Step(b)],
+        Origin::Var(var) => vec![Object::Var(var)],
+        Origin::Timer(timer) | Origin::TimerCondition(timer) => vec![Object::Timer(timer)],
+        Origin::ActionQ(action) | Origin::ActionLatch(action, _) | Origin::ActionTimer(action, _) => {
+            vec![Object::Action(action)]
+        }
+        Origin::Pending(input) => vec![Object::Input(input)],
+        Origin::HeldOutput(output, _) => vec![Object::Output(output)],
+        Origin::Edge(_)
+        | Origin::InternalQueue
+        | Origin::InternalLength
+        | Origin::ExternalQueue
+        | Origin::ExternalLength
+        | Origin::SendTimer(_)
+        | Origin::SendRuns(_)
+        | Origin::Ended(_)
+        | Origin::Fault
+        | Origin::Helper => Vec::new(),
+    }
+}
+
+fn objects_of_role(role: TempRole) -> Vec<Object> {
+    match role {
+        TempRole::Fireable(transition) | TempRole::Fire(transition) => vec![Object::Transition(transition)],
+        TempRole::NextActive(step) | TempRole::Activated(step) | TempRole::Deactivated(step) => vec![Object::Step(step)],
+        TempRole::Holds(input) => vec![Object::Input(input)],
+        TempRole::Before(var) => vec![Object::Var(var)],
+        TempRole::EdgeNow(_) | TempRole::Helper => Vec::new(),
+    }
+}
+
+/// Reads cells, temps and inputs.
+struct Reader<'e, 'a> {
+    emit: &'e mut Emit<'a>,
+}
+
+impl Scope<Leaf> for Reader<'_, '_> {
+    fn leaf(&mut self, leaf: &Leaf) -> CExpr {
+        let emit = &self.emit;
+        match *leaf {
+            Leaf::Cell(cell) => CExpr::place(format!("self->{}", emit.cells[cell]), emit.program.cells[cell].ty),
+            Leaf::Temp(temp) => {
+                let name = &emit.temps[temp];
+                let ty = emit.program.temps[temp].ty;
+                match emit.homes[temp] {
+                    Home::Shared => CExpr::place(emit.shared(name), ty),
+                    Home::Here | Home::Local(_) | Home::Nowhere => CExpr::place(name, ty),
+                }
+            }
+            Leaf::Input(input) => {
+                let name = &emit.names.inputs[input];
+                let ty = emit.net.inputs[input].ty;
+                match emit.net.inputs[input].kind {
+                    InputKind::Pin | InputKind::Event => CExpr::place(format!("in->{name}"), ty),
+                    InputKind::Extern if emit.is_split => CExpr::place(emit.shared(&format!("cond_{name}")), ty),
+                    InputKind::Extern => CExpr::place(format!("cond_{name}"), ty),
+                    InputKind::InternalEvent => CExpr::bool(false),
+                }
+            }
+            Leaf::Dt => {
+                let most = emit.ticks.map_or(i64::from(i32::MAX), Ticks::max);
+                CExpr { text: "(int32_t)dt".to_string(), prec: Prec::Unary, class: Class::Wide, lo: 0, hi: most }
+            }
+        }
+    }
+
+    fn element(&mut self, array: &Leaf, index: &CExpr) -> CExpr {
+        let Leaf::Cell(cell) = *array else { return CExpr::int(0) };
+        let text = format!("self->{}[{}]", self.emit.cells[cell], index.text);
+        CExpr::place(text, self.emit.program.cells[cell].ty)
+    }
+}

@@ -1,0 +1,104 @@
+//! Random nets: the emitted C, compiled and run, gives the trace of the reaction program byte for byte, in both styles.
+
+mod support;
+
+use std::io::Write as _;
+use std::process::{Command, Stdio};
+
+use grafsynth_backend_c::{Options, Package, Style, emit, multi_harness};
+use grafsynth_ir::Valid;
+use grafsynth_ir::facts::Facts;
+use grafsynth_ir::net::{Net, Policy};
+use support::random_net::{Flavour, random_net};
+use support::*;
+
+/// Runs all nets in one program for each style, and compares.
+fn agree(tag: &str, nets: &[(Valid<Net>, Facts)], styles: &[Style]) -> Vec<&'static str> {
+    let mut taken = Vec::new();
+    if !have("gcc") {
+        return taken;
+    }
+    for style in styles {
+        let mut packages: Vec<Package> = Vec::new();
+        for (index, (net, facts)) in nets.iter().enumerate() {
+            let options = Options { style: *style, prefix: Some(format!("n{index}")), ..Options::default() };
+            let package = emit(net, facts, &options).unwrap_or_else(|errors| panic!("{tag} {index}: {errors:#?}"));
+            taken.push(package.style);
+            packages.push(package);
+        }
+        let all: Vec<(&Valid<Net>, &Package)> = nets.iter().map(|(net, _)| net).zip(&packages).collect();
+        let folder = Folder::new(&format!("{tag}-{}", style.name()));
+        std::fs::write(folder.0.join("all.c"), multi_harness(&all)).expect("the file can be written");
+        let mut arguments = STRICT.to_vec();
+        arguments.extend(["-O1", "-fsanitize=undefined", "-fno-sanitize-recover", "all.c", "-o", "all"]);
+        if Command::new("gcc").args(&arguments).current_dir(&folder.0).output().is_ok_and(|it| !it.status.success()) {
+            let keep = std::env::temp_dir().join("grafsynth-c-failed.c");
+            let _ = std::fs::copy(folder.0.join("all.c"), keep);
+        }
+        run(&folder.0, "gcc", &arguments);
+        for (index, (net, _)) in nets.iter().enumerate() {
+            let rows = stimulus(net, 200, index as u64 + 1);
+            let mut child = Command::new(folder.0.join("all"))
+                .arg(index.to_string())
+                .stdin(Stdio::piped())
+                .stdout(Stdio::piped())
+                .spawn()
+                .expect("the program starts");
+            let text = stimulus_text(net, &rows);
+            let mut pipe = child.stdin.take().expect("a pipe");
+            let writer = std::thread::spawn(move || pipe.write_all(text.as_bytes()));
+            let output = child.wait_with_output().expect("the program ends");
+            let _ = writer.join();
+            let wanted = program_trace(net, &rows);
+            let got = String::from_utf8(output.stdout).expect("text");
+            if got != wanted {
+                let pair = wanted.lines().zip(got.lines()).enumerate().find(|(_, (a, b))| a != b);
+                let source = &packages[index].files.iter().find(|it| it.name.ends_with(".c")).expect("a source").text;
+                panic!(
+                    "{tag} {index} {}: first difference {pair:?}\n{}\n{source}",
+                    packages[index].style,
+                    wanted.lines().next().unwrap_or_default()
+                );
+            }
+        }
+    }
+    taken
+}
+
+fn nets(count: u64, flavour: Flavour) -> Vec<(Valid<Net>, Facts)> {
+    (0..count).map(|seed| random_net("chart", seed * 7 + 1, flavour)).collect()
+}
+
+const PLAIN: Flavour = Flavour { policy: Policy::Priority, stable: false, lists: false, forks: false, times: false };
+
+#[test]
+fn rings_with_priorities() {
+    let styles = [Style::Switch, Style::Tables, Style::Bits];
+    let taken = agree("rings", &nets(50, PLAIN), &styles);
+    assert!(taken.is_empty() || taken.contains(&"switch with tables"));
+}
+
+#[test]
+fn rings_with_lists_and_times() {
+    let flavour = Flavour { lists: true, times: true, ..PLAIN };
+    let taken = agree("lists", &nets(50, flavour), &[Style::Auto, Style::Bits]);
+    assert!(taken.is_empty() || taken.iter().filter(|it| **it == "switch").count() >= 10, "{taken:?}");
+}
+
+#[test]
+fn forks_and_joins() {
+    for policy in [Policy::Priority, Policy::All] {
+        let flavour = Flavour { policy, forks: true, times: true, ..PLAIN };
+        let taken = agree(&format!("forks-{policy:?}"), &nets(50, flavour), &[Style::Auto, Style::Bits]);
+        assert!(taken.is_empty() || taken.iter().filter(|it| it.starts_with("switch")).count() >= 25, "{taken:?}");
+    }
+}
+
+#[test]
+fn stable_evolution() {
+    for policy in [Policy::Priority, Policy::All] {
+        let flavour = Flavour { policy, stable: true, forks: true, lists: true, times: true };
+        let taken = agree(&format!("stable-{policy:?}"), &nets(50, flavour), &[Style::Auto, Style::Bits]);
+        assert!(taken.is_empty() || taken.iter().filter(|it| it.starts_with("switch")).count() >= 10, "{taken:?}");
+    }
+}
