@@ -12,11 +12,11 @@
 
 use crate::codes;
 use crate::device::{Clock, Device, PowerUp};
-use crate::names::{self, Names};
 use crate::{Dialect, EmitOptions, Named, Object};
 use grafsynth_ir::arena::IdMap;
 use grafsynth_ir::diag::{Diagnostic, nearest};
 use grafsynth_ir::logic::{Flop, FlopId, Logic, NodeId, PinInput, PinInputId, PinOutput, PinOutputId};
+use grafsynth_ir::names::{CUPL, GALASM, Namer, PALASM, PALASM_CHIP};
 use grafsynth_ir::net::Meta;
 use grafsynth_logic::minimise::{Budget, Product, Refused, sum_of_products};
 use grafsynth_logic::support::Var;
@@ -98,29 +98,20 @@ impl Equations {
     pub fn new(logic: &Logic, dialect: Dialect, options: &EmitOptions) -> Result<Self, Vec<Diagnostic>> {
         let mut findings = Vec::new();
         let device = find_device(options, &mut findings);
-        let rules = match dialect {
-            Dialect::Palasm => names::PALASM,
-            Dialect::Cupl => names::CUPL,
-            Dialect::Galasm | Dialect::Verilog | Dialect::Blif => names::GALASM,
+        let target = match dialect {
+            Dialect::Palasm => &PALASM,
+            Dialect::Cupl => &CUPL,
+            Dialect::Galasm | Dialect::Verilog | Dialect::Blif => &GALASM,
         };
-        let mut names = Names::new(rules);
-        let is_registered =
-            !logic.flops.is_empty() || logic.outputs.values().any(|output| output.registered.is_some());
-        let mut signals = Vec::new();
-        let mut add = |wanted: &str, source, meta: &Meta| {
-            // A stored output and its memory have one name in the chart.
-            let name = names.take_or(wanted, &format!("{wanted}_q"));
-            signals.push(Signal { name, source, pin: None, is_pin_inverted: false, meta: meta.clone() });
-            signals.len() - 1
-        };
-        if is_registered {
-            add("clk", Source::Clock, &Meta::default());
-        }
-        // Outputs and inputs come first to the names: they are what a board's drawing shows.
-        let inputs = IdMap::build(&logic.inputs, |id, input| add(&input.name, Source::Input(id), &input.meta));
-        let outputs: IdMap<PinOutput, SignalIndex> =
-            IdMap::build(&logic.outputs, |id, output| add(&output.name, Source::Output(id), &output.meta));
-        let flops = IdMap::build(&logic.flops, |id, flop| add(&flop.name, Source::Flop(id), &flop.meta));
+        let mut signals = name_signals(logic, &mut Namer::new(target));
+        let place = |source: Source| signals.iter().position(|signal| signal.source == source).unwrap_or(0);
+        // Signals lie in the order of their kinds, so the first of a kind gives the place of all.
+        let first_input = logic.inputs.ids().next().map_or(0, |id| place(Source::Input(id)));
+        let first_output = logic.outputs.ids().next().map_or(0, |id| place(Source::Output(id)));
+        let first_flop = logic.flops.ids().next().map_or(0, |id| place(Source::Flop(id)));
+        let inputs = IdMap::build(&logic.inputs, |id, _| first_input + id.index());
+        let outputs = IdMap::build(&logic.outputs, |id, _| first_output + id.index());
+        let flops = IdMap::build(&logic.flops, |id, _| first_flop + id.index());
 
         let mut equations = Vec::new();
         let budget = options.budget;
@@ -152,7 +143,7 @@ impl Equations {
             return Err(findings);
         }
         let mut result = Equations {
-            title: title(&logic.name.text),
+            title: Namer::new(&PALASM_CHIP).name(&logic.name.text),
             device,
             head: Vec::new(),
             signals,
@@ -275,6 +266,28 @@ impl Equations {
     }
 }
 
+/// All signals with their names. Pins are named before flip-flops (a board's drawing shows them), the clock last (nobody chose its name).
+fn name_signals(logic: &Logic, namer: &mut Namer) -> Vec<Signal> {
+    let inputs = logic.inputs.iter().map(|(id, input)| (input.name.as_str(), Source::Input(id), &input.meta));
+    let outputs = logic.outputs.iter().map(|(id, output)| (output.name.as_str(), Source::Output(id), &output.meta));
+    let pins: Vec<_> = inputs.chain(outputs).collect();
+    let signal = |name, source, meta: &Meta| Signal { name, source, pin: None, is_pin_inverted: false, meta: meta.clone() };
+    let names = namer.assign(pins.iter().map(|pin| pin.0));
+    let mut signals: Vec<Signal> = names.into_iter().zip(pins).map(|(name, (_, source, meta))| signal(name, source, meta)).collect();
+    for (id, flop) in logic.flops.iter() {
+        signals.push(signal(register_name(namer, &flop.name), Source::Flop(id), &flop.meta));
+    }
+    if !logic.flops.is_empty() || logic.outputs.values().any(|output| output.registered.is_some()) {
+        signals.insert(0, signal(namer.name("clk"), Source::Clock, &Meta::default()));
+    }
+    signals
+}
+
+/// A stored output and its memory have one name in the chart; the memory then ends in `q`.
+pub(crate) fn register_name(namer: &mut Namer, name: &str) -> String {
+    if namer.is_taken(name) { namer.name_with_suffix(name, "_q") } else { namer.name(name) }
+}
+
 fn source_name(logic: &Logic, source: Source) -> &str {
     match source {
         Source::Clock => "clock",
@@ -375,16 +388,6 @@ fn wakes_high(device: &Device, output: &PinOutput) -> Diagnostic {
     Diagnostic::error(codes::POWER_UP, message)
         .at(output.meta.span, "registered output")
         .help("make the output combinational, or take a gal22v10, whose pins wake by polarity")
-}
-
-fn title(name: &str) -> String {
-    let mut title: String =
-        name.chars().map(|c| if c.is_ascii_alphanumeric() || c == '_' { c } else { '_' }).take(13).collect();
-    if !title.starts_with(|c: char| c.is_ascii_alphabetic()) {
-        title.insert_str(0, "chart");
-        title.truncate(13);
-    }
-    title
 }
 
 /// What a signal needs of a pin.

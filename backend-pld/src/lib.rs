@@ -30,7 +30,6 @@ pub mod netlist;
 pub mod read;
 pub mod vectors;
 
-mod names;
 mod rebind;
 mod write;
 #[cfg(test)]

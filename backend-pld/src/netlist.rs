@@ -1,10 +1,10 @@
 //! A circuit ready for a multi-level language: names, and which functions in between become wires.
 
-use crate::equations::one_line;
-use crate::names::{self, Names};
+use crate::equations::{one_line, register_name};
 use crate::{Dialect, EmitOptions, Named, Object};
 use grafsynth_ir::arena::IdMap;
 use grafsynth_ir::logic::{Flop, Logic, Node, NodeId, PinInput, PinOutput};
+use grafsynth_ir::names::{BLIF, Namer, VERILOG};
 use grafsynth_ir::net::Meta;
 use grafsynth_logic::build::{for_each_operand, needed};
 
@@ -39,15 +39,17 @@ impl Netlist {
     #[must_use]
     pub fn new(logic: &Logic, dialect: Dialect, options: &EmitOptions) -> Self {
         let is_blif = dialect == Dialect::Blif;
-        let mut names = Names::new(if is_blif { names::BLIF } else { names::VERILOG });
-        let title = names.take(&logic.name.text);
+        let mut names = Namer::new(if is_blif { &BLIF } else { &VERILOG });
+        let title = names.name(&logic.name.text);
         let is_registered =
             !logic.flops.is_empty() || logic.outputs.values().any(|output| output.registered.is_some());
-        let clock = is_registered.then(|| names.take("clk"));
-        let reset = options.reset.as_ref().filter(|_| is_registered && !is_blif).map(|reset| names.take(reset));
-        let inputs = IdMap::build(&logic.inputs, |_, input| names.take(&input.name));
-        let outputs = IdMap::build(&logic.outputs, |_, output| names.take(&output.name));
-        let flops = IdMap::build(&logic.flops, |_, flop| names.take_or(&flop.name, &format!("{}_q", flop.name)));
+        let pins = logic.inputs.values().map(|input| input.name.as_str());
+        let mut pins = names.assign(pins.chain(logic.outputs.values().map(|output| output.name.as_str()))).into_iter();
+        let inputs = IdMap::build(&logic.inputs, |_, _| pins.next().unwrap_or_default());
+        let outputs = IdMap::build(&logic.outputs, |_, _| pins.next().unwrap_or_default());
+        let flops = IdMap::build(&logic.flops, |_, flop| register_name(&mut names, &flop.name));
+        let clock = is_registered.then(|| names.name("clk"));
+        let reset = options.reset.as_ref().filter(|_| is_registered && !is_blif).map(|reset| names.name(reset));
         let (wires, meta) = choose_wires(logic, is_blif, &mut names);
         let mut head = vec![format!("{} - made by grafsynth {}", one_line(&logic.name.text), env!("CARGO_PKG_VERSION"))];
         if logic.outputs.values().any(|output| output.mealy) {
@@ -83,7 +85,7 @@ impl Netlist {
 }
 
 /// A function becomes a wire if it has a name, if several need it, or if it lies deep inside an expression; in BLIF every gate does.
-fn choose_wires(logic: &Logic, is_blif: bool, names: &mut Names) -> (IdMap<Node, Option<String>>, Vec<(NodeId, Meta)>) {
+fn choose_wires(logic: &Logic, is_blif: bool, names: &mut Namer) -> (IdMap<Node, Option<String>>, Vec<(NodeId, Meta)>) {
     let roots = || {
         let flops = logic.flops.values().map(|flop| (flop.next, format!("next_{}", flop.name)));
         flops.chain(logic.outputs.values().map(|output| (output.value, format!("{}_d", output.name))))
@@ -110,7 +112,7 @@ fn choose_wires(logic: &Logic, is_blif: bool, names: &mut Names) -> (IdMap<Node,
     for wire in &logic.wires {
         if keep[wire.node] && is_gate(wire.node) && !is_wire[wire.node] {
             is_wire[wire.node] = true;
-            wires[wire.node] = Some(names.take(&wire.name));
+            wires[wire.node] = Some(names.name(&wire.name));
             meta.push((wire.node, wire.meta.clone()));
         }
     }
@@ -126,22 +128,25 @@ fn choose_wires(logic: &Logic, is_blif: bool, names: &mut Names) -> (IdMap<Node,
         }
         depth[id] = if is_wire[id] { 0 } else { below + u32::from(is_gate(id)) };
     }
-    // A wire without a name of its own is called after what needs it: the function nearest to the pins.
+    // A wire without a name of its own is called after what needs it: the function of a pin is `next_p2` or `R_d`, its parts have numbers.
     let mut owner: IdMap<Node, Option<u32>> = IdMap::filled(&logic.nodes, None);
-    let mut wanted: Vec<String> = Vec::new();
+    let mut owners: Vec<(String, u32)> = Vec::new();
     for (root, name) in roots() {
+        if is_wire[root] && wires[root].is_none() {
+            wires[root] = Some(names.name(&name));
+        }
         if owner[root].is_none() {
-            owner[root] = u32::try_from(wanted.len()).ok();
-            wanted.push(name);
+            owner[root] = u32::try_from(owners.len()).ok();
+            owners.push((name, 0));
         }
     }
     for (id, node) in logic.nodes.iter().rev() {
         if !keep[id] {
             continue;
         }
-        if let Some(name) = &wires[id] {
-            owner[id] = u32::try_from(wanted.len()).ok();
-            wanted.push(name.clone());
+        if let (Some(name), None) = (&wires[id], owner[id]) {
+            owner[id] = u32::try_from(owners.len()).ok();
+            owners.push((name.clone(), 0));
         }
         let own = owner[id];
         for_each_operand(node, |operand| {
@@ -152,8 +157,12 @@ fn choose_wires(logic: &Logic, is_blif: bool, names: &mut Names) -> (IdMap<Node,
     }
     for id in logic.nodes.ids() {
         if is_wire[id] && wires[id].is_none() {
-            let base = owner[id].and_then(|index| wanted.get(index as usize)).map_or("w", String::as_str);
-            wires[id] = Some(names.take(base));
+            let (base, count) = match owner[id].and_then(|index| owners.get_mut(index as usize)) {
+                Some((base, count)) => (base.as_str(), count),
+                None => continue,
+            };
+            *count += 1;
+            wires[id] = Some(names.name_with_suffix(base, &format!("_{count}")));
         }
     }
     (wires, meta)

@@ -1,7 +1,7 @@
 //! Putting the roles back on a circuit that was read.
 
 use crate::codes;
-use crate::{Emitted, Object};
+use crate::{Dialect, Emitted, Object};
 use grafsynth_ir::arena::{Arena, Id, IdMap};
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::logic::{FlopId, Logic, Node, NodeId, PinInput, PinOutput, PinRole};
@@ -17,7 +17,11 @@ use std::collections::BTreeMap;
 pub fn rebind(logic: &mut Logic, emitted: &Emitted) -> Vec<Diagnostic> {
     let mut findings = Vec::new();
     let read = std::mem::take(logic);
-    let key = |name: &str| name.to_ascii_lowercase();
+    let folds_case = match emitted.dialect {
+        Dialect::Palasm | Dialect::Cupl => true,
+        Dialect::Galasm | Dialect::Verilog | Dialect::Blif => false,
+    };
+    let key = |name: &str| if folds_case { name.to_ascii_lowercase() } else { name.to_owned() };
     let find_inputs: BTreeMap<String, _> = read.inputs.iter().map(|(id, input)| (key(&input.name), id)).collect();
     let find_flops: BTreeMap<String, FlopId> = read.flops.iter().map(|(id, flop)| (key(&flop.name), id)).collect();
     let find_outputs: BTreeMap<String, _> = read.outputs.iter().map(|(id, output)| (key(&output.name), id)).collect();
