@@ -45,7 +45,7 @@ mod tests {
                 (start, cells(FileId(0), start, line).map(|cell| cell.text).collect())
             })
             .collect();
-        assert_eq!(found, [(7, vec!["a", "b"]), (17, vec!["1", "2"])]);
+        assert_eq!(found, [(7, vec!["a", "b"]), (16, vec!["1", "2"])]);
         let b = cells(FileId(0), 7, " a , b\r").nth(1).unwrap();
         assert_eq!(&text[b.span.range()], "b");
     }

@@ -239,8 +239,8 @@ impl<'n> Generator<'n> {
         }
         match self.random.below(16) {
             0 | 1 => 0,
-            2 => self.random.below(self.max_dt as usize + 1) as u32,
-            3 | 4 if !self.spans.is_empty() => self.spans[self.random.below(self.spans.len())],
+            2 | 3 => self.random.below(self.max_dt as usize + 1) as u32,
+            4 | 5 if !self.spans.is_empty() => self.spans[self.random.below(self.spans.len())],
             _ => 1,
         }
     }

@@ -207,8 +207,9 @@ impl Layout {
             return;
         }
         let group_of = competing_groups(net);
-        let mut sets: BTreeMap<(usize, u64, u64), (Vec<TransitionId>, Vec<StepId>)> =
-            BTreeMap::new();
+        /// Transitions that age decides between, and the steps that follow them.
+        type Competitors = (Vec<TransitionId>, Vec<StepId>);
+        let mut sets: BTreeMap<(usize, u64, u64), Competitors> = BTreeMap::new();
         for (id, transition) in
             net.transitions.iter().filter(|(_, transition)| transition.kind == TransitionKind::Move)
         {

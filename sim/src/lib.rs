@@ -36,6 +36,9 @@ mod tables;
 mod trace;
 mod trace_text;
 
+#[cfg(test)]
+mod tests;
+
 pub use notes::{Notes, Noticed, Occurrence, Writer};
 pub use random::Random;
 pub use row::{Effect, InputRow, Open, Row};

@@ -84,7 +84,7 @@ pub(crate) fn restore(
     tables: &Tables,
     state: &mut State,
     text: &str,
-) -> Result<Restored, Diagnostic> {
+) -> Result<Restored, Vec<Diagnostic>> {
     let saved: Saved = serde_json::from_str(text)
         .map_err(|error| bad(format!("the saved state cannot be read: {error}")))?;
     if saved.format != FORMAT {
@@ -141,8 +141,11 @@ pub(crate) fn restore(
     Ok(restored)
 }
 
-fn bad(message: String) -> Diagnostic {
-    Diagnostic::error(codes::BAD_STATE, message).help("save the state again, or start from reset")
+fn bad(message: String) -> Vec<Diagnostic> {
+    vec![
+        Diagnostic::error(codes::BAD_STATE, message)
+            .help("save the state again, or start from reset"),
+    ]
 }
 
 /// Each order takes over the saved one that it shares most steps with; steps unknown there are older than all that are known.

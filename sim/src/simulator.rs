@@ -155,7 +155,7 @@ impl<'n> Simulator<'n> {
     ///
     /// # Errors
     /// The text is no saved state.
-    pub fn restore(&mut self, text: &str) -> Result<Restored, Diagnostic> {
+    pub fn restore(&mut self, text: &str) -> Result<Restored, Vec<Diagnostic>> {
         self.reset();
         let restored = saved::restore(self.net, &self.tables, &mut self.state, text)?;
         self.row.steps = self.state.situation.iter().collect();

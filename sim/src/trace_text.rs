@@ -156,7 +156,11 @@ impl Trace {
             (
                 Wire::Number(id, _) | Wire::Text(id),
                 Value::Number(_) | Value::Steps(_) | Value::Calls(_),
-            ) => writer.change_string(*id, &self.layout.text(value)),
+            ) => {
+                // A string must not be empty there.
+                let text = self.layout.text(value);
+                writer.change_string(*id, if text.is_empty() { "-" } else { &text })
+            }
             (Wire::Steps(_), Value::Number(_) | Value::Calls(_)) => Ok(()),
         }
     }

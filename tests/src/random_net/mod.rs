@@ -652,7 +652,8 @@ mod tests {
         let everything = Features::everything();
         let nets: Vec<Valid<Net>> = (0..600).map(|seed| random_net(seed, &everything)).collect();
         let count = |has: &dyn Fn(&Net) -> bool| nets.iter().filter(|net| has(net)).count();
-        let expected: [(&str, &dyn Fn(&Net) -> bool); 14] = [
+        type Has<'h> = &'h dyn Fn(&Net) -> bool;
+        let expected: [(&str, Has<'_>); 14] = [
             ("edges", &|net| !net.edges.is_empty()),
             ("timers", &|net| !net.timers.is_empty()),
             ("arrays", &|net| net.vars.values().any(|var| var.len.is_some())),

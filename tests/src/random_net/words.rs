@@ -219,16 +219,13 @@ impl Builder<'_> {
     fn number_leaf(&mut self, place: Place) -> Option<Expr> {
         let leaves = self.number_leaves(place);
         let found = *self.random.pick(&leaves)?;
-        match found {
-            Leaf::Var(var) => match self.net.vars[var].len {
-                Some(len) => {
-                    let index = self.index(place, len);
-                    Some(new(ExprKind::Element(found, Box::new(index))))
-                }
-                None => Some(leaf(found)),
-            },
-            other => Some(leaf(other)),
+        if let Leaf::Var(var) = found
+            && let Some(len) = self.net.vars[var].len
+        {
+            let index = self.index(place, len);
+            return Some(new(ExprKind::Element(found, Box::new(index))));
         }
+        Some(leaf(found))
     }
 
     /// An index within an array: a constant, or some number folded into it.
