@@ -20,8 +20,9 @@ pub(crate) mod numbers;
 pub(crate) mod parser;
 pub(crate) mod steps;
 pub(crate) mod token;
-mod write;
-mod write_expr;
+pub(crate) mod write;
+pub(crate) mod write_expr;
+pub(crate) mod write_text;
 
 use grafsynth_ir::chart::Design;
 use grafsynth_ir::diag::{Diagnostic, any_error};

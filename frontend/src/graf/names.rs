@@ -8,7 +8,7 @@ use super::steps::CLAUSES;
 
 /// Where a name stands: which words of the language would be taken for something else there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Position {
+pub(crate) enum Position {
     /// Only the reserved words are.
     Anywhere,
     /// Behind the keyword of a declaration.
@@ -55,7 +55,7 @@ const ACTION_WORDS: &[&str] = &[
 ];
 
 /// The name as the chart language writes it.
-pub(super) fn name(text: &str, position: Position) -> String {
+pub(crate) fn name(text: &str, position: Position) -> String {
     let taken = match position {
         Position::Anywhere => false,
         Position::Declared => matches!(text, "synchronous" | "registered" | "mealy" | "internal"),
@@ -77,7 +77,7 @@ pub(crate) fn is_writable(text: &str) -> bool {
 }
 
 /// A name with dots.
-pub(super) fn path(path: &Path, first: Position) -> String {
+pub(crate) fn path(path: &Path, first: Position) -> String {
     let mut out = String::new();
     for (index, part) in path.names.iter().enumerate() {
         if index > 0 {
@@ -89,7 +89,7 @@ pub(super) fn path(path: &Path, first: Position) -> String {
 }
 
 /// A signal of a board: dots and the number of a bit or element are part of its name.
-pub(super) fn signal(text: &str) -> String {
+pub(crate) fn signal(text: &str) -> String {
     let (stem, index) = match text.strip_suffix(']').and_then(|text| text.rsplit_once('[')) {
         Some((stem, digits))
             if !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit()) =>
@@ -106,7 +106,7 @@ pub(super) fn signal(text: &str) -> String {
 }
 
 /// A text in double quotes.
-pub(super) fn quoted(text: &str) -> String {
+pub(crate) fn quoted(text: &str) -> String {
     let mut out = String::with_capacity(text.len() + 2);
     out.push('"');
     for c in text.chars() {
@@ -124,7 +124,7 @@ pub(super) fn quoted(text: &str) -> String {
 }
 
 /// A duration in the largest unit that divides it.
-pub(super) fn duration(ns: u64) -> String {
+pub(crate) fn duration(ns: u64) -> String {
     let units = [
         (3_600_000_000_000, "h"),
         (60_000_000_000, "min"),

@@ -3,21 +3,18 @@
 //! Four spaces a level, 100 columns, one item a line; a short body stands on the line of its step. Signs become words, lists are parted by `;`,
 //! declarations stay together as they were written. Comments keep their place between items; one inside an item moves above it.
 
-use grafsynth_ir::Span;
-use grafsynth_ir::chart::{
-    ActionHow, Block, Board, Chart, Declaration, DeclarationKind, Design, Enclosing, Expr,
-    ForceOrder, Item, Macro, MacroStep, Place, Property, Setting, SettingKind, State, Step,
-    StepItem, StepItemKind, StepRole, Stmt, StmtKind, Transition,
-};
-use grafsynth_ir::expr::Type;
-use grafsynth_ir::net::{Meta, Qualifier, Side, Verbatim};
-
 use super::Comment;
-use super::items::{POLICIES, SCHEDULES};
 use super::lexer::Lexer;
 use super::names::{self, Position};
 use super::token::Kind;
-use super::write_expr::ExprWriter;
+use super::write_text::{
+    Text, attributes, conditions, keyword, macro_step, place_text, role_words, setting_text,
+};
+use grafsynth_ir::Span;
+use grafsynth_ir::chart::{
+    Block, Board, Chart, Declaration, DeclarationKind, Design, Enclosing, Expr, Item, Macro, State,
+    Step, StepItem, StepItemKind, Stmt, StmtKind, Transition,
+};
 
 /// The width that lines are kept within where that is possible.
 const WIDTH: usize = 100;
@@ -36,7 +33,7 @@ pub(super) fn write(design: &Design, source: Option<Source<'_>>) -> String {
         source,
         next_comment: 0,
         last_end: None,
-        exprs: ExprWriter::default(),
+        text: Text::default(),
     };
     writer.design(design);
     writer.out
@@ -49,7 +46,7 @@ struct Writer<'a> {
     next_comment: usize,
     /// Where in the source that ends which was written last; none at the start of a block, where no blank line is kept.
     last_end: Option<u32>,
-    exprs: ExprWriter,
+    text: Text,
 }
 
 impl Writer<'_> {
@@ -188,7 +185,7 @@ impl Writer<'_> {
             self.after(span.end);
         }
         for chart in &design.charts {
-            self.exprs.conditions = conditions(chart);
+            self.text.exprs.conditions = conditions(chart);
             if self.source.is_none() && !self.out.is_empty() {
                 self.blank();
             }
@@ -249,7 +246,7 @@ impl Writer<'_> {
             Item::Enclosing(enclosing) => self.enclosing(enclosing),
             Item::State(state) => self.state(state),
             Item::Property(property) => {
-                let text = self.property(property);
+                let text = self.text.property(property);
                 self.simple(property.meta.span, &text);
             }
             Item::Place(place) => self.simple(place.span, &place_text(place)),
@@ -303,7 +300,7 @@ impl Writer<'_> {
         let (Some(first), Some(last)) = (declarations.first(), declarations.last()) else { return };
         let keyword = keyword(first);
         let pieces: Vec<String> =
-            declarations.iter().map(|declaration| self.declaration(declaration)).collect();
+            declarations.iter().map(|declaration| self.text.declaration(declaration)).collect();
         let (start, end) = (first.meta.span.start, last.meta.span.end);
         if declarations.len() > 1 && self.has_comment(first.meta.span.end, end) {
             // One a line, so that each comment stays beside what it speaks of.
@@ -338,60 +335,6 @@ impl Writer<'_> {
         }
     }
 
-    fn declaration(&self, declaration: &Declaration) -> String {
-        let mut out = names::name(&declaration.name.text, Position::Declared);
-        match &declaration.kind {
-            DeclarationKind::Input { ty, .. } => out.push_str(&type_suffix(*ty)),
-            DeclarationKind::Output { ty, init, .. } => {
-                out.push_str(&type_suffix(*ty));
-                if let Some(init) = init {
-                    out.push_str(&format!(" = {}", self.exprs.text(init)));
-                }
-            }
-            DeclarationKind::Var { ty, len, init } => {
-                match (ty, len) {
-                    (Type::Bool, None) => {}
-                    (ty, None) => out.push_str(&format!(": {}", type_text(*ty))),
-                    (ty, Some(len)) => out.push_str(&format!(": {}[{len}]", type_text(*ty))),
-                }
-                match init.as_slice() {
-                    [] => {}
-                    [one] => out.push_str(&format!(" = {}", self.exprs.text(one))),
-                    many => {
-                        let values: Vec<String> =
-                            many.iter().map(|value| self.exprs.text(value)).collect();
-                        out.push_str(&format!(" = [{}]", values.join(", ")));
-                    }
-                }
-            }
-            DeclarationKind::Event { .. } => {}
-            DeclarationKind::Timer { condition } => {
-                out.push_str(&format!(" while {}", self.exprs.text(condition)))
-            }
-            DeclarationKind::ExternCondition { ty } => {
-                out.push_str("()");
-                out.push_str(&type_suffix(*ty));
-            }
-            DeclarationKind::ExternAction { params } => {
-                let params: Vec<String> = params
-                    .iter()
-                    .map(|(name, ty)| match name.as_str() {
-                        "" => type_text(*ty),
-                        name => {
-                            format!("{}: {}", names::name(name, Position::Anywhere), type_text(*ty))
-                        }
-                    })
-                    .collect();
-                out.push_str(&format!("({})", params.join(", ")));
-            }
-            DeclarationKind::Const { value } => {
-                out.push_str(&format!(" = {}", self.exprs.text(value)))
-            }
-        }
-        out.push_str(&attributes(&declaration.meta));
-        out
-    }
-
     // Steps
 
     fn step(&mut self, step: &Step) {
@@ -412,7 +355,7 @@ impl Writer<'_> {
         let has_body = !step.body.is_empty() || self.has_comment(open, span.end);
         if has_body && !self.has_comment(open, span.end) {
             let inline: Option<Vec<String>> =
-                step.body.iter().map(|item| self.inline_item(item)).collect();
+                step.body.iter().map(|item| self.text.inline_item(item)).collect();
             if let Some(items) = inline {
                 let text = format!("{head} {{ {} }}", items.join("; "));
                 if text.len() <= self.room() && !text.contains('\n') {
@@ -437,94 +380,8 @@ impl Writer<'_> {
         self.after(span.end);
     }
 
-    /// A step item on the line of its step: only what holds no list.
-    fn inline_item(&self, item: &StepItem) -> Option<String> {
-        match &item.kind {
-            StepItemKind::Action { .. }
-            | StepItemKind::Priority(_)
-            | StepItemKind::Budget(_)
-            | StepItemKind::Force { .. } => Some(self.step_item_head(item)),
-            StepItemKind::Code(verbatim) if !verbatim.text.contains('\n') => {
-                Some(self.step_item_head(item))
-            }
-            StepItemKind::Code(_)
-            | StepItemKind::Entry(_)
-            | StepItemKind::Exit(_)
-            | StepItemKind::On { .. }
-            | StepItemKind::Task { .. } => None,
-        }
-    }
-
-    /// The item without its list.
-    fn step_item_head(&self, item: &StepItem) -> String {
-        match &item.kind {
-            StepItemKind::Action { target, arguments, how, condition } => {
-                let arguments =
-                    arguments.as_ref().map_or_else(String::new, |all| self.arguments(all));
-                let condition = condition
-                    .as_ref()
-                    .map_or_else(String::new, |c| format!(" if {}", self.exprs.text(c)));
-                let action = format!("{}{arguments}", names::name(&target.text, Position::Action));
-                let latched = names::name(&target.text, Position::Anywhere);
-                let text = match how {
-                    ActionHow::Bare => action,
-                    ActionHow::After(ns) => format!("{action} after {}", names::duration(*ns)),
-                    ActionHow::For(ns) => format!("{action} for {}", names::duration(*ns)),
-                    // `set` and `reset` take a name only.
-                    ActionHow::Qualified(Qualifier::S, _) if arguments.is_empty() => {
-                        format!("set {latched}")
-                    }
-                    ActionHow::Qualified(Qualifier::R, _) if arguments.is_empty() => {
-                        format!("reset {latched}")
-                    }
-                    ActionHow::Qualified(qualifier, duration) => {
-                        let duration = duration
-                            .map_or_else(String::new, |ns| format!(" {}", names::duration(ns)));
-                        format!("{action} {}{duration}", qualifier_word(*qualifier))
-                    }
-                };
-                text + &condition
-            }
-            StepItemKind::Entry(_) => "entry".to_owned(),
-            StepItemKind::Exit(_) => "exit".to_owned(),
-            StepItemKind::On { events, guard, .. } => {
-                let mut words = Vec::new();
-                if !events.is_empty() {
-                    words.push(format!("on {}", event_list(events)));
-                }
-                if let Some(guard) = guard {
-                    words.push(format!("when {}", self.exprs.text(guard)));
-                } else if events.is_empty() {
-                    words.push("when true".to_owned());
-                }
-                words.join(" ")
-            }
-            StepItemKind::Priority(value) => format!("priority {value}"),
-            StepItemKind::Budget(value) => format!("budget {value}"),
-            StepItemKind::Task { name, cost, .. } => {
-                format!("task {} cost {cost}", names::name(&name.text, Position::Anywhere))
-            }
-            StepItemKind::Code(verbatim) => code(verbatim),
-            StepItemKind::Force { target, order } => {
-                let order = match order {
-                    ForceOrder::Situation(steps) if steps.is_empty() => "{}".to_owned(),
-                    ForceOrder::Situation(steps) => {
-                        let steps: Vec<String> = steps
-                            .iter()
-                            .map(|step| names::path(step, Position::Anywhere))
-                            .collect();
-                        format!("{{ {} }}", steps.join(", "))
-                    }
-                    ForceOrder::Init => "init".to_owned(),
-                    ForceOrder::Hold => "hold".to_owned(),
-                };
-                format!("force {} {order}", names::path(target, Position::Anywhere))
-            }
-        }
-    }
-
     fn step_item(&mut self, item: &StepItem) {
-        let head = self.step_item_head(item);
+        let head = self.text.step_item_head(item);
         match &item.kind {
             StepItemKind::Entry(block) | StepItemKind::Exit(block) => {
                 self.list(&head, block, item.span, item.span.start)
@@ -546,7 +403,7 @@ impl Writer<'_> {
         let (open, _) = self.find(Kind::OpenBrace, from, span.end);
         self.before(span.start, open);
         if !self.has_comment(open, span.end)
-            && let Some(text) = self.inline_list(block)
+            && let Some(text) = self.text.inline_list(block)
         {
             let text = format!("{head} {text}");
             // A wrapped head brings its own indentation.
@@ -564,66 +421,6 @@ impl Writer<'_> {
         self.after(span.end);
     }
 
-    /// `{ a; b }`, if every statement is of one line.
-    fn inline_list(&self, block: &Block) -> Option<String> {
-        if block.is_empty() {
-            return Some("{}".to_owned());
-        }
-        let stmts: Option<Vec<String>> = block.iter().map(|stmt| self.inline_stmt(stmt)).collect();
-        Some(format!("{{ {} }}", stmts?.join("; ")))
-    }
-
-    fn inline_stmt(&self, stmt: &Stmt) -> Option<String> {
-        match &stmt.kind {
-            StmtKind::If { .. } => None,
-            StmtKind::Code(verbatim) if verbatim.text.contains('\n') => None,
-            StmtKind::Assign { .. }
-            | StmtKind::Raise(_)
-            | StmtKind::Send { .. }
-            | StmtKind::Cancel(_)
-            | StmtKind::Call { .. }
-            | StmtKind::Code(_) => Some(self.stmt_text(stmt)),
-        }
-    }
-
-    fn stmt_text(&self, stmt: &Stmt) -> String {
-        match &stmt.kind {
-            StmtKind::Assign { target, index, value } => {
-                let index = index
-                    .as_ref()
-                    .map_or_else(String::new, |index| format!("[{}]", self.exprs.text(index)));
-                format!(
-                    "{}{index} := {}",
-                    names::path(target, Position::Anywhere),
-                    self.exprs.text(value)
-                )
-            }
-            StmtKind::Raise(event) => {
-                format!("raise {}", names::name(&event.text, Position::Anywhere))
-            }
-            StmtKind::Send { event, after, slot } => {
-                let after =
-                    after.map_or_else(String::new, |ns| format!(" after {}", names::duration(ns)));
-                let slot = slot.as_ref().map_or_else(String::new, |slot| {
-                    format!(" as {}", names::name(&slot.text, Position::Anywhere))
-                });
-                format!("send {}{after}{slot}", names::name(&event.text, Position::Anywhere))
-            }
-            StmtKind::Cancel(slot) => {
-                format!("cancel {}", names::name(&slot.text, Position::Anywhere))
-            }
-            StmtKind::Call { function, arguments } => {
-                format!(
-                    "call {}{}",
-                    names::name(&function.text, Position::Anywhere),
-                    self.arguments(arguments)
-                )
-            }
-            StmtKind::If { condition, .. } => format!("if {}", self.exprs.text(condition)),
-            StmtKind::Code(verbatim) => code(verbatim),
-        }
-    }
-
     fn stmts(&mut self, block: &Block) {
         for stmt in block {
             self.stmt(stmt);
@@ -636,7 +433,7 @@ impl Writer<'_> {
                 let (open, _) = self.find(Kind::OpenBrace, condition.span.end, stmt.span.end);
                 self.before(stmt.span.start, open);
                 self.conditional(
-                    &format!("if {}", self.exprs.text(condition)),
+                    &format!("if {}", self.text.exprs.text(condition)),
                     condition.span.end,
                     then,
                     otherwise,
@@ -650,7 +447,7 @@ impl Writer<'_> {
             | StmtKind::Cancel(_)
             | StmtKind::Call { .. }
             | StmtKind::Code(_) => {
-                let text = self.stmt_text(stmt);
+                let text = self.text.stmt_text(stmt);
                 self.simple(stmt.span, &text);
             }
         }
@@ -675,7 +472,7 @@ impl Writer<'_> {
         if let [Stmt { kind: StmtKind::If { condition, then, otherwise }, span }] =
             otherwise.as_slice()
         {
-            let head = format!("}} else if {}", self.exprs.text(condition));
+            let head = format!("}} else if {}", self.text.exprs.text(condition));
             self.close_to_else();
             self.conditional(&head, condition.span.end, then, otherwise, *span);
         } else {
@@ -692,60 +489,11 @@ impl Writer<'_> {
         }
     }
 
-    fn arguments(&self, arguments: &[Expr]) -> String {
-        let arguments: Vec<String> =
-            arguments.iter().map(|argument| self.exprs.text(argument)).collect();
-        format!("({})", arguments.join(", "))
-    }
-
     // Transitions
 
     fn transition(&mut self, transition: &Transition) {
         let span = transition.meta.span;
-        let mut head = String::new();
-        if let Some(name) = &transition.name {
-            head.push_str(&format!("{}: ", names::name(&name.text, Position::Anywhere)));
-        }
-        let sources: Vec<String> =
-            transition.sources.iter().map(|path| names::path(path, Position::Anywhere)).collect();
-        let targets: Vec<String> = transition
-            .targets
-            .iter()
-            .enumerate()
-            .map(|(index, path)| {
-                names::path(path, if index == 0 { Position::Target } else { Position::Anywhere })
-            })
-            .collect();
-        head.push_str(&sources.join(" & "));
-        head.push_str(if sources.is_empty() { "->" } else { " ->" });
-        if !targets.is_empty() {
-            head.push(' ');
-            head.push_str(&targets.join(" & "));
-        }
-        let mut clauses = Vec::new();
-        if !transition.events.is_empty() {
-            clauses.push(format!("on {}", event_list(&transition.events)));
-        }
-        let guard_at = clauses.len();
-        if let Some(guard) = &transition.guard {
-            clauses.push(format!("when {}", self.exprs.text(guard)));
-        }
-        if let Some((ns, _)) = transition.after {
-            clauses.push(format!("after {}", names::duration(ns)));
-        }
-        if let Some(priority) = transition.priority {
-            clauses.push(format!("priority {priority}"));
-        }
-        if transition.restart {
-            clauses.push("restart".to_owned());
-        }
-        if let Some(ns) = transition.deadline_ns {
-            clauses.push(format!("deadline {}", names::duration(ns)));
-        }
-        let attributes = attributes(&transition.meta);
-        if !attributes.is_empty() {
-            clauses.push(attributes.trim_start().to_owned());
-        }
+        let (head, clauses, guard_at) = self.text.transition(transition);
         let mut text = head.clone();
         for clause in &clauses {
             text.push(' ');
@@ -788,7 +536,7 @@ impl Writer<'_> {
             let room = self.room().saturating_sub(4);
             let lines = match guard
                 .filter(|_| index == guard_at && clause.len() > room)
-                .and_then(|guard| self.exprs.junction(guard))
+                .and_then(|guard| self.text.exprs.junction(guard))
             {
                 Some((word, pieces)) => fill("when ", &pieces, "", word, room),
                 None => vec![clause.clone()],
@@ -857,19 +605,6 @@ impl Writer<'_> {
         });
     }
 
-    fn property(&self, property: &Property) -> String {
-        let role = if property.is_assumption { "assume" } else { "assert" };
-        let name = property.name.as_ref().map_or_else(String::new, |name| {
-            format!("{}: ", names::name(&name.text, Position::Anywhere))
-        });
-        let quantor = if property.is_never { "never" } else { "always" };
-        format!(
-            "{role} {name}{quantor} ({}){}",
-            self.exprs.text(&property.expr),
-            attributes(&property.meta)
-        )
-    }
-
     fn board(&mut self, board: &Board) {
         let head = format!("device {}", names::name(&board.device.text, Position::Anywhere));
         if board.pins.is_empty() && !self.has_comment(board.span.start, board.span.end) {
@@ -925,32 +660,6 @@ fn class_of(item: &Item) -> Class {
     }
 }
 
-/// The names of extern conditions, which are written with parentheses.
-fn conditions(chart: &Chart) -> std::collections::BTreeSet<String> {
-    chart
-        .items
-        .iter()
-        .filter_map(|item| match item {
-            Item::Declaration(Declaration {
-                name,
-                kind: DeclarationKind::ExternCondition { .. },
-                ..
-            }) => Some(name.text.clone()),
-            Item::Declaration(_)
-            | Item::Setting(_)
-            | Item::Step(_)
-            | Item::Transition(_)
-            | Item::Macro(_)
-            | Item::MacroStep(_)
-            | Item::Enclosing(_)
-            | Item::State(_)
-            | Item::Property(_)
-            | Item::Place(_)
-            | Item::Board(_) => None,
-        })
-        .collect()
-}
-
 /// Pieces joined within `room` columns: the first line begins with `head`, `between` ends each piece but the last, `lead` begins each but the first.
 fn fill(head: &str, pieces: &[String], between: &str, lead: &str, room: usize) -> Vec<String> {
     let mut lines = Vec::new();
@@ -976,38 +685,6 @@ fn fill(head: &str, pieces: &[String], between: &str, lead: &str, room: usize) -
     lines
 }
 
-fn attributes(meta: &Meta) -> String {
-    let mut out = String::new();
-    if !meta.label.is_empty() {
-        out.push(' ');
-        out.push_str(&names::quoted(&meta.label));
-    }
-    for tag in &meta.req {
-        out.push_str(" req ");
-        out.push_str(&names::quoted(tag));
-    }
-    out
-}
-
-/// The keyword of a declaration with its modifiers.
-fn keyword(declaration: &Declaration) -> &'static str {
-    match &declaration.kind {
-        DeclarationKind::Input { synchronous: false, .. } => "input",
-        DeclarationKind::Input { synchronous: true, .. } => "input synchronous",
-        DeclarationKind::Output { registered: false, mealy: false, .. } => "output",
-        DeclarationKind::Output { registered: true, mealy: false, .. } => "output registered",
-        DeclarationKind::Output { registered: false, mealy: true, .. } => "output mealy",
-        DeclarationKind::Output { registered: true, mealy: true, .. } => "output registered mealy",
-        DeclarationKind::Var { .. } => "var",
-        DeclarationKind::Event { internal: false } => "event",
-        DeclarationKind::Event { internal: true } => "internal event",
-        DeclarationKind::Timer { .. } => "timer",
-        DeclarationKind::ExternCondition { .. } => "extern condition",
-        DeclarationKind::ExternAction { .. } => "extern action",
-        DeclarationKind::Const { .. } => "const",
-    }
-}
-
 /// Short declarations share a line when there is no source to follow.
 fn is_short(declaration: &Declaration) -> bool {
     declaration.meta.req.is_empty()
@@ -1021,120 +698,4 @@ fn is_short(declaration: &Declaration) -> bool {
             | DeclarationKind::Timer { .. }
             | DeclarationKind::Const { .. } => false,
         }
-}
-
-fn type_text(ty: Type) -> String {
-    match ty {
-        Type::Bool => "bool".to_owned(),
-        Type::Int { lo, hi } => format!("int {lo}..{hi}"),
-    }
-}
-
-/// What stands behind a name: nothing for a Boolean.
-fn type_suffix(ty: Type) -> String {
-    if ty.is_bool() { String::new() } else { format!(": {}", type_text(ty)) }
-}
-
-fn role_words(role: StepRole) -> &'static str {
-    match role {
-        StepRole::Plain => "",
-        StepRole::Initial => "initial ",
-        StepRole::MacroEntry => "entry ",
-        StepRole::MacroExit => "exit ",
-        StepRole::MacroEntryExit => "entry exit ",
-        StepRole::Final => "final ",
-    }
-}
-
-fn macro_step(step: &MacroStep) -> String {
-    let initial = if step.is_initial { "initial " } else { "" };
-    let priority = step.priority.map_or_else(String::new, |value| format!(" priority {value}"));
-    format!(
-        "{initial}macro step {} = {}{priority}{}",
-        names::name(&step.name.text, Position::Anywhere),
-        names::name(&step.body.text, Position::Anywhere),
-        attributes(&step.meta)
-    )
-}
-
-fn place_text(place: &Place) -> String {
-    let items: Vec<String> =
-        place.items.iter().map(|item| names::path(item, Position::Anywhere)).collect();
-    let side = match place.side {
-        Side::Chip => "chip",
-        Side::Cpu => "cpu",
-    };
-    format!("place {} on {side}", items.join(", "))
-}
-
-fn event_list(events: &[grafsynth_ir::Name]) -> String {
-    let events: Vec<String> = events
-        .iter()
-        .enumerate()
-        .map(|(index, event)| {
-            names::name(&event.text, if index == 0 { Position::Target } else { Position::Anywhere })
-        })
-        .collect();
-    events.join(", ")
-}
-
-/// `code c "…"`; several lines stand between triple quotes, where nothing is escaped.
-fn code(verbatim: &Verbatim) -> String {
-    let language = names::name(&verbatim.language, Position::Anywhere);
-    let text = &verbatim.text;
-    let is_raw = text.contains('\n')
-        && !text.contains("\"\"\"")
-        && !text.ends_with('"')
-        && !text.contains('\r');
-    if is_raw {
-        format!("code {language} \"\"\"\n{text}\"\"\"")
-    } else {
-        format!("code {language} {}", names::quoted(text))
-    }
-}
-
-fn qualifier_word(qualifier: Qualifier) -> &'static str {
-    match qualifier {
-        Qualifier::N => "N",
-        Qualifier::R => "R",
-        Qualifier::S => "S",
-        Qualifier::L => "L",
-        Qualifier::D => "D",
-        Qualifier::P => "pulse",
-        Qualifier::P0 => "P0",
-        Qualifier::P1 => "P1",
-        Qualifier::SD => "SD",
-        Qualifier::DS => "DS",
-        Qualifier::SL => "SL",
-    }
-}
-
-fn setting_text(setting: &Setting) -> String {
-    match &setting.kind {
-        SettingKind::Tick(ns) => format!("tick {}", names::duration(*ns)),
-        SettingKind::Conflict(policy) => {
-            format!(
-                "conflict {}",
-                POLICIES.iter().find(|(_, other)| other == policy).map_or("", |(word, _)| word)
-            )
-        }
-        SettingKind::EvolutionSingle => "evolution single".to_owned(),
-        SettingKind::EvolutionStable(None) => "evolution stable".to_owned(),
-        SettingKind::EvolutionStable(Some(limit)) => format!("evolution stable limit {limit}"),
-        SettingKind::Schedule(schedule) => {
-            format!(
-                "schedule {}",
-                SCHEDULES.iter().find(|(_, other)| other == schedule).map_or("", |(word, _)| word)
-            )
-        }
-        SettingKind::FireOne(true) => "fire one".to_owned(),
-        SettingKind::FireOne(false) => "fire all".to_owned(),
-        SettingKind::AssignSimultaneous(true) => "assign simultaneous".to_owned(),
-        SettingKind::AssignSimultaneous(false) => "assign ordered".to_owned(),
-        SettingKind::ActionsIec => "actions iec".to_owned(),
-        SettingKind::FinalScan => "final scan".to_owned(),
-        SettingKind::Queue(n) => format!("queue {n}"),
-        SettingKind::EventsExclusive => "events exclusive".to_owned(),
-        SettingKind::Priority(n) => format!("priority {n}"),
-    }
 }

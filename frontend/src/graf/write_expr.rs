@@ -22,21 +22,30 @@ enum Level {
 
 /// Writes expressions of one design.
 #[derive(Debug, Clone, Default)]
-pub(super) struct ExprWriter {
+pub(crate) struct ExprWriter {
     /// Names that are written with parentheses.
-    pub(super) conditions: BTreeSet<String>,
+    pub(crate) conditions: BTreeSet<String>,
+    /// Junctions and negations in the signs of Grafcet: `a*/b + c`.
+    pub(crate) signs: bool,
 }
 
 impl ExprWriter {
     /// The expression as text.
-    pub(super) fn text(&self, expr: &Expr) -> String {
+    pub(crate) fn text(&self, expr: &Expr) -> String {
         let mut out = String::new();
         self.write(&mut out, expr, Level::Open);
         out
     }
 
+    /// The expression as a factor of a product.
+    pub(crate) fn factor(&self, expr: &Expr) -> String {
+        let mut out = String::new();
+        self.write(&mut out, expr, Level::Prefix);
+        out
+    }
+
     /// The operands of the outermost junction with the word between them, for breaking long lines; none when there is no junction.
-    pub(super) fn junction(&self, expr: &Expr) -> Option<(&'static str, Vec<String>)> {
+    pub(crate) fn junction(&self, expr: &Expr) -> Option<(&'static str, Vec<String>)> {
         let (word, operands, level) = match &expr.kind {
             ExprKind::And(operands) => ("and ", operands, Level::Not),
             ExprKind::Or(operands) => ("or ", operands, Level::And),
@@ -61,8 +70,20 @@ impl ExprWriter {
     fn write(&self, out: &mut String, expr: &Expr, within: Level) {
         let own = match &expr.kind {
             ExprKind::Select(..) => Level::Open,
-            ExprKind::Or(all) if all.len() > 1 => Level::Or,
-            ExprKind::And(all) if all.len() > 1 => Level::And,
+            ExprKind::Or(all) if all.len() > 1 => {
+                if self.signs {
+                    Level::Add
+                } else {
+                    Level::Or
+                }
+            }
+            ExprKind::And(all) if all.len() > 1 => {
+                if self.signs {
+                    Level::Mul
+                } else {
+                    Level::And
+                }
+            }
             // One operand is that operand.
             ExprKind::Or(all) | ExprKind::And(all) => {
                 match all.first() {
@@ -75,7 +96,13 @@ impl ExprWriter {
                 }
                 return;
             }
-            ExprKind::Not(_) => Level::Not,
+            ExprKind::Not(_) => {
+                if self.signs {
+                    Level::Prefix
+                } else {
+                    Level::Not
+                }
+            }
             ExprKind::Compare(..) => Level::Compare,
             ExprKind::Arith(ArithOp::Add | ArithOp::Sub, ..) => Level::Add,
             ExprKind::Arith(ArithOp::Mul | ArithOp::Div | ArithOp::Mod, ..) => Level::Mul,
@@ -114,19 +141,30 @@ impl ExprWriter {
                 self.write(out, index, Level::Open);
                 out.push(']');
             }
+            ExprKind::Not(inner) if self.signs => {
+                out.push('/');
+                self.write(out, inner, Level::Prefix);
+            }
             ExprKind::Not(inner) => {
                 out.push_str("not ");
                 let is_not = matches!(inner.kind, ExprKind::Not(_));
                 self.write(out, inner, if is_not { Level::Not } else { Level::Prefix });
             }
+            ExprKind::And(all) if self.signs => self.list(out, all, "*", Level::Prefix),
+            ExprKind::Or(all) if self.signs => self.list(out, all, " + ", Level::Mul),
             ExprKind::And(all) => self.list(out, all, " and ", Level::Not),
             ExprKind::Or(all) => self.list(out, all, " or ", Level::And),
             ExprKind::Compare(op, a, b) => {
-                self.write(out, a, Level::Add);
+                // A junction of signs inside a comparison reads in two ways, so it stands in parentheses.
+                let level = |side: &Expr| {
+                    let is_junction = matches!(side.kind, ExprKind::And(_) | ExprKind::Or(_));
+                    if is_junction { Level::Prefix } else { Level::Add }
+                };
+                self.write(out, a, level(a));
                 out.push(' ');
                 out.push_str(op.symbol());
                 out.push(' ');
-                self.write(out, b, Level::Add);
+                self.write(out, b, level(b));
             }
             ExprKind::Neg(inner) => {
                 out.push('-');

@@ -20,8 +20,10 @@
 //! lines `# option: …` in the words of the chart language. `docs/language.md` has the table.
 
 mod read;
+mod write;
 
 pub use read::{parse, parse_within};
+pub use write::{write_design, write_net};
 
 #[cfg(test)]
 mod tests;

@@ -1,5 +1,6 @@
 //! Rules text to a chart.
 
+use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::chart::{
@@ -436,7 +437,7 @@ impl Builder {
         let has = |items: &[Item], test: fn(&SettingKind) -> bool| {
             items.iter().any(|item| matches!(item, Item::Setting(setting) if test(&setting.kind)))
         };
-        let defaults: [(fn(&SettingKind) -> bool, SettingKind); 3] = [
+        let defaults: [Default; 3] = [
             (
                 |kind| {
                     matches!(kind, SettingKind::EvolutionSingle | SettingKind::EvolutionStable(_))
@@ -472,17 +473,18 @@ impl Builder {
             match item {
                 Item::Declaration(declaration) => {
                     let name = declaration.name.clone();
-                    if declared.contains_key(&name.text) {
-                        self.findings.report(|| {
+                    match declared.entry(name.text.clone()) {
+                        Entry::Vacant(place) => {
+                            place.insert(declaration);
+                            order.push(name.text);
+                        }
+                        Entry::Occupied(_) => self.findings.report(|| {
                             Diagnostic::error(
                                 codes::OPTION,
                                 format!("`{}` is declared twice", short(&name.text)),
                             )
                             .at(name.span, "again here")
-                        });
-                    } else {
-                        order.push(name.text.clone());
-                        declared.insert(name.text, declaration);
+                        }),
                     }
                 }
                 item @ (Item::Setting(_)
@@ -754,6 +756,9 @@ impl Builder {
         }
     }
 }
+
+/// A setting that rules have without saying so, and what tells whether an option says it.
+type Default = (fn(&SettingKind) -> bool, SettingKind);
 
 /// A Boolean input or output that only its list declares.
 fn plain(name: &Name, is_output: bool) -> Declaration {

@@ -1,0 +1,500 @@
+//! A flat chart to rules text.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write;
+
+use grafsynth_ir::Span;
+use grafsynth_ir::chart::{
+    ActionHow, Chart, Declaration, DeclarationKind, Design, Expr, Item, Leaf, Path, SettingKind,
+    Step, StepItem, StepItemKind, StepRole, Transition,
+};
+use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::expr::{ExprKind, Type};
+use grafsynth_ir::net::{Meta, Net, Policy};
+
+use crate::codes;
+use crate::graf::names::{self, Position, is_writable};
+use crate::graf::write_text::{Text, attributes, conditions, keyword, place_text, setting_text};
+
+/// Writes a net as rules.
+///
+/// # Errors
+/// Everything in the net that rules cannot say: several charts, macro-steps, hierarchy.
+pub fn write_net(net: &Net) -> Result<String, Vec<Diagnostic>> {
+    crate::from_net::design(net).and_then(|design| write_design(&design))
+}
+
+/// Writes a flat chart as rules.
+///
+/// # Errors
+/// Several charts, macros, constants and whatever else makes a chart more than flat.
+pub fn write_design(design: &Design) -> Result<String, Vec<Diagnostic>> {
+    let [chart] = design.charts.as_slice() else {
+        let n = design.charts.len();
+        let span = design.charts.get(1).map_or(Span::default(), |chart| chart.name.span);
+        return Err(vec![cannot(format!("rules describe one chart, not {n}"), span)]);
+    };
+    let mut writer = Writer { text: Text::default(), findings: Vec::new(), mealy: BTreeMap::new() };
+    writer.text.exprs.conditions = conditions(chart);
+    let rules = writer.chart(chart);
+    if writer.findings.is_empty() { Ok(rules) } else { Err(writer.findings) }
+}
+
+fn cannot(message: impl Into<String>, span: Span) -> Diagnostic {
+    Diagnostic::error(codes::CANNOT_WRITE, message)
+        .at(span, "this")
+        .help("write it as a chart (`.graf`)")
+}
+
+struct Writer {
+    text: Text,
+    findings: Vec<Diagnostic>,
+    /// For each transition, the outputs that its rule gives as sub-rules.
+    mealy: BTreeMap<usize, Vec<String>>,
+}
+
+/// The parts of a flat chart.
+#[derive(Default)]
+struct Flat<'a> {
+    steps: Vec<&'a Step>,
+    transitions: Vec<&'a Transition>,
+    declarations: Vec<&'a Declaration>,
+    /// Names of outputs that are no extern actions.
+    outputs: BTreeSet<&'a str>,
+}
+
+impl Writer {
+    fn chart(&mut self, chart: &Chart) -> String {
+        let mut options: Vec<String> = Vec::new();
+        if chart.name.text != "rules" || !attributes(&chart.meta).is_empty() {
+            options.push(format!(
+                "chart {}{}",
+                names::name(&chart.name.text, Position::Anywhere),
+                attributes(&chart.meta)
+            ));
+        }
+        let mut flat = Flat::default();
+        let mut behind = Vec::new();
+        // The reader brings these where an option does not say otherwise.
+        let mut missing = vec!["tick", "conflict", "evolution"];
+        for item in &chart.items {
+            match item {
+                Item::Setting(setting) => {
+                    let (word, is_default) = match &setting.kind {
+                        SettingKind::Tick(ns) => ("tick", *ns == 10_000_000),
+                        SettingKind::Conflict(policy) => {
+                            ("conflict", *policy == Policy::PriorityAge)
+                        }
+                        SettingKind::EvolutionSingle => ("evolution", true),
+                        SettingKind::EvolutionStable(_) => ("evolution", false),
+                        SettingKind::Schedule(_)
+                        | SettingKind::FireOne(_)
+                        | SettingKind::AssignSimultaneous(_)
+                        | SettingKind::ActionsIec
+                        | SettingKind::FinalScan
+                        | SettingKind::Queue(_)
+                        | SettingKind::EventsExclusive
+                        | SettingKind::Priority(_) => ("", false),
+                    };
+                    missing.retain(|other| *other != word);
+                    if !is_default {
+                        options.push(setting_text(setting));
+                    }
+                }
+                Item::Declaration(declaration) => {
+                    if matches!(declaration.kind, DeclarationKind::Output { .. }) {
+                        flat.outputs.insert(&declaration.name.text);
+                    }
+                    flat.declarations.push(declaration);
+                }
+                Item::Step(step) => flat.steps.push(step),
+                Item::Transition(transition) => flat.transitions.push(transition),
+                Item::Property(property) => {
+                    self.text.exprs.signs = true;
+                    behind.push(self.text.property(property));
+                }
+                Item::Place(place) => behind.push(place_text(place)),
+                Item::Board(board) => {
+                    let pins: Vec<String> = board
+                        .pins
+                        .iter()
+                        .map(|(name, pin)| format!("{} {pin}", names::signal(&name.text)))
+                        .collect();
+                    behind.push(format!(
+                        "device {} {{ {} }}",
+                        names::name(&board.device.text, Position::Anywhere),
+                        pins.join("  ")
+                    ));
+                }
+                Item::Macro(one) => self
+                    .findings
+                    .push(cannot(format!("rules have no macros: {}", one.name), one.name.span)),
+                Item::MacroStep(one) => self.findings.push(cannot(
+                    format!("rules have no macro-steps: {}", one.name),
+                    one.name.span,
+                )),
+                Item::Enclosing(one) => {
+                    self.findings.push(cannot(
+                        format!("rules have no enclosing steps: {}", one.step.name),
+                        one.step.name.span,
+                    ));
+                }
+                Item::State(one) => self.findings.push(cannot(
+                    format!("rules have no states: {}", one.step.name),
+                    one.step.name.span,
+                )),
+            }
+        }
+        // What a chart has where it says nothing.
+        for word in missing {
+            match word {
+                "conflict" => options.push("conflict all".to_owned()),
+                "evolution" => options.push("evolution stable".to_owned()),
+                _ => {}
+            }
+        }
+        self.rules(&flat, options, behind)
+    }
+
+    fn rules(&mut self, flat: &Flat<'_>, mut options: Vec<String>, behind: Vec<String>) -> String {
+        self.text.exprs.signs = true;
+        let sub_rules = self.sub_rules(flat);
+        let mut lists: [(&str, Vec<String>); 5] = [
+            ("Step", Vec::new()),
+            ("Transition", Vec::new()),
+            ("Input", Vec::new()),
+            ("Output", Vec::new()),
+            ("Marking", Vec::new()),
+        ];
+        for declaration in &flat.declarations {
+            let name = self.name(&declaration.name);
+            let is_input = match declaration.kind {
+                DeclarationKind::Input { .. }
+                | DeclarationKind::Event { .. }
+                | DeclarationKind::ExternCondition { .. } => Some(true),
+                DeclarationKind::Output { .. } | DeclarationKind::ExternAction { .. } => {
+                    Some(false)
+                }
+                DeclarationKind::Var { .. }
+                | DeclarationKind::Timer { .. }
+                | DeclarationKind::Const { .. } => None,
+            };
+            if let Some(is_input) = is_input {
+                lists[if is_input { 2 } else { 3 }].1.push(name);
+            }
+            if !is_plain(declaration, &sub_rules) {
+                options.push(format!(
+                    "{} {}",
+                    keyword(declaration),
+                    self.text.declaration(declaration)
+                ));
+            }
+        }
+        let mut step_rules = Vec::new();
+        for step in &flat.steps {
+            let name = self.name(&step.name);
+            match step.role {
+                StepRole::Plain => {}
+                StepRole::Initial => lists[4].1.push(name.clone()),
+                StepRole::MacroEntry
+                | StepRole::MacroExit
+                | StepRole::MacroEntryExit
+                | StepRole::Final => {
+                    self.findings.push(cannot(
+                        format!("step {} has a part that rules have no words for", step.name),
+                        step.name.span,
+                    ));
+                }
+            }
+            lists[0].1.push(name);
+            self.step(step, flat, &sub_rules, &mut step_rules, &mut options);
+        }
+        let mut transition_rules = Vec::new();
+        for (index, transition) in flat.transitions.iter().enumerate() {
+            self.transition(
+                index,
+                transition,
+                &mut lists[1].1,
+                &mut transition_rules,
+                &mut options,
+            );
+        }
+        options.extend(behind);
+
+        let mut out = String::new();
+        for option in options {
+            let _ = writeln!(out, "# option: {option}");
+        }
+        for (word, names) in lists.iter().filter(|(_, names)| !names.is_empty()) {
+            let _ = writeln!(out, "{word} {}", names.join(", "));
+        }
+        for (heading, rules) in [("Transitions:", transition_rules), ("Steps:", step_rules)] {
+            if !rules.is_empty() {
+                let _ = writeln!(out, "{heading}");
+            }
+            for rule in rules {
+                let _ = writeln!(out, "{rule}");
+            }
+        }
+        out
+    }
+
+    /// A name in a list or rule; the words of headings are quoted.
+    fn name(&mut self, name: &grafsynth_ir::Name) -> String {
+        if !is_writable(&name.text) {
+            self.findings.push(cannot(
+                format!(
+                    "a name that is empty or has a backquote or line break in it: {:?}",
+                    name.text
+                ),
+                name.span,
+            ));
+        }
+        if matches!(name.text.as_str(), "Transitions" | "Steps") {
+            return format!("`{name}`");
+        }
+        names::name(&name.text, Position::Anywhere)
+    }
+
+    fn step(
+        &mut self,
+        step: &Step,
+        flat: &Flat<'_>,
+        sub_rules: &BTreeMap<String, bool>,
+        rules: &mut Vec<String>,
+        options: &mut Vec<String>,
+    ) {
+        let label = self.name(&step.name);
+        let mut rest = Vec::new();
+        for item in &step.body {
+            match &item.kind {
+                StepItemKind::Action {
+                    target,
+                    arguments: None,
+                    how: ActionHow::Bare,
+                    condition,
+                } if flat.outputs.contains(target.text.as_str()) => {
+                    // Sub-rules of transition rules bring it.
+                    if sub_rules.get(&target.text) == Some(&true) {
+                        continue;
+                    }
+                    let target = self.name(target);
+                    let left = condition.as_ref().map_or_else(String::new, |condition| {
+                        format!("{} ", self.text.exprs.text(condition))
+                    });
+                    rules.push(format!("{label}: {left}|- {target}"));
+                }
+                StepItemKind::Action { .. }
+                | StepItemKind::Entry(_)
+                | StepItemKind::Exit(_)
+                | StepItemKind::On { .. }
+                | StepItemKind::Priority(_)
+                | StepItemKind::Budget(_)
+                | StepItemKind::Task { .. }
+                | StepItemKind::Code(_)
+                | StepItemKind::Force { .. } => rest.push(self.text.one_line_item(item)),
+            }
+        }
+        let attributes = attributes(&step.meta);
+        if !rest.is_empty() || !attributes.is_empty() {
+            let body =
+                if rest.is_empty() { String::new() } else { format!(" {{ {} }}", rest.join("; ")) };
+            options.push(format!("step {label}{attributes}{body}"));
+        }
+    }
+
+    fn transition(
+        &mut self,
+        index: usize,
+        transition: &Transition,
+        labels: &mut Vec<String>,
+        rules: &mut Vec<String>,
+        options: &mut Vec<String>,
+    ) {
+        let label = match &transition.name {
+            Some(name) => self.name(name),
+            None => {
+                self.findings.push(cannot("a transition without a name", transition.meta.span));
+                return;
+            }
+        };
+        let mut left: Vec<String> =
+            transition.sources.iter().map(|path| names::path(path, Position::Anywhere)).collect();
+        match transition.guard.as_ref().map(|guard| (&guard.kind, guard)) {
+            Some((ExprKind::And(factors), _)) if factors.len() > 1 => {
+                left.extend(factors.iter().map(|factor| self.text.exprs.factor(factor)));
+            }
+            Some((_, guard)) => left.push(self.text.exprs.factor(guard)),
+            None => {}
+        }
+        let mut right: Vec<String> = transition
+            .targets
+            .iter()
+            .map(|path| format!("@{}", names::path(path, Position::Anywhere)))
+            .collect();
+        right.extend(self.mealy.remove(&index).unwrap_or_default());
+        let left = if left.is_empty() { String::new() } else { format!("{} ", left.join("*")) };
+        let right = if right.is_empty() { String::new() } else { format!(" {}", right.join("*")) };
+        rules.push(format!("{label}: {left}|-{right}"));
+        labels.push(label.clone());
+
+        // Everything but steps and receptivity stands in an option.
+        let bare = Transition {
+            name: None,
+            sources: Vec::new(),
+            targets: Vec::new(),
+            guard: None,
+            ..transition.clone()
+        };
+        let (_, mut clauses, _) = self.text.transition(&bare);
+        if !transition.actions.is_empty() {
+            clauses.push(format!("do {}", self.text.one_line_list(&transition.actions)));
+        }
+        if !clauses.is_empty() {
+            options.push(format!("transition {label}: {}", clauses.join(" ")));
+        }
+    }
+
+    /// The mealy outputs, and whether all that drives each can stand in transition rules: every share is the left side of one rule, and reading the
+    /// rules brings the shares back in their order.
+    fn sub_rules(&mut self, flat: &Flat<'_>) -> BTreeMap<String, bool> {
+        let mut found = BTreeMap::new();
+        // Left sides by the step that carries the share.
+        let mut left_sides: BTreeMap<String, Vec<(usize, Vec<Expr>)>> = BTreeMap::new();
+        for (index, transition) in flat.transitions.iter().enumerate() {
+            if let Some((first, others)) = transition.sources.split_first() {
+                let mut factors: Vec<Expr> = others.iter().map(active).collect();
+                match transition.guard.as_ref().map(|guard| (&guard.kind, guard)) {
+                    Some((ExprKind::And(inner), _)) => factors.extend(inner.iter().cloned()),
+                    Some((_, guard)) => factors.push(guard.clone()),
+                    None => {}
+                }
+                let factors = factors.iter().map(without_places).collect();
+                left_sides.entry(first.to_string()).or_default().push((index, factors));
+            }
+        }
+        for declaration in &flat.declarations {
+            if !matches!(declaration.kind, DeclarationKind::Output { mealy: true, .. }) {
+                continue;
+            }
+            let name = &declaration.name.text;
+            let rules = rules_of(name, flat, &left_sides);
+            found.insert(name.clone(), rules.is_some());
+            for rule in rules.into_iter().flatten() {
+                let name = self.name(&declaration.name);
+                self.mealy.entry(rule).or_default().push(name);
+            }
+        }
+        found
+    }
+}
+
+/// The transitions whose left sides are the shares of an output, in order; none when there is a share that is no left side.
+fn rules_of(
+    name: &str,
+    flat: &Flat<'_>,
+    left_sides: &BTreeMap<String, Vec<(usize, Vec<Expr>)>>,
+) -> Option<Vec<usize>> {
+    let mut rules = Vec::new();
+    for step in &flat.steps {
+        let empty = Vec::new();
+        let candidates = left_sides.get(&step.name.text).unwrap_or(&empty);
+        let mut next = 0;
+        for item in &step.body {
+            let condition = share(item, name)?;
+            let Some(condition) = condition else { continue };
+            // In the order of transitions, each rule once.
+            let at = candidates[next..].iter().position(|(_, factors)| *factors == condition)?;
+            rules.push(candidates[next + at].0);
+            next += at + 1;
+        }
+    }
+    (!rules.is_empty()).then_some(rules)
+}
+
+/// The factors under which a step item drives this output; nothing for other items; none when it drives it otherwise.
+fn share(item: &StepItem, name: &str) -> Option<Option<Vec<Expr>>> {
+    match &item.kind {
+        StepItemKind::Action { target, arguments: None, how: ActionHow::Bare, condition }
+            if target.text == name =>
+        {
+            let factors = match condition.as_ref().map(|condition| (&condition.kind, condition)) {
+                Some((ExprKind::And(inner), _)) => inner.iter().map(without_places).collect(),
+                Some((_, condition)) => vec![without_places(condition)],
+                None => Vec::new(),
+            };
+            Some(Some(factors))
+        }
+        StepItemKind::Action { target, .. } if target.text == name => None,
+        StepItemKind::Action { .. }
+        | StepItemKind::Entry(_)
+        | StepItemKind::Exit(_)
+        | StepItemKind::On { .. }
+        | StepItemKind::Priority(_)
+        | StepItemKind::Budget(_)
+        | StepItemKind::Task { .. }
+        | StepItemKind::Code(_)
+        | StepItemKind::Force { .. } => Some(None),
+    }
+}
+
+fn active(path: &Path) -> Expr {
+    let mut names = path.names.clone();
+    names.push(grafsynth_ir::Name::new("active", Span::default()));
+    Expr::leaf(Leaf::Name(Path { names }), Span::default())
+}
+
+/// The same expression at no place, to be compared.
+fn without_places(expr: &Expr) -> Expr {
+    let bare = |leaf: &Leaf| match leaf {
+        Leaf::Name(path) => {
+            let names = path
+                .names
+                .iter()
+                .map(|name| grafsynth_ir::Name::new(name.text.clone(), Span::default()))
+                .collect();
+            Leaf::Name(Path { names })
+        }
+        Leaf::Rise(inner) => Leaf::Rise(Box::new(without_places(inner))),
+        Leaf::Fall(inner) => Leaf::Fall(Box::new(without_places(inner))),
+        Leaf::Otherwise => Leaf::Otherwise,
+        Leaf::Duration(ns) => Leaf::Duration(*ns),
+        Leaf::Delay(on, inner, off) => Leaf::Delay(*on, Box::new(without_places(inner)), *off),
+    };
+    let inner = |one: &Expr| Box::new(without_places(one));
+    let kind = match &expr.kind {
+        ExprKind::Bool(value) => ExprKind::Bool(*value),
+        ExprKind::Int(value) => ExprKind::Int(*value),
+        ExprKind::Leaf(leaf) => ExprKind::Leaf(bare(leaf)),
+        ExprKind::Element(leaf, index) => ExprKind::Element(bare(leaf), inner(index)),
+        ExprKind::Not(a) => ExprKind::Not(inner(a)),
+        ExprKind::And(all) => ExprKind::And(all.iter().map(without_places).collect()),
+        ExprKind::Or(all) => ExprKind::Or(all.iter().map(without_places).collect()),
+        ExprKind::Compare(op, a, b) => ExprKind::Compare(*op, inner(a), inner(b)),
+        ExprKind::Neg(a) => ExprKind::Neg(inner(a)),
+        ExprKind::Arith(op, a, b) => ExprKind::Arith(*op, inner(a), inner(b)),
+        ExprKind::Select(a, b, c) => ExprKind::Select(inner(a), inner(b), inner(c)),
+    };
+    Expr::new(kind, Span::default())
+}
+
+/// True when the lists alone declare it.
+fn is_plain(declaration: &Declaration, sub_rules: &BTreeMap<String, bool>) -> bool {
+    let Meta { label, req, span: _ } = &declaration.meta;
+    label.is_empty()
+        && req.is_empty()
+        && match &declaration.kind {
+            DeclarationKind::Input { ty: Type::Bool, synchronous: false } => true,
+            DeclarationKind::Output { ty: Type::Bool, init: None, registered: false, mealy } => {
+                !mealy || sub_rules.get(&declaration.name.text) == Some(&true)
+            }
+            DeclarationKind::Input { .. }
+            | DeclarationKind::Output { .. }
+            | DeclarationKind::Var { .. }
+            | DeclarationKind::Event { .. }
+            | DeclarationKind::Timer { .. }
+            | DeclarationKind::ExternCondition { .. }
+            | DeclarationKind::ExternAction { .. }
+            | DeclarationKind::Const { .. } => false,
+        }
+}
