@@ -8,9 +8,7 @@ use super::statements::ListKind;
 use crate::chart::{self, Path, StepItemKind};
 use crate::diag::Diagnostic;
 use crate::expr::{CompareOp, Expr, ExprKind};
-use crate::net::{
-    Enter, InputId, Leaf, Meta, Policy, StepId, Task, TransitionId,
-};
+use crate::net::{Enter, InputId, Leaf, Meta, Policy, StepId, Task, TransitionId};
 use crate::span::{Name, Span};
 
 /// After `roles` and `declarations`: conditions and lists read outputs.
@@ -138,11 +136,8 @@ fn reaction<'a>(
         unreachable!("only `on` items become reactions");
     };
     let events = event_list(lowering, scope, events);
-    let place = Place {
-        edges: true,
-        events: true,
-        ..Place::level(scope, "the condition of a reaction")
-    };
+    let place =
+        Place { edges: true, events: true, ..Place::level(scope, "the condition of a reaction") };
     let guard = guard.as_ref().map(|guard| lowering.condition::<Leaf>(guard, &place));
     let actions = lowering.block(scope, ListKind::Change, actions);
     let reaction = &mut lowering.net.transitions[id];
@@ -157,7 +152,11 @@ fn reaction<'a>(
 }
 
 /// The events after `on`, each once.
-pub(super) fn event_list(lowering: &mut Lowering<'_>, scope: ScopeId, names: &[Name]) -> Vec<InputId> {
+pub(super) fn event_list(
+    lowering: &mut Lowering<'_>,
+    scope: ScopeId,
+    names: &[Name],
+) -> Vec<InputId> {
     let mut events: Vec<InputId> = Vec::new();
     for name in names {
         let Ok(event) = lowering.event(scope, name) else { continue };
@@ -283,7 +282,9 @@ pub(super) fn receptivity(
                 lowering.report(
                     Diagnostic::error(codes::AFTER_SOURCE, "`after` stands on a source transition")
                         .at(span, "there is no step before it whose time could be asked for")
-                        .help("name a step before it, or use `timer T while ..` and `when T >= ..`"),
+                        .help(
+                            "name a step before it, or use `timer T while ..` and `when T >= ..`",
+                        ),
                 ),
             );
         }
@@ -315,13 +316,19 @@ fn priorities_without_effect(lowering: &mut Lowering<'_>) {
         Policy::InnerFirst | Policy::OuterFirst => return,
     };
     let transitions = lowering.net.transitions.values();
-    let transition = transitions.filter(|one| one.priority.is_some() && !of_transitions).map(|one| {
-        ("transition", one.name.text.clone(), one.meta.span, "priorities of steps: write `priority` in the following step")
-    });
+    let transition =
+        transitions.filter(|one| one.priority.is_some() && !of_transitions).map(|one| {
+            (
+                "transition",
+                one.name.text.clone(),
+                one.meta.span,
+                "priorities of steps: write `priority` in the following step",
+            )
+        });
     let steps = lowering.net.steps.values();
-    let step = steps.filter(|one| one.priority.is_some() && !of_steps).map(|one| {
-        ("step", one.name.text.clone(), one.name.span, "priorities of transitions")
-    });
+    let step = steps
+        .filter(|one| one.priority.is_some() && !of_steps)
+        .map(|one| ("step", one.name.text.clone(), one.name.span, "priorities of transitions"));
     let found: Vec<_> = transition.chain(step).collect();
     for (what, name, span, other) in found {
         let help = match lowering.net.settings.policy {

@@ -7,8 +7,8 @@ use crate::chart::{self, Design};
 use crate::diag::Diagnostic;
 use crate::expr::Expr;
 use crate::net::{
-    EdgeId, HistoryId, InputId, Leaf, Net, OutputId, PartId, SendId, StepId, TimerId,
-    TransitionId, VarId,
+    EdgeId, HistoryId, InputId, Leaf, Net, OutputId, PartId, SendId, StepId, TimerId, TransitionId,
+    VarId,
 };
 use crate::span::Span;
 use std::collections::{BTreeMap, BTreeSet};

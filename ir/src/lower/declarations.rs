@@ -17,12 +17,21 @@ pub(super) fn declarations(lowering: &mut Lowering<'_>) {
         match (&source.kind, symbol) {
             (DeclarationKind::Var { ty, init, .. }, Symbol::Var(var)) => {
                 let n_elements = lowering.net.vars[var].init.len();
-                if let Some(values) = initial_values(lowering, scope, &source.name, *ty, init, n_elements) {
+                if let Some(values) =
+                    initial_values(lowering, scope, &source.name, *ty, init, n_elements)
+                {
                     lowering.net.vars[var].init = values;
                 }
             }
             (DeclarationKind::Output { ty, init: Some(init), .. }, Symbol::Output(output)) => {
-                let values = initial_values(lowering, scope, &source.name, *ty, std::slice::from_ref(init), 1);
+                let values = initial_values(
+                    lowering,
+                    scope,
+                    &source.name,
+                    *ty,
+                    std::slice::from_ref(init),
+                    1,
+                );
                 match lowering.roles[output.index()] {
                     Role::Stored(var) => {
                         if let Some(values) = values {
@@ -33,9 +42,15 @@ pub(super) fn declarations(lowering: &mut Lowering<'_>) {
                         lowering.report(
                             Diagnostic::warning(
                                 codes::NO_EFFECT,
-                                format!("the initial value of output {} has no effect", source.name),
+                                format!(
+                                    "the initial value of output {} has no effect",
+                                    source.name
+                                ),
                             )
-                            .at(init.span, "no list assigns this output, so its steps decide from the start")
+                            .at(
+                                init.span,
+                                "no list assigns this output, so its steps decide from the start",
+                            )
                             .help("remove it, or assign the output in lists"),
                         );
                     }
@@ -94,7 +109,9 @@ fn initial_value(
     let mistake = match (lowering.constant_value(scope, drawn)?, ty) {
         (Value::Bool(value), Type::Bool) => return Ok(i64::from(value)),
         (Value::Int(value @ (0 | 1)), Type::Bool) => return Ok(value),
-        (Value::Int(value), Type::Int { lo, hi }) if (lo..=hi).contains(&value) => return Ok(value),
+        (Value::Int(value), Type::Int { lo, hi }) if (lo..=hi).contains(&value) => {
+            return Ok(value);
+        }
         (Value::Int(value), Type::Int { lo, hi }) => {
             format!("the initial value {value} of {name} is not within {lo}..{hi}")
         }

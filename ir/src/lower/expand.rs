@@ -71,7 +71,8 @@ pub(super) fn expand(lowering: &mut Lowering<'_>) {
             lowering.charts.insert(&chart.name.text, scope);
         }
         // Parts of a chart stand together because each chart is expanded before the next one gets its part.
-        let mut expansion = Expansion { lowering: &mut *lowering, open: Vec::new(), depth: 0, is_full: false };
+        let mut expansion =
+            Expansion { lowering: &mut *lowering, open: Vec::new(), depth: 0, is_full: false };
         expansion.items(scope, &chart.items);
         let parts = part.index()..lowering.net.parts.len();
         lowering.chart_bodies.push((scope, parts));
@@ -79,7 +80,6 @@ pub(super) fn expand(lowering: &mut Lowering<'_>) {
     if !lowering.expand_unused {
         unused_macros(lowering);
     }
-    name_transitions(lowering);
 }
 
 fn new_scope(
@@ -134,63 +134,6 @@ fn unused_macros(lowering: &mut Lowering<'_>) {
                 .help(format!("use it with `macro step m1 = {name}`, or remove it")),
         );
     }
-}
-
-/// Transitions without a name get one of the steps before and after them: `p1_p2`.
-fn name_transitions(lowering: &mut Lowering<'_>) {
-    for index in 0..lowering.work.len() {
-        let (scope, id, base, span) = match lowering.work[index] {
-            Work::Transition { scope, id, source } => {
-                if source.name.as_ref().is_some_and(|name| !name.text.is_empty()) {
-                    continue;
-                }
-                let end = |paths: &[chart::Path]| {
-                    paths.first().map(|path| path.to_string().replace('.', "_"))
-                };
-                let base = match (end(&source.sources), end(&source.targets)) {
-                    (Some(from), Some(to)) => format!("{from}_{to}"),
-                    (Some(from), None) => format!("{from}_out"),
-                    (None, Some(to)) => format!("in_{to}"),
-                    (None, None) => "always".to_owned(),
-                };
-                (scope, id, base, source.meta.span)
-            }
-            Work::Reaction { scope, id, step, source } => {
-                let name = &lowering.net.steps[step].meta;
-                let span = if source.span == Span::default() { name.span } else { source.span };
-                let local = local_name(&lowering.net, step, &lowering.scopes[scope].prefix);
-                let base = match &source.kind {
-                    StepItemKind::On { events, .. } => match events.first() {
-                        Some(event) => format!("{local}_on_{event}"),
-                        None => format!("{local}_on"),
-                    },
-                    StepItemKind::Action { .. }
-                    | StepItemKind::Entry(_)
-                    | StepItemKind::Exit(_)
-                    | StepItemKind::Priority(_)
-                    | StepItemKind::Budget(_)
-                    | StepItemKind::Task { .. }
-                    | StepItemKind::Code(_)
-                    | StepItemKind::Force { .. } => unreachable!("only `on` items are reactions"),
-                };
-                (scope, id, base, span)
-            }
-            Work::Declaration { .. }
-            | Work::Step { .. }
-            | Work::State { .. }
-            | Work::Property { .. }
-            | Work::Place { .. }
-            | Work::Board { .. } => continue,
-        };
-        let base = format!("{}{base}", lowering.scopes[scope].prefix);
-        let name = lowering.fresh_name(&base);
-        lowering.net.transitions[id].name = Name::new(name, span);
-    }
-}
-
-fn local_name(net: &Net, step: StepId, prefix: &str) -> String {
-    let full = &net.steps[step].name.text;
-    full.strip_prefix(prefix).unwrap_or(full).to_owned()
 }
 
 /// A step without anything in it.
@@ -356,13 +299,21 @@ impl<'a> Expansion<'_, 'a> {
         let net = &mut self.lowering.net;
         let input = |net: &mut Net, ty, kind, synchronous| {
             let name = name.clone();
-            Symbol::Input(net.inputs.push(Input { name, ty, kind, synchronous, meta: meta.clone() }))
+            Symbol::Input(net.inputs.push(Input {
+                name,
+                ty,
+                kind,
+                synchronous,
+                meta: meta.clone(),
+            }))
         };
         let symbol = match &source.kind {
             DeclarationKind::Input { ty, synchronous } => {
                 input(net, sane(*ty), InputKind::Pin, *synchronous)
             }
-            DeclarationKind::ExternCondition { ty } => input(net, sane(*ty), InputKind::Extern, false),
+            DeclarationKind::ExternCondition { ty } => {
+                input(net, sane(*ty), InputKind::Extern, false)
+            }
             DeclarationKind::Event { internal } => {
                 let kind = if *internal { InputKind::InternalEvent } else { InputKind::Event };
                 input(net, Type::Bool, kind, false)
@@ -370,7 +321,13 @@ impl<'a> Expansion<'_, 'a> {
             DeclarationKind::Output { ty, registered, .. } => {
                 let driver = Driver::Continuous(Vec::new());
                 let registered = *registered;
-                Symbol::Output(net.outputs.push(Output { name, ty: sane(*ty), driver, registered, meta }))
+                Symbol::Output(net.outputs.push(Output {
+                    name,
+                    ty: sane(*ty),
+                    driver,
+                    registered,
+                    meta,
+                }))
             }
             DeclarationKind::ExternAction { params } => {
                 let params = params
@@ -379,7 +336,13 @@ impl<'a> Expansion<'_, 'a> {
                     .collect();
                 let driver = Driver::Extern { params, calls: Vec::new() };
                 let ty = Type::Bool;
-                Symbol::Output(net.outputs.push(Output { name, ty, driver, registered: false, meta }))
+                Symbol::Output(net.outputs.push(Output {
+                    name,
+                    ty,
+                    driver,
+                    registered: false,
+                    meta,
+                }))
             }
             DeclarationKind::Var { ty, len, .. } => {
                 let ty = sane(*ty);
@@ -391,17 +354,20 @@ impl<'a> Expansion<'_, 'a> {
             }
             DeclarationKind::Timer { .. } => {
                 let condition = Expr::bool(false);
-                Symbol::Timer(net.timers.push(Timer { name, condition, starts_expired: false, meta }))
+                Symbol::Timer(net.timers.push(Timer {
+                    name,
+                    condition,
+                    starts_expired: false,
+                    meta,
+                }))
             }
-            DeclarationKind::Const { value } => {
-                match self.lowering.constant_value(scope, value) {
-                    Ok(value) => Symbol::Const(value),
-                    Err(_) => Symbol::Broken,
-                }
-            }
+            DeclarationKind::Const { value } => match self.lowering.constant_value(scope, value) {
+                Ok(value) => Symbol::Const(value),
+                Err(_) => Symbol::Broken,
+            },
         };
-        self.lowering.declare(scope, &source.name, symbol);
-        if ranges_fit {
+        let is_new = self.lowering.declare(scope, &source.name, symbol);
+        if ranges_fit && is_new {
             self.lowering.work.push(Work::Declaration { scope, source, symbol });
         }
     }
@@ -491,8 +457,7 @@ impl<'a> Expansion<'_, 'a> {
         let mut step = plain_step(name, place.part, kind, source.meta.clone());
         step.parent = place.inside;
         step.activation_link = source.activation_link;
-        step.is_initial =
-            source.role == StepRole::Initial && !self.lowering.is_statechart();
+        step.is_initial = source.role == StepRole::Initial && !self.lowering.is_statechart();
         let mut priority: Option<(u32, Span)> = None;
         let mut twice = Vec::new();
         for item in &source.body {
@@ -526,7 +491,12 @@ impl<'a> Expansion<'_, 'a> {
                 let part = self.lowering.scopes[scope].part;
                 let reaction = self.skeleton(Name::default(), part, TransitionKind::Reaction);
                 let reaction = self.lowering.net.transitions.push(reaction);
-                self.lowering.work.push(Work::Reaction { scope, id: reaction, step: id, source: item });
+                self.lowering.work.push(Work::Reaction {
+                    scope,
+                    id: reaction,
+                    step: id,
+                    source: item,
+                });
             }
         }
         Some(id)
@@ -666,7 +636,8 @@ impl<'a> Expansion<'_, 'a> {
         let mut cycle: Vec<&str> =
             self.open[start..].iter().map(|(open, _)| open.name.text.as_str()).collect();
         cycle.push(&source.name.text);
-        let message = format!("macro {} lies in its own expansion: {}", source.name, cycle.join(" -> "));
+        let message =
+            format!("macro {} lies in its own expansion: {}", source.name, cycle.join(" -> "));
         let mut finding = Diagnostic::error(codes::MACRO_RECURSION, message)
             .at(span, format!("expands {} again", source.name));
         for (_, span) in &self.open[start + 1..] {
@@ -677,7 +648,11 @@ impl<'a> Expansion<'_, 'a> {
     }
 
     /// Entry and exit step of an expansion.
-    fn ends(&mut self, body: ScopeId, source: &'a chart::Macro) -> (Option<StepId>, Option<StepId>) {
+    fn ends(
+        &mut self,
+        body: ScopeId,
+        source: &'a chart::Macro,
+    ) -> (Option<StepId>, Option<StepId>) {
         let mut entries: Vec<&chart::Step> = Vec::new();
         let mut exits: Vec<&chart::Step> = Vec::new();
         for item in &source.items {
@@ -706,9 +681,15 @@ impl<'a> Expansion<'_, 'a> {
         match steps {
             [] => {
                 self.lowering.report(
-                    Diagnostic::error(codes::MACRO_SHAPE, format!("macro {name} has no {word} step"))
-                        .at(name.span, "")
-                        .help(format!("write `{word} step` at the step where it {}", if word == "entry" { "begins" } else { "ends" })),
+                    Diagnostic::error(
+                        codes::MACRO_SHAPE,
+                        format!("macro {name} has no {word} step"),
+                    )
+                    .at(name.span, "")
+                    .help(format!(
+                        "write `{word} step` at the step where it {}",
+                        if word == "entry" { "begins" } else { "ends" }
+                    )),
                 );
                 None
             }

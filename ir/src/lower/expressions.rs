@@ -4,20 +4,17 @@ use super::codes;
 use super::context::{Lowering, Outcome, ScopeId, Symbol, Value};
 use super::names::{Attribute, Resolved, StepLike};
 use super::roles::Role;
+use super::times::duration;
 use crate::chart::{Expr as Drawn, Leaf as DrawnLeaf, Path};
 use crate::diag::Diagnostic;
-use crate::expr::{CompareOp, Expr, ExprKind, Type};
+use crate::expr::{Expr, ExprKind, Type};
 use crate::interval::{self, NetLeaves, TypeError, TypeErrorKind};
-use crate::net::{
-    EdgeOperand, InputKind, Leaf, Meta, OutputId, PropertyLeaf, StepId, Timer, TimerId,
-};
+use crate::net::{EdgeOperand, InputKind, Leaf, OutputId, PropertyLeaf, StepId};
 use crate::simplify::simplify;
-use crate::span::{Name, Span};
+use crate::span::Span;
 
 /// The deepest expression that is read: what the chart language accepts, with room for what front ends wrap around it.
 const MAX_DEPTH: usize = 300;
-/// The largest number of ticks in a comparison, so that a timer that saturates one above it still fits 31 bits.
-const MAX_TICKS: u64 = interval::LONGEST as u64;
 /// How many mentions of transitions all `otherwise` of a design may become.
 const MAX_OTHERWISE: usize = 4_000_000;
 
@@ -74,18 +71,13 @@ impl Target for PropertyLeaf {
     }
 }
 
-/// A time that an expression compares.
-#[derive(Debug, Clone, Copy)]
-enum Time {
-    Step(StepId, Attribute),
-    /// The macro-step and its timer.
-    MacroStep(usize, TimerId),
-    Timer(TimerId),
-}
-
 impl Lowering<'_> {
     /// A condition: Boolean.
-    pub(super) fn condition<L: Target>(&mut self, drawn: &Drawn, place: &Place<'_>) -> Outcome<Expr<L>>
+    pub(super) fn condition<L: Target>(
+        &mut self,
+        drawn: &Drawn,
+        place: &Place<'_>,
+    ) -> Outcome<Expr<L>>
     where
         for<'n> NetLeaves<'n>: interval::Leaves<L>,
     {
@@ -100,7 +92,11 @@ impl Lowering<'_> {
     }
 
     /// An expression with its type.
-    pub(super) fn typed(&mut self, drawn: &Drawn, place: &Place<'_>) -> Outcome<(Expr<Leaf>, Type)> {
+    pub(super) fn typed(
+        &mut self,
+        drawn: &Drawn,
+        place: &Place<'_>,
+    ) -> Outcome<(Expr<Leaf>, Type)> {
         let expr = self.expression::<Leaf>(drawn, place)?;
         let ty = self.type_of(&expr)?;
         Ok((expr, ty))
@@ -119,7 +115,9 @@ impl Lowering<'_> {
             TypeErrorKind::IndexOutOfArray { .. }
             | TypeErrorKind::ArrayWithoutIndex
             | TypeErrorKind::NotAnArray => codes::ARRAY,
-            TypeErrorKind::DurationAlone | TypeErrorKind::DurationNegative { .. } => codes::TIME_ALONE,
+            TypeErrorKind::DurationAlone | TypeErrorKind::DurationNegative { .. } => {
+                codes::TIME_ALONE
+            }
             TypeErrorKind::BoolExpected { .. }
             | TypeErrorKind::IntExpected
             | TypeErrorKind::Mixed
@@ -156,69 +154,21 @@ impl Lowering<'_> {
             | ExprKind::Neg(_)
             | ExprKind::Arith(..)
             | ExprKind::Select(..) => Err(self.report(
-                Diagnostic::error(codes::CONSTANT_NEEDED, "this has no value before the chart runs")
-                    .at(drawn.span, "a constant is needed here"),
+                Diagnostic::error(
+                    codes::CONSTANT_NEEDED,
+                    "this has no value before the chart runs",
+                )
+                .at(drawn.span, "a constant is needed here"),
             )),
         }
     }
 
-    /// Nanoseconds, for a duration as written or a constant that names one.
-    fn duration_constant(&self, scope: ScopeId, drawn: &Drawn) -> Option<u64> {
-        match &drawn.kind {
-            ExprKind::Leaf(DrawnLeaf::Duration(ns)) => Some(*ns),
-            ExprKind::Leaf(DrawnLeaf::Name(path)) => match self.peek(scope, path) {
-                Some(Resolved::Symbol(Symbol::Const(Value::Duration(ns)))) => Some(ns),
-                _ => None,
-            },
-            ExprKind::Leaf(_)
-            | ExprKind::Bool(_)
-            | ExprKind::Int(_)
-            | ExprKind::Element(..)
-            | ExprKind::Not(_)
-            | ExprKind::And(_)
-            | ExprKind::Or(_)
-            | ExprKind::Compare(..)
-            | ExprKind::Neg(_)
-            | ExprKind::Arith(..)
-            | ExprKind::Select(..) => None,
-        }
-    }
-
-    /// Ticks of a duration, rounded up with a warning.
-    pub(super) fn ticks(&mut self, ns: u64, span: Span) -> Outcome<u32> {
-        let tick = self.net.settings.tick_ns.max(1);
-        let ticks = ns.div_ceil(tick);
-        if ticks > MAX_TICKS {
-            return Err(self.report(
-                Diagnostic::error(
-                    codes::DURATION_TOO_LONG,
-                    format!(
-                        "{} is {ticks} ticks of {}, a timer counts {MAX_TICKS}",
-                        duration(ns),
-                        duration(tick)
-                    ),
-                )
-                .at(span, "")
-                .help("declare a longer `tick`, or count in a variable"),
-            ));
-        }
-        if !ns.is_multiple_of(tick) {
-            // A product beyond 64 bits cannot be: it is less than one tick above `ns`, and there are at most 2^31 ticks.
-            let rounded = ticks.saturating_mul(tick);
-            self.report(
-                Diagnostic::warning(
-                    codes::DURATION_ROUNDED,
-                    format!("{} is rounded up to {}", duration(ns), duration(rounded)),
-                )
-                .at(span, format!("no multiple of the tick, {}", duration(tick)))
-                .help("declare a shorter `tick` where the difference matters"),
-            );
-        }
-        u32::try_from(ticks).map_err(|_| self.already_told())
-    }
-
     /// The expression with its names resolved; every unknown name in it is reported, not only the first.
-    pub(super) fn expression<L: Target>(&mut self, drawn: &Drawn, place: &Place<'_>) -> Outcome<Expr<L>> {
+    pub(super) fn expression<L: Target>(
+        &mut self,
+        drawn: &Drawn,
+        place: &Place<'_>,
+    ) -> Outcome<Expr<L>> {
         if self.expression_depth >= MAX_DEPTH {
             let kind = TypeErrorKind::TooDeep;
             return Err(self.report_type(&TypeError { span: drawn.span, kind }));
@@ -229,7 +179,11 @@ impl Lowering<'_> {
         result
     }
 
-    fn expression_inside<L: Target>(&mut self, drawn: &Drawn, place: &Place<'_>) -> Outcome<Expr<L>> {
+    fn expression_inside<L: Target>(
+        &mut self,
+        drawn: &Drawn,
+        place: &Place<'_>,
+    ) -> Outcome<Expr<L>> {
         let span = drawn.span;
         let kind = match &drawn.kind {
             ExprKind::Bool(value) => ExprKind::Bool(*value),
@@ -260,11 +214,17 @@ impl Lowering<'_> {
 
     fn all<L: Target>(&mut self, all: &[Drawn], place: &Place<'_>) -> Outcome<Vec<Expr<L>>> {
         // Collected before the first error stops anything, so that each operand is looked at.
-        let lowered: Vec<Outcome<Expr<L>>> = all.iter().map(|one| self.expression(one, place)).collect();
+        let lowered: Vec<Outcome<Expr<L>>> =
+            all.iter().map(|one| self.expression(one, place)).collect();
         lowered.into_iter().collect()
     }
 
-    fn leaf<L: Target>(&mut self, leaf: &DrawnLeaf, span: Span, place: &Place<'_>) -> Outcome<Expr<L>> {
+    fn leaf<L: Target>(
+        &mut self,
+        leaf: &DrawnLeaf,
+        span: Span,
+        place: &Place<'_>,
+    ) -> Outcome<Expr<L>> {
         match leaf {
             DrawnLeaf::Name(path) => self.value(path, span, place),
             DrawnLeaf::Rise(operand) => self.edge(operand, span, place, Leaf::Rise),
@@ -276,7 +236,9 @@ impl Lowering<'_> {
                     format!("{} stands alone, without a time to compare it with", duration(*ns)),
                 )
                 .at(span, "")
-                .help("a duration is compared with the time of a step or timer, as in `s.t >= 3 s`"),
+                .help(
+                    "a duration is compared with the time of a step or timer, as in `s.t >= 3 s`",
+                ),
             )),
             DrawnLeaf::Delay(on, operand, off) => self.delay(*on, operand, *off, span, place),
         }
@@ -288,7 +250,9 @@ impl Lowering<'_> {
             return Err(self.report_type(&TypeError { span, kind: TypeErrorKind::NotAnArray }));
         };
         match self.resolve(place.scope, path)? {
-            Resolved::Symbol(Symbol::Var(var)) if place.constant => Err(self.not_constant(path, Symbol::Var(var))),
+            Resolved::Symbol(Symbol::Var(var)) if place.constant => {
+                Err(self.not_constant(path, Symbol::Var(var)))
+            }
             Resolved::Symbol(Symbol::Var(var)) => Ok(Leaf::Var(var)),
             Resolved::Symbol(symbol) => Err(self.wrong_kind(path.span(), path, symbol, "an array")),
             Resolved::Attribute(..) => {
@@ -300,9 +264,12 @@ impl Lowering<'_> {
     fn not_constant(&mut self, path: &Path, symbol: Symbol) -> super::context::Reported {
         let kind = self.kind(symbol);
         self.report(
-            Diagnostic::error(codes::CONSTANT_NEEDED, format!("{path} is {kind}, and a constant is needed here"))
-                .at(path.span(), "its value is not known before the chart runs")
-                .help("write a number, or a name declared with `const` above"),
+            Diagnostic::error(
+                codes::CONSTANT_NEEDED,
+                format!("{path} is {kind}, and a constant is needed here"),
+            )
+            .at(path.span(), "its value is not known before the chart runs")
+            .help("write a number, or a name declared with `const` above"),
         )
     }
 
@@ -327,7 +294,9 @@ impl Lowering<'_> {
         let leaf = match symbol {
             Symbol::Const(Value::Bool(value)) => return Ok(Expr::new(ExprKind::Bool(value), span)),
             Symbol::Const(Value::Int(value)) => return Ok(Expr::new(ExprKind::Int(value), span)),
-            Symbol::Const(Value::Duration(_)) | Symbol::Timer(_) => return Err(self.time_alone(path)),
+            Symbol::Const(Value::Duration(_)) | Symbol::Timer(_) => {
+                return Err(self.time_alone(path));
+            }
             Symbol::Input(input) => {
                 if self.net.inputs[input].kind.is_event() {
                     self.event_here(path, input, place)?;
@@ -339,20 +308,27 @@ impl Lowering<'_> {
             Symbol::Step(_) | Symbol::MacroStep(_) => {
                 let kind = symbol.kind();
                 return Err(self.report(
-                    Diagnostic::error(codes::WRONG_KIND, format!("{path} is {kind}, which has no value itself"))
-                        .at(span, "")
-                        .help(format!("write {path}.active to ask whether it is active"))
-                        .fix(span, format!("{path}.active")),
+                    Diagnostic::error(
+                        codes::WRONG_KIND,
+                        format!("{path} is {kind}, which has no value itself"),
+                    )
+                    .at(span, "")
+                    .help(format!("write {path}.active to ask whether it is active"))
+                    .fix(span, format!("{path}.active")),
                 ));
             }
-            Symbol::Macro(_) | Symbol::Transition(_) | Symbol::Chart(_) | Symbol::History(_) | Symbol::Broken => {
+            Symbol::Macro(_)
+            | Symbol::Transition(_)
+            | Symbol::Chart(_)
+            | Symbol::History(_)
+            | Symbol::Broken => {
                 return Err(self.wrong_kind(span, path, symbol, "a value"));
             }
         };
         Ok(Expr::leaf(L::of_net(leaf), span))
     }
 
-    fn time_alone(&mut self, path: &Path) -> super::context::Reported {
+    pub(super) fn time_alone(&mut self, path: &Path) -> super::context::Reported {
         self.report(
             Diagnostic::error(
                 codes::TIME_ALONE,
@@ -363,13 +339,21 @@ impl Lowering<'_> {
         )
     }
 
-    fn event_here(&mut self, path: &Path, input: crate::net::InputId, place: &Place<'_>) -> Outcome<()> {
+    fn event_here(
+        &mut self,
+        path: &Path,
+        input: crate::net::InputId,
+        place: &Place<'_>,
+    ) -> Outcome<()> {
         let is_property = place.what == "a property";
         if self.is_statechart() && !is_property {
             return Err(self.report(
-                Diagnostic::error(codes::PULSE_PLACE, format!("the event {path} stands in a condition of a statechart"))
-                    .at(path.span(), "")
-                    .help(format!("write `on {path}`: a statechart takes one event at a time")),
+                Diagnostic::error(
+                    codes::PULSE_PLACE,
+                    format!("the event {path} stands in a condition of a statechart"),
+                )
+                .at(path.span(), "")
+                .help(format!("write `on {path}`: a statechart takes one event at a time")),
             ));
         }
         if place.events {
@@ -385,7 +369,12 @@ impl Lowering<'_> {
         ))
     }
 
-    fn output_value<L: Target>(&mut self, path: &Path, output: OutputId, span: Span) -> Outcome<Expr<L>> {
+    fn output_value<L: Target>(
+        &mut self,
+        path: &Path,
+        output: OutputId,
+        span: Span,
+    ) -> Outcome<Expr<L>> {
         let role = self.roles.get(output.index()).copied().unwrap_or(Role::Broken);
         if let Some(leaf) = L::of_output(output)
             && !matches!(role, Role::Extern | Role::Broken)
@@ -407,7 +396,9 @@ impl Lowering<'_> {
                 finding = match by {
                     Some(by) => {
                         let step = self.net.steps[by.step].name.text.clone();
-                        finding.at(by.span, "driven here").help(format!("ask for the step instead: {step}.active"))
+                        finding
+                            .at(by.span, "driven here")
+                            .help(format!("ask for the step instead: {step}.active"))
                     }
                     None => finding.help("ask for the steps that drive it instead"),
                 };
@@ -426,10 +417,15 @@ impl Lowering<'_> {
     ) -> Outcome<Expr<L>> {
         match (like, attribute) {
             (_, Attribute::Elapsed | Attribute::LastElapsed) => Err(self.time_alone(path)),
-            (StepLike::Step(step), Attribute::Active) => Ok(Expr::leaf(L::of_net(Leaf::Active(step)), span)),
-            (StepLike::MacroStep(instance), Attribute::Active) => Ok(self.macro_active(instance, span)),
+            (StepLike::Step(step), Attribute::Active) => {
+                Ok(Expr::leaf(L::of_net(Leaf::Active(step)), span))
+            }
+            (StepLike::MacroStep(instance), Attribute::Active) => {
+                Ok(self.macro_active(instance, span))
+            }
             (StepLike::Step(step), Attribute::Done) => Ok(self.step_done(step, span)),
-            (StepLike::MacroStep(instance), Attribute::Done) => match self.instances[instance].exit {
+            (StepLike::MacroStep(instance), Attribute::Done) => match self.instances[instance].exit
+            {
                 Some(exit) => Ok(self.step_done(exit, span)),
                 None => Err(self.already_told()),
             },
@@ -438,8 +434,7 @@ impl Lowering<'_> {
 
     /// A step without tasks is done as soon as it is active (semantics §6).
     fn step_done<L: Target>(&self, step: StepId, span: Span) -> Expr<L> {
-        let leaf =
-            if self.has_tasks(step) { Leaf::TasksDone(step) } else { Leaf::Active(step) };
+        let leaf = if self.has_tasks(step) { Leaf::TasksDone(step) } else { Leaf::Active(step) };
         Expr::leaf(L::of_net(leaf), span)
     }
 
@@ -448,7 +443,7 @@ impl Lowering<'_> {
     }
 
     /// XM: some step of the expansion is active.
-    fn macro_active<L: Target>(&self, instance: usize, span: Span) -> Expr<L> {
+    pub(super) fn macro_active<L: Target>(&self, instance: usize, span: Span) -> Expr<L> {
         let steps = self.instances[instance].steps.clone().map(StepId::from_index);
         let mut leaves: Vec<Expr<L>> =
             steps.map(|step| Expr::leaf(L::of_net(Leaf::Active(step)), span)).collect();
@@ -460,150 +455,6 @@ impl Lowering<'_> {
             }
             (None, _) => Expr::new(ExprKind::Bool(false), span),
         }
-    }
-
-    /// `s.t >= 3 s` and other comparisons.
-    fn comparison<L: Target>(
-        &mut self,
-        op: CompareOp,
-        a: &Drawn,
-        b: &Drawn,
-        span: Span,
-        place: &Place<'_>,
-    ) -> Outcome<Expr<L>> {
-        for (time, other, op) in [(a, b, op), (b, a, mirrored(op))] {
-            if let Some(found) = self.time(time, place)? {
-                let ticks = self.time_constant(other, place)?;
-                return Ok(self.time_comparison(op, found, ticks, time.span, other.span, span));
-            }
-        }
-        let (a, b) = (self.expression(a, place), self.expression(b, place));
-        Ok(Expr::new(ExprKind::Compare(op, Box::new(a?), Box::new(b?)), span))
-    }
-
-    /// The time that an operand of a comparison is, if it is one.
-    fn time(&mut self, drawn: &Drawn, place: &Place<'_>) -> Outcome<Option<Time>> {
-        let ExprKind::Leaf(DrawnLeaf::Name(path)) = &drawn.kind else { return Ok(None) };
-        let time = match self.peek(place.scope, path) {
-            Some(Resolved::Attribute(StepLike::Step(step), attribute @ (Attribute::Elapsed | Attribute::LastElapsed))) => {
-                Time::Step(step, attribute)
-            }
-            Some(Resolved::Attribute(StepLike::MacroStep(instance), Attribute::Elapsed)) => {
-                let timer = self.macro_timer(instance, path.span())?;
-                Time::MacroStep(instance, timer)
-            }
-            Some(Resolved::Attribute(StepLike::MacroStep(_), Attribute::LastElapsed)) => {
-                return Err(self.report(
-                    Diagnostic::error(codes::WRONG_KIND, format!("{path}: a macro-step has no last time"))
-                        .at(path.span(), "")
-                        .help("ask for `t`, or for the time of one of its steps"),
-                ));
-            }
-            Some(Resolved::Symbol(Symbol::Timer(timer))) => Time::Timer(timer),
-            Some(Resolved::Symbol(_) | Resolved::Attribute(..)) | None => return Ok(None),
-        };
-        if place.constant {
-            return Err(self.report(
-                Diagnostic::error(codes::CONSTANT_NEEDED, format!("{path} is no constant"))
-                    .at(path.span(), "its value is not known before the chart runs"),
-            ));
-        }
-        Ok(Some(time))
-    }
-
-    /// The constant side of a comparison of times, in ticks.
-    fn time_constant(&mut self, drawn: &Drawn, place: &Place<'_>) -> Outcome<u32> {
-        if let Some(ns) = self.duration_constant(place.scope, drawn) {
-            return self.ticks(ns, drawn.span);
-        }
-        match self.constant_value(place.scope, drawn)? {
-            Value::Int(ticks) if ticks < 0 => {
-                let kind = TypeErrorKind::DurationNegative { constant: ticks };
-                Err(self.report_type(&TypeError { span: drawn.span, kind }))
-            }
-            Value::Int(ticks) => match u32::try_from(ticks) {
-                Ok(ticks) if u64::from(ticks) <= MAX_TICKS => Ok(ticks),
-                Ok(_) | Err(_) => Err(self.report(
-                    Diagnostic::error(
-                        codes::DURATION_TOO_LONG,
-                        format!("{ticks} ticks are more than the {MAX_TICKS} that a timer counts"),
-                    )
-                    .at(drawn.span, ""),
-                )),
-            },
-            Value::Bool(_) => {
-                Err(self.report_type(&TypeError { span: drawn.span, kind: TypeErrorKind::IntExpected }))
-            }
-            Value::Duration(ns) => self.ticks(ns, drawn.span),
-        }
-    }
-
-    fn time_comparison<L: Target>(
-        &self,
-        op: CompareOp,
-        time: Time,
-        ticks: u32,
-        time_span: Span,
-        constant_span: Span,
-        span: Span,
-    ) -> Expr<L> {
-        let leaf = match time {
-            Time::Step(step, Attribute::LastElapsed) => Leaf::LastElapsed(step),
-            Time::Step(step, Attribute::Elapsed | Attribute::Active | Attribute::Done) => Leaf::Elapsed(step),
-            Time::MacroStep(_, timer) | Time::Timer(timer) => Leaf::Timer(timer),
-        };
-        let left = Expr::leaf(L::of_net(leaf), time_span);
-        let right = Expr::new(ExprKind::Int(i64::from(ticks)), constant_span);
-        let compared = Expr::new(ExprKind::Compare(op, Box::new(left), Box::new(right)), span);
-        let Time::MacroStep(instance, _) = time else { return compared };
-        // The free timer drops to 0 at the end of the reaction only: while the macro-step is inactive its time is 0 whatever the timer says.
-        let active = self.macro_active::<L>(instance, time_span);
-        if op.apply(0, i64::from(ticks)) {
-            Expr::new(ExprKind::Or(vec![Expr::new(ExprKind::Not(Box::new(active)), time_span), compared]), span)
-        } else {
-            Expr::new(ExprKind::And(vec![active, compared]), span)
-        }
-    }
-
-    /// The hidden free timer of `m.t`: it runs while `m.active`.
-    fn macro_timer(&mut self, instance: usize, span: Span) -> Outcome<TimerId> {
-        if let Some(timer) = self.instances[instance].timer {
-            return Ok(timer);
-        }
-        self.not_in_finished_net(span, "the time of a macro-step")?;
-        let name = self.net.parts[self.scopes[self.instances[instance].scope].part].name.text.clone();
-        if self.net.settings.evolution != crate::net::Evolution::Single {
-            self.report(
-                Diagnostic::warning(
-                    codes::MACRO_TIME,
-                    format!("{name}.t runs on when {name} is left and entered again within one reaction"),
-                )
-                .at(span, "")
-                .help("ask for the time of one of its steps where that can happen, or write `evolution single`"),
-            );
-        }
-        let condition = self.macro_active(instance, span);
-        let timer = self.hidden_timer(&format!("{name}_time"), condition, false, span);
-        self.instances[instance].timer = Some(timer);
-        Ok(timer)
-    }
-
-    /// What needs a timer of its own cannot be added to a net that is finished.
-    fn not_in_finished_net(&mut self, span: Span, what: &str) -> Outcome<()> {
-        if self.flat.is_none() {
-            return Ok(());
-        }
-        Err(self.report(
-            Diagnostic::error(codes::TIME_ALONE, format!("{what} cannot stand outside the chart"))
-                .at(span, "needs a timer in the chart")
-                .help("declare `timer T while ..` in the chart and compare T here"),
-        ))
-    }
-
-    fn hidden_timer(&mut self, base: &str, condition: Expr<Leaf>, starts_expired: bool, span: Span) -> TimerId {
-        let name = Name::new(self.fresh_name(base), span);
-        let meta = Meta { span, ..Meta::default() };
-        self.net.timers.push(Timer { name, condition, starts_expired, meta })
     }
 
     /// `rise(e)`, `fall(e)`.
@@ -621,7 +472,9 @@ impl Lowering<'_> {
                     "use `pulse`, or a step that the edge activates: the condition is asked after the evolution, when the edge is over"
                 }
                 "an edge" => "take the edge of the inner expression, or keep it in a variable",
-                _ => "catch the edge in a transition or with `on` in a step, and keep what it means in a step or variable",
+                _ => {
+                    "catch the edge in a transition or with `on` in a step, and keep what it means in a step or variable"
+                }
             };
             return Err(self.report(
                 Diagnostic::error(codes::PULSE_PLACE, format!("an edge cannot stand in {what}"))
@@ -649,16 +502,22 @@ impl Lowering<'_> {
             Some(steps) if !steps.is_empty() => steps,
             Some(_) => {
                 return Err(self.report(
-                    Diagnostic::error(codes::OTHERWISE_PLACE, "`otherwise` stands on a source transition")
-                        .at(span, "it leaves no step, so there are no others")
-                        .help("write the condition out"),
+                    Diagnostic::error(
+                        codes::OTHERWISE_PLACE,
+                        "`otherwise` stands on a source transition",
+                    )
+                    .at(span, "it leaves no step, so there are no others")
+                    .help("write the condition out"),
                 ));
             }
             None => {
                 return Err(self.report(
-                    Diagnostic::error(codes::OTHERWISE_PLACE, format!("`otherwise` cannot stand in {}", place.what))
-                        .at(span, "")
-                        .help("it belongs to the `when` of a transition that leaves a step"),
+                    Diagnostic::error(
+                        codes::OTHERWISE_PLACE,
+                        format!("`otherwise` cannot stand in {}", place.what),
+                    )
+                    .at(span, "")
+                    .help("it belongs to the `when` of a transition that leaves a step"),
                 ));
             }
         };
@@ -671,7 +530,9 @@ impl Lowering<'_> {
             return Err(self.report(
                 Diagnostic::error(
                     codes::EXPANSION_SIZE,
-                    format!("all `otherwise` together stand for more than {MAX_OTHERWISE} conditions"),
+                    format!(
+                        "all `otherwise` together stand for more than {MAX_OTHERWISE} conditions"
+                    ),
                 )
                 .at(span, "reached here")
                 .help("write `otherwise` once, at the last of the transitions that leave a step"),
@@ -686,92 +547,6 @@ impl Lowering<'_> {
         }
         let fireable = above.into_iter().map(|id| Expr::leaf(L::of_net(Leaf::Fireable(id)), span));
         Ok(Expr { span, ..Expr::or(fireable).not() })
-    }
-
-    /// `t1/E/t2` = TOF(TON(E, t1), t2) with up to two hidden free timers (semantics §7).
-    fn delay<L: Target>(
-        &mut self,
-        on: u64,
-        operand: &Drawn,
-        off: u64,
-        span: Span,
-        place: &Place<'_>,
-    ) -> Outcome<Expr<L>> {
-        let inner = Place::level(place.scope, "a delayed condition");
-        let inner = Place { constant: place.constant, ..inner };
-        self.not_in_finished_net(span, "a delayed condition")?;
-        let operand_expr = self.condition::<Leaf>(operand, &inner);
-        let (on, off) = (self.ticks(on, span), self.ticks(off, span));
-        let (expr, on, off) = (operand_expr?, on?, off?);
-        let key = (on, without_spans(&expr), off);
-        let delayed = match self.delays.get(&key) {
-            Some(delayed) => delayed.clone(),
-            None => {
-                let delayed = self.delayed(expr, on, off, span);
-                self.delays.insert(key, delayed.clone());
-                delayed
-            }
-        };
-        let lifted: Result<Expr<L>, std::convert::Infallible> = delayed
-            .try_map(&mut |leaf, span| Ok(Expr::leaf(L::of_net(*leaf), span)), &mut |leaf, _| Ok(L::of_net(*leaf)));
-        match lifted {
-            Ok(lifted) => Ok(Expr { span, ..lifted }),
-            Err(never) => match never {},
-        }
-    }
-
-    fn delayed(&mut self, expr: Expr<Leaf>, on: u32, off: u32, span: Span) -> Expr<Leaf> {
-        let base = self.operand_name(&expr);
-        let at_least = |timer, ticks: u32, op| {
-            Expr::new(
-                ExprKind::Compare(
-                    op,
-                    Box::new(Expr::leaf(Leaf::Timer(timer), span)),
-                    Box::new(Expr::new(ExprKind::Int(i64::from(ticks)), span)),
-                ),
-                span,
-            )
-        };
-        let ton = if on == 0 {
-            expr
-        } else {
-            let timer = self.hidden_timer(&format!("{base}_on_delay"), expr.clone(), false, span);
-            Expr::and([expr, at_least(timer, on, CompareOp::Ge)])
-        };
-        if off == 0 {
-            return ton;
-        }
-        let timer = self.hidden_timer(&format!("{base}_off_delay"), ton.clone().not(), true, span);
-        Expr::or([ton, at_least(timer, off, CompareOp::Lt)])
-    }
-
-    /// A name for what is made of an expression: that of its first leaf.
-    fn operand_name(&self, expr: &Expr<Leaf>) -> String {
-        let mut first: Option<Leaf> = None;
-        expr.for_each_leaf(&mut |leaf| {
-            first.get_or_insert(*leaf);
-        });
-        let net = &self.net;
-        match first {
-            Some(Leaf::Input(id)) => net.inputs[id].name.text.clone(),
-            Some(Leaf::Var(id)) => net.vars[id].name.text.clone(),
-            Some(Leaf::Active(id) | Leaf::Elapsed(id) | Leaf::LastElapsed(id) | Leaf::TasksDone(id)) => {
-                net.steps[id].name.text.clone()
-            }
-            Some(Leaf::Timer(id)) => net.timers[id].name.text.clone(),
-            Some(Leaf::Controlled(id)) => net.actions[id].name.text.clone(),
-            Some(Leaf::Rise(_) | Leaf::Fall(_) | Leaf::Fireable(_)) | None => "delay".to_owned(),
-        }
-    }
-}
-
-fn mirrored(op: CompareOp) -> CompareOp {
-    match op {
-        CompareOp::Eq | CompareOp::Ne => op,
-        CompareOp::Lt => CompareOp::Gt,
-        CompareOp::Le => CompareOp::Ge,
-        CompareOp::Gt => CompareOp::Lt,
-        CompareOp::Ge => CompareOp::Le,
     }
 }
 
@@ -793,21 +568,4 @@ pub(super) fn without_spans<L: Clone>(expr: &Expr<L>) -> Expr<L> {
         ExprKind::Select(c, a, b) => ExprKind::Select(boxed(c), boxed(a), boxed(b)),
     };
     Expr::new(kind, Span::default())
-}
-
-/// A duration as the chart language writes it, in the largest unit that needs no fraction.
-pub(super) fn duration(ns: u64) -> String {
-    const UNITS: [(u64, &str); 6] = [
-        (3_600_000_000_000, "h"),
-        (60_000_000_000, "min"),
-        (1_000_000_000, "s"),
-        (1_000_000, "ms"),
-        (1_000, "us"),
-        (1, "ns"),
-    ];
-    let fits = UNITS.iter().find(|(unit, _)| ns >= *unit && ns.is_multiple_of(*unit));
-    match fits {
-        Some((unit, word)) => format!("{} {word}", ns / unit),
-        None => format!("{ns} ns"),
-    }
 }

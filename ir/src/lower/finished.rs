@@ -12,7 +12,10 @@ use std::collections::BTreeMap;
 ///
 /// # Errors
 /// Every mistake in them.
-pub fn properties(net: &Net, properties: &[chart::Property]) -> Result<Vec<Property>, Vec<Diagnostic>> {
+pub fn properties(
+    net: &Net,
+    properties: &[chart::Property],
+) -> Result<Vec<Property>, Vec<Diagnostic>> {
     let design = Design::default();
     let mut lowering = of_net(&design, net);
     let lowered: Vec<Property> = properties

@@ -57,7 +57,8 @@ fn order_of(
         ForceOrder::Hold => ForcingOrder::Hold,
         ForceOrder::Init => {
             let steps = lowering.net.steps.iter();
-            let initial = steps.filter(|(_, step)| step.is_initial && parts.contains(&step.part.index()));
+            let initial =
+                steps.filter(|(_, step)| step.is_initial && parts.contains(&step.part.index()));
             ForcingOrder::Situation(initial.map(|(id, _)| id).collect())
         }
         ForceOrder::Situation(paths) => {
@@ -145,10 +146,13 @@ fn cycle(lowering: &mut Lowering<'_>, forces: &[Vec<(usize, Span)>]) {
                 Mark::Open => {
                     let charts = &lowering.design.charts;
                     let from = path.iter().position(|(chart, _)| *chart == to).unwrap_or(0);
-                    let mut names: Vec<&str> =
-                        path[from..].iter().map(|(chart, _)| charts[*chart].name.text.as_str()).collect();
+                    let mut names: Vec<&str> = path[from..]
+                        .iter()
+                        .map(|(chart, _)| charts[*chart].name.text.as_str())
+                        .collect();
                     names.push(&charts[to].name.text);
-                    let message = format!("charts force each other in a circle: {}", names.join(" -> "));
+                    let message =
+                        format!("charts force each other in a circle: {}", names.join(" -> "));
                     lowering.report(
                         Diagnostic::error(codes::FORCING, message)
                             .at(span, "closes the circle")

@@ -8,8 +8,8 @@ use crate::diag::Diagnostic;
 use crate::expr::{CompareOp, Expr, ExprKind, Type};
 use crate::interval::{TICKS, net_type};
 use crate::net::{
-    Block, Driver, Enter, InputId, InputKind, Leaf, Net, Policy, PropertyLeaf, Step, StepId, StepKind,
-    StmtKind, TransitionId, TransitionKind, VarOrigin,
+    Block, Driver, Enter, InputId, InputKind, Leaf, Net, Policy, PropertyLeaf, Step, StepId,
+    StepKind, StmtKind, TransitionId, TransitionKind, VarOrigin,
 };
 use crate::span::Span;
 use std::collections::BTreeMap;
@@ -98,7 +98,10 @@ impl Mentions {
         for output in net.outputs.values() {
             match &output.driver {
                 Driver::Continuous(emissions) | Driver::Mealy(emissions) => {
-                    emissions.iter().filter_map(|one| one.condition.as_ref()).for_each(|one| self.expr(one));
+                    emissions
+                        .iter()
+                        .filter_map(|one| one.condition.as_ref())
+                        .for_each(|one| self.expr(one));
                 }
                 Driver::Stored(var) => self.vars[var.index()] = true,
                 Driver::Controlled(_) => {}
@@ -110,7 +113,11 @@ impl Mentions {
             }
         }
         for action in net.actions.values() {
-            action.uses.iter().filter_map(|one| one.condition.as_ref()).for_each(|one| self.expr(one));
+            action
+                .uses
+                .iter()
+                .filter_map(|one| one.condition.as_ref())
+                .for_each(|one| self.expr(one));
             self.block(&action.body);
         }
         for history in net.histories.values() {
@@ -173,7 +180,11 @@ impl Mentions {
 /// The place to show for a transition.
 fn place(net: &Net, id: TransitionId) -> Span {
     let transition = &net.transitions[id];
-    if transition.meta.span == Span::default() { transition.name.span } else { transition.meta.span }
+    if transition.meta.span == Span::default() {
+        transition.name.span
+    } else {
+        transition.meta.span
+    }
 }
 
 /// Transitions with the same steps, events and receptivity.
@@ -210,11 +221,7 @@ fn duplicates(net: &Net, out: &mut Vec<Diagnostic>) {
 
 /// Steps that no chain of transitions reaches from the start, whatever the receptivities say.
 fn unreached(net: &Net, out: &mut Vec<Diagnostic>) {
-    let mut reach = Reach {
-        net,
-        reached: IdMap::filled(&net.steps, false),
-        todo: Vec::new(),
-    };
+    let mut reach = Reach { net, reached: IdMap::filled(&net.steps, false), todo: Vec::new() };
     net.steps.iter().filter(|(_, step)| step.is_initial).for_each(|(id, _)| reach.step(id));
     for part in net.parts.values() {
         reach.enters(&part.initial);
@@ -322,7 +329,10 @@ fn no_way_out(net: &Net, out: &mut Vec<Diagnostic>) {
     }
     let forced: Vec<bool> = {
         let mut forced = vec![false; net.parts.len()];
-        net.forcings.iter().flat_map(|forcing| &forcing.target).for_each(|part| forced[part.index()] = true);
+        net.forcings
+            .iter()
+            .flat_map(|forcing| &forcing.target)
+            .for_each(|part| forced[part.index()] = true);
         forced
     };
     let macro_of: BTreeMap<StepId, &crate::net::MacroStep> =
@@ -379,7 +389,11 @@ fn truth(net: &Net, expr: &Expr<Leaf>) -> Option<bool> {
             true => truth(net, a),
             false => truth(net, b),
         },
-        ExprKind::Int(_) | ExprKind::Leaf(_) | ExprKind::Element(..) | ExprKind::Neg(_) | ExprKind::Arith(..) => None,
+        ExprKind::Int(_)
+        | ExprKind::Leaf(_)
+        | ExprKind::Element(..)
+        | ExprKind::Neg(_)
+        | ExprKind::Arith(..) => None,
     }
 }
 
@@ -444,7 +458,9 @@ fn constants(net: &Net, out: &mut Vec<Diagnostic>) {
         }
     }
     for output in net.outputs.values() {
-        let (Driver::Continuous(emissions) | Driver::Mealy(emissions)) = &output.driver else { continue };
+        let (Driver::Continuous(emissions) | Driver::Mealy(emissions)) = &output.driver else {
+            continue;
+        };
         for emission in emissions {
             let Some(condition) = &emission.condition else { continue };
             if let Some(value) = truth(net, condition) {
@@ -516,7 +532,9 @@ fn never_taken(net: &Net, out: &mut Vec<Diagnostic>) {
             )
             .at(place(net, id), "")
             .at(place(net, winner), "its condition is always true")
-            .help("write a condition there, or a more urgent `priority` here (1 is the most urgent)"),
+            .help(
+                "write a condition there, or a more urgent `priority` here (1 is the most urgent)",
+            ),
         );
     }
 }

@@ -35,6 +35,8 @@ mod roles;
 mod settings;
 mod statechart;
 mod statements;
+mod times;
+mod transition_names;
 
 #[cfg(test)]
 mod tests;
@@ -54,6 +56,7 @@ type Pass = fn(&mut Lowering<'_>);
 const PIPELINE: &[(&str, Pass)] = &[
     ("settings", settings::settings),
     ("expand", expand::expand),
+    ("transition-names", transition_names::transition_names),
     ("roles", roles::roles),
     ("declarations", declarations::declarations),
     ("behaviour", behaviour::behaviour),

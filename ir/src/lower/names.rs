@@ -218,7 +218,9 @@ impl<'a> Lowering<'a> {
                 .at(name.span, "")
                 .at(owner.span, kind);
                 if matches!(symbol, Symbol::Step(_)) {
-                    finding = finding.help(format!("of a step you can ask {owner}.active, {owner}.t and {owner}.done"));
+                    finding = finding.help(format!(
+                        "of a step you can ask {owner}.active, {owner}.t and {owner}.done"
+                    ));
                 }
                 self.report(finding)
             }
@@ -239,7 +241,13 @@ impl<'a> Lowering<'a> {
         }
     }
 
-    fn suggest(&self, finding: Diagnostic, scope: ScopeId, name: &Name, inside: Option<ScopeId>) -> Diagnostic {
+    fn suggest(
+        &self,
+        finding: Diagnostic,
+        scope: ScopeId,
+        name: &Name,
+        inside: Option<ScopeId>,
+    ) -> Diagnostic {
         if inside.is_none() && self.charts.len() > 1 {
             let owner = self.charts.iter().find(|(_, chart)| {
                 **chart != scope && self.scopes[**chart].names.contains_key(name.text.as_str())

@@ -3,8 +3,9 @@
 use super::codes;
 use super::context::{Lowering, Outcome, Symbol};
 use super::expand::Work;
-use super::expressions::{Place, duration, without_spans};
+use super::expressions::{Place, without_spans};
 use super::roles::{Role, Use, empty_driver, is_controlling};
+use super::times::duration;
 use crate::chart::ActionHow;
 use crate::diag::Diagnostic;
 use crate::expr::{CompareOp, Expr, ExprKind};
@@ -24,7 +25,8 @@ pub(super) fn outputs(lowering: &mut Lowering<'_>) {
     }
     // In the order of declarations, so that controlled actions of extern actions follow it too.
     for index in 0..lowering.work.len() {
-        let Work::Declaration { scope, symbol: Symbol::Output(id), .. } = lowering.work[index] else {
+        let Work::Declaration { scope, symbol: Symbol::Output(id), .. } = lowering.work[index]
+        else {
             continue;
         };
         let uses = std::mem::take(&mut lowering.uses[id.index()]);
@@ -102,10 +104,13 @@ fn no_arguments(lowering: &mut Lowering<'_>, id: OutputId, one: &Use<'_>) {
     if one.arguments.is_some() {
         let name = lowering.net.outputs[id].name.clone();
         lowering.report(
-            Diagnostic::error(codes::CALL_ARGUMENTS, format!("{name} is an output, which takes no arguments"))
-                .at(one.span, "")
-                .at(name.span, "declared here")
-                .help(format!("write {name} without parentheses, or declare `extern action {name}()`")),
+            Diagnostic::error(
+                codes::CALL_ARGUMENTS,
+                format!("{name} is an output, which takes no arguments"),
+            )
+            .at(one.span, "")
+            .at(name.span, "declared here")
+            .help(format!("write {name} without parentheses, or declare `extern action {name}()`")),
         );
     }
 }
@@ -211,7 +216,12 @@ fn controlled(lowering: &mut Lowering<'_>, action: ActionId, uses: &[Use<'_>]) {
 fn is_timed(qualifier: Qualifier) -> bool {
     match qualifier {
         Qualifier::L | Qualifier::D | Qualifier::SD | Qualifier::DS | Qualifier::SL => true,
-        Qualifier::N | Qualifier::R | Qualifier::S | Qualifier::P | Qualifier::P0 | Qualifier::P1 => false,
+        Qualifier::N
+        | Qualifier::R
+        | Qualifier::S
+        | Qualifier::P
+        | Qualifier::P0
+        | Qualifier::P1 => false,
     }
 }
 
@@ -225,6 +235,10 @@ fn wrong_duration(lowering: &mut Lowering<'_>, one: &Use<'_>) -> super::context:
     } else {
         format!("qualifier {qualifier} needs a duration")
     };
-    let help = if has { "leave the duration out, or use a timed qualifier" } else { "write one, such as `3 s`" };
+    let help = if has {
+        "leave the duration out, or use a timed qualifier"
+    } else {
+        "write one, such as `3 s`"
+    };
     lowering.report(Diagnostic::error(codes::ACTION_DURATION, message).at(one.span, "").help(help))
 }

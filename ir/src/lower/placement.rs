@@ -56,12 +56,21 @@ fn place(lowering: &mut Lowering<'_>, scope: ScopeId, source: &chart::Place) {
                 .map(|step| PlacedItem::Step(StepId::from_index(step)))
                 .collect(),
             Ok(other) => {
-                lowering.wrong_kind(path.span(), path, other, "a step, transition, variable or output");
+                lowering.wrong_kind(
+                    path.span(),
+                    path,
+                    other,
+                    "a step, transition, variable or output",
+                );
                 continue;
             }
             Err(_) => continue,
         };
-        lowering.net.placements.extend(items.into_iter().map(|item| Placement { item, side, span }));
+        lowering.net.placements.extend(items.into_iter().map(|item| Placement {
+            item,
+            side,
+            span,
+        }));
     }
 }
 
@@ -85,9 +94,12 @@ pub(super) fn board(lowering: &mut Lowering<'_>, scope: ScopeId, source: &chart:
         if let Some(first) = by_number.insert(*number, name) {
             let (other, first) = (first.text.clone(), first.span);
             lowering.report(
-                Diagnostic::error(codes::BOARD, format!("pin {number} is given to {other} and to {name}"))
-                    .at(name.span, "again here")
-                    .at(first, "first here"),
+                Diagnostic::error(
+                    codes::BOARD,
+                    format!("pin {number} is given to {other} and to {name}"),
+                )
+                .at(name.span, "again here")
+                .at(first, "first here"),
             );
         }
         let full = if BOARD_SIGNALS.contains(&name.text.as_str()) {
@@ -103,14 +115,13 @@ pub(super) fn board(lowering: &mut Lowering<'_>, scope: ScopeId, source: &chart:
 }
 
 fn signal(lowering: &mut Lowering<'_>, scope: ScopeId, name: &Name) -> Outcome<String> {
-    // A name of a finished net has its dots already.
-    let path = chart::Path {
-        names: if lowering.flat.is_some() {
-            vec![name.clone()]
-        } else {
-            name.text.split('.').map(|part| Name::new(part, name.span)).collect()
-        },
+    // `n[2]` is a bit of a number or an element of an array: the name is looked up without it.
+    let (base, bit) = match name.text.find('[') {
+        Some(at) => name.text.split_at(at),
+        None => (name.text.as_str(), ""),
     };
+    let names = base.split('.').map(|part| Name::new(part, name.span)).collect();
+    let path = chart::Path { names };
     let net = &lowering.net;
     let found = match lowering.peek(scope, &path) {
         Some(super::names::Resolved::Symbol(symbol)) => match symbol {
@@ -130,7 +141,7 @@ fn signal(lowering: &mut Lowering<'_>, scope: ScopeId, name: &Name) -> Outcome<S
         Some(super::names::Resolved::Attribute(..)) | None => None,
     };
     if let Some(found) = found {
-        return Ok(found.text.clone());
+        return Ok(format!("{found}{bit}"));
     }
     let symbol = lowering.symbol(scope, &path)?;
     Err(lowering.wrong_kind(name.span, name, symbol, "a signal"))

@@ -24,7 +24,8 @@ pub(super) fn property(
     scope: ScopeId,
     source: &chart::Property,
 ) -> Outcome<Property> {
-    let expr = lowering.condition::<PropertyLeaf>(&source.expr, &Place::level(scope, "a property"))?;
+    let expr =
+        lowering.condition::<PropertyLeaf>(&source.expr, &Place::level(scope, "a property"))?;
     let role = if source.is_assumption { PropertyRole::Assume } else { PropertyRole::Assert };
     if source.is_assumption {
         let mut is_about_inputs = true;

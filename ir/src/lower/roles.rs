@@ -258,7 +258,9 @@ fn role(
         lowering.report(
             Diagnostic::error(
                 codes::TYPE,
-                format!("output {name} holds a number ({lo}..{hi}) and is switched like a truth value"),
+                format!(
+                    "output {name} holds a number ({lo}..{hi}) and is switched like a truth value"
+                ),
             )
             .at(place, "switched on and off here")
             .at(name.span, "declared here")

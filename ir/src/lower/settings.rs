@@ -49,10 +49,8 @@ pub(super) fn settings(lowering: &mut Lowering<'_>) {
         shared.one("assign", |said| said.assign_simultaneous).unwrap_or(false);
     settings.queue = shared.one("queue", |said| said.queue);
     settings.events_exclusive = shared.one("events", |said| said.events_exclusive).is_some();
-    settings.policy =
-        shared.each("conflict", Policy::All, |said| said.policy, &design.charts);
-    settings.final_scan =
-        shared.each("final scan", false, |said| said.final_scan, &design.charts);
+    settings.policy = shared.each("conflict", Policy::All, |said| said.policy, &design.charts);
+    settings.final_scan = shared.each("final scan", false, |said| said.final_scan, &design.charts);
     match evolution {
         Some(Evolution::Single) => settings.evolution = Evolution::Single,
         Some(Evolution::Stable { .. }) | None => {
@@ -187,7 +185,9 @@ impl Shared<'_> {
             )
             .at(span, "differs here")
             .at(first, "from what holds here")
-            .help("charts that run side by side share it: write the same in each, or use two files"),
+            .help(
+                "charts that run side by side share it: write the same in each, or use two files",
+            ),
         );
     }
 }
@@ -239,7 +239,10 @@ fn mealy_needs_single(lowering: &mut Lowering<'_>, said: &[Said]) {
                 .at(name.span, "declared `mealy` here");
                 finding = match said.evolution {
                     Some((_, span)) => finding.at(span, "the evolution is `stable`"),
-                    None => finding.at(chart.name.span, "the evolution is `stable` where nothing else is said"),
+                    None => finding.at(
+                        chart.name.span,
+                        "the evolution is `stable` where nothing else is said",
+                    ),
                 };
                 lowering.report(finding.help("write `evolution single`, or leave out `mealy`"));
             }

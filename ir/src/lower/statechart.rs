@@ -14,8 +14,8 @@ use super::statements::ListKind;
 use crate::chart::{self, Path, StepRole};
 use crate::diag::Diagnostic;
 use crate::net::{
-    Block, Enter, HistoryCase, HistoryId, Input, InputId, InputKind, Meta, PartId, Stmt, StmtKind,
-    StepId, StepKind, TransitionId, TransitionKind,
+    Block, Enter, HistoryCase, HistoryId, Input, InputId, InputKind, Meta, PartId, StepId,
+    StepKind, Stmt, StmtKind, TransitionId, TransitionKind,
 };
 use crate::span::{Name, Span};
 use std::collections::{BTreeMap, BTreeSet};
@@ -170,7 +170,8 @@ impl Entering<'_, '_> {
             }
             let mut next = Some(state).filter(|state| Some(*state) != domain);
             while let Some(state) = next.filter(|state| wanted.insert(*state)) {
-                next = self.lowering.net.steps[state].parent.filter(|parent| Some(*parent) != domain);
+                next =
+                    self.lowering.net.steps[state].parent.filter(|parent| Some(*parent) != domain);
             }
         }
         self.content(domain, &wanted, &histories)
@@ -307,17 +308,22 @@ pub(super) fn transition<'a>(
     };
     let events = event_list(lowering, scope, &source.events);
     let requires = from.ok().map(|state| [state]);
-    let guard = receptivity(lowering, scope, source, requires.as_ref().map(<[StepId; 1]>::as_slice));
+    let guard =
+        receptivity(lowering, scope, source, requires.as_ref().map(<[StepId; 1]>::as_slice));
     let actions = lowering.block(scope, ListKind::Change, &source.actions);
     let (Ok(from), Ok(to)) = (from, to) else { return };
     lowering.leaving[from.index()].push(id);
     let part = lowering.net.steps[from].part;
-    if let Some(goal) = to.iter().find(|goal| lowering.net.steps[goal.state(lowering)].part != part) {
+    if let Some(goal) = to.iter().find(|goal| lowering.net.steps[goal.state(lowering)].part != part)
+    {
         let name = lowering.net.steps[goal.state(lowering)].name.text.clone();
         lowering.report(
-            Diagnostic::error(codes::CHART_KIND, format!("a transition leads to {name}, which is in another chart"))
-                .at(source.meta.span, "")
-                .help("raise an event here that the other chart is `on`"),
+            Diagnostic::error(
+                codes::CHART_KIND,
+                format!("a transition leads to {name}, which is in another chart"),
+            )
+            .at(source.meta.span, "")
+            .help("raise an event here that the other chart is `on`"),
         );
         return;
     }
@@ -328,9 +334,10 @@ pub(super) fn transition<'a>(
         let clears: Vec<StepId> = match domain {
             Some(state) => lowering.tree.inside(state).map(StepId::from_index).collect(),
             None => match lowering.tree.roots[part.index()].as_slice() {
-                [first, .., last] | [first @ last] => {
-                    (first.index()..lowering.tree.end[last.index()]).map(StepId::from_index).collect()
-                }
+                [first, .., last] | [first @ last] => (first.index()
+                    ..lowering.tree.end[last.index()])
+                    .map(StepId::from_index)
+                    .collect(),
                 [] => Vec::new(),
             },
         };
@@ -368,7 +375,8 @@ fn domain(lowering: &Lowering<'_>, from: StepId, to: &[Goal]) -> Option<StepId> 
         let inside = lowering.tree.inside(state);
         let holds = |goal: &Goal| {
             let target = goal.state(lowering);
-            inside.contains(&target.index()) || (target == state && matches!(goal, Goal::History(_)))
+            inside.contains(&target.index())
+                || (target == state && matches!(goal, Goal::History(_)))
         };
         if lowering.net.steps[state].kind == StepKind::Composite && to.iter().all(holds) {
             return Some(state);
@@ -390,7 +398,9 @@ pub(super) fn state<'a>(
         lowering.net.steps[id].initial_content = content;
     }
     for history in &source.histories {
-        let Some(Symbol::History(made)) = lowering.find(scope, &history.name.text) else { continue };
+        let Some(Symbol::History(made)) = lowering.find(scope, &history.name.text) else {
+            continue;
+        };
         let content = lowering.block(scope, ListKind::Change, &history.content);
         lowering.net.histories[made].default_content = content;
         let part = lowering.net.steps[id].part;
@@ -406,12 +416,19 @@ pub(super) fn state<'a>(
 }
 
 /// What a history records and enters again: shallow, the children of its state; deep, the atomic states in it with all around them.
-fn cases(lowering: &mut Lowering<'_>, owner: StepId, is_deep: bool, span: Span) -> Vec<HistoryCase> {
+fn cases(
+    lowering: &mut Lowering<'_>,
+    owner: StepId,
+    is_deep: bool,
+    span: Span,
+) -> Vec<HistoryCase> {
     let part = lowering.net.steps[owner].part;
     let recorded: Vec<StepId> = if is_deep {
         let inside = lowering.tree.inside(owner).map(StepId::from_index);
         inside
-            .filter(|step| matches!(lowering.net.steps[*step].kind, StepKind::Leaf | StepKind::Final))
+            .filter(|step| {
+                matches!(lowering.net.steps[*step].kind, StepKind::Leaf | StepKind::Final)
+            })
             .collect()
     } else {
         lowering.tree.children[owner.index()].clone()
@@ -434,9 +451,12 @@ fn cases(lowering: &mut Lowering<'_>, owner: StepId, is_deep: bool, span: Span) 
             if result.is_err() {
                 // The initial transition that clashes is reported where the state is entered by default.
                 lowering.report(
-                    Diagnostic::error(codes::CHART_KIND, "what this history enters cannot be active at once")
-                        .at(span, "")
-                        .help("look at the initial transitions of the states in it"),
+                    Diagnostic::error(
+                        codes::CHART_KIND,
+                        "what this history enters cannot be active at once",
+                    )
+                    .at(span, "")
+                    .help("look at the initial transitions of the states in it"),
                 );
             }
             out
@@ -447,21 +467,27 @@ fn cases(lowering: &mut Lowering<'_>, owner: StepId, is_deep: bool, span: Span) 
 }
 
 /// The event `done.state.P`, made at its first mention; none if the name is no such name.
-pub(super) fn done_event(lowering: &mut Lowering<'_>, scope: ScopeId, name: &Name) -> Option<Outcome<InputId>> {
+pub(super) fn done_event(
+    lowering: &mut Lowering<'_>,
+    scope: ScopeId,
+    name: &Name,
+) -> Option<Outcome<InputId>> {
     let owner = name.text.strip_prefix("done.state.")?;
     let names = owner.split('.').map(|part| Name::new(part, name.span)).collect();
     let symbol = match lowering.symbol(scope, &Path { names }) {
         Ok(symbol) => symbol,
         Err(reported) => return Some(Err(reported)),
     };
-    let state = match symbol {
-        Symbol::Step(state)
-            if matches!(lowering.net.steps[state].kind, StepKind::Composite | StepKind::Parallel) =>
-        {
-            state
-        }
-        _ => return Some(Err(lowering.wrong_kind(name.span, name, symbol, "the completion of a state with children"))),
+    let has_children = |state: StepId| {
+        matches!(lowering.net.steps[state].kind, StepKind::Composite | StepKind::Parallel)
     };
+    let Symbol::Step(state) = symbol else {
+        return Some(Err(lowering.wrong_kind(name.span, name, symbol, "a state with children")));
+    };
+    if !has_children(state) {
+        let wanted = "a state with children";
+        return Some(Err(lowering.wrong_kind(name.span, name, symbol, wanted)));
+    }
     if let Some(event) = lowering.net.steps[state].done_event {
         return Some(Ok(event));
     }
@@ -491,8 +517,11 @@ pub(super) fn statecharts(lowering: &mut Lowering<'_>) {
     }
     for (name, span) in step_priorities(lowering) {
         lowering.report(
-            Diagnostic::error(codes::CHART_KIND, "the priority of a step cannot stand in a statechart")
-                .at(span, format!("step {name}")),
+            Diagnostic::error(
+                codes::CHART_KIND,
+                "the priority of a step cannot stand in a statechart",
+            )
+            .at(span, format!("step {name}")),
         );
     }
     queues(lowering);

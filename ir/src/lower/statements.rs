@@ -204,7 +204,10 @@ impl<'a> Lowering<'a> {
                     self.report(
                         Diagnostic::warning(
                             codes::NEVER_FITS,
-                            format!("{name} always becomes {stored}: the value is {lo}..{hi}, the range {least}..{most}"),
+                            {
+                                let value = if lo == hi { lo.to_string() } else { format!("{lo}..{hi}") };
+                                format!("{name} always becomes {stored}: the value is {value}, the range {least}..{most}")
+                            },
                         )
                         .at(value.span, "never within the range")
                         .help("an assignment stores the nearest bound; declare a larger range where that is not meant"),
@@ -244,7 +247,11 @@ impl<'a> Lowering<'a> {
             return Err(self.report(
                 Diagnostic::error(
                     codes::CALL_ARGUMENTS,
-                    format!("{name} takes {}, here it gets {}", count(params.len()), count(drawn.len())),
+                    format!(
+                        "{name} takes {}, here it gets {}",
+                        count(params.len()),
+                        count(drawn.len())
+                    ),
                 )
                 .at(span, "")
                 .at(declared, "declared here"),
@@ -258,9 +265,9 @@ impl<'a> Lowering<'a> {
             } else {
                 format!("{} of {name}", param.name)
             };
-            match argument.and_then(|(value, ty)| {
-                self.fits(&value, ty, param.ty, &label).map(|()| value)
-            }) {
+            match argument
+                .and_then(|(value, ty)| self.fits(&value, ty, param.ty, &label).map(|()| value))
+            {
                 Ok(value) => arguments.push(value),
                 Err(reported) => failed = Some(reported),
             }

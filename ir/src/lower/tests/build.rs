@@ -124,7 +124,12 @@ pub(super) fn act(target: &str, how: ActionHow, condition: Option<Expr>) -> Step
 }
 pub(super) fn call_of(target: &str, arguments: Vec<Expr>) -> StepItem {
     let arguments = Some(arguments);
-    item(StepItemKind::Action { target: name(target), arguments, how: ActionHow::Bare, condition: None })
+    item(StepItemKind::Action {
+        target: name(target),
+        arguments,
+        how: ActionHow::Bare,
+        condition: None,
+    })
 }
 pub(super) fn step_of(text: &str, role: StepRole, body: Vec<StepItem>) -> Item {
     Item::Step(Step { name: name(text), role, activation_link: false, body, meta: meta() })
@@ -145,8 +150,16 @@ pub(super) fn assign(target: &str, value: Expr) -> Stmt {
 /// `a & b -> c` with a condition.
 pub(super) fn arrow(text: &str, guard: Option<Expr>) -> Transition {
     let (from, to) = text.split_once("->").expect("an arrow");
-    let side = |text: &str| text.split('&').map(str::trim).filter(|text| !text.is_empty()).map(path).collect();
-    Transition { sources: side(from), targets: side(to), guard, meta: meta(), ..Transition::default() }
+    let side = |text: &str| {
+        text.split('&').map(str::trim).filter(|text| !text.is_empty()).map(path).collect()
+    };
+    Transition {
+        sources: side(from),
+        targets: side(to),
+        guard,
+        meta: meta(),
+        ..Transition::default()
+    }
 }
 pub(super) fn go(text: &str, guard: Expr) -> Item {
     Item::Transition(arrow(text, Some(guard)))
@@ -158,14 +171,24 @@ pub(super) fn macro_of(text: &str, items: Vec<Item>) -> Item {
     Item::Macro(Macro { name: name(text), items, meta: meta() })
 }
 pub(super) fn macro_step(text: &str, body: &str) -> Item {
-    Item::MacroStep(MacroStep { name: name(text), body: name(body), meta: meta(), ..MacroStep::default() })
+    Item::MacroStep(MacroStep {
+        name: name(text),
+        body: name(body),
+        meta: meta(),
+        ..MacroStep::default()
+    })
 }
 pub(super) fn assert_never(expr: Expr) -> Property {
     Property { name: None, is_assumption: false, is_never: true, expr, meta: meta() }
 }
 
 pub(super) fn chart(text: &str, items: Vec<Vec<Item>>) -> Chart {
-    Chart { name: name(text), span: span(), items: items.into_iter().flatten().collect(), meta: meta() }
+    Chart {
+        name: name(text),
+        span: span(),
+        items: items.into_iter().flatten().collect(),
+        meta: meta(),
+    }
 }
 pub(super) fn design(charts: Vec<Chart>) -> Design {
     Design { edition: None, charts }

@@ -18,8 +18,19 @@ fn about(condition: Expr) -> Vec<String> {
             declare("v", DeclarationKind::Var { ty: int(0, 9), len: Some(4), init: vec![] }),
             declare("go", DeclarationKind::ExternAction { params: vec![] }),
             initial("p1", vec![action("R"), action("go")]),
-            go("p1 -> p1", and(vec![v("motor"), v("E"), ge("n", "1"), e(crate::expr::ExprKind::Compare(
-                crate::expr::CompareOp::Ge, Box::new(element("v", v("0"))), Box::new(v("1"))))])),
+            go(
+                "p1 -> p1",
+                and(vec![
+                    v("motor"),
+                    v("E"),
+                    ge("n", "1"),
+                    e(crate::expr::ExprKind::Compare(
+                        crate::expr::CompareOp::Ge,
+                        Box::new(element("v", v("0"))),
+                        Box::new(v("1")),
+                    )),
+                ]),
+            ),
             go("p1 -> p1", condition),
         ],
     ])
@@ -74,7 +85,8 @@ fn a_transition_needs_steps_at_its_ends() {
 
 #[test]
 fn names_are_declared_once() {
-    let (_, found) = lower(&design(vec![chart("c", vec![inputs("p"), vec![initial("p", vec![])]])]));
+    let (_, found) =
+        lower(&design(vec![chart("c", vec![inputs("p"), vec![initial("p", vec![])]])]));
     assert_eq!(told(&found), ["G0202 p is declared twice"]);
     assert_eq!(found[0].labels.len(), 2, "both places");
 }
@@ -114,7 +126,12 @@ fn mealy_needs_single() {
 fn pulses_stand_in_receptivities_and_lists_only() {
     let rising = act("R", ActionHow::Bare, Some(rise(v("m"))));
     let event_here = act("R", ActionHow::Bare, Some(v("E")));
-    let items = vec![event("E"), output("R"), initial("p", vec![rising, event_here]), go("p -> p", and(vec![v("m"), v("E")]))];
+    let items = vec![
+        event("E"),
+        output("R"),
+        initial("p", vec![rising, event_here]),
+        go("p -> p", and(vec![v("m"), v("E")])),
+    ];
     assert_eq!(
         findings(vec![vec![single()], inputs("m"), items]),
         [
@@ -129,7 +146,10 @@ fn pulses_stand_in_receptivities_and_lists_only() {
     })]));
     assert_eq!(
         findings(vec![vec![initial("p", vec![misplaced]), go("-> p", v("otherwise"))]]),
-        ["G0214 `otherwise` cannot stand in a list", "G0214 `otherwise` stands on a source transition"]
+        [
+            "G0214 `otherwise` cannot stand in a list",
+            "G0214 `otherwise` stands on a source transition"
+        ]
     );
 }
 
@@ -168,7 +188,10 @@ fn a_controlled_action_has_one_duration() {
 
 #[test]
 fn assignments_and_calls_fit_their_targets() {
-    let speed = declare("speed", DeclarationKind::ExternAction { params: vec![(String::new(), int(0, 9))] });
+    let speed = declare(
+        "speed",
+        DeclarationKind::ExternAction { params: vec![(String::new(), int(0, 9))] },
+    );
     let call = |arguments| stmt(StmtKind::Call { function: name("speed"), arguments });
     let list = vec![
         assign("n", v("10")),
@@ -189,7 +212,10 @@ fn assignments_and_calls_fit_their_targets() {
             event("E"),
             var("n", int(0, 9)),
             var("b", Type::Bool),
-            declare("w", DeclarationKind::Var { ty: int(0, 9), len: Some(4), init: vec![v("1"), v("2")] }),
+            declare(
+                "w",
+                DeclarationKind::Var { ty: int(0, 9), len: Some(4), init: vec![v("1"), v("2")] },
+            ),
             speed,
             initial("p", vec![item(StepItemKind::Entry(list))]),
         ],
@@ -198,7 +224,7 @@ fn assignments_and_calls_fit_their_targets() {
         found,
         [
             "G0226 w has 4 elements and 2 initial values",
-            "G0223 n always becomes 9: the value is 10..10, the range 0..9",
+            "G0223 n always becomes 9: the value is 10, the range 0..9",
             "G0208 a number is needed here, this is true or false",
             "G0208 a condition is needed here, this is a number (3..3)",
             "G0203 m is an input, which the chart cannot assign",
@@ -206,7 +232,7 @@ fn assignments_and_calls_fit_their_targets() {
             "G0236 an array is read without an index",
             "G0236 the index can be 4..4, the array has the elements 0..3",
             "G0219 speed takes 1 argument, here it gets no argument",
-            "G0223 argument 1 of speed always becomes 9: the value is 10..10, the range 0..9",
+            "G0223 argument 1 of speed always becomes 9: the value is 10, the range 0..9",
             "G0203 m is an input, not an event",
             "G0222 `send` stands in a chart that is no statechart"
         ]
@@ -233,7 +259,13 @@ fn tasks_fit_their_budget() {
 #[test]
 fn macros_have_an_entry_and_an_exit() {
     let found = findings(vec![vec![
-        macro_of("m", vec![step_of("e", StepRole::MacroEntry, vec![]), step_of("f", StepRole::MacroEntry, vec![])]),
+        macro_of(
+            "m",
+            vec![
+                step_of("e", StepRole::MacroEntry, vec![]),
+                step_of("f", StepRole::MacroEntry, vec![]),
+            ],
+        ),
         initial("p", vec![]),
         macro_step("m1", "m"),
         macro_step("m2", "p"),
@@ -318,7 +350,8 @@ fn lints_see_what_is_probably_not_meant() {
 
 #[test]
 fn priorities_that_nothing_asks_for_are_told() {
-    let with_priority = Item::Transition(Transition { priority: Some(1), ..arrow("p -> p", Some(v("a"))) });
+    let with_priority =
+        Item::Transition(Transition { priority: Some(1), ..arrow("p -> p", Some(v("a"))) });
     let found = findings(vec![
         inputs("a"),
         vec![single(), initial("p", vec![item(StepItemKind::Priority(2))]), with_priority],
@@ -336,10 +369,22 @@ fn priorities_that_nothing_asks_for_are_told() {
 fn boards_and_places_name_what_is_there() {
     let board = Item::Board(Board {
         device: name("gal22v10"),
-        pins: vec![(name("clock"), 1), (name("m"), 2), (name("R"), 2), (name("Q"), 3), (name("m"), 4), (name("gnd"), 5), (name("gnd"), 6)],
+        pins: vec![
+            (name("clock"), 1),
+            (name("m"), 2),
+            (name("R"), 2),
+            (name("Q"), 3),
+            (name("m"), 4),
+            (name("gnd"), 5),
+            (name("gnd"), 6),
+        ],
         span: span(),
     });
-    let place = Item::Place(Place { items: vec![path("p"), path("zz")], side: crate::net::Side::Chip, span: span() });
+    let place = Item::Place(Place {
+        items: vec![path("p"), path("zz")],
+        side: crate::net::Side::Chip,
+        span: span(),
+    });
     let found = findings(vec![
         vec![single()],
         inputs("m"),
@@ -366,7 +411,12 @@ fn a_chart_begins_somewhere() {
 
 #[test]
 fn assumptions_are_about_inputs() {
-    let assumption = Property { is_assumption: true, ..assert_never(and(vec![v("m"), v("p.active")])) };
-    let found = findings(vec![vec![single()], inputs("m"), vec![initial("p", vec![]), go("p -> p", v("m")), Item::Property(assumption)]]);
+    let assumption =
+        Property { is_assumption: true, ..assert_never(and(vec![v("m"), v("p.active")])) };
+    let found = findings(vec![
+        vec![single()],
+        inputs("m"),
+        vec![initial("p", vec![]), go("p -> p", v("m")), Item::Property(assumption)],
+    ]);
     assert_eq!(found, ["G0227 an assumption speaks of more than inputs"]);
 }

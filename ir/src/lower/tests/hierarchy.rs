@@ -47,7 +47,12 @@ fn player() -> Vec<Vec<Item>> {
             on("slow -> fast", "E"),
         ],
     );
-    playing.histories.push(History { name: name("H"), default: vec![path("fast")], meta: meta(), ..History::default() });
+    playing.histories.push(History {
+        name: name("H"),
+        default: vec![path("fast")],
+        meta: meta(),
+        ..History::default()
+    });
     playing.initial = Some((vec![path("slow")], vec![assign("n", v("1"))]));
     let both = state_of(
         "both",
@@ -92,14 +97,22 @@ fn transitions_of_statecharts_leave_their_domain_and_complete_their_targets() {
     assert_eq!((last.kind, last.clears.len()), (TransitionKind::Reaction, 0));
     let history = net.histories.values().next().unwrap();
     assert_eq!(enters(&net, &history.default), "fast");
-    assert_eq!(history.cases.iter().map(|case| enters(&net, &case.enters)).collect::<Vec<_>>(), ["slow", "fast"]);
+    assert_eq!(
+        history.cases.iter().map(|case| enters(&net, &case.enters)).collect::<Vec<_>>(),
+        ["slow", "fast"]
+    );
 }
 
 #[test]
 fn deep_histories_record_atomic_states() {
     let mut items = player();
     let Item::State(both) = &mut items[1][2] else { panic!() };
-    both.histories.push(History { name: name("D"), is_deep: true, meta: meta(), ..History::default() });
+    both.histories.push(History {
+        name: name("D"),
+        is_deep: true,
+        meta: meta(),
+        ..History::default()
+    });
     items[1].push(on("off -> both.D", "E"));
     let net = clean(items);
     let deep = net.histories.values().nth(1).unwrap();
@@ -111,11 +124,19 @@ fn deep_histories_record_atomic_states() {
 #[test]
 fn the_completion_of_a_state_is_an_event_and_needs_a_queue() {
     let ends = |queue: Option<u32>| {
-        let work = state("work", vec![step("w", vec![]), step_of("end", StepRole::Final, vec![]), on("w -> end", "E")]);
+        let work = state(
+            "work",
+            vec![step("w", vec![]), step_of("end", StepRole::Final, vec![]), on("w -> end", "E")],
+        );
         vec![
             vec![conflict(Policy::OuterFirst), event("E")],
             queue.map(|bound| setting(SettingKind::Queue(bound))).into_iter().collect(),
-            vec![work, step("rest", vec![]), on("work -> rest", "done.state.work"), on("rest -> work", "E")],
+            vec![
+                work,
+                step("rest", vec![]),
+                on("work -> rest", "done.state.work"),
+                on("rest -> work", "E"),
+            ],
         ]
     };
     assert_eq!(
@@ -133,12 +154,8 @@ fn delayed_sends_give_the_queue_its_bound() {
     let send = |slot: Option<&str>| {
         stmt(StmtKind::Send { event: name("E"), after: Some(20_000_000), slot: slot.map(name) })
     };
-    let list = vec![
-        stmt(StmtKind::Cancel(name("x"))),
-        send(Some("x")),
-        send(None),
-        send(Some("x")),
-    ];
+    let list =
+        vec![stmt(StmtKind::Cancel(name("x"))), send(Some("x")), send(None), send(Some("x"))];
     let net = clean(vec![
         vec![conflict(Policy::InnerFirst), event("E"), event("F")],
         vec![
@@ -182,17 +199,33 @@ fn statecharts_refuse_what_only_a_grafcet_has() {
 #[test]
 fn enclosed_charts_are_parts_of_their_own() {
     let link = |text: &str| {
-        Item::Step(Step { name: name(text), activation_link: true, meta: meta(), ..Step::default() })
+        Item::Step(Step {
+            name: name(text),
+            activation_link: true,
+            meta: meta(),
+            ..Step::default()
+        })
     };
     let run = Enclosing {
         step: Step { name: name("run"), meta: meta(), ..Step::default() },
-        items: vec![link("a"), step("b", vec![]), go("a -> b", v("m")), go("b -> a", v("m")), go("-> b", v("m"))],
+        items: vec![
+            link("a"),
+            step("b", vec![]),
+            go("a -> b", v("m")),
+            go("b -> a", v("m")),
+            go("-> b", v("m")),
+        ],
     };
     let items = |extra| {
         vec![
             vec![single()],
             inputs("m"),
-            vec![initial("p", vec![]), Item::Enclosing(run.clone()), go("p -> run", v("m")), go("run -> p", v("run.a.active"))],
+            vec![
+                initial("p", vec![]),
+                Item::Enclosing(run.clone()),
+                go("p -> run", v("m")),
+                go("run -> p", v("run.a.active")),
+            ],
             extra,
         ]
     };
@@ -211,8 +244,31 @@ fn forcing_orders_name_steps_of_the_forced_chart() {
     let force = |target: &str, order| item(StepItemKind::Force { target: path(target), order });
     let charts = |body: Vec<StepItem>, back: Vec<StepItem>| {
         design(vec![
-            chart("top", vec![vec![single()], inputs("m"), vec![initial("p", vec![]), step("q", body), go("p -> q", v("m")), go("q -> p", v("m"))]]),
-            chart("g", vec![inputs("n"), vec![initial("s", back), step("u", vec![]), go("s -> u", v("n")), go("u -> s", v("n"))]]),
+            chart(
+                "top",
+                vec![
+                    vec![single()],
+                    inputs("m"),
+                    vec![
+                        initial("p", vec![]),
+                        step("q", body),
+                        go("p -> q", v("m")),
+                        go("q -> p", v("m")),
+                    ],
+                ],
+            ),
+            chart(
+                "g",
+                vec![
+                    inputs("n"),
+                    vec![
+                        initial("s", back),
+                        step("u", vec![]),
+                        go("s -> u", v("n")),
+                        go("u -> s", v("n")),
+                    ],
+                ],
+            ),
         ])
     };
     let (net, found) = lower(&charts(

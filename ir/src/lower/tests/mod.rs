@@ -4,5 +4,6 @@ mod build;
 mod checks;
 mod hierarchy;
 mod large;
+mod laws;
 mod structure;
 mod values;

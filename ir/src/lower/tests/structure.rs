@@ -79,10 +79,7 @@ fn macro_steps_stand_at_their_place_each_with_its_own_steps() {
         ],
     ]);
     assert_eq!(step_names(&net), ["p", "m1.e", "m1.x", "q", "m2.e", "m2.x"]);
-    assert_eq!(
-        transition_names(&net),
-        ["m1.e_x", "m2.e_x", "p_m1", "m1_q", "q_m2", "m2_p"]
-    );
+    assert_eq!(transition_names(&net), ["m1.e_x", "m2.e_x", "p_m1", "m1_q", "q_m2", "m2_p"]);
     let ids: Vec<_> = net.steps.ids().collect();
     let all: Vec<_> = net.transitions.values().collect();
     assert_eq!(all[2].enters, [Enter::Step(ids[1])], "entered at the entry step");
@@ -168,7 +165,12 @@ fn a_macro_in_itself_is_refused_with_the_way_there() {
 
 #[test]
 fn an_expansion_that_explodes_is_stopped() {
-    let mut items = vec![initial("p", vec![]), macro_step("m", "a0"), go("p -> m", v("true")), go("m -> p", v("true"))];
+    let mut items = vec![
+        initial("p", vec![]),
+        macro_step("m", "a0"),
+        go("p -> m", v("true")),
+        go("m -> p", v("true")),
+    ];
     for level in 0..30 {
         let next = format!("a{}", level + 1);
         items.push(macro_of(
@@ -235,7 +237,13 @@ fn charts_side_by_side_carry_their_names() {
             vec![
                 vec![single()],
                 inputs("a"),
-                vec![output("R"), initial("p", vec![action("R")]), step("q", vec![]), go("p -> q", v(guard)), go("q -> p", v("a"))],
+                vec![
+                    output("R"),
+                    initial("p", vec![action("R")]),
+                    step("q", vec![]),
+                    go("p -> q", v(guard)),
+                    go("q -> p", v("a")),
+                ],
             ],
         )
     };
@@ -243,7 +251,10 @@ fn charts_side_by_side_carry_their_names() {
     assert_eq!(told(&found), Vec::<String>::new());
     let net = net.unwrap();
     assert_eq!(step_names(&net), ["g.p", "g.q", "h.p", "h.q"]);
-    assert_eq!(net.inputs.values().map(|one| one.name.text.as_str()).collect::<Vec<_>>(), ["g.a", "h.a"]);
+    assert_eq!(
+        net.inputs.values().map(|one| one.name.text.as_str()).collect::<Vec<_>>(),
+        ["g.a", "h.a"]
+    );
     assert_eq!(net.parts.len(), 2);
 }
 
@@ -265,7 +276,10 @@ fn settings_of_charts_side_by_side_must_agree() {
 
 #[test]
 fn the_limit_counts_steps_and_transitions() {
-    let net = clean(vec![inputs("a b"), vec![initial("p", vec![]), step("q", vec![]), go("p -> q", v("a")), go("q -> p", v("b"))]]);
+    let net = clean(vec![
+        inputs("a b"),
+        vec![initial("p", vec![]), step("q", vec![]), go("p -> q", v("a")), go("q -> p", v("b"))],
+    ]);
     assert_eq!(net.settings.evolution, Evolution::Stable { limit: 4 });
     assert_eq!(net.settings.policy, Policy::All);
 }
@@ -283,7 +297,14 @@ fn reactions_stand_at_their_step() {
     let net = clean(vec![
         vec![single()],
         inputs("a"),
-        vec![event("E"), event("done"), initial("p", vec![]), go("p -> q", v("a")), step("q", vec![on("E")]), go("q -> p", v("done"))],
+        vec![
+            event("E"),
+            event("done"),
+            initial("p", vec![]),
+            go("p -> q", v("a")),
+            step("q", vec![on("E")]),
+            go("q -> p", v("done")),
+        ],
     ]);
     assert_eq!(transition_names(&net), ["p_q", "q_on_E", "q_p"]);
     let kinds: Vec<_> = net.transitions.values().map(|one| one.kind).collect();

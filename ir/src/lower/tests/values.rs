@@ -34,7 +34,9 @@ fn show(net: &Net, expr: &crate::net::Expr) -> String {
         ExprKind::Compare(op, a, b) => format!("{} {} {}", show(net, a), op.symbol(), show(net, b)),
         ExprKind::Neg(a) => format!("-{}", show(net, a)),
         ExprKind::Arith(op, a, b) => format!("({} {} {})", show(net, a), op.symbol(), show(net, b)),
-        ExprKind::Select(c, a, b) => format!("select({}, {}, {})", show(net, c), show(net, a), show(net, b)),
+        ExprKind::Select(c, a, b) => {
+            format!("select({}, {}, {})", show(net, c), show(net, a), show(net, b))
+        }
     }
 }
 
@@ -44,7 +46,12 @@ fn guard(extra: Vec<Item>, condition: crate::chart::Expr) -> (String, Net) {
         vec![single()],
         inputs("a"),
         extra,
-        vec![initial("p", vec![]), step("q", vec![]), go("p -> q", condition), go("q -> p", v("a"))],
+        vec![
+            initial("p", vec![]),
+            step("q", vec![]),
+            go("p -> q", condition),
+            go("q -> p", v("a")),
+        ],
     ]);
     let text = show(&net, &net.transitions.values().next().unwrap().guard);
     (text, net)
@@ -62,18 +69,23 @@ fn times_become_ticks_with_the_time_on_the_left() {
 
 #[test]
 fn after_asks_every_source() {
-    let transition = Transition { after: Some((20_000_000, span())), ..arrow("p & q -> p & q", Some(v("a"))) };
+    let transition =
+        Transition { after: Some((20_000_000, span())), ..arrow("p & q -> p & q", Some(v("a"))) };
     let net = clean(vec![
         vec![single()],
         inputs("a"),
         vec![initial("p", vec![]), initial("q", vec![]), Item::Transition(transition)],
     ]);
-    assert_eq!(show(&net, &net.transitions.values().next().unwrap().guard), "(a and p.t >= 2 and q.t >= 2)");
+    assert_eq!(
+        show(&net, &net.transitions.values().next().unwrap().guard),
+        "(a and p.t >= 2 and q.t >= 2)"
+    );
 }
 
 #[test]
 fn equal_edges_share_an_operand() {
-    let (text, net) = guard(vec![], or(vec![rise(v("a")), and(vec![rise(v("a")), rise(v("q.active"))])]));
+    let (text, net) =
+        guard(vec![], or(vec![rise(v("a")), and(vec![rise(v("a")), rise(v("q.active"))])]));
     assert_eq!(text, "(risea or (risea and riseq.active))");
     assert_eq!(net.edges.len(), 2);
 }
@@ -108,7 +120,8 @@ fn the_time_of_a_macro_step_is_a_timer_that_counts_while_it_is_active() {
 
 #[test]
 fn constants_are_values() {
-    let items = vec![constant("N", v("5")), constant("M", plus(v("N"), v("1"))), var("n", int(0, 9))];
+    let items =
+        vec![constant("N", v("5")), constant("M", plus(v("N"), v("1"))), var("n", int(0, 9))];
     assert_eq!(guard(items, ge("n", "M")).0, "n >= 6");
 }
 
@@ -128,9 +141,16 @@ fn chart_with(outputs: Vec<Item>, body: Vec<crate::chart::StepItem>) -> Net {
 
 #[test]
 fn timed_actions_are_continuous_until_a_qualifier_controls_the_output() {
-    let body = || vec![act("R", ActionHow::After(20_000_000), Some(v("a"))), act("R", ActionHow::For(50_000_000), None)];
+    let body = || {
+        vec![
+            act("R", ActionHow::After(20_000_000), Some(v("a"))),
+            act("R", ActionHow::For(50_000_000), None),
+        ]
+    };
     let net = chart_with(vec![output("R")], body());
-    let Driver::Continuous(emissions) = &net.outputs.values().next().unwrap().driver else { panic!() };
+    let Driver::Continuous(emissions) = &net.outputs.values().next().unwrap().driver else {
+        panic!()
+    };
     let conditions: Vec<String> =
         emissions.iter().map(|one| show(&net, one.condition.as_ref().unwrap())).collect();
     assert_eq!(conditions, ["(a and q.t >= 2)", "q.t < 5"]);
@@ -157,9 +177,13 @@ fn an_assigned_output_is_a_variable_of_its_own() {
 
 #[test]
 fn extern_actions_are_calls_or_controlled() {
-    let speed = || declare("speed", DeclarationKind::ExternAction { params: vec![("v".into(), int(0, 9))] });
+    let speed = || {
+        declare("speed", DeclarationKind::ExternAction { params: vec![("v".into(), int(0, 9))] })
+    };
     let net = chart_with(vec![speed()], vec![call_of("speed", vec![v("5")])]);
-    let Driver::Extern { calls, .. } = &net.outputs.values().next().unwrap().driver else { panic!() };
+    let Driver::Extern { calls, .. } = &net.outputs.values().next().unwrap().driver else {
+        panic!()
+    };
     assert_eq!((calls.len(), calls[0].arguments.len()), (1, 1));
     let pulse = |n: &str| {
         item(StepItemKind::Action {
@@ -170,7 +194,11 @@ fn extern_actions_are_calls_or_controlled() {
         })
     };
     let net = chart_with(vec![speed()], vec![pulse("1"), pulse("2"), pulse("1")]);
-    let uses: Vec<_> = net.actions.values().map(|one| (one.name.text.as_str(), one.uses.len(), one.body.len())).collect();
+    let uses: Vec<_> = net
+        .actions
+        .values()
+        .map(|one| (one.name.text.as_str(), one.uses.len(), one.body.len()))
+        .collect();
     assert_eq!(uses, [("speed", 2, 1), ("speed_2", 1, 1)]);
 }
 
@@ -178,11 +206,14 @@ fn extern_actions_are_calls_or_controlled() {
 fn initial_values_are_checked_and_spread() {
     let array = |init| declare("t", DeclarationKind::Var { ty: int(1, 9), len: Some(3), init });
     let init = |init| {
-        let net = guard(vec![array(init)], not(e(ExprKind::Compare(
-            CompareOp::Eq,
-            Box::new(element("t", v("0"))),
-            Box::new(v("2")),
-        ))))
+        let net = guard(
+            vec![array(init)],
+            not(e(ExprKind::Compare(
+                CompareOp::Eq,
+                Box::new(element("t", v("0"))),
+                Box::new(v("2")),
+            ))),
+        )
         .1;
         net.vars.values().next().unwrap().init.clone()
     };
@@ -197,7 +228,12 @@ fn properties_are_added_to_a_finished_net_by_full_names() {
         vec![single()],
         inputs("a"),
         vec![output("R"), output("L")],
-        vec![initial("p", vec![action("R")]), step("q", vec![action("L")]), go("p -> q", v("a")), go("q -> p", v("a"))],
+        vec![
+            initial("p", vec![action("R")]),
+            step("q", vec![action("L")]),
+            go("p -> q", v("a")),
+            go("q -> p", v("a")),
+        ],
     ]);
     let never = |expr| vec![assert_never(expr)];
     let found = properties(&net, &never(and(vec![v("R"), v("c.q.active"), ge("p.t", "1s")])));
@@ -215,6 +251,7 @@ fn properties_are_added_to_a_finished_net_by_full_names() {
 
 #[test]
 fn a_bool_var_may_start_at_a_number() {
-    let items = vec![declare("n", DeclarationKind::Var { ty: Type::Bool, len: None, init: vec![v("1")] })];
+    let items =
+        vec![declare("n", DeclarationKind::Var { ty: Type::Bool, len: None, init: vec![v("1")] })];
     assert_eq!(guard(items, v("n")).1.vars.values().next().unwrap().init, [1]);
 }
