@@ -31,6 +31,9 @@ pub(super) type Outcome<T> = Result<T, Reported>;
 /// How many errors, and how many warnings, are kept: more than anybody reads, and few enough for a broken file of any size.
 const MAX_FINDINGS: usize = 20_000;
 
+/// See [`Lowering::max_objects`].
+const MAX_OBJECTS: usize = 300_000;
+
 /// The findings so far, each once: a macro that is expanded ten times has its mistakes told once.
 #[derive(Debug, Default)]
 pub(super) struct Findings {
@@ -183,7 +186,9 @@ pub(super) struct Lowering<'a> {
     pub(super) leaving: Vec<Vec<TransitionId>>,
     /// How many mentions `otherwise` was turned into.
     pub(super) otherwise_mentions: usize,
-    /// Name suggestions given: looking for a near name costs time for each candidate.
+    /// How many steps and transitions expansions may bring the net to.
+    pub(super) max_objects: usize,
+    /// Candidates looked at for name suggestions.
     pub(super) suggestions: usize,
     /// The states of statecharts.
     pub(super) tree: Tree,
@@ -220,6 +225,7 @@ impl<'a> Lowering<'a> {
             slot_list: Vec::new(),
             leaving: Vec::new(),
             otherwise_mentions: 0,
+            max_objects: MAX_OBJECTS,
             suggestions: 0,
             flat: None,
             tree: Tree::default(),

@@ -20,8 +20,6 @@ use std::collections::BTreeMap;
 
 /// How deep bodies may lie in each other; the chart language allows as many.
 const MAX_DEPTH: usize = 256;
-/// How many steps and transitions an expansion may bring the net to.
-const MAX_OBJECTS: usize = 300_000;
 /// How many elements an array may have.
 const MAX_LENGTH: u32 = 65_536;
 
@@ -430,16 +428,19 @@ impl<'a> Expansion<'_, 'a> {
     fn has_room(&mut self, span: Span) -> bool {
         let objects = self.lowering.net.steps.len() + self.lowering.net.transitions.len();
         // What the file itself says is bounded by its size; only expansions multiply.
-        if self.open.is_empty() || objects < MAX_OBJECTS {
+        if self.open.is_empty() || objects < self.lowering.max_objects {
             return true;
         }
         if !self.is_full {
             self.is_full = true;
+            let most = self.lowering.max_objects;
             let span = self.open.first().map_or(span, |(_, span)| *span);
             self.lowering.report(
                 Diagnostic::error(
                     codes::EXPANSION_SIZE,
-                    format!("the expansion of macro-steps has more than {MAX_OBJECTS} steps and transitions"),
+                    format!(
+                        "the expansion of macro-steps has more than {most} steps and transitions"
+                    ),
                 )
                 .at(span, "reached in the expansion of this macro-step")
                 .help("macros that use macros several times multiply: use fewer levels"),

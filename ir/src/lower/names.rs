@@ -7,8 +7,8 @@ use crate::diag::{Diagnostic, nearest};
 use crate::net::{Driver, InputKind, StepId};
 use crate::span::{Name, Span};
 
-/// After so many suggestions only the plain message is given: a file with thousands of unknown names is no slip of the pen.
-const MAX_SUGGESTIONS: usize = 100;
+/// How many candidates all suggestions together may look at: a file with thousands of unknown names is no slip of the pen.
+const MAX_CANDIDATES: usize = 500_000;
 
 /// A step or a macro-step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -232,8 +232,7 @@ impl<'a> Lowering<'a> {
                 };
                 let mut finding =
                     Diagnostic::error(codes::UNKNOWN_NAME, message).at(name.span, "not declared");
-                if self.suggestions < MAX_SUGGESTIONS {
-                    self.suggestions += 1;
+                if self.suggestions < MAX_CANDIDATES {
                     finding = self.suggest(finding, scope, name, inside);
                 }
                 self.report(finding)
@@ -242,7 +241,7 @@ impl<'a> Lowering<'a> {
     }
 
     fn suggest(
-        &self,
+        &mut self,
         finding: Diagnostic,
         scope: ScopeId,
         name: &Name,
@@ -267,6 +266,7 @@ impl<'a> Lowering<'a> {
             candidates.extend(self.scopes[scope].names.keys());
             next = if inside.is_some() { None } else { self.scopes[scope].parent };
         }
+        self.suggestions += candidates.len();
         match nearest(&name.text, candidates) {
             Some(near) => finding.help(format!("did you mean {near}?")).fix(name.span, near),
             None => finding,

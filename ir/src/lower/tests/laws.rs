@@ -179,7 +179,7 @@ fn any_design() -> impl Strategy<Value = Design> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 300, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 150, ..ProptestConfig::default() })]
 
     /// Nothing stops the lowering, the same chart says the same twice, and what it accepts is valid: every mistake was told by the lowering, in the
     /// words of the chart.
@@ -452,7 +452,7 @@ fn grown(states: &[DrawnState], transitions: &[DrawnTransition]) -> Design {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 150, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 100, ..ProptestConfig::default() })]
 
     /// A chart without mistakes has a net, which prints and parses back.
     #[test]
