@@ -146,6 +146,15 @@ pub(super) struct Instance {
     pub(super) timer: Option<TimerId>,
 }
 
+/// The names of a finished net. A step may be called like a signal.
+#[derive(Debug, Default)]
+pub(super) struct FlatNames {
+    /// Steps and macro-steps.
+    pub(super) steps: BTreeMap<String, Symbol>,
+    /// Everything else.
+    pub(super) others: BTreeMap<String, Symbol>,
+}
+
 /// The state of a lowering; each pass takes it, adds its share to `net`, and hands it on.
 #[derive(Debug)]
 pub(super) struct Lowering<'a> {
@@ -193,7 +202,7 @@ pub(super) struct Lowering<'a> {
     /// The states of statecharts.
     pub(super) tree: Tree,
     /// Names with dots of a finished net; used instead of scopes when properties are added to one.
-    pub(super) flat: Option<BTreeMap<String, Symbol>>,
+    pub(super) flat: Option<FlatNames>,
     /// Steps with tasks: `s.done` asks for them before they are lowered.
     pub(super) tasked: BTreeSet<StepId>,
     /// How many expressions lie around the present one.

@@ -16,6 +16,7 @@ use crate::net::{
     Transition, TransitionId, TransitionKind, Var, VarOrigin,
 };
 use crate::span::{Name, Span};
+use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
 /// How deep bodies may lie in each other; the chart language allows as many.
@@ -75,6 +76,8 @@ pub(super) fn expand(lowering: &mut Lowering<'_>) {
         let parts = part.index()..lowering.net.parts.len();
         lowering.chart_bodies.push((scope, parts));
     }
+    // A nested macro-step is complete before the one around it, and stands behind it.
+    lowering.net.macros.sort_by_key(|one| (one.steps.first().copied(), Reverse(one.steps.len())));
     if !lowering.expand_unused {
         unused_macros(lowering);
     }

@@ -1,6 +1,6 @@
 //! Properties and boards that come from files of their own and speak of a net that is finished.
 
-use super::context::{Entry, Instance, Lowering, Scope, Symbol};
+use super::context::{Entry, FlatNames, Instance, Lowering, Scope, Symbol};
 use super::roles::Role;
 use super::{placement, properties as pass};
 use crate::chart::{self, Design};
@@ -39,22 +39,22 @@ pub fn board(net: &Net, board: &chart::Board) -> Result<Board, Vec<Diagnostic>> 
 /// A lowering whose names are those of a finished net.
 fn of_net<'a>(design: &'a Design, net: &Net) -> Lowering<'a> {
     let mut lowering = Lowering::new(design);
-    let mut flat: BTreeMap<String, Symbol> = BTreeMap::new();
+    let mut names = FlatNames::default();
     let hidden = |origin| origin == VarOrigin::StoredOutput;
     for (id, var) in net.vars.iter().filter(|(_, var)| !hidden(var.origin)) {
-        flat.insert(var.name.text.clone(), Symbol::Var(id));
+        names.others.insert(var.name.text.clone(), Symbol::Var(id));
     }
     for (id, timer) in net.timers.iter() {
-        flat.insert(timer.name.text.clone(), Symbol::Timer(id));
+        names.others.insert(timer.name.text.clone(), Symbol::Timer(id));
     }
     for (id, transition) in net.transitions.iter() {
-        flat.insert(transition.name.text.clone(), Symbol::Transition(id));
+        names.others.insert(transition.name.text.clone(), Symbol::Transition(id));
     }
     for (id, input) in net.inputs.iter() {
-        flat.insert(input.name.text.clone(), Symbol::Input(id));
+        names.others.insert(input.name.text.clone(), Symbol::Input(id));
     }
     for (id, output) in net.outputs.iter() {
-        flat.insert(output.name.text.clone(), Symbol::Output(id));
+        names.others.insert(output.name.text.clone(), Symbol::Output(id));
         lowering.roles.push(match output.driver {
             Driver::Continuous(_) => Role::Continuous,
             Driver::Mealy(_) => Role::Mealy,
@@ -66,7 +66,7 @@ fn of_net<'a>(design: &'a Design, net: &Net) -> Lowering<'a> {
     for one in &net.macros {
         // The steps of an expansion stand together.
         let (Some(first), Some(last)) = (one.steps.first(), one.steps.last()) else { continue };
-        flat.insert(one.name.text.clone(), Symbol::MacroStep(lowering.instances.len()));
+        names.steps.insert(one.name.text.clone(), Symbol::MacroStep(lowering.instances.len()));
         lowering.instances.push(Instance {
             scope: 0,
             entry: Some(one.entry),
@@ -75,11 +75,10 @@ fn of_net<'a>(design: &'a Design, net: &Net) -> Lowering<'a> {
             timer: None,
         });
     }
-    // Last, so that a step wins over anything else of its name.
     for (id, step) in net.steps.iter() {
-        flat.insert(step.name.text.clone(), Symbol::Step(id));
+        names.steps.insert(step.name.text.clone(), Symbol::Step(id));
     }
-    lowering.flat = Some(flat);
+    lowering.flat = Some(names);
     lowering.scopes.push(Scope {
         parent: None,
         prefix: String::new(),

@@ -1,7 +1,7 @@
 //! Finding out what a name stands for: the body it is written in first, then the bodies around it, then the chart, then `chart.name`.
 
 use super::codes;
-use super::context::{Entry, InstanceId, Lowering, Outcome, ScopeId, Symbol};
+use super::context::{Entry, FlatNames, InstanceId, Lowering, Outcome, ScopeId, Symbol};
 use crate::chart::Path;
 use crate::diag::{Diagnostic, nearest};
 use crate::net::{Driver, InputKind, StepId};
@@ -77,7 +77,7 @@ impl<'a> Lowering<'a> {
     /// What a name stands for, seen from a body.
     pub(super) fn find(&self, scope: ScopeId, text: &str) -> Option<Symbol> {
         if let Some(flat) = &self.flat {
-            return flat.get(text).copied();
+            return flat.others.get(text).or_else(|| flat.steps.get(text)).copied();
         }
         let mut next = Some(scope);
         while let Some(scope) = next {
@@ -110,7 +110,7 @@ impl<'a> Lowering<'a> {
     fn walk(&self, scope: ScopeId, names: &[Name]) -> Result<Symbol, Unknown> {
         let Some((first, rest)) = names.split_first() else { return Err(Unknown::Broken) };
         if let Some(flat) = &self.flat {
-            return self.walk_flat(flat, names);
+            return self.walk_flat(flat, names, false);
         }
         let mut symbol = self.find(scope, &first.text).ok_or(Unknown::Name(0, None))?;
         for (index, name) in rest.iter().enumerate() {
@@ -124,21 +124,21 @@ impl<'a> Lowering<'a> {
         if symbol == Symbol::Broken { Err(Unknown::Broken) } else { Ok(symbol) }
     }
 
-    /// In a finished net names have dots already; the name of an only chart may stand before them.
-    fn walk_flat(
-        &self,
-        flat: &std::collections::BTreeMap<String, Symbol>,
-        names: &[Name],
-    ) -> Result<Symbol, Unknown> {
-        let joined = |names: &[Name]| {
-            names.iter().map(|name| name.text.as_str()).collect::<Vec<_>>().join(".")
+    /// In a finished net names have dots already; the name of an only chart may stand before them. Of a step and a signal of one name the step is meant
+    /// where a step is needed.
+    fn walk_flat(&self, flat: &FlatNames, names: &[Name], step_first: bool) -> Result<Symbol, Unknown> {
+        let look = |names: &[Name]| {
+            let joined = names.iter().map(|name| name.text.as_str()).collect::<Vec<_>>().join(".");
+            let (first, second) =
+                if step_first { (&flat.steps, &flat.others) } else { (&flat.others, &flat.steps) };
+            first.get(&joined).or_else(|| second.get(&joined)).copied()
         };
-        if let Some(symbol) = flat.get(&joined(names)) {
-            return Ok(*symbol);
+        if let Some(symbol) = look(names) {
+            return Ok(symbol);
         }
         match names.split_first() {
             Some((first, rest)) if !rest.is_empty() && first.text == self.net.name.text => {
-                flat.get(&joined(rest)).copied().ok_or(Unknown::Name(1, None))
+                look(rest).ok_or(Unknown::Name(1, None))
             }
             _ => Err(Unknown::Name(0, None)),
         }
@@ -161,7 +161,11 @@ impl<'a> Lowering<'a> {
             "done" => Attribute::Done,
             _ => return None,
         };
-        match self.walk(scope, before).ok()? {
+        let found = match &self.flat {
+            Some(flat) => self.walk_flat(flat, before, true),
+            None => self.walk(scope, before),
+        };
+        match found.ok()? {
             Symbol::Step(step) => Some((StepLike::Step(step), attribute)),
             Symbol::MacroStep(instance) => Some((StepLike::MacroStep(instance), attribute)),
             Symbol::Const(_)
@@ -259,7 +263,7 @@ impl<'a> Lowering<'a> {
         }
         let mut candidates: Vec<&str> = Vec::new();
         if let Some(flat) = &self.flat {
-            candidates.extend(flat.keys().map(String::as_str));
+            candidates.extend(flat.others.keys().chain(flat.steps.keys()).map(String::as_str));
         }
         let mut next = inside.or((!self.scopes.is_empty()).then_some(scope));
         while let Some(scope) = next {

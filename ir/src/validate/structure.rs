@@ -428,13 +428,23 @@ impl Checker<'_> {
         let net = self.net;
         let mut has_steps = IdMap::filled(&net.parts, false);
         let mut begins = IdMap::filled(&net.parts, false);
+        // A chart begins in an initial macro-step too: what its parts bring counts for the root part they stand behind.
+        let mut root = PartId::from_index(0);
+        let root_of = IdMap::build(&net.parts, |id, part| {
+            if part.level <= 1 {
+                root = id;
+            }
+            root
+        });
         for step in net.steps.values().filter(|step| net.parts.get(step.part).is_some()) {
             has_steps[step.part] = true;
             begins[step.part] |= step.is_initial || step.parent.is_some();
+            begins[root_of[step.part]] |= step.is_initial;
         }
         for transition in net.transitions.values() {
             if transition.requires.is_empty() && net.parts.get(transition.part).is_some() {
                 begins[transition.part] = true;
+                begins[root_of[transition.part]] = true;
             }
         }
         for part in net

@@ -126,7 +126,7 @@ fn macros_nest_and_local_names_win() {
     let local = net.steps.ids().nth(3).unwrap();
     assert_eq!(guard.kind, ExprKind::Leaf(Leaf::Active(local)), "the step a, not the input a");
     assert_eq!(net.macros.len(), 2);
-    assert_eq!(net.macros.iter().map(|one| one.steps.len()).collect::<Vec<_>>(), [2, 4]);
+    assert_eq!(net.macros.iter().map(|one| one.steps.len()).collect::<Vec<_>>(), [4, 2]);
 }
 
 #[test]
@@ -140,6 +140,19 @@ fn an_initial_macro_step_starts_at_its_entry() {
     });
     let net = clean(vec![vec![single()], inputs("a"), vec![fill(), initial, go("m -> m", v("a"))]]);
     assert_eq!(net.steps.values().map(|step| step.is_initial).collect::<Vec<_>>(), [true, false]);
+}
+
+#[test]
+fn a_chart_may_begin_in_a_macro_step_alone() {
+    let initial = Item::MacroStep(MacroStep {
+        name: name("m"),
+        body: name("fill"),
+        is_initial: true,
+        priority: None,
+        meta: meta(),
+    });
+    let items = vec![fill(), initial, step("p", vec![]), go("m -> p", v("a")), go("p -> m", v("a"))];
+    assert_eq!(clean(vec![vec![single()], inputs("a"), items]).parts.len(), 2);
 }
 
 #[test]
