@@ -102,18 +102,18 @@ impl Reaction<'_> {
     /// E4: continuous outputs, copies of stored and controlled ones, and continuous calls.
     fn e4_outputs(&mut self) {
         let (net, tables) = (self.net, self.tables);
-        for (id, output) in net.outputs.iter() {
-            match &output.driver {
-                Driver::Continuous(_) | Driver::Extern { .. } => self.row.outputs[id.index()] = 0,
-                Driver::Stored(var) => {
-                    self.row.outputs[id.index()] = self.state.cells[tables.layout.var(*var)]
-                }
+        // Only what the last row lit needs to go out: the cost follows the active steps.
+        for output in self.work.lit.drain(..) {
+            self.row.outputs[output.index()] = 0;
+        }
+        for id in &tables.copied {
+            self.row.outputs[id.index()] = match net.outputs[*id].driver {
+                Driver::Stored(var) => self.state.cells[tables.layout.var(var)],
                 Driver::Controlled(action) => {
-                    self.row.outputs[id.index()] =
-                        self.state.cells[tables.layout.at(Cell::ActionQ(*action))];
+                    self.state.cells[tables.layout.at(Cell::ActionQ(action))]
                 }
-                Driver::Mealy(_) => {}
-            }
+                Driver::Continuous(_) | Driver::Mealy(_) | Driver::Extern { .. } => continue,
+            };
         }
         let mut calls: Vec<(OutputId, u32)> = Vec::new();
         let mut at = 0;
@@ -126,6 +126,7 @@ impl Reaction<'_> {
                 let Driver::Continuous(emissions) = &net.outputs[*output].driver else { continue };
                 if self.holds(emissions[*place as usize].condition.as_ref()) {
                     self.row.outputs[output.index()] = 1;
+                    self.work.lit.push(*output);
                 }
             }
             calls.extend_from_slice(&tables.calls[step.index()]);
@@ -168,6 +169,7 @@ impl Reaction<'_> {
             let cell = tables.layout.at(Cell::Held(*output, *chart));
             if self.work.had_ended[place] {
                 self.row.outputs[output.index()] |= self.state.cells[cell];
+                self.work.lit.push(*output);
             } else if self.has_ended(*chart)
                 && let Driver::Continuous(emissions) = &net.outputs[*output].driver
             {
@@ -207,6 +209,7 @@ impl Reaction<'_> {
         for effect in &self.row.effects {
             if let Effect::Call(output, _) = effect {
                 self.row.outputs[output.index()] += 1;
+                self.work.lit.push(*output);
             }
         }
         if self.tables.has_code {

@@ -5,8 +5,8 @@
 
 use grafsynth_ir::expr::{Expr as GenericExpr, ExprKind};
 use grafsynth_ir::net::{
-    EdgeId, Evolution, Expr, InputId, InputKind, Leaf, Net, StepId, TransitionId, TransitionKind,
-    VarId,
+    EdgeId, Evolution, Expr, InputId, InputKind, Leaf, Net, OutputId, StepId, TransitionId,
+    TransitionKind, VarId,
 };
 
 use crate::layout::Cell;
@@ -68,6 +68,8 @@ pub(crate) struct Work {
     pub(crate) open_next: bool,
     /// All transitions and reactions that fired, in order.
     pub(crate) fired: Vec<TransitionId>,
+    /// Continuous outputs and extern actions that are not 0 in the row.
+    pub(crate) lit: Vec<OutputId>,
     /// Statecharts: how many events at the front of the external queue stood there at Latch.
     pub(crate) n_latched: usize,
     /// By place in [`Tables::may_end`]: the chart had ended before this reaction.

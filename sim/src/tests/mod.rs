@@ -3,6 +3,7 @@
 mod formats;
 mod grafcet;
 mod lasting;
+mod pages;
 mod statechart;
 mod timing;
 
