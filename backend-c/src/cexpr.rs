@@ -220,6 +220,7 @@ impl CExpr {
                         a.not()
                     }
                 }
+                (None, None) if a.text == b.text => CExpr::bool(wanted),
                 (None, None) => {
                     let sign = if wanted { "==" } else { "!=" };
                     let text = format!("{} {sign} {}", a.within(Prec::Atom), b.within(Prec::Atom));
@@ -360,11 +361,12 @@ fn decided(op: CompareOp, a: &CExpr, b: &CExpr) -> Option<bool> {
     let above = a.lo > b.hi;
     let not_above = a.hi <= b.lo;
     let not_below = a.lo >= b.hi;
-    let same = a.lo == a.hi && b.lo == b.hi && a.lo == b.lo;
+    // Reading has no effects, so equal texts are equal values; compilers warn about such comparisons.
+    let same = a.text == b.text;
     match op {
-        CompareOp::Eq if same => Some(true),
+        CompareOp::Eq | CompareOp::Le | CompareOp::Ge if same => Some(true),
+        CompareOp::Ne | CompareOp::Lt | CompareOp::Gt if same => Some(false),
         CompareOp::Eq if below || above => Some(false),
-        CompareOp::Ne if same => Some(false),
         CompareOp::Ne if below || above => Some(true),
         CompareOp::Lt if below => Some(true),
         CompareOp::Lt if not_below => Some(false),

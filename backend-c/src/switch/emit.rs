@@ -144,7 +144,7 @@ impl<'a> Emit<'a> {
         let mut functions = Vec::new();
         let moves = self.moves(&mut functions);
         let step = self.step_body(facts, moves, &mut functions);
-        let init = self.init_body();
+        let init = self.init_body(self.fault_possible(facts));
         let mut tables = self.tables.definitions(self);
         if !self.locals && !self.scratch.is_empty() {
             tables.push(self.scratch_type());
@@ -1370,7 +1370,7 @@ impl<'a> Emit<'a> {
 
     // --- reset -----------------------------------------------------------------------------------------------------------------------------
 
-    fn init_body(&mut self) -> Vec<Node> {
+    fn init_body(&mut self, fault: bool) -> Vec<Node> {
         let net = self.net;
         let reset = consts::reset(net);
         let mut nodes = self.tables.init(self);
@@ -1400,6 +1400,9 @@ impl<'a> Emit<'a> {
         }
         for edge in &self.edges {
             nodes.push(Node::line(format!("self->{} = false;", self.names.edges[*edge])));
+        }
+        if fault {
+            nodes.push(Node::line("self->fault = false;"));
         }
         nodes.extend(calls::initial_outputs(net, self.names, &reset.outputs));
         for effect in reset.effects {

@@ -7,6 +7,7 @@
 //! receptivity is read before anything it depends on changes, without a second copy of the state. Where that can't be kept, the net is refused with
 //! the reason, and the caller takes the style `bits`.
 
+use grafsynth_ir::expr::ExprKind;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::{
     Block, Driver, EdgeId, Enter, Evolution, Expr, InputId, InputKind, Leaf, Net, OutputId, Policy,
@@ -311,6 +312,9 @@ fn competition(net: &Net, plan: &Plan, order: &Order) -> Result<(), Refusal> {
                             entered(&net.transitions[*later])
                                 .any(|b| a != b && plan.place[a].0 == plan.place[b].0)
                         });
+                        let excluded = excluded
+                            || disjoint(net, *earlier, *later)
+                            || same_effect(&net.transitions[*earlier], &net.transitions[*later]);
                         if !excluded {
                             return refuse(
                                 "two transitions that may fire together from one step",
@@ -363,6 +367,38 @@ fn competition(net: &Net, plan: &Plan, order: &Order) -> Result<(), Refusal> {
         }
     }
     Ok(())
+}
+
+/// Shows from the text of two receptivities that both are never true: one asks for what the other negates, or is its `otherwise`.
+fn disjoint(net: &Net, earlier: TransitionId, later: TransitionId) -> bool {
+    fn factors(expr: &Expr) -> &[Expr] {
+        match &expr.kind {
+            ExprKind::And(all) => all,
+            ExprKind::Bool(_)
+            | ExprKind::Int(_)
+            | ExprKind::Leaf(_)
+            | ExprKind::Element(..)
+            | ExprKind::Not(_)
+            | ExprKind::Or(_)
+            | ExprKind::Compare(..)
+            | ExprKind::Neg(_)
+            | ExprKind::Arith(..)
+            | ExprKind::Select(..) => std::slice::from_ref(expr),
+        }
+    }
+    let (a, b) = (factors(&net.transitions[earlier].guard), factors(&net.transitions[later].guard));
+    let negates = |one: &Expr, other: &Expr| matches!(&one.kind, ExprKind::Not(inner) if inner.kind == other.kind);
+    let otherwise = |all: &[Expr], of: TransitionId| {
+        all.iter().any(|it| {
+            matches!(&it.kind, ExprKind::Not(inner) if inner.kind == ExprKind::Leaf(Leaf::Fireable(of)))
+        })
+    };
+    a.iter().any(|x| b.iter().any(|y| negates(x, y) || negates(y, x))) || otherwise(b, earlier) || otherwise(a, later)
+}
+
+/// Firing both is firing either.
+fn same_effect(a: &Transition, b: &Transition) -> bool {
+    a.requires == b.requires && a.enters == b.enters && a.restart == b.restart && a.actions.is_empty() && b.actions.is_empty()
 }
 
 /// Everything of a net that is evaluated, with where it stands.

@@ -1,5 +1,6 @@
 //! Small nets written by hand, and C compilers to try them on.
 #![allow(dead_code, reason = "each test file uses its part")]
+#![allow(clippy::disallowed_methods, reason = "tests try the text on real compilers")]
 
 pub(crate) mod random_net;
 
