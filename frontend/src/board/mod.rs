@@ -46,12 +46,9 @@ pub fn parse_within(file: FileId, text: &str, limits: &Limits) -> (BoardFile, Ve
     while parser.kind(0) != Kind::End {
         let before = parser.peek(0).start;
         if item(&mut parser, &mut found).is_err() {
-            parser.skip_to_item(before);
+            parser.skip_to_line(before);
         }
         parser.depth = 0;
-        if parser.peek(0).start == before || parser.kind(0) == Kind::CloseBrace {
-            parser.advance();
-        }
     }
     (found, sorted(parser.findings.finish()))
 }

@@ -601,6 +601,23 @@ impl<'a> Parser<'a> {
         }
     }
 
+    /// Skips to the next line that no brace opened on the way reaches into. The token at byte `failed` is not where it begins.
+    pub(crate) fn skip_to_line(&mut self, failed: u32) {
+        let mut open = 0usize;
+        loop {
+            let token = self.peek(0);
+            if token.kind == Kind::End || open == 0 && token.new_line && token.start != failed {
+                return;
+            }
+            match token.kind {
+                Kind::OpenBrace => open += 1,
+                Kind::CloseBrace => open = open.saturating_sub(1),
+                _ => {}
+            }
+            self.advance();
+        }
+    }
+
     /// Skips to a place where an item can begin: a word or an arrow at the start of a line, or behind `;`, outside of braces opened on the way; or
     /// the closing brace of the block. The token at byte `failed` is no such place: it is where the item began that could not be read.
     pub(crate) fn skip_to_item(&mut self, failed: u32) {

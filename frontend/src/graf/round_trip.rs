@@ -175,7 +175,7 @@ chart   truck \"a truck\" req \"R1\" {   # open
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 150, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 40, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn what_is_written_is_read_back(seed: u64) {
@@ -209,6 +209,33 @@ proptest! {
             }
         }
         let _ = format(FileId(0), &text);
+    }
+}
+
+/// A reader of text that gives findings.
+type Reader = fn(&str) -> Vec<Diagnostic>;
+
+#[test]
+fn broken_input_of_the_other_readers_gives_findings() {
+    let rules = "# option: chart press\n# option: step p1 priority 2 { entry { v := 0 } }\n# option: var v: int 0..9\nStep p1, p2\nTransition t1, t2
+Input m, b\nOutput R, Z\nMarking p1\nTransitions:\nt1: p1*m*/b |- @p2*R\nt2: p2*(m + v > 3) |- @p1\nSteps:\np2: m |- Z\n";
+    let props = "assume never (a and b) \"label\"\nsafe: always not (R and n > 3)\nnever x\n";
+    let board = "device gal22v10 { clock 1  m 2, n[0] 3 }\nplace p2, m1.s on chip\n";
+    let readers: [(&str, Reader); 3] = [
+        (rules, |text| crate::rules::parse(FileId(0), text).diagnostics),
+        (props, |text| crate::props::parse(FileId(0), text).1),
+        (board, |text| crate::board::parse(FileId(0), text).1),
+    ];
+    for (text, read) in readers {
+        assert_eq!(read(text), []);
+        for seed in 0..300 {
+            let text = broken(text, &mut Random(seed));
+            let findings = read(&text);
+            assert!(findings.len() <= 101);
+            for label in findings.iter().flat_map(|finding| &finding.labels) {
+                assert!(text.get(label.span.range()).is_some(), "{label:?} of {text:?}");
+            }
+        }
     }
 }
 

@@ -56,12 +56,9 @@ fn read(
         let before = parser.peek(0).start;
         match property(&mut parser) {
             Ok(property) => properties.push(property),
-            Err(_) => parser.skip_to_item(before),
+            Err(_) => parser.skip_to_line(before),
         }
         parser.depth = 0;
-        if parser.peek(0).start == before || parser.kind(0) == Kind::CloseBrace {
-            parser.advance();
-        }
     }
     (properties, sorted(parser.findings.finish()))
 }

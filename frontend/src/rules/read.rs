@@ -110,7 +110,7 @@ impl Rules {
         while parser.kind(0) != Kind::End {
             let before = parser.peek(0).start;
             if self.part(parser, &mut section).is_err() {
-                skip_line(parser, before);
+                parser.skip_to_line(before);
             }
             parser.depth = 0;
             if parser.peek(0).start == before {
@@ -237,15 +237,6 @@ fn rule(parser: &mut Parser<'_>) -> Parse<Rule> {
         return Err(parser.unexpected("`*` or the end of the line"));
     }
     Ok(Rule { label, left, right, span: parser.span_from(start) })
-}
-
-/// To the next line.
-fn skip_line(parser: &mut Parser<'_>, failed: u32) {
-    while parser.kind(0) != Kind::End
-        && (!parser.peek(0).new_line || parser.peek(0).start == failed)
-    {
-        parser.advance();
-    }
 }
 
 /// What the option lines say.
