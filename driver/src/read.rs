@@ -47,6 +47,12 @@ pub struct ReadLimits {
     pub nesting: u32,
 }
 
+impl ReadLimits {
+    fn front(self) -> grafsynth_frontend::graf::Limits {
+        grafsynth_frontend::graf::Limits { nesting: self.nesting, ..grafsynth_frontend::graf::Limits::default() }
+    }
+}
+
 impl Default for ReadLimits {
     fn default() -> Self {
         ReadLimits { nesting: 256 }
@@ -55,30 +61,28 @@ impl Default for ReadLimits {
 
 /// Reads a design, its board and its properties. The design is there only if no finding is an error.
 #[must_use]
-pub fn read(sources: &Sources, texts: &Texts) -> (Option<Design>, Vec<Diagnostic>) {
+pub fn read(sources: &Sources, texts: &Texts, limits: ReadLimits) -> (Option<Design>, Vec<Diagnostic>) {
     let Some(source) = sources.get(texts.main) else { return (None, Vec::new()) };
     let Some(format) = texts.format.or_else(|| Format::of(&source.path, &source.text)) else {
         return (None, vec![unknown_format(texts.main, &source.path)]);
     };
     let mut found = Vec::new();
-    let (properties, more) = read_properties(sources, texts);
-    found.extend(more);
     let design = match format {
         Format::Graf => {
-            let parsed = grafsynth_frontend::graf::parse(texts.main, &source.text);
+            let parsed = grafsynth_frontend::graf::parse_within(texts.main, &source.text, &limits.front());
             found.extend(parsed.diagnostics);
-            chart_design(sources, texts, parsed.design, &properties, &mut found)
+            chart_design(sources, texts, limits, parsed.design, &mut found)
         }
         Format::Rules => {
-            let parsed = grafsynth_frontend::rules::parse(texts.main, &source.text);
+            let parsed = grafsynth_frontend::rules::parse_within(texts.main, &source.text, &limits.front());
             found.extend(parsed.diagnostics);
-            chart_design(sources, texts, parsed.design, &properties, &mut found)
+            chart_design(sources, texts, limits, parsed.design, &mut found)
         }
         Format::Net => {
             let (net, more) = text::parse(texts.main, &source.text);
             found.extend(more);
             match net.map(validate) {
-                Some(Ok(net)) => with_properties(None, net, &properties, &mut found),
+                Some(Ok(net)) => with_properties(sources, texts, limits, None, net, &mut found),
                 Some(Err(more)) => {
                     found.extend(more);
                     None
@@ -115,12 +119,19 @@ fn unknown_format(file: FileId, path: &str) -> Diagnostic {
         .help(format!("give the format with --from, or use one of {}", known.join(", ")))
 }
 
-fn read_properties(sources: &Sources, texts: &Texts) -> (Vec<chart::Property>, Vec<Diagnostic>) {
+/// Reads the property files for a net, whose integer names decide what `+` and `*` mean.
+fn read_properties(sources: &Sources, texts: &Texts, limits: ReadLimits, net: &Net) -> (Vec<chart::Property>, Vec<Diagnostic>) {
+    let inputs = net.inputs.values().map(|input| (&input.name, input.ty));
+    let outputs = net.outputs.values().map(|output| (&output.name, output.ty));
+    let vars = net.vars.values().map(|var| (&var.name, var.ty));
+    let integers: Vec<&str> =
+        inputs.chain(outputs).chain(vars).filter(|(_, ty)| !ty.is_bool()).map(|(name, _)| name.text.as_str()).collect();
     let mut properties = Vec::new();
     let mut found = Vec::new();
     for file in &texts.properties {
         if let Some(source) = sources.get(*file) {
-            let (more, diagnostics) = grafsynth_frontend::props::parse(*file, &source.text);
+            let (more, diagnostics) =
+                grafsynth_frontend::props::parse_for(*file, &source.text, integers.iter().copied(), &limits.front());
             properties.extend(more);
             found.extend(diagnostics);
         }
@@ -131,55 +142,53 @@ fn read_properties(sources: &Sources, texts: &Texts) -> (Vec<chart::Property>, V
 fn chart_design(
     sources: &Sources,
     texts: &Texts,
+    limits: ReadLimits,
     design: Option<chart::Design>,
-    properties: &[chart::Property],
     found: &mut Vec<Diagnostic>,
 ) -> Option<Design> {
     let mut design = design?;
     if let Some(file) = texts.board
         && let Some(source) = sources.get(file)
     {
-        let (items, diagnostics) = grafsynth_frontend::board::parse(file, &source.text);
+        let (board, diagnostics) = grafsynth_frontend::board::parse_within(file, &source.text, &limits.front());
         found.extend(diagnostics);
         if let Some(chart) = design.charts.first_mut() {
             // The board file stands beside the chart so that one chart serves several boards: it replaces the chart's own.
-            if items.iter().any(|item| matches!(item, chart::Item::Board(_))) {
+            if !board.boards.is_empty() {
                 chart.items.retain(|item| !matches!(item, chart::Item::Board(_)));
             }
-            chart.items.extend(items);
+            chart.items.extend(board.boards.into_iter().map(chart::Item::Board));
+            chart.items.extend(board.places.into_iter().map(chart::Item::Place));
         }
     }
     let (net, more) = lower::lower(&design);
     found.extend(more);
-    with_properties(Some(design), net?, properties, found)
+    with_properties(sources, texts, limits, Some(design), net?, found)
 }
 
 fn with_properties(
+    sources: &Sources,
+    texts: &Texts,
+    limits: ReadLimits,
     chart: Option<chart::Design>,
     net: Valid<Net>,
-    properties: &[chart::Property],
     found: &mut Vec<Diagnostic>,
 ) -> Option<Design> {
-    let net = if properties.is_empty() {
-        net
-    } else {
-        match lower::properties(&net, properties) {
-            Ok(more) => {
-                let mut net = net.into_inner();
-                net.properties.extend(more);
-                match validate(net) {
-                    Ok(net) => net,
-                    Err(more) => {
-                        found.extend(more);
-                        return None;
-                    }
-                }
-            }
-            Err(more) => {
-                found.extend(more);
-                return None;
-            }
+    if texts.properties.is_empty() {
+        return Some(Design::Net(Box::new(NetDesign { chart, net })));
+    }
+    let (properties, more) = read_properties(sources, texts, limits, &net);
+    found.extend(more);
+    let net = lower::properties(&net, &properties).and_then(|more| {
+        let mut net = net.into_inner();
+        net.properties.extend(more);
+        validate(net)
+    });
+    match net {
+        Ok(net) => Some(Design::Net(Box::new(NetDesign { chart, net }))),
+        Err(more) => {
+            found.extend(more);
+            None
         }
-    };
-    Some(Design::Net(Box::new(NetDesign { chart, net })))
+    }
 }

@@ -58,8 +58,7 @@ impl Engine for CEngine {
 /// That it is not a trace of this net.
 pub fn parse(net: &Net, output: &[u8]) -> Result<Trace, EngineError> {
     let text = String::from_utf8_lossy(output);
-    let (trace, found) = Trace::parse_csv(&TraceLayout::of(net), FileId(u32::MAX), &text);
-    trace.ok_or_else(|| {
+    Trace::parse_csv(&TraceLayout::of(net), FileId(u32::MAX), &text).map_err(|found| {
         let why = found.first().map(|diagnostic| diagnostic.message.clone()).unwrap_or_default();
         EngineError::Failed(format!("the compiled chart did not print a trace: {why}"))
     })

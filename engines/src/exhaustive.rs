@@ -133,7 +133,7 @@ impl Explorer {
         mut take: impl FnMut(usize, &str, usize) -> bool,
     ) -> Result<(), String> {
         let Some(mut input) = self.input.take() else { return Err("the compiled chart has ended".to_owned()) };
-        let outcome = std::thread::scope(|scope| {
+        std::thread::scope(|scope| {
             // Questions and answers are served at once: a full pipe on one side must not stop the other.
             let writer = scope.spawn(move || {
                 let sent = input.write_all(questions.as_bytes()).and_then(|()| input.flush());
@@ -163,8 +163,7 @@ impl Explorer {
                 }
                 Err(_) => Err("the compiled chart cannot be asked".to_owned()),
             }
-        });
-        outcome
+        })
     }
 }
 

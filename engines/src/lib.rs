@@ -11,7 +11,7 @@
 //! `blif` and `netlist` the emitted texts read back, `verilog` the emitted Verilog run by Icarus Verilog. This crate is the only one that starts
 //! processes.
 
-mod c;
+pub mod c;
 mod circuit;
 pub mod exhaustive;
 pub mod tools;

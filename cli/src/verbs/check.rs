@@ -7,7 +7,7 @@ use grafsynth_driver::read::Design;
 use grafsynth_ir::Valid;
 use grafsynth_ir::diag::any_error;
 use grafsynth_ir::net::Net;
-use grafsynth_verify::{Limits, PropertyOutcome};
+use grafsynth_verify::{Limits, Outcome};
 
 pub(crate) fn run(session: &mut Session, arguments: &Check) -> Result<Exit, Stop> {
     if let Some(pass) = &arguments.dump_after {
@@ -55,12 +55,12 @@ fn properties(session: &Session, net: &Valid<Net>, limits: &Limits) -> Exit {
             .map_or_else(|| property.name.clone(), |text| text.split_whitespace().collect::<Vec<_>>().join(" "));
         let tags = if property.meta.req.is_empty() { String::new() } else { format!(" [{}]", property.meta.req.join(", ")) };
         match verdict.outcome {
-            PropertyOutcome::Proved { by, states } => {
+            Outcome::Proved { by, states, .. } => {
                 if !session.quiet {
                     crate::print(&format!("proved   {text}{tags} ({by:?}, {states} states)\n"));
                 }
             }
-            PropertyOutcome::Refuted { stimulus, row } => {
+            Outcome::Refuted { stimulus, row, .. } => {
                 let trace = grafsynth_sim::run(net, &stimulus).to_csv();
                 crate::print(&format!("refuted  {text}{tags} at {place}, in row {row} of\n"));
                 for line in trace.lines() {
@@ -68,7 +68,7 @@ fn properties(session: &Session, net: &Valid<Net>, limits: &Limits) -> Exit {
                 }
                 exit = exit.max(Exit::Refuted);
             }
-            PropertyOutcome::Open(why) => {
+            Outcome::Open(why) => {
                 crate::print(&format!("open     {text}{tags}: {why}\n"));
                 if exit == Exit::Done {
                     exit = Exit::Open;
@@ -96,7 +96,7 @@ fn dump(session: &mut Session, arguments: &Check, pass: &str) -> Result<Exit, St
     let Some(chart) = &design.chart else {
         return Err(Stop::Usage("a .net file has passed all passes already".to_owned()));
     };
-    match grafsynth_ir::lower::net_after(chart, pass) {
+    match grafsynth_ir::lower::dump_after(chart, pass) {
         Some(net) => crate::print(&grafsynth_ir::text::print(&net)),
         None => return Err(Stop::Usage(format!("no pass is called `{pass}`"))),
     }

@@ -103,8 +103,8 @@ fn with_state(session: &mut Session, net: &Valid<Net>, stimulus: &Stimulus, argu
     if let Some(path) = &arguments.restore {
         let file = session.text(path)?;
         let text = session.sources.get(file).map(|source| source.text.clone()).unwrap_or_default();
-        let restored = simulator.restore(&text).map_err(|found: Diagnostic| {
-            session.show(&[found]);
+        let restored = simulator.restore(&text).map_err(|found: Vec<Diagnostic>| {
+            session.show(&found);
             Stop::Errors
         })?;
         if !session.quiet {
