@@ -5,7 +5,7 @@ use super::read::is_over_inputs;
 use super::{Builder, cell, temp, when};
 use crate::arena::IdMap;
 use crate::expr::{ArithOp, CompareOp, Expr as GenericExpr, ExprKind, Type};
-use crate::net::{InputId, Step, StepId, Transition, TransitionId, TransitionKind};
+use crate::net::{Step, StepId, Transition, TransitionId, TransitionKind};
 use crate::program::{Expr, Leaf, Stmt, TempRole};
 use crate::span::Span;
 
@@ -79,17 +79,9 @@ impl Builder<'_> {
         out.push(Stmt::Set(count, Expr::int(0)));
         out.push(Stmt::Set(again, Expr::bool(true)));
         let any = self.named("any", TempRole::Helper, any, &mut body);
-        let raised: Vec<InputId> = self
-            .pending
-            .iter()
-            .filter(|(_, cell)| cell.is_some())
-            .map(|(event, _)| event)
-            .collect();
-        let pending = raised.iter().filter_map(|event| self.holds[*event].clone());
+        // An event that makes nothing fire is not pending: only what fires counts [C11].
         let at_limit = Expr::compare(CompareOp::Eq, temp(count), Expr::int(top));
-        let too_long =
-            Expr::and([at_limit.clone(), Expr::or(std::iter::once(any.clone()).chain(pending))]);
-        body.push(Stmt::Set(fault, too_long));
+        body.push(Stmt::Set(fault, Expr::and([at_limit.clone(), any.clone()])));
         body.push(Stmt::Set(again, Expr::and([any, crate::simplify::simplify(&at_limit.not())])));
         let mut step = Vec::new();
         self.fire(&fire, &changes, &mut step);

@@ -26,8 +26,6 @@ pub(super) struct Needs {
     pub(super) raised: IdMap<Input, bool>,
     /// Some list reads the step's bit, timer or tasks while the situation changes.
     pub(super) watched: IdMap<Step, bool>,
-    /// Some undelayed or delayed send exists that joins the external queue.
-    pub(super) sends: bool,
 }
 
 impl Needs {
@@ -42,7 +40,6 @@ impl Needs {
             controlled: IdMap::filled(&net.actions, false),
             raised: IdMap::filled(&net.inputs, false),
             watched: IdMap::filled(&net.steps, false),
-            sends: !net.sends.is_empty(),
         };
         for_each_expr(net, &mut |expr| needs.read(expr));
         for_each_list(net, &mut |list| {

@@ -4,6 +4,7 @@
 //! fits, the external queue is no array at all: the events of a row wait in their own bits and are taken in declaration order.
 
 use super::{Builder, cell, temp};
+use crate::arena::IdMap;
 use crate::expr::{ArithOp, CompareOp, ExprKind, Type};
 use crate::net::{InputId, InputKind, SendId};
 use crate::program::{Cell, CellId, Expr, Leaf, Origin, Stmt, TempId, TempRole};
@@ -14,12 +15,14 @@ use super::lists::select;
 /// Both queues of a net.
 #[derive(Debug, Clone)]
 pub(super) struct Queues {
-    /// Events by number: the first has 1.
+    /// The events that something is `on`, in declaration order: the first has number 1.
     pub(super) events: Vec<InputId>,
     /// Raised events, where something is raised.
     pub(super) internal: Option<Queue>,
     /// Events of rows and sends.
     pub(super) external: External,
+    /// Something is sent into the external queue.
+    pub(super) sends: bool,
 }
 
 /// A queue in cells.
@@ -57,10 +60,10 @@ pub(super) fn is_empty(queue: Queue) -> Expr {
 }
 
 impl Queues {
-    /// The number of an event in the queues.
-    pub(super) fn number(&self, event: InputId) -> i64 {
-        let at = self.events.iter().position(|one| *one == event);
-        at.and_then(|at| i64::try_from(at + 1).ok()).unwrap_or(0)
+    /// The number of an event in the queues; none for one that never joins them.
+    pub(super) fn number(&self, event: InputId) -> Option<i64> {
+        let at = self.events.binary_search(&event).ok()?;
+        i64::try_from(at + 1).ok()
     }
 
     /// The type of a number of an event, 0 for none.
@@ -81,20 +84,20 @@ impl Queues {
 impl Builder<'_> {
     pub(super) fn queue_cells(&mut self) {
         let net = self.net;
-        let events: Vec<InputId> = net
-            .inputs
-            .iter()
-            .filter(|(_, input)| input.kind.is_event())
-            .map(|(id, _)| id)
-            .collect();
+        // An event that nothing is `on` never joins a queue.
+        let mut listens = IdMap::filled(&net.inputs, false);
+        net.transitions.values().flat_map(|one| &one.events).for_each(|event| {
+            listens[*event] = true;
+        });
+        let events: Vec<InputId> = net.inputs.ids().filter(|event| listens[*event]).collect();
         let of_rows: Vec<InputId> =
             events.iter().copied().filter(|id| net.inputs[*id].kind == InputKind::Event).collect();
         let n_of_rows = u32::try_from(of_rows.len()).unwrap_or(u32::MAX);
         let bound = net.settings.queue.unwrap_or(n_of_rows);
-        let mut queues = Queues { events, internal: None, external: External::None };
+        let raises = events.iter().any(|event| self.needs.raised[*event]);
+        let sends = net.sends.values().any(|slot| listens[slot.event]);
+        let mut queues = Queues { events, internal: None, external: External::None, sends };
         let ty = queues.number_type();
-        let raises = self.needs.raised.values().any(|raised| *raised);
-        let sends = self.needs.sends;
         let mut queue = |name: &str, items: Origin, length: Origin| {
             let zeros = vec![0; bound as usize];
             let items = self.cells.push(Cell {
@@ -129,8 +132,8 @@ impl Builder<'_> {
         }
         if let Some(queues) = &self.queues
             && let Some(queue) = queues.internal
+            && let Some(number) = queues.number(event)
         {
-            let number = queues.number(event);
             self.join(queue, number, out);
         }
     }
@@ -148,8 +151,8 @@ impl Builder<'_> {
     fn join_external(&mut self, event: InputId, out: &mut Vec<Stmt>) {
         if let Some(queues) = &self.queues
             && let External::Queue(queue) = queues.external
+            && let Some(number) = queues.number(event)
         {
-            let number = queues.number(event);
             self.join(queue, number, out);
         }
     }
@@ -218,9 +221,11 @@ impl Builder<'_> {
                 let queue = *queue;
                 if !self.reset {
                     for event in queues.events.clone() {
-                        if self.is_external(event) {
+                        if self.is_external(event)
+                            && let Some(number) = queues.number(event)
+                        {
                             let mut joins = Vec::new();
-                            self.join(queue, queues.number(event), &mut joins);
+                            self.join(queue, number, &mut joins);
                             out.push(Stmt::If(
                                 Expr::leaf(Leaf::Input(event), Span::default()),
                                 joins,

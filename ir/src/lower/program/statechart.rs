@@ -11,13 +11,14 @@
 use std::collections::BTreeMap;
 
 use super::order::Act;
-use super::queues::{External, is_empty};
+use super::queues::{External, Queues, is_empty};
 use super::tree::Tree;
 use super::{Builder, cell, temp, when};
 use crate::arena::IdMap;
 use crate::expr::{ArithOp, CompareOp, Expr as GenericExpr, ExprKind, Type};
 use crate::net::{
-    Enter, History, HistoryId, PartId, Policy, Step, StepId, StepKind, Transition, TransitionId,
+    Enter, History, HistoryId, InputId, PartId, Policy, Step, StepId, StepKind, Transition,
+    TransitionId,
 };
 use crate::program::{Expr, Origin, Stmt, TempId, TempRole};
 use crate::simplify::simplify;
@@ -98,7 +99,6 @@ impl Builder<'_> {
         let silent = IdMap::filled(&self.net.transitions, Expr::bool(false));
         let tree = Tree::of(self.net);
         self.fire_states(&tree, &exits, &silent, &[], &entries, &mut out);
-        self.end_charts(&mut out);
         self.compare_inputs(&mut out);
         self.evolve_statechart(fault, &mut out);
         self.end(super::ending::Mealy::new(), &mut out);
@@ -160,7 +160,6 @@ impl Builder<'_> {
         self.resolve_histories(&mut entries, &mut step);
         let order = self.action_order(&tree, &fireable, &mut step);
         self.fire_states(&tree, &exits, &fire, &order, &entries, &mut step);
-        self.end_charts(&mut step);
         step.push(Stmt::Set(count, plus_one(count)));
         if let Some(current) = current {
             step.push(Stmt::Set(current, Expr::int(0)));
@@ -170,8 +169,8 @@ impl Builder<'_> {
             stop.push(Stmt::Set(again, Expr::bool(false)));
             when(all_ended, stop, &mut step);
         }
-        let fired = vec![Stmt::If(is_full.clone(), too_long.clone(), step)];
-        let idle = self.take_next(current, restarts, count, again, &is_full, &too_long);
+        let fired = vec![Stmt::If(is_full, too_long, step)];
+        let idle = self.take_next(current, restarts, count, again);
         if any.is_false() {
             body.extend(idle);
         } else {
@@ -199,8 +198,9 @@ impl Builder<'_> {
 
     /// How many events that restart the count still wait; where nothing is sent, all do.
     fn begin_restarts(&mut self, out: &mut Vec<Stmt>) -> Option<TempId> {
-        let External::Queue(queue) = self.queues.as_ref()?.external else { return None };
-        if !self.needs.sends {
+        let queues = self.queues.as_ref()?;
+        let External::Queue(queue) = queues.external else { return None };
+        if !queues.sends {
             return None;
         }
         let ty = Type::Int { lo: 0, hi: i64::from(queue.bound) };
@@ -215,7 +215,7 @@ impl Builder<'_> {
         let outside = u64::from(queues.external_bound());
         let inside = queues.internal.map_or(0, |queue| u64::from(queue.bound));
         let steps = (outside + 1).saturating_mul(u64::from(limit));
-        let sent = if self.needs.sends { steps.saturating_mul(outside) } else { 0 };
+        let sent = if queues.sends { steps.saturating_mul(outside) } else { 0 };
         let taken = steps
             .saturating_add(1)
             .saturating_mul(inside)
@@ -231,74 +231,34 @@ impl Builder<'_> {
         restarts: Option<TempId>,
         count: TempId,
         again: TempId,
-        is_full: &Expr,
-        too_long: &[Stmt],
     ) -> Vec<Stmt> {
         let mut idle = vec![Stmt::Set(again, Expr::bool(false))];
         let (Some(current), Some(queues)) = (current, self.queues.clone()) else { return idle };
         match &queues.external {
             External::None => {}
-            External::Row(events) => {
-                idle = self.flat_row(events, current, count, again, &queues);
-            }
+            External::Row(events) => idle = take_of_row(events, current, count, again, &queues),
             External::Queue(queue) => {
                 let mut taken = Vec::new();
                 self.take_first(*queue, current, &mut taken);
-                let taken = match restarts {
-                    None => {
-                        taken.push(Stmt::Set(count, Expr::int(0)));
-                        taken
-                    }
+                let anew = Stmt::Set(count, Expr::int(0));
+                taken.push(match restarts {
+                    None => anew,
                     Some(restarts) => {
-                        let less = ExprKind::Arith(
-                            ArithOp::Sub,
-                            Box::new(temp(restarts)),
-                            Box::new(Expr::int(1)),
-                        );
-                        let mut anew = vec![
-                            Stmt::Set(restarts, Expr::new(less, Span::default())),
-                            Stmt::Set(count, Expr::int(0)),
-                        ];
-                        anew.extend(taken.clone());
-                        let later = vec![Stmt::If(is_full.clone(), too_long.to_vec(), taken)];
                         let waits = Expr::compare(CompareOp::Gt, temp(restarts), Expr::int(0));
-                        vec![Stmt::If(waits, anew, later)]
+                        let one = Box::new(Expr::int(1));
+                        let less = ExprKind::Arith(ArithOp::Sub, Box::new(temp(restarts)), one);
+                        let less = Stmt::Set(restarts, Expr::new(less, Span::default()));
+                        Stmt::If(waits, vec![less, anew], Vec::new())
                     }
-                };
+                });
                 idle = vec![Stmt::If(is_empty(*queue), idle, taken)];
             }
         }
         if let Some(queue) = queues.internal {
             let mut taken = Vec::new();
             self.take_first(queue, current, &mut taken);
-            let taken = vec![Stmt::If(is_full.clone(), too_long.to_vec(), taken)];
             idle = vec![Stmt::If(is_empty(queue), idle, taken)];
         }
-        idle
-    }
-
-    /// The next event of the row, in declaration order, without nesting one choice into the other.
-    fn flat_row(
-        &mut self,
-        events: &[(crate::net::InputId, Option<TempId>)],
-        current: TempId,
-        count: TempId,
-        again: TempId,
-        queues: &super::queues::Queues,
-    ) -> Vec<Stmt> {
-        let mut idle = vec![Stmt::Set(current, Expr::int(0))];
-        for (event, waits) in events {
-            let Some(waits) = *waits else { continue };
-            let is_first = Expr::compare(CompareOp::Eq, temp(current), Expr::int(0));
-            let taken = vec![
-                Stmt::Set(waits, Expr::bool(false)),
-                Stmt::Set(current, Expr::int(queues.number(*event))),
-                Stmt::Set(count, Expr::int(0)),
-            ];
-            idle.push(Stmt::If(Expr::and([temp(waits), is_first]), taken, Vec::new()));
-        }
-        let is_some = Expr::compare(CompareOp::Ne, temp(current), Expr::int(0));
-        idle.push(Stmt::Set(again, is_some));
         idle
     }
 
@@ -312,14 +272,8 @@ impl Builder<'_> {
         let is = |number: i64| {
             current.map(|current| Expr::compare(CompareOp::Eq, temp(current), Expr::int(number)))
         };
-        let mut listens = IdMap::filled(&net.inputs, false);
-        net.transitions
-            .values()
-            .flat_map(|one| &one.events)
-            .for_each(|event| listens[*event] = true);
         for event in net.inputs.ids() {
-            if listens[event] {
-                let number = self.queues.as_ref().map_or(0, |queues| queues.number(event));
+            if let Some(number) = self.queues.as_ref().and_then(|queues| queues.number(event)) {
                 let holds = is(number).unwrap_or_else(|| Expr::bool(false));
                 let name = net.inputs[event].name.text.clone();
                 self.holds[event] = Some(self.named(name, TempRole::Holds(event), holds, out));
@@ -699,7 +653,7 @@ impl Builder<'_> {
                 }
             }
             if net.steps[step].kind == StepKind::Final {
-                self.raise_done(tree, step, &exits, &enters, &watched, &mut list);
+                self.finish(tree, step, &exits, &enters, &watched, &mut list);
             }
             when(enters[step].clone(), list, &mut sequence);
         }
@@ -721,7 +675,8 @@ impl Builder<'_> {
     }
 
     /// `done.state.P`, and that of a parallel all of whose regions are final, right after the entry list of the final state.
-    fn raise_done(
+    /// One without a parent ends its chart: as it is the only active state there, its exit list runs, and its bit stays [C20].
+    fn finish(
         &mut self,
         tree: &Tree,
         step: StepId,
@@ -731,7 +686,13 @@ impl Builder<'_> {
         out: &mut Vec<Stmt>,
     ) {
         let net = self.net;
-        let Some(parent) = net.steps[step].parent else { return };
+        let Some(parent) = net.steps[step].parent else {
+            out.extend(self.list(&net.steps[step].exit));
+            if let Some(ended) = self.ended[self.ranks.chart_of(net.steps[step].part)] {
+                out.push(Stmt::Store(ended, None, Expr::bool(true)));
+            }
+            return;
+        };
         if let Some(event) = net.steps[parent].done_event {
             self.raise(event, out);
         }
@@ -753,47 +714,6 @@ impl Builder<'_> {
             let mut raise = Vec::new();
             self.raise(event, &mut raise);
             when(all, raise, out);
-        }
-    }
-
-    /// A top-level final state ends its chart: all exit lists run, the situation stays [C20].
-    fn end_charts(&mut self, out: &mut Vec<Stmt>) {
-        let net = self.net;
-        for chart in net.parts.ids() {
-            let Some(ended) = self.ended[chart] else { continue };
-            let of_chart: Vec<StepId> = net
-                .steps
-                .iter()
-                .filter(|(_, step)| self.ranks.chart_of(step.part) == chart)
-                .map(|(id, _)| id)
-                .collect();
-            let finals = of_chart.iter().copied().filter(|step| {
-                net.steps[*step].kind == StepKind::Final && net.steps[*step].parent.is_none()
-            });
-            let is_final = Expr::or(finals.map(|step| self.is_active(step)));
-            let condition = Expr::and([is_final, cell(ended).not()]);
-            self.begin_sequence();
-            let mut sequence = Vec::new();
-            let mut restore = Vec::new();
-            let mut keep = Vec::new();
-            for step in of_chart.iter().rev().copied() {
-                let mut list = self.list(&net.steps[step].exit);
-                let mut was = self.is_active(step);
-                if self.needs.watched[step] && !self.simultaneous {
-                    let name = format!("{}.at_end", net.steps[step].name);
-                    let before = self.new_temp(name, Type::Bool, TempRole::Helper);
-                    keep.push(Stmt::Set(before, self.is_active(step)));
-                    restore.push(Stmt::Store(self.step[step], None, temp(before)));
-                    list.push(Stmt::Store(self.step[step], None, Expr::bool(false)));
-                    was = temp(before);
-                }
-                when(was, list, &mut sequence);
-            }
-            let mut all = self.end_sequence(sequence);
-            keep.append(&mut all);
-            keep.extend(restore);
-            keep.push(Stmt::Store(ended, None, Expr::bool(true)));
-            when(condition, keep, out);
         }
     }
 }
@@ -830,4 +750,28 @@ fn is_in_final_state(
         }
         StepKind::Leaf | StepKind::Enclosing | StepKind::Final => Expr::bool(false),
     }
+}
+
+/// The next event of the row, in declaration order, without nesting one choice into the other.
+fn take_of_row(
+    events: &[(InputId, Option<TempId>)],
+    current: TempId,
+    count: TempId,
+    again: TempId,
+    queues: &Queues,
+) -> Vec<Stmt> {
+    let mut idle = vec![Stmt::Set(current, Expr::int(0))];
+    for (event, waits) in events {
+        let (Some(waits), Some(number)) = (*waits, queues.number(*event)) else { continue };
+        let is_first = Expr::compare(CompareOp::Eq, temp(current), Expr::int(0));
+        let taken = vec![
+            Stmt::Set(waits, Expr::bool(false)),
+            Stmt::Set(current, Expr::int(number)),
+            Stmt::Set(count, Expr::int(0)),
+        ];
+        idle.push(Stmt::If(Expr::and([temp(waits), is_first]), taken, Vec::new()));
+    }
+    let is_some = Expr::compare(CompareOp::Ne, temp(current), Expr::int(0));
+    idle.push(Stmt::Set(again, is_some));
+    idle
 }
