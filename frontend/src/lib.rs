@@ -9,3 +9,6 @@ mod from_net;
 pub mod graf;
 pub mod props;
 pub mod rules;
+
+#[cfg(test)]
+mod pages_test;

@@ -1,0 +1,50 @@
+//! The page of each code has an example that triggers it.
+#![expect(clippy::disallowed_methods, reason = "the test reads the pages")]
+
+use grafsynth_ir::{FileId, lower};
+
+use crate::{codes, graf, rules};
+
+/// Language, options and text of a page's example.
+fn example(page: &str) -> (String, Vec<String>, String) {
+    let after = page.split_once("## Example\n```").unwrap().1;
+    let (info, rest) = after.split_once('\n').unwrap();
+    let text = rest.split_once("\n```").unwrap().0;
+    let mut words = info.split(' ').map(str::to_owned);
+    (words.next().unwrap(), words.collect(), format!("{text}\n"))
+}
+
+#[test]
+fn every_code_has_a_page_whose_example_triggers_it() {
+    for code in codes::ALL {
+        let path = format!("{}/../docs/codes/{}.md", env!("CARGO_MANIFEST_DIR"), code.id);
+        let page = std::fs::read_to_string(&path).unwrap_or_else(|_| panic!("{path}"));
+        assert!(page.starts_with(&format!("# {}: {}\n", code.id, code.title)), "{path}");
+        assert!(page.contains("\n## Cause\n") && page.contains("\n## Way out\n"), "{path}");
+        let (language, options, text) = example(&page);
+        let option = |name: &str, default: usize| {
+            options.iter().position(|option| option == name).map_or(default, |at| options[at + 1].parse().unwrap())
+        };
+        let defaults = graf::Limits::default();
+        let limits = graf::Limits {
+            source: option("--source-limit", defaults.source),
+            nesting: u32::try_from(option("--nesting-limit", defaults.nesting as usize)).unwrap(),
+            diagnostics: option("--max-diagnostics", defaults.diagnostics),
+        };
+        let parsed = if language == "rules" {
+            rules::parse_within(FileId(0), &text, &limits)
+        } else {
+            graf::parse_within(FileId(0), &text, &limits)
+        };
+        let mut findings = parsed.diagnostics;
+        if options.first().is_some_and(|verb| verb == "convert") {
+            assert!(findings.is_empty(), "{path}");
+            let (net, _) = lower::lower(&parsed.design.unwrap());
+            findings.extend(rules::write_net(&net.unwrap()).unwrap_err());
+        }
+        assert!(findings.iter().any(|finding| finding.code == *code), "{path}: {findings:#?}");
+        // The note that counts the rest needs others to count.
+        let is_alone = *code == codes::MORE || findings.iter().all(|finding| finding.code == *code);
+        assert!(is_alone, "{path}: {findings:#?}");
+    }
+}
