@@ -20,7 +20,7 @@ use grafsynth_ir::arena::IdMap;
 use grafsynth_ir::diag::{Diagnostic, any_error};
 use grafsynth_ir::expr::{Expr, ExprKind, Type};
 use grafsynth_ir::facts::Facts;
-use grafsynth_ir::logic::{Flop, FlopBit, Logic, NodeId, PinInput, PinInputId, PinOutput, PinRole};
+use grafsynth_ir::logic::{Flop, FlopBit, Logic, Node, NodeId, PinInput, PinInputId, PinOutput, PinRole};
 use grafsynth_ir::net::{self, Driver, InputKind, Meta, Net, PropertyLeaf, PropertyRole};
 use grafsynth_ir::program::{Leaf, Origin, Program, ResetEffect, Stmt};
 use grafsynth_ir::{Span, Valid};
@@ -78,6 +78,16 @@ struct CallSite {
     before: NodeId,
     /// The same as a function of the new state.
     after: Option<NodeId>,
+}
+
+/// An output's bits.
+struct Shown {
+    /// As functions of the old state.
+    before: Vec<NodeId>,
+    /// As functions of the new state, where they have such a form.
+    after: Option<Vec<NodeId>>,
+    /// The code of the value after reset.
+    reset: u64,
 }
 
 struct Encoder<'a> {
@@ -224,11 +234,13 @@ impl<'a> Encoder<'a> {
     fn refuse_arguments(&mut self, output: net::OutputId, span: Span) {
         let name = &self.net.outputs[output].name;
         let message = format!("the call of `{name}` has arguments, and a strobe pin of a chip carries none");
-        self.diagnostics.push(
-            Diagnostic::error(codes::CALL_ARGUMENTS, message)
-                .at(span, "called with arguments")
-                .help("store the value in an output of its own and call the action without arguments, or keep it on the CPU"),
-        );
+        let finding = Diagnostic::error(codes::CALL_ARGUMENTS, message)
+            .at(span, "called with arguments")
+            .help("store the value in an output of its own and call the action without arguments, or keep it on the CPU");
+        // Unrolled micro-steps come by here more than once.
+        if !self.diagnostics.contains(&finding) {
+            self.diagnostics.push(finding);
+        }
     }
 
     fn refuse_code(&mut self) {
@@ -265,14 +277,14 @@ impl<'a> Encoder<'a> {
         for (flop, bit) in next {
             self.builder.logic.flops[flop].next = bit;
         }
-        self.output_pins();
-        self.call_pins()?;
-        if let Some(value) = self.fault.filter(|&value| self.builder.as_constant(value) != Some(false)) {
+        self.output_pins()?;
+        let can_fault = |value: NodeId| self.builder.as_constant(value) != Some(false) || self.program.reset_fault;
+        if let Some(value) = self.fault.filter(|&value| can_fault(value)) {
             self.builder.logic.outputs.push(PinOutput {
                 name: "fault".to_owned(),
                 role: PinRole::Fault,
                 value,
-                registered: Some(false),
+                registered: Some(self.program.reset_fault),
                 mealy: false,
                 meta: Meta::default(),
             });
@@ -283,37 +295,18 @@ impl<'a> Encoder<'a> {
         Ok(self.builder.finish())
     }
 
-    fn output_pins(&mut self) {
+    /// The bits of each output in both forms; what it shows at reset.
+    fn shown(&mut self) -> BTreeMap<net::OutputId, Shown> {
         let (net, program) = (self.net, self.program);
-        for (id, output) in net.outputs.iter() {
-            let Some((before, after)) = self.outputs.get(&id).cloned() else { continue };
-            let mealy = matches!(output.driver, Driver::Mealy(_));
+        let mut all = BTreeMap::new();
+        for (id, (before, after)) in std::mem::take(&mut self.outputs) {
+            let ty = net.outputs[id].ty;
             let reset = program.reset_outputs.get(id.index()).copied().unwrap_or(0);
-            let code = output.ty.saturate(reset).abs_diff(output.ty.bounds().0);
-            let (value, registered, mealy) = match (output.registered, mealy, after) {
-                (true, _, _) => (before, true, false),
-                (false, true, _) => (before, false, true),
-                (false, false, Some(after)) => (after, false, false),
-                (false, false, None) => (before, true, false),
-            };
-            let bits = to_bits(&mut self.builder, value, output.ty);
-            let count = bits.len();
-            for (bit, value) in bits.into_iter().enumerate() {
-                self.builder.logic.outputs.push(PinOutput {
-                    name: bit_name(&output.name.text, count, bit),
-                    role: PinRole::Output(id, u32::try_from(bit).unwrap_or(u32::MAX)),
-                    value,
-                    registered: registered.then_some(code >> bit & 1 == 1),
-                    mealy,
-                    meta: output.meta.clone(),
-                });
-            }
+            let reset = ty.saturate(reset).abs_diff(ty.bounds().0);
+            let before = to_bits(&mut self.builder, before, ty);
+            let after = after.map(|after| to_bits(&mut self.builder, after, ty));
+            all.insert(id, Shown { before, after, reset });
         }
-    }
-
-    /// One strobe pin for each extern action.
-    fn call_pins(&mut self) -> Result<(), Vec<Diagnostic>> {
-        let net = self.net;
         for (id, output) in net.outputs.iter() {
             if !matches!(output.driver, Driver::Extern { .. }) {
                 continue;
@@ -328,23 +321,61 @@ impl<'a> Encoder<'a> {
                 );
                 continue;
             }
+            let is_called_at_reset =
+                program.reset_effects.iter().any(|effect| matches!(effect, ResetEffect::Call(called, _) if *called == id));
             let after: Option<Vec<NodeId>> = sites.iter().map(|site| site.after).collect();
-            let called_at_reset =
-                self.program.reset_effects.iter().any(|effect| matches!(effect, ResetEffect::Call(called, _) if *called == id));
-            let (value, registered) = match after.filter(|_| !output.registered) {
-                Some(after) => (self.builder.or(after), None),
-                None => (self.builder.or(sites.iter().map(|site| site.before)), Some(called_at_reset)),
-            };
-            self.builder.logic.outputs.push(PinOutput {
-                name: output.name.text.clone(),
-                role: PinRole::Output(id, 0),
-                value,
-                registered,
-                mealy: false,
-                meta: output.meta.clone(),
-            });
+            let after = after.map(|after| vec![self.builder.or(after)]);
+            let before = vec![self.builder.or(sites.iter().map(|site| site.before))];
+            all.insert(id, Shown { before, after, reset: u64::from(is_called_at_reset) });
         }
-        if any_error(&self.diagnostics) { Err(std::mem::take(&mut self.diagnostics)) } else { Ok(()) }
+        all
+    }
+
+    /// The value of every node at reset, with all inputs 0: what row 0 of a trace shows of it.
+    fn reset_values(&self) -> IdMap<Node, bool> {
+        let logic = &self.builder.logic;
+        let mut sim = crate::sim::LogicSim::new(logic);
+        for (pin, input) in logic.inputs.iter() {
+            if let PinRole::Input(id, bit) = input.role {
+                let ty = self.net.inputs[id].ty;
+                sim.set_input(pin, ty.saturate(0).abs_diff(ty.bounds().0) >> bit & 1);
+            }
+        }
+        IdMap::build(&logic.nodes, |node, _| sim.node(node) & 1 == 1)
+    }
+
+    fn output_pins(&mut self) -> Result<(), Vec<Diagnostic>> {
+        let net = self.net;
+        let all = self.shown();
+        if any_error(&self.diagnostics) {
+            return Err(std::mem::take(&mut self.diagnostics));
+        }
+        let at_reset = self.reset_values();
+        for (id, shown) in all {
+            let output = &net.outputs[id];
+            let reset = |bit: usize| shown.reset >> bit & 1 == 1;
+            // A form that is right after each reaction may still be wrong after reset: a call at the end of an action list that always runs.
+            let after = shown.after.filter(|bits| bits.iter().enumerate().all(|(bit, &node)| at_reset[node] == reset(bit)));
+            let is_mealy = matches!(output.driver, Driver::Mealy(_));
+            let (bits, is_registered, mealy) = match after {
+                _ if output.registered => (shown.before, true, false),
+                _ if is_mealy => (shown.before, false, true),
+                Some(after) => (after, false, false),
+                None => (shown.before, true, false),
+            };
+            let count = bits.len();
+            for (bit, value) in bits.into_iter().enumerate() {
+                self.builder.logic.outputs.push(PinOutput {
+                    name: bit_name(&output.name.text, count, bit),
+                    role: PinRole::Output(id, u32::try_from(bit).unwrap_or(u32::MAX)),
+                    value,
+                    registered: is_registered.then(|| reset(bit)),
+                    mealy,
+                    meta: output.meta.clone(),
+                });
+            }
+        }
+        Ok(())
     }
 
     /// What the environment guarantees: input codes in range, `assume`, exclusive events.

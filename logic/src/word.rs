@@ -61,6 +61,16 @@ impl Word {
         self
     }
 
+    /// The same, known to lie within `lo..=hi` too. Where the bits cannot be in that range at all (code that is never reached) they count.
+    fn bounded(mut self, lo: i128, hi: i128) -> Self {
+        let last = self.offset + (1 << self.bits.len()) - 1;
+        (self.lo, self.hi) = (lo.max(self.offset), hi.min(last));
+        if self.lo > self.hi {
+            (self.lo, self.hi) = (self.offset, last);
+        }
+        self.trim()
+    }
+
     /// The same value with another offset, which must not exceed the smallest value.
     fn rebased(self, builder: &mut Builder, offset: i128) -> Self {
         let by = self.offset - offset;
@@ -106,18 +116,13 @@ impl Word {
             let fits = word.at_most(builder, hi);
             let limit = Word { bits: Vec::new(), offset: hi, lo: hi, hi };
             let lo = word.lo;
-            word = select(builder, fits, &word, &limit);
-            word.lo = lo;
-            word.hi = hi;
-            word = word.trim();
+            word = select(builder, fits, &word, &limit).bounded(lo, hi);
         }
         if word.lo < lo {
             let below = word.at_most(builder, lo - 1);
             let limit = Word { bits: Vec::new(), offset: lo, lo, hi: lo };
             let hi = word.hi;
-            word = select(builder, below, &limit, &word);
-            word.lo = lo;
-            word.hi = hi;
+            word = select(builder, below, &limit, &word).bounded(lo, hi);
         }
         word
     }
@@ -131,6 +136,12 @@ impl Word {
             return builder.constant(false);
         }
         let limit = limit - self.offset;
+        if limit < 0 {
+            return builder.constant(false);
+        }
+        if limit >= (1 << self.bits.len()) - 1 {
+            return builder.constant(true);
+        }
         // From the least significant bit: so far at most.
         let mut result = builder.constant(true);
         for (index, &a) in self.bits.iter().enumerate() {
@@ -360,13 +371,10 @@ fn magnitude(builder: &mut Builder, a: Word) -> (Word, NodeId) {
 /// The number with a sign put on it; `lo` and `hi` bound the result.
 fn signed(builder: &mut Builder, magnitude: Word, negative: NodeId, lo: i128, hi: i128) -> Word {
     if builder.as_constant(negative) == Some(false) {
-        return Word { lo: lo.max(0), hi, ..magnitude }.trim();
+        return magnitude.bounded(lo, hi);
     }
     let minus = magnitude.clone().negated(builder);
-    let mut word = select(builder, negative, &minus, &magnitude);
-    word.lo = lo;
-    word.hi = hi;
-    word.trim()
+    select(builder, negative, &minus, &magnitude).bounded(lo, hi)
 }
 
 /// Quotient, truncated toward zero, and remainder, with the sign of the dividend.
