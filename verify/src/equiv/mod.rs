@@ -98,33 +98,55 @@ const LARGE: usize = 24;
 /// explicit method compares what a trace shows; flip-flops without a known meaning may code whatever they like.
 #[must_use]
 pub fn equiv(net: &Valid<Net>, facts: &Facts, logic: &Logic, limits: &Limits) -> Verdict {
-    let binding = match Binding::of(net, logic) {
-        Ok(binding) => binding,
-        Err(why) => return Verdict::Open(why),
-    };
     let mut reasons = Vec::new();
-    let large_first = net.steps.len() >= LARGE;
-    for symbolic_turn in [large_first, !large_first] {
-        let verdict = if symbolic_turn {
+    let induction_first = net.steps.len() >= LARGE;
+    for induction in [induction_first, !induction_first] {
+        let verdict = if induction {
             // A difference is found soonest by chance, and comes with a stimulus, which the induction does not give.
-            if let Some(counterexample) = random::compare(net, logic, &binding, limits.random_rows.min(1024)) {
+            if let Some(counterexample) = by_chance(net, logic, limits.random_rows.min(1024)) {
                 return Verdict::Refuted(counterexample);
             }
-            symbolic::equiv(net, facts, logic, &binding, limits)
+            by_induction(net, facts, logic, limits)
         } else {
-            explicit::equiv(net, logic, &binding, limits)
+            by_enumeration(net, logic, limits)
         };
         match verdict {
             Verdict::Open(why) => reasons.push(why),
             settled @ (Verdict::Proved(_) | Verdict::Refuted(_)) => return settled,
         }
     }
-    match random::compare(net, logic, &binding, limits.random_rows) {
+    reasons.dedup();
+    match by_chance(net, logic, limits.random_rows) {
         Some(counterexample) => Verdict::Refuted(counterexample),
         None => {
             Verdict::Open(format!("{}; compared on {} random reactions, not proved", reasons.join("; "), limits.random_rows))
         }
     }
+}
+
+/// The explicit proof alone; a counterexample is a shortest one.
+#[must_use]
+pub fn by_enumeration(net: &Valid<Net>, logic: &Logic, limits: &Limits) -> Verdict {
+    match Binding::of(net, logic) {
+        Ok(binding) => explicit::equiv(net, logic, &binding, limits),
+        Err(why) => Verdict::Open(why),
+    }
+}
+
+/// The symbolic proof alone. It proves or leaves open; a difference that it meets may lie in a state that is never reached.
+#[must_use]
+pub fn by_induction(net: &Valid<Net>, facts: &Facts, logic: &Logic, limits: &Limits) -> Verdict {
+    match Binding::of(net, logic) {
+        Ok(binding) => symbolic::equiv(net, facts, logic, &binding, limits),
+        Err(why) => Verdict::Open(why),
+    }
+}
+
+/// A difference that shows in so many random reactions, if any does.
+#[must_use]
+pub fn by_chance(net: &Valid<Net>, logic: &Logic, n_rows: usize) -> Option<Counterexample> {
+    let binding = Binding::of(net, logic).ok()?;
+    random::compare(net, logic, &binding, n_rows)
 }
 
 #[cfg(test)]

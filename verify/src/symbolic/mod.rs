@@ -359,5 +359,6 @@ impl Proof<'_, '_> {
 /// Reachable situations as a decision diagram, where they are too many to enumerate.
 pub(crate) fn reach(_: &Valid<Net>, _: &Limits, _: &mut Facts) {}
 
+
 #[cfg(test)]
 mod tests;

@@ -1,0 +1,92 @@
+//! The two proofs of equivalence against each other, on random nets and on circuits that were spoiled on purpose.
+
+#[path = "../../tests/src/random_net/mod.rs"]
+#[allow(dead_code, unused_imports, unreachable_pub, reason = "shared with the differential tests; not all of it is used here")]
+mod random_net;
+
+use grafsynth_ir::Valid;
+use grafsynth_ir::facts::Facts;
+use grafsynth_ir::logic::{Logic, Node};
+use grafsynth_ir::lower::program::{ProgramOptions, program};
+use grafsynth_ir::net::Net;
+use grafsynth_logic::{EncodeOptions, encode};
+use grafsynth_verify::equiv::{by_enumeration, by_induction};
+use grafsynth_verify::{Limits, Verdict, structural_facts};
+use random_net::{Features, random_net};
+
+fn limits() -> Limits {
+    Limits { pairs: 6_000, rows_per_state: 512, states: 3_000, ..Limits::default() }
+}
+
+fn encoded(net: &Valid<Net>) -> Option<Logic> {
+    let program = program(net, &ProgramOptions::default()).ok()?;
+    encode(net, &program, &Facts::default(), &EncodeOptions::default()).ok()
+}
+
+#[test]
+fn both_proofs_agree_on_random_nets() {
+    let mut features = Features::chip().without_statecharts();
+    features.stable = true;
+    let (mut n_both, mut n_induction, mut n_enumeration) = (0, 0, 0);
+    let mut open: std::collections::BTreeMap<String, Vec<u64>> = std::collections::BTreeMap::new();
+    let n_nets: u64 = std::option_env!("VERIFY_NETS").and_then(|n| n.parse().ok()).unwrap_or(120);
+    for seed in 0..n_nets {
+        let net = random_net(seed, &features);
+        let Some(logic) = encoded(&net) else { continue };
+        let facts = structural_facts(&net);
+        let induction = by_induction(&net, &facts, &logic, &limits());
+        let enumeration = by_enumeration(&net, &logic, &limits());
+        match &enumeration {
+            Verdict::Refuted(counterexample) => {
+                assert!(!matches!(induction, Verdict::Proved(_)), "seed {seed}: {:?}", counterexample.difference);
+                println!("seed {seed}: the circuit is wrong: {:?}", counterexample.difference);
+            }
+            Verdict::Proved(_) => {
+                n_enumeration += 1;
+                n_both += u32::from(matches!(induction, Verdict::Proved(_)));
+            }
+            Verdict::Open(_) => {}
+        }
+        match induction {
+            Verdict::Proved(_) => n_induction += 1,
+            Verdict::Open(why) => open.entry(why).or_default().push(seed),
+            Verdict::Refuted(_) => panic!("the induction does not refute"),
+        }
+    }
+    for (why, seeds) in &open {
+        println!("{} x {why}: {:?}", seeds.len(), &seeds[..seeds.len().min(6)]);
+    }
+    println!("induction {n_induction}, enumeration {n_enumeration}, both {n_both}");
+    assert!(n_induction > 40 && n_both > 10, "{n_induction} {n_both}");
+}
+
+#[test]
+fn a_spoiled_circuit_is_never_proved() {
+    let features = Features::chip().without_statecharts();
+    let (mut n_refuted, mut n_harmless) = (0, 0);
+    for seed in 0..40 {
+        let net = random_net(seed, &features);
+        let Some(logic) = encoded(&net) else { continue };
+        let facts = structural_facts(&net);
+        let nots: Vec<_> = logic
+            .nodes
+            .iter()
+            .filter_map(|(id, node)| if let Node::Not(inner) = node { Some((id, *inner)) } else { None })
+            .collect();
+        for (id, inner) in nots.into_iter().step_by(7).take(3) {
+            let mut wrong = logic.clone();
+            wrong.nodes[id] = Node::And(vec![inner]);
+            match by_enumeration(&net, &wrong, &limits()) {
+                Verdict::Refuted(counterexample) => {
+                    n_refuted += 1;
+                    let induction = by_induction(&net, &facts, &wrong, &limits());
+                    assert!(!matches!(induction, Verdict::Proved(_)), "seed {seed}: {:?}", counterexample.difference);
+                }
+                Verdict::Proved(_) => n_harmless += 1,
+                Verdict::Open(_) => {}
+            }
+        }
+    }
+    println!("refuted {n_refuted}, harmless {n_harmless}");
+    assert!(n_refuted > 10, "{n_refuted}");
+}
