@@ -11,15 +11,15 @@ use crate::reaction::Reaction;
 use crate::row::Effect;
 
 impl Reaction<'_> {
-    /// FIRE(F'), F1 to F7, for Grafcet charts.
+    /// FIRE(F'), F1 to F5, for Grafcet charts.
     pub(crate) fn fire(&mut self) {
         self.f1_next_situation();
         self.begin_lists();
         self.f2_deactivate();
         self.f3_act();
-        self.f6_activate();
+        self.f4_activate();
         self.end_lists();
-        self.f7_age();
+        self.f5_age();
     }
 
     /// R3 for Grafcet charts: the activation lists of the initial situation, as those of a micro-step from the empty one.
@@ -32,7 +32,7 @@ impl Reaction<'_> {
         self.in_order(&mut up);
         self.work.up = up;
         self.begin_lists();
-        self.f6_activate();
+        self.f4_activate();
         self.end_lists();
     }
 
@@ -106,7 +106,7 @@ impl Reaction<'_> {
         self.run_as(Writer::Transition(transition), &net.transitions[transition].actions);
     }
 
-    fn f6_activate(&mut self) {
+    fn f4_activate(&mut self) {
         for at in 0..self.work.up.len() {
             self.activate(self.work.up[at]);
         }
@@ -124,8 +124,8 @@ impl Reaction<'_> {
         self.run_as(Writer::Entry(step), &net.steps[step].entry);
     }
 
-    /// F7: what was activated moves to the young end, together, in declaration order.
-    fn f7_age(&mut self) {
+    /// F5: what was activated moves to the young end, together, in declaration order.
+    fn f5_age(&mut self) {
         for order in &self.tables.layout.ages {
             let cells = &mut self.state.cells[order.base..order.base + order.steps.len()];
             let is_young =

@@ -1,7 +1,7 @@
 //! The reaction of semantics §3.9, program step by program step.
 //!
 //! Each function is named after the step of the program that it carries out and stands in the file of its section: `conflict.rs` (K3–K5, §4),
-//! `hierarchy.rs` (NEXT, §8), `lists.rs` (F2–F6, §3.3), `statechart.rs` (§5), `control.rs` (E1, §3.5), `ending.rs` (E2–E4).
+//! `hierarchy.rs` (NEXT, §8), `lists.rs` (F1–F5, §3.3), `statechart.rs` (S1–S4, §5), `control.rs` (E1, §3.5), `ending.rs` (E2–E4).
 
 use grafsynth_ir::expr::{Expr as GenericExpr, ExprKind};
 use grafsynth_ir::net::{
@@ -260,7 +260,8 @@ impl Reaction<'_> {
         }
     }
 
-    /// EVOLVE of Grafcet charts (semantics §3.4).
+    /// EVOLVE of Grafcet charts (semantics §3.4). An event that the last allowed micro-step raised is met by one more check; only if that would fire
+    /// something is it a fault [C11].
     fn evolve(&mut self) {
         let mut n = 0;
         loop {
@@ -271,33 +272,19 @@ impl Reaction<'_> {
                 self.renew_edge_operands();
                 break;
             }
-            match self.net.settings.evolution {
-                Evolution::Single => {
-                    self.fire();
-                    self.renew_edge_operands();
-                    self.no_event_holds();
-                    return;
-                }
-                Evolution::Stable { limit } if n == limit => {
-                    self.fault(Noticed::LimitReached);
-                    self.renew_edge_operands();
-                    break;
-                }
-                Evolution::Stable { .. } => {}
+            if self.net.settings.evolution == (Evolution::Stable { limit: n }) {
+                self.fault(Noticed::LimitReached);
+                self.renew_edge_operands();
+                break;
             }
             self.fire();
             self.renew_edge_operands();
             self.work.fresh = false;
             n += 1;
+            if self.net.settings.evolution == Evolution::Single {
+                break;
+            }
             self.l3_take_raised();
-        }
-        // An event that the last allowed micro-step raised is lost, listened to or not [C11].
-        if !self.row.fault
-            && let Evolution::Stable { limit } = self.net.settings.evolution
-            && n == limit
-            && self.tables.events.iter().any(|event| self.work.values[event.index()] != 0)
-        {
-            self.fault(Noticed::LimitReached);
         }
         self.no_event_holds();
     }

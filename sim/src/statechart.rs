@@ -30,7 +30,6 @@ impl Reaction<'_> {
         self.begin_lists();
         self.enter_states(&entry_set);
         self.end_lists();
-        self.end_charts();
     }
 
     /// L3: due sends, by remaining ticks and then by slot, then the events of the row, join the external queue.
@@ -65,20 +64,25 @@ impl Reaction<'_> {
         self.work.n_latched = self.state.external.len();
     }
 
-    /// When full, the newest event is dropped and the row shows a fault.
     pub(crate) fn join_internal(&mut self, event: InputId) {
-        if self.state.internal.len() >= self.queue_bound() {
-            self.fault(Noticed::QueueFull(event));
-        } else {
-            self.state.internal.push_back(event);
-        }
+        self.join(event, true);
     }
 
     pub(crate) fn join_external(&mut self, event: InputId) {
-        if self.state.external.len() >= self.queue_bound() {
+        self.join(event, false);
+    }
+
+    /// An event that nothing is `on` joins no queue. When the queue is full, the newest event is dropped and the row shows a fault.
+    fn join(&mut self, event: InputId, is_internal: bool) {
+        if !self.tables.listened[event.index()] {
+            return;
+        }
+        let bound = self.queue_bound();
+        let queue = if is_internal { &mut self.state.internal } else { &mut self.state.external };
+        if queue.len() >= bound {
             self.fault(Noticed::QueueFull(event));
         } else {
-            self.state.external.push_back(event);
+            queue.push_back(event);
         }
     }
 
@@ -86,8 +90,8 @@ impl Reaction<'_> {
         self.net.settings.queue.map_or(usize::MAX, |bound| bound as usize)
     }
 
-    /// EVOLVE-STATECHART. The count of micro-steps starts anew with each external event that stood in the queue at Latch; one that an undelayed
-    /// send adds during the reaction is counted on, so that a send for oneself cannot keep a reaction going for ever.
+    /// EVOLVE of statecharts. The count of micro-steps starts anew with each external event that stood in the queue at Latch; one that an undelayed
+    /// send adds during the reaction is counted on, so that a send to oneself cannot keep a reaction going for ever.
     pub(crate) fn evolve_statechart(&mut self) {
         let limit = match self.net.settings.evolution {
             Evolution::Single => 1,
@@ -103,33 +107,27 @@ impl Reaction<'_> {
             self.check(Trigger::Eventless);
             self.select_in_statechart();
             if self.work.chosen.is_empty() {
-                let next_is_latched = self.state.internal.is_empty() && self.work.n_latched > 0;
-                if self.state.internal.is_empty() && self.state.external.is_empty() {
-                    break;
-                }
-                if n == limit && !next_is_latched {
-                    self.give_up();
-                    break;
-                }
-                let event = match self.state.internal.pop_front() {
-                    Some(event) => event,
-                    None => {
-                        let Some(event) = self.state.external.pop_front() else { break };
-                        if next_is_latched {
-                            self.work.n_latched -= 1;
-                            n = 0;
-                        }
-                        event
+                let event = if let Some(event) = self.state.internal.pop_front() {
+                    event
+                } else if let Some(event) = self.state.external.pop_front() {
+                    if self.work.n_latched > 0 {
+                        self.work.n_latched -= 1;
+                        n = 0;
                     }
+                    event
+                } else {
+                    break;
                 };
                 self.check(Trigger::Event(event));
                 self.select_in_statechart();
-                if self.work.chosen.is_empty() {
-                    continue;
-                }
+            }
+            if self.work.chosen.is_empty() {
+                // The event made nothing fire; it is gone.
+                continue;
             }
             if n == limit {
-                self.give_up();
+                self.fault(Noticed::LimitReached);
+                self.drop_queues();
                 break;
             }
             self.fire_in_statechart();
@@ -138,12 +136,6 @@ impl Reaction<'_> {
             n += 1;
         }
         self.renew_edge_operands();
-    }
-
-    /// Something is still fireable or pending after `limit` micro-steps: what is pending is dropped.
-    fn give_up(&mut self) {
-        self.fault(Noticed::LimitReached);
-        self.drop_queues();
     }
 
     fn drop_queues(&mut self) {
@@ -175,7 +167,6 @@ impl Reaction<'_> {
         self.end_lists();
         self.work.some_steps = exits;
         self.work.chosen = chosen;
-        self.end_charts();
     }
 
     /// History is recorded from the situation at the start of the micro-step, before any list runs.
@@ -246,15 +237,19 @@ impl Reaction<'_> {
                     );
                 }
             }
-            if net.steps[state].kind == StepKind::Final {
-                self.raise_done(state);
+            match (net.steps[state].kind, net.steps[state].parent) {
+                (StepKind::Final, Some(parent)) => self.raise_done(parent),
+                (StepKind::Final, None) => self.end_chart(net.steps[state].part),
+                (
+                    StepKind::Leaf | StepKind::Enclosing | StepKind::Composite | StepKind::Parallel,
+                    _,
+                ) => {}
             }
         }
     }
 
     /// `done.state.P` right after the entry list of P's final child, then that of a parallel all of whose regions are final.
-    fn raise_done(&mut self, state: StepId) {
-        let Some(parent) = self.net.steps[state].parent else { return };
+    fn raise_done(&mut self, parent: StepId) {
         if let Some(event) = self.net.steps[parent].done_event {
             self.raise(event);
         }
@@ -283,31 +278,17 @@ impl Reaction<'_> {
         matches!(self.net.steps[state].kind, StepKind::Leaf | StepKind::Final)
     }
 
-    /// A top-level final ends its chart: the exit lists run in exit order and X keeps the final situation [C20].
-    fn end_charts(&mut self) {
+    /// A top-level final ends its chart: the exit lists run in exit order, and X keeps the final situation, also meanwhile [C20].
+    fn end_chart(&mut self, part: PartId) {
         let net = self.net;
-        for chart in &self.tables.may_end {
-            if self.has_ended(*chart) {
-                continue;
-            }
-            let mut active: Vec<StepId> = self.state.situation.iter().collect();
-            active.retain(|step| self.tables.ranks.chart_of(net.steps[*step].part) == *chart);
-            let is_top_final = |step: &StepId| {
-                net.steps[*step].kind == StepKind::Final && net.steps[*step].parent.is_none()
-            };
-            if !active.iter().any(is_top_final) {
-                continue;
-            }
-            self.begin_lists();
-            for step in active.iter().rev() {
-                self.run_as(Writer::Exit(*step), &net.steps[*step].exit);
-                self.state.situation.remove(*step);
-            }
-            self.end_lists();
-            active.iter().for_each(|step| self.state.situation.insert(*step));
-            let place = self.tables.layout.at(Cell::Ended(*chart));
-            self.state.cells[place] = 1;
+        let chart = self.tables.ranks.chart_of(part);
+        let mut active: Vec<StepId> = self.state.situation.iter().collect();
+        active.retain(|step| self.tables.ranks.chart_of(net.steps[*step].part) == chart);
+        for step in active.into_iter().rev() {
+            self.run_as(Writer::Exit(step), &net.steps[step].exit);
         }
+        let place = self.tables.layout.at(Cell::Ended(chart));
+        self.state.cells[place] = 1;
     }
 
     /// The top-level chart has ended.
@@ -323,11 +304,6 @@ impl Reaction<'_> {
 
     /// Nothing runs any more.
     pub(crate) fn everything_has_ended(&self) -> bool {
-        !self.tables.may_end.is_empty()
-            && self
-                .net
-                .steps
-                .values()
-                .all(|step| step.parent.is_some() || self.part_has_ended(step.part))
+        self.tables.all_may_end && self.tables.may_end.iter().all(|chart| self.has_ended(*chart))
     }
 }

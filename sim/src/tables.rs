@@ -55,6 +55,10 @@ pub(crate) struct Tables {
     pub(crate) always_called: Vec<InputId>,
     /// Charts that can end: top-level parts of a statechart.
     pub(crate) may_end: Vec<PartId>,
+    /// Every chart can end.
+    pub(crate) all_may_end: bool,
+    /// By input: some transition is `on` this event.
+    pub(crate) listened: Vec<bool>,
     /// Steps that carry verbatim text.
     pub(crate) has_code: bool,
 }
@@ -83,6 +87,9 @@ impl Tables {
         tables.outputs(net);
         tables.inputs_and_edges(net);
         tables.forced = forced_charts(net, &tables.children);
+        let may_end = |part: PartId| tables.may_end.contains(&ranks.chart_of(part));
+        tables.all_may_end =
+            !tables.may_end.is_empty() && net.steps.values().all(|step| may_end(step.part));
         tables.layout = layout;
         tables.ranks = ranks;
         tables
@@ -105,6 +112,10 @@ impl Tables {
     }
 
     fn transitions(&mut self, net: &Net) {
+        self.listened = vec![false; net.inputs.len()];
+        for event in net.transitions.values().flat_map(|transition| &transition.events) {
+            self.listened[event.index()] = true;
+        }
         // The steps of an enclosed chart all have the enclosing step as parent; a source transition of the chart is enabled with it [C4].
         let mut enclosing_of_part = vec![None; net.parts.len()];
         for step in net.steps.values() {

@@ -251,6 +251,33 @@ fn full_queues() {
     );
 }
 
+/// §5: an event that nothing is `on` joins no queue, so it can fill none.
+#[test]
+fn unheard_events_take_no_room() {
+    check(
+        &net(
+            &SETTINGS.replace("queue 4", "queue 1"),
+            "part g level 1
+                 enter (a)
+             input e bool event
+             input f bool event
+             input x bool internal
+             input y bool internal
+             slot now sends x after 0
+             var n int 0..99 = 0
+             step a in g
+             transition t1 in g reaction a -> on (f)
+                 do { raise x; raise y; send now; n := n + 1 }
+             transition t2 in g reaction a -> on (y)
+                 do { n := n + 10 }",
+        ),
+        "e,f\n1,1\n",
+        "steps,n,fault
+         a,0,0
+         a,11,0",
+    );
+}
+
 /// §5: events of one row are taken one by one, each with its own count.
 #[test]
 fn the_count_starts_anew_with_each_external_event() {
