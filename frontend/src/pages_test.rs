@@ -23,7 +23,10 @@ fn every_code_has_a_page_whose_example_triggers_it() {
         assert!(page.contains("\n## Cause\n") && page.contains("\n## Way out\n"), "{path}");
         let (language, options, text) = example(&page);
         let option = |name: &str, default: usize| {
-            options.iter().position(|option| option == name).map_or(default, |at| options[at + 1].parse().unwrap())
+            options
+                .iter()
+                .position(|option| option == name)
+                .map_or(default, |at| options[at + 1].parse().unwrap())
         };
         let defaults = graf::Limits::default();
         let limits = graf::Limits {

@@ -439,7 +439,6 @@ impl Parser<'_> {
             modifiers = more;
             self.advance();
         }
-        let Modifiers { registered, mealy, synchronous, internal } = modifiers;
         let is_condition = match keyword {
             "extern" => {
                 self.choice("kind of extern function", &[("condition", true), ("action", false)])?
@@ -450,30 +449,18 @@ impl Parser<'_> {
             let name = self.name("a name")?;
             let mut meta = Meta::default();
             self.attributes(&mut meta)?;
-            let kind = match keyword {
-                "input" => DeclarationKind::Input { ty: self.optional_type()?, synchronous },
-                "output" => {
-                    let ty = self.optional_type()?;
-                    let init = if self.eat(Kind::Equal) { Some(self.expr()?) } else { None };
-                    DeclarationKind::Output { ty, init, registered, mealy }
+            // What stands in for a declaration that cannot be read, so that its uses are no second mistake.
+            let is_number = self.kind(0) == Kind::Colon && self.word(1) == "int"
+                || self.numbers.is_some_and(|numbers| numbers.contains(&name.text));
+            let list = DeclarationList { keyword, modifiers, is_condition };
+            let kind = match self.declared(list) {
+                Ok(kind) => kind,
+                Err(Abandoned) => {
+                    meta.span = name.span;
+                    let kind = list.stand_in(is_number);
+                    self.keep(items, Item::Declaration(Declaration { name, kind, meta }));
+                    return Err(Abandoned);
                 }
-                "var" => self.variable()?,
-                "const" => {
-                    self.expect(Kind::Equal, "`=` and its value")?;
-                    DeclarationKind::Const { value: self.expr()? }
-                }
-                "event" => DeclarationKind::Event { internal },
-                "timer" => {
-                    self.expect_word("while")?;
-                    DeclarationKind::Timer { condition: self.expr()? }
-                }
-                _ if is_condition => {
-                    if self.eat(Kind::Open) {
-                        self.expect(Kind::Close, "`)`: conditions have no arguments")?;
-                    }
-                    DeclarationKind::ExternCondition { ty: self.optional_type()? }
-                }
-                _ => DeclarationKind::ExternAction { params: self.parameters()? },
             };
             self.attributes(&mut meta)?;
             meta.span = self.span_from(start);
@@ -483,6 +470,36 @@ impl Parser<'_> {
             }
             start = self.peek(0).start;
         }
+    }
+
+    /// What stands behind a name that is declared.
+    fn declared(&mut self, list: DeclarationList<'_>) -> Parse<DeclarationKind> {
+        let Modifiers { registered, mealy, synchronous, internal } = list.modifiers;
+        Ok(match list.keyword {
+            "input" => DeclarationKind::Input { ty: self.optional_type()?, synchronous },
+            "output" => {
+                let ty = self.optional_type()?;
+                let init = if self.eat(Kind::Equal) { Some(self.expr()?) } else { None };
+                DeclarationKind::Output { ty, init, registered, mealy }
+            }
+            "var" => self.variable()?,
+            "const" => {
+                self.expect(Kind::Equal, "`=` and its value")?;
+                DeclarationKind::Const { value: self.expr()? }
+            }
+            "event" => DeclarationKind::Event { internal },
+            "timer" => {
+                self.expect_word("while")?;
+                DeclarationKind::Timer { condition: self.expr()? }
+            }
+            _ if list.is_condition => {
+                if self.eat(Kind::Open) {
+                    self.expect(Kind::Close, "`)`: conditions have no arguments")?;
+                }
+                DeclarationKind::ExternCondition { ty: self.optional_type()? }
+            }
+            _ => DeclarationKind::ExternAction { params: self.parameters()? },
+        })
     }
 
     fn optional_type(&mut self) -> Parse<Type> {
@@ -705,6 +722,34 @@ impl Modifiers {
         (is("output") || !(self.registered || self.mealy))
             && (is("input") || !self.synchronous)
             && (is("event") || !self.internal)
+    }
+}
+
+/// What all declarations behind one keyword share.
+#[derive(Debug, Clone, Copy)]
+struct DeclarationList<'k> {
+    keyword: &'k str,
+    modifiers: Modifiers,
+    /// For `extern`: a condition rather than an action.
+    is_condition: bool,
+}
+
+impl DeclarationList<'_> {
+    /// A declaration of this kind with the least said.
+    fn stand_in(self, is_number: bool) -> DeclarationKind {
+        let Modifiers { registered, mealy, synchronous, internal } = self.modifiers;
+        let ty = if is_number { Type::Int { lo: 1, hi: 1 } } else { Type::Bool };
+        let value = if is_number { Expr::int(1) } else { Expr::bool(true) };
+        match self.keyword {
+            "input" => DeclarationKind::Input { ty, synchronous },
+            "output" => DeclarationKind::Output { ty, init: None, registered, mealy },
+            "var" => DeclarationKind::Var { ty, len: None, init: Vec::new() },
+            "const" => DeclarationKind::Const { value },
+            "event" => DeclarationKind::Event { internal },
+            "timer" => DeclarationKind::Timer { condition: Expr::bool(false) },
+            _ if self.is_condition => DeclarationKind::ExternCondition { ty },
+            _ => DeclarationKind::ExternAction { params: Vec::new() },
+        }
     }
 }
 
