@@ -1,7 +1,6 @@
 //! Values that are known before the chart runs: the state and outputs after reset.
 
-use grafsynth_ir::net::{
-    Block, Driver, Leaf, Net, OutputId, StepId, StmtKind, VarId, Verbatim};
+use grafsynth_ir::net::{Block, Driver, Leaf, Net, OutputId, StepId, StmtKind, VarId, Verbatim};
 use grafsynth_ir::program_run::evaluate;
 use std::collections::BTreeSet;
 

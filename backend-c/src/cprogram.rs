@@ -130,7 +130,11 @@ fn count_reads(nodes: &[Node], names: &mut BTreeMap<String, usize>) {
                 look(head);
                 look(tail);
             }
-            Kind::Blank | Kind::Comment(_) | Kind::Case(..) | Kind::Nested(_) | Kind::Function(..) => {}
+            Kind::Blank
+            | Kind::Comment(_)
+            | Kind::Case(..)
+            | Kind::Nested(_)
+            | Kind::Function(..) => {}
         }
         for list in lists(node) {
             count_reads(list, names);
@@ -141,10 +145,15 @@ fn count_reads(nodes: &[Node], names: &mut BTreeMap<String, usize>) {
 fn lists(node: &Node) -> Vec<&[Node]> {
     match &node.kind {
         Kind::Block(arms) => arms.iter().map(|arm| arm.body.as_slice()).collect(),
-        Kind::Case(_, body) | Kind::Nested(body) | Kind::Function(_, body) | Kind::Braces(_, body, _) => {
+        Kind::Case(_, body)
+        | Kind::Nested(body)
+        | Kind::Function(_, body)
+        | Kind::Braces(_, body, _) => {
             vec![body.as_slice()]
         }
-        Kind::Blank | Kind::Line(_) | Kind::Comment(_) | Kind::Verbatim(_) | Kind::Directive(_) => Vec::new(),
+        Kind::Blank | Kind::Line(_) | Kind::Comment(_) | Kind::Verbatim(_) | Kind::Directive(_) => {
+            Vec::new()
+        }
     }
 }
 
@@ -168,8 +177,14 @@ fn drop_definitions(nodes: Vec<Node>, unread: &BTreeSet<String>) -> Vec<Node> {
             Kind::Case(heads, body) => Kind::Case(heads, drop_definitions(body, unread)),
             Kind::Nested(body) => Kind::Nested(drop_definitions(body, unread)),
             Kind::Function(head, body) => Kind::Function(head, drop_definitions(body, unread)),
-            Kind::Braces(head, body, tail) => Kind::Braces(head, drop_definitions(body, unread), tail),
-            kind @ (Kind::Blank | Kind::Line(_) | Kind::Comment(_) | Kind::Verbatim(_) | Kind::Directive(_)) => kind,
+            Kind::Braces(head, body, tail) => {
+                Kind::Braces(head, drop_definitions(body, unread), tail)
+            }
+            kind @ (Kind::Blank
+            | Kind::Line(_)
+            | Kind::Comment(_)
+            | Kind::Verbatim(_)
+            | Kind::Directive(_)) => kind,
         };
         kept.push(node);
     }

@@ -124,7 +124,11 @@ impl Node {
     }
 
     /// The same as the definition of a local by a call that must be made in any case.
-    pub(crate) fn defining_by(mut self, name: impl Into<String>, effect: impl Into<String>) -> Self {
+    pub(crate) fn defining_by(
+        mut self,
+        name: impl Into<String>,
+        effect: impl Into<String>,
+    ) -> Self {
         self.defines = Some(Definition { name: name.into(), effect: Some(effect.into()) });
         self
     }

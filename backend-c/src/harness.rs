@@ -28,7 +28,11 @@ pub fn harness(net: &Valid<Net>, package: &Package) -> String {
     nodes.extend(bench(net, &package.interface, false));
     nodes.push(Node::function(
         "int main(void)",
-        vec![Node::line("bench_unused();"), Node::line(format!("{prefix}_run();")), Node::line("return 0;")],
+        vec![
+            Node::line("bench_unused();"),
+            Node::line(format!("{prefix}_run();")),
+            Node::line("return 0;"),
+        ],
     ));
     Writer::write(&nodes).0
 }
@@ -55,7 +59,11 @@ pub fn explorer(net: &Valid<Net>, package: &Package) -> String {
     nodes.extend(bench(net, &package.interface, true));
     nodes.push(Node::function(
         "int main(void)",
-        vec![Node::line("bench_unused();"), Node::line(format!("{prefix}_run();")), Node::line("return 0;")],
+        vec![
+            Node::line("bench_unused();"),
+            Node::line(format!("{prefix}_run();")),
+            Node::line("return 0;"),
+        ],
     ));
     Writer::write(&nodes).0
 }
@@ -130,7 +138,12 @@ pub fn multi_harness(all: &[(&Valid<Net>, &Package)]) -> String {
             text.push_str(&format!("#define {name} {prefix}_lib_{name}\n"));
         }
         // Headers first; what they include of each other is in the text already.
-        let wanted = [format!("{prefix}.h"), format!("{prefix}_port.h"), format!("{prefix}_user.h"), format!("{prefix}.c")];
+        let wanted = [
+            format!("{prefix}.h"),
+            format!("{prefix}_port.h"),
+            format!("{prefix}_user.h"),
+            format!("{prefix}.c"),
+        ];
         for name in &wanted {
             if let Some(file) = package.files.iter().find(|file| file.name == *name) {
                 for line in file.text.lines().filter(|line| !line.starts_with("#include")) {
@@ -153,7 +166,10 @@ pub fn multi_harness(all: &[(&Valid<Net>, &Package)]) -> String {
         })
         .collect();
     cases.push(Kind::Case(vec!["default:".to_string()], vec![Node::line("break;")]).into());
-    let run = Node::function("static void bench_one(int which)", vec![Node::block("switch (which)", cases)]);
+    let run = Node::function(
+        "static void bench_one(int which)",
+        vec![Node::block("switch (which)", cases)],
+    );
     let main = Node::function(
         "int main(int argc, char **argv)",
         vec![
@@ -164,10 +180,7 @@ pub fn multi_harness(all: &[(&Valid<Net>, &Package)]) -> String {
             ),
             Node::block(
                 format!("for (int i = 0; i < {}; ++i)", all.len()),
-                vec![
-                    Node::line("printf(\"#%d\\n\", i);"),
-                    Node::line("bench_one(i);"),
-                ],
+                vec![Node::line("printf(\"#%d\\n\", i);"), Node::line("bench_one(i);")],
             ),
             Node::line("return 0;"),
         ],
@@ -272,7 +285,11 @@ static void bench_add(bench_calls_t *calls, int64_t value, char joint)
 "#;
     // Not every chart calls all of them.
     let uses = "static void bench_unused(void)\n{\n    (void)bench_number;\n    (void)bench_end_of_line;\n    (void)bench_print;\n    (void)bench_add;\n}\n";
-    vec![Kind::Verbatim(text.to_string()).into(), Kind::Verbatim(uses.to_string()).into(), Node::blank()]
+    vec![
+        Kind::Verbatim(text.to_string()).into(),
+        Kind::Verbatim(uses.to_string()).into(),
+        Node::blank(),
+    ]
 }
 
 /// The functions of the library and `NAME_run`; with `explore` it takes a state from the beginning of each line and prints the one it comes to.
@@ -292,7 +309,10 @@ fn bench(net: &Net, interface: &Interface, explore: bool) -> Vec<Node> {
     body.push(Node::line("int64_t dt = 0;"));
     body.push(Node::line("int64_t scan = 0;"));
     if interface.has_instance {
-        body.push(Node::line("memset(&self, 0x55, sizeof self);").note("what init leaves out must not matter"));
+        body.push(
+            Node::line("memset(&self, 0x55, sizeof self);")
+                .note("what init leaves out must not matter"),
+        );
     }
     if interface.has_in {
         body.push(Node::line("memset(&in, 0, sizeof in);"));
@@ -303,7 +323,10 @@ fn bench(net: &Net, interface: &Interface, explore: bool) -> Vec<Node> {
     for (id, input) in net.inputs.iter().filter(|(_, it)| it.kind != InputKind::InternalEvent) {
         let zero = input.ty.saturate(0);
         if input.kind == InputKind::Extern {
-            body.push(Node::line(format!("{prefix}_stimulus_{} = {zero};", interface.names.inputs[id])));
+            body.push(Node::line(format!(
+                "{prefix}_stimulus_{} = {zero};",
+                interface.names.inputs[id]
+            )));
         } else if zero != 0 {
             body.push(Node::line(format!("in.{} = {zero};", interface.names.inputs[id])));
         }
@@ -330,13 +353,20 @@ fn bench(net: &Net, interface: &Interface, explore: bool) -> Vec<Node> {
     round.push(Node::when("!bench_number(&dt)", vec![Node::line("break;")]));
     if let Some(ticks) = interface.ticks {
         let most = ticks.max();
-        round.push(Node::line(format!("const {0} ticks = ({0})(dt > {most} ? {most} : dt);", ticks.name())));
+        round.push(Node::line(format!(
+            "const {0} ticks = ({0})(dt > {most} ? {most} : dt);",
+            ticks.name()
+        )));
     }
     round.push(Node::line("int64_t value = 0;"));
     for (id, input) in net.inputs.iter().filter(|(_, it)| it.kind != InputKind::InternalEvent) {
         let name = &interface.names.inputs[id];
         round.push(Node::line("bench_number(&value);"));
-        let value = if input.ty.is_bool() { "value != 0".to_string() } else { format!("({})value", storage(input.ty)) };
+        let value = if input.ty.is_bool() {
+            "value != 0".to_string()
+        } else {
+            format!("({})value", storage(input.ty))
+        };
         if input.kind == InputKind::Extern {
             round.push(Node::line(format!("{prefix}_stimulus_{name} = value;")));
         } else {
@@ -353,7 +383,10 @@ fn bench(net: &Net, interface: &Interface, explore: bool) -> Vec<Node> {
     round.push(Node::line(format!("{prefix}_step({});", arguments(interface, true))));
     body.push(Node::block("for (;;)", round));
     for (id, _) in net.outputs.iter().filter(|(_, it)| crate::names::is_extern(it)) {
-        body.push(Node::line(format!("free({prefix}_calls_{}.text);", interface.names.outputs[id])));
+        body.push(Node::line(format!(
+            "free({prefix}_calls_{}.text);",
+            interface.names.outputs[id]
+        )));
     }
     nodes.push(Node::function(format!("static void {prefix}_run(void)"), body));
     nodes.push(Node::blank());
@@ -384,8 +417,11 @@ fn stand_ins(net: &Net, interface: &Interface) -> Vec<Node> {
     for (id, input) in net.inputs.iter().filter(|(_, it)| it.kind == InputKind::Extern) {
         let name = &interface.names.inputs[id];
         let stimulus = format!("{prefix}_stimulus_{name}");
-        let value =
-            if input.ty.is_bool() { format!("{stimulus} != 0") } else { format!("({}){stimulus}", storage(input.ty)) };
+        let value = if input.ty.is_bool() {
+            format!("{stimulus} != 0")
+        } else {
+            format!("({}){stimulus}", storage(input.ty))
+        };
         nodes.push(Node::line(format!("static int64_t {stimulus};")));
         nodes.push(Node::function(
             format!("{} {name}(void)", storage(input.ty)),
@@ -398,12 +434,19 @@ fn stand_ins(net: &Net, interface: &Interface) -> Vec<Node> {
         let calls = format!("{prefix}_calls_{name}");
         let mut body = Vec::new();
         for (index, _) in params.iter().enumerate() {
-            let joint = if index == 0 { format!("{calls}.count > 0 ? ';' : '\\0'") } else { "':'".to_string() };
+            let joint = if index == 0 {
+                format!("{calls}.count > 0 ? ';' : '\\0'")
+            } else {
+                "':'".to_string()
+            };
             body.push(Node::line(format!("bench_add(&{calls}, p{index}, {joint});")));
         }
         body.push(Node::line(format!("++{calls}.count;")));
-        let list: Vec<String> =
-            params.iter().enumerate().map(|(index, param)| format!("{} p{index}", storage(param.ty))).collect();
+        let list: Vec<String> = params
+            .iter()
+            .enumerate()
+            .map(|(index, param)| format!("{} p{index}", storage(param.ty)))
+            .collect();
         let list = if list.is_empty() { "void".to_string() } else { list.join(", ") };
         nodes.push(Node::line(format!("static bench_calls_t {calls};")));
         nodes.push(Node::function(format!("void {name}({list})"), body));
@@ -425,7 +468,10 @@ fn stand_ins(net: &Net, interface: &Interface) -> Vec<Node> {
 fn columns(net: &Net, interface: &Interface) -> Vec<String> {
     let mut all = vec!["scan".to_string(), "dt".to_string()];
     all.extend(
-        net.inputs.values().filter(|it| it.kind != InputKind::InternalEvent).map(|it| it.name.text.clone()),
+        net.inputs
+            .values()
+            .filter(|it| it.kind != InputKind::InternalEvent)
+            .map(|it| it.name.text.clone()),
     );
     all.push("steps".to_string());
     all.extend(net.outputs.values().map(|it| it.name.text.clone()));
@@ -444,7 +490,8 @@ fn columns(net: &Net, interface: &Interface) -> Vec<String> {
 /// Prints one row.
 fn row(net: &Net, interface: &Interface) -> Vec<Node> {
     let prefix = &interface.names.prefix;
-    let value = |text: &str| vec![Node::line("putchar(',');"), Node::line(format!("bench_print({text});"))];
+    let value =
+        |text: &str| vec![Node::line("putchar(',');"), Node::line(format!("bench_print({text});"))];
     let mut nodes = vec![Node::line("bench_print(scan);")];
     nodes.extend(value("dt"));
     for (id, input) in net.inputs.iter() {
@@ -455,7 +502,8 @@ fn row(net: &Net, interface: &Interface) -> Vec<Node> {
             InputKind::InternalEvent => {}
         }
     }
-    let visible: Vec<_> = net.steps.iter().filter(|(_, step)| shown(step.kind, step.hidden)).collect();
+    let visible: Vec<_> =
+        net.steps.iter().filter(|(_, step)| shown(step.kind, step.hidden)).collect();
     nodes.push(Node::line("putchar(',');"));
     if !visible.is_empty() {
         let mut listed = vec![Node::line("const char *blank = \"\";")];

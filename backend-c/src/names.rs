@@ -6,9 +6,7 @@
 
 use grafsynth_ir::IdMap;
 use grafsynth_ir::names::{C, Namer, Target};
-use grafsynth_ir::net::{
-    EdgeOperand, Input, InputKind, Net, Output, Step, Transition, Var,
-};
+use grafsynth_ir::net::{EdgeOperand, Input, InputKind, Net, Output, Step, Transition, Var};
 
 /// What follows a prefix: no word is reserved there.
 static SUFFIX: Target = Target { name: "C after a prefix", reserved: &[], ..C };
@@ -67,20 +65,31 @@ impl Names {
         ["state", "fault"].iter().for_each(|word| members.reserve(word));
         let inputs = IdMap::build(&net.inputs, |_, input| match input.kind {
             InputKind::Extern => global.name(&input.name.text),
-            InputKind::Pin | InputKind::Event | InputKind::InternalEvent => in_members.name(&input.name.text),
+            InputKind::Pin | InputKind::Event | InputKind::InternalEvent => {
+                in_members.name(&input.name.text)
+            }
         });
         let outputs = IdMap::build(&net.outputs, |_, output| {
-            if is_extern(output) { global.name(&output.name.text) } else { out_members.name(&output.name.text) }
+            if is_extern(output) {
+                global.name(&output.name.text)
+            } else {
+                out_members.name(&output.name.text)
+            }
         });
-        let vars = assigned(&net.vars, members.assign(net.vars.values().map(|it| it.name.text.as_str())));
+        let vars =
+            assigned(&net.vars, members.assign(net.vars.values().map(|it| it.name.text.as_str())));
         let mut enumerators = Namer::new(&SUFFIX);
         ENUMERATORS.iter().for_each(|word| enumerators.reserve(word));
-        let steps = assigned(&net.steps, enumerators.assign(net.steps.values().map(|it| it.name.text.as_str())));
+        let steps = assigned(
+            &net.steps,
+            enumerators.assign(net.steps.values().map(|it| it.name.text.as_str())),
+        );
         let names = net.transitions.values().map(|it| it.name.text.as_str());
         let transitions = assigned(&net.transitions, Namer::new(&SUFFIX).assign(names));
         let macros = Namer::new(&SUFFIX).assign(net.macros.iter().map(|it| it.name.text.as_str()));
-        let edges =
-            IdMap::build(&net.edges, |_, edge| members.name(&format!("was_{}", edge_name(net, edge))));
+        let edges = IdMap::build(&net.edges, |_, edge| {
+            members.name(&format!("was_{}", edge_name(net, edge)))
+        });
         let members = ["state", "fault"]
             .into_iter()
             .map(str::to_owned)

@@ -23,20 +23,36 @@ fn agree(tag: &str, nets: &[(Valid<Net>, Facts)], styles: &[Style]) -> Vec<&'sta
     for style in styles {
         let mut packages: Vec<Package> = Vec::new();
         for (index, (net, facts)) in nets.iter().enumerate() {
-            let options = Options { style: *style, prefix: Some(format!("n{index}")), ..Options::default() };
-            let package = emit(net, facts, &options).unwrap_or_else(|errors| panic!("{tag} {index}: {errors:#?}"));
+            let options =
+                Options { style: *style, prefix: Some(format!("n{index}")), ..Options::default() };
+            let package = emit(net, facts, &options)
+                .unwrap_or_else(|errors| panic!("{tag} {index}: {errors:#?}"));
             taken.push(package.style);
             if *style == Style::Auto && !package.reason.is_empty() {
                 println!("{tag} {index}: bits because of {}", package.reason);
             }
             packages.push(package);
         }
-        let all: Vec<(&Valid<Net>, &Package)> = nets.iter().map(|(net, _)| net).zip(&packages).collect();
+        let all: Vec<(&Valid<Net>, &Package)> =
+            nets.iter().map(|(net, _)| net).zip(&packages).collect();
         let folder = Folder::new(&format!("{tag}-{}", style.name()));
-        std::fs::write(folder.0.join("all.c"), multi_harness(&all)).expect("the file can be written");
+        std::fs::write(folder.0.join("all.c"), multi_harness(&all))
+            .expect("the file can be written");
         let mut arguments = STRICT.to_vec();
-        arguments.extend(["-O0", "-fsanitize=undefined", "-fno-sanitize-recover", "all.c", "-o", "all"]);
-        if Command::new("gcc").args(&arguments).current_dir(&folder.0).output().is_ok_and(|it| !it.status.success()) {
+        arguments.extend([
+            "-O0",
+            "-fsanitize=undefined",
+            "-fno-sanitize-recover",
+            "all.c",
+            "-o",
+            "all",
+        ]);
+        if Command::new("gcc")
+            .args(&arguments)
+            .current_dir(&folder.0)
+            .output()
+            .is_ok_and(|it| !it.status.success())
+        {
             let keep = std::env::temp_dir().join("grafsynth-c-failed.c");
             let _ = std::fs::copy(folder.0.join("all.c"), keep);
         }
@@ -58,7 +74,12 @@ fn agree(tag: &str, nets: &[(Valid<Net>, Facts)], styles: &[Style]) -> Vec<&'sta
             let got = String::from_utf8(output.stdout).expect("text");
             if got != wanted {
                 let pair = wanted.lines().zip(got.lines()).enumerate().find(|(_, (a, b))| a != b);
-                let source = &packages[index].files.iter().find(|it| it.name.ends_with(".c")).expect("a source").text;
+                let source = &packages[index]
+                    .files
+                    .iter()
+                    .find(|it| it.name.ends_with(".c"))
+                    .expect("a source")
+                    .text;
                 panic!(
                     "{tag} {index} {}: first difference {pair:?}\n{}\n{source}",
                     packages[index].style,
@@ -77,7 +98,8 @@ fn nets(count: u64, flavour: Flavour) -> Vec<(Valid<Net>, Facts)> {
 /// Nets of each kind: enough to show a mistake here, few enough to wait for.
 const NETS: u64 = 8;
 
-const PLAIN: Flavour = Flavour { policy: Policy::Priority, stable: false, lists: false, forks: false, times: false };
+const PLAIN: Flavour =
+    Flavour { policy: Policy::Priority, stable: false, lists: false, forks: false, times: false };
 
 #[test]
 fn rings_with_priorities() {
@@ -90,15 +112,22 @@ fn rings_with_priorities() {
 fn rings_with_lists_and_times() {
     let flavour = Flavour { lists: true, times: true, ..PLAIN };
     let taken = agree("lists", &nets(NETS, flavour), &[Style::Auto, Style::Bits]);
-    assert!(taken.is_empty() || taken.iter().filter(|it| **it == "switch").count() >= 10, "{taken:?}");
+    assert!(
+        taken.is_empty() || taken.iter().filter(|it| **it == "switch").count() >= 10,
+        "{taken:?}"
+    );
 }
 
 #[test]
 fn forks_and_joins() {
     for policy in [Policy::Priority, Policy::All] {
         let flavour = Flavour { policy, forks: true, times: true, ..PLAIN };
-        let taken = agree(&format!("forks-{policy:?}"), &nets(NETS, flavour), &[Style::Auto, Style::Bits]);
-        assert!(taken.is_empty() || taken.iter().filter(|it| it.starts_with("switch")).count() >= 25, "{taken:?}");
+        let taken =
+            agree(&format!("forks-{policy:?}"), &nets(NETS, flavour), &[Style::Auto, Style::Bits]);
+        assert!(
+            taken.is_empty() || taken.iter().filter(|it| it.starts_with("switch")).count() >= 25,
+            "{taken:?}"
+        );
     }
 }
 
@@ -106,7 +135,11 @@ fn forks_and_joins() {
 fn stable_evolution() {
     for policy in [Policy::Priority, Policy::All] {
         let flavour = Flavour { policy, stable: true, forks: true, lists: true, times: true };
-        let taken = agree(&format!("stable-{policy:?}"), &nets(NETS, flavour), &[Style::Auto, Style::Bits]);
-        assert!(taken.is_empty() || taken.iter().filter(|it| it.starts_with("switch")).count() >= 10, "{taken:?}");
+        let taken =
+            agree(&format!("stable-{policy:?}"), &nets(NETS, flavour), &[Style::Auto, Style::Bits]);
+        assert!(
+            taken.is_empty() || taken.iter().filter(|it| it.starts_with("switch")).count() >= 10,
+            "{taken:?}"
+        );
     }
 }

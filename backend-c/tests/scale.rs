@@ -1,5 +1,8 @@
 //! Large charts: size, speed and the time that emitting takes.
-#![allow(clippy::disallowed_methods, reason = "these tests try the text on real compilers and measure")]
+#![allow(
+    clippy::disallowed_methods,
+    reason = "these tests try the text on real compilers and measure"
+)]
 
 mod support;
 
@@ -58,7 +61,11 @@ fn a_thousand_steps_are_fast_and_small() {
         let folder = Folder::new(name);
         let ns = bench(&folder, &package, name);
         let size = text_size(&folder, &format!("{name}.c"), "gcc", &[]);
-        println!("{name}: {ns} ns of {most_ns}, {} bytes a step of 40, {}", size as f64 / 1000.0, package.style);
+        println!(
+            "{name}: {ns} ns of {most_ns}, {} bytes a step of 40, {}",
+            size as f64 / 1000.0,
+            package.style
+        );
         assert!(size <= 40_000, "{size} bytes");
         // The promise is for an idle machine; a busy one must not make this test fail.
         assert!(ns <= most_ns * 5.0, "{ns} ns");

@@ -31,7 +31,11 @@ pub(super) enum Home {
 }
 
 /// Cuts statements into pieces, none of which makes a function larger than `limit`; what becomes a function of its own is added to `bodies`.
-pub(super) fn cut<'p>(statements: &'p [Stmt], limit: usize, bodies: &mut Vec<Vec<Piece<'p>>>) -> Vec<Piece<'p>> {
+pub(super) fn cut<'p>(
+    statements: &'p [Stmt],
+    limit: usize,
+    bodies: &mut Vec<Vec<Piece<'p>>>,
+) -> Vec<Piece<'p>> {
     if statements.iter().map(weight).sum::<usize>() <= limit {
         return statements.iter().map(Piece::Whole).collect();
     }
@@ -74,7 +78,11 @@ pub(super) fn cut<'p>(statements: &'p [Stmt], limit: usize, bodies: &mut Vec<Vec
     pieces
 }
 
-fn close<'p>(group: &mut Vec<Piece<'p>>, pieces: &mut Vec<Piece<'p>>, bodies: &mut Vec<Vec<Piece<'p>>>) {
+fn close<'p>(
+    group: &mut Vec<Piece<'p>>,
+    pieces: &mut Vec<Piece<'p>>,
+    bodies: &mut Vec<Vec<Piece<'p>>>,
+) {
     if !group.is_empty() {
         bodies.push(std::mem::take(group));
         pieces.push(Piece::Function(bodies.len() - 1));
@@ -118,8 +126,13 @@ pub(super) fn each_expr<'p>(statement: &'p Stmt, visit: &mut impl FnMut(&'p Expr
 }
 
 /// The home of each temp.
-pub(super) fn homes(program: &Program, main: &[Piece<'_>], bodies: &[Vec<Piece<'_>>]) -> IdMap<Temp, Home> {
-    let mut walk = Walk { uses: IdMap::filled(&program.temps, Uses::default()), blocks: 0, function: 0 };
+pub(super) fn homes(
+    program: &Program,
+    main: &[Piece<'_>],
+    bodies: &[Vec<Piece<'_>>],
+) -> IdMap<Temp, Home> {
+    let mut walk =
+        Walk { uses: IdMap::filled(&program.temps, Uses::default()), blocks: 0, function: 0 };
     walk.pieces(main, &[]);
     for (index, body) in bodies.iter().enumerate() {
         walk.function = index + 1;
@@ -192,7 +205,9 @@ impl Walk {
                 self.read(value, block);
             }
             Stmt::Output(_, value) | Stmt::Fault(value) => self.read(value, block),
-            Stmt::Call(_, arguments) => arguments.iter().for_each(|argument| self.read(argument, block)),
+            Stmt::Call(_, arguments) => {
+                arguments.iter().for_each(|argument| self.read(argument, block))
+            }
             Stmt::If(condition, then, otherwise) => {
                 self.read(condition, block);
                 for list in [then, otherwise] {

@@ -16,8 +16,12 @@ use crate::{Object, Options};
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::lower::program::{ProgramOptions, program as reaction_program};
-use grafsynth_ir::net::{Driver, Evolution, InputId, InputKind, Leaf as NetLeaf, Net, OutputId, StepId, TransitionId};
-use grafsynth_ir::program::{Cell, CellId, Expr, Leaf, Origin, Program, ResetEffect, Stmt, Temp, TempRole};
+use grafsynth_ir::net::{
+    Driver, Evolution, InputId, InputKind, Leaf as NetLeaf, Net, OutputId, StepId, TransitionId,
+};
+use grafsynth_ir::program::{
+    Cell, CellId, Expr, Leaf, Origin, Program, ResetEffect, Stmt, Temp, TempRole,
+};
 use grafsynth_ir::{IdMap, Valid};
 use homes::{Home, Piece, cut, each_expr, homes};
 use std::collections::{BTreeMap, BTreeSet};
@@ -29,7 +33,11 @@ const NODES_PER_TRANSITION: usize = 16;
 ///
 /// # Errors
 /// What no reaction program can be made of.
-pub(crate) fn program(net: &Valid<Net>, names: &Names, options: &Options) -> Result<CProgram, Vec<Diagnostic>> {
+pub(crate) fn program(
+    net: &Valid<Net>,
+    names: &Names,
+    options: &Options,
+) -> Result<CProgram, Vec<Diagnostic>> {
     let program = reaction_program(net, &ProgramOptions::default())?;
     let limit = options.max_transitions.saturating_mul(NODES_PER_TRANSITION).max(1);
     let mut bodies = Vec::new();
@@ -82,7 +90,8 @@ impl<'a> Emit<'a> {
             let _ = input;
             locals.reserve(&names.inputs[id]);
         }
-        for (id, output) in net.outputs.iter().filter(|(_, output)| crate::names::is_extern(output)) {
+        for (id, output) in net.outputs.iter().filter(|(_, output)| crate::names::is_extern(output))
+        {
             let _ = output;
             locals.reserve(&names.outputs[id]);
         }
@@ -138,7 +147,13 @@ impl<'a> Emit<'a> {
             }
         }
         if timed {
-            let cap = self.program.cells.values().filter(|cell| counts_ticks(cell)).map(|cell| cell.ty.bounds().1).max();
+            let cap = self
+                .program
+                .cells
+                .values()
+                .filter(|cell| counts_ticks(cell))
+                .map(|cell| cell.ty.bounds().1)
+                .max();
             self.ticks = Some(Ticks::for_cap(cap.unwrap_or(0)));
         }
     }
@@ -165,7 +180,9 @@ impl<'a> Emit<'a> {
         let shared = self.shared_members();
         if !shared.is_empty() {
             step.push(Node::line(format!("{prefix}_scan_t scan;")));
-            let mut node: Node = Kind::Braces("typedef struct".to_string(), shared, format!(" {prefix}_scan_t;")).into();
+            let mut node: Node =
+                Kind::Braces("typedef struct".to_string(), shared, format!(" {prefix}_scan_t;"))
+                    .into();
             node.note = "what lives within one reaction".to_string();
             tables.push(node);
         }
@@ -174,14 +191,18 @@ impl<'a> Emit<'a> {
         step.extend(self.pieces(main, &calls));
         let step = without_unused(step);
         let has_fault = self.net.settings.evolution != Evolution::Single;
-        let sets_fault = has_fault && (self.program.reset_fault || self.program.body.iter().any(gives_fault));
+        let sets_fault =
+            has_fault && (self.program.reset_fault || self.program.body.iter().any(gives_fault));
         CProgram {
             style: "bits",
             instance: self.instance(sets_fault),
             enumerators: Vec::new(),
             active: IdMap::build(&self.net.steps, |id, _| {
                 let cell = self.step_cells.get(&id);
-                cell.map_or_else(|| "false".to_string(), |cell| format!("self->{}", self.cells[*cell]))
+                cell.map_or_else(
+                    || "false".to_string(),
+                    |cell| format!("self->{}", self.cells[*cell]),
+                )
             }),
             fault: sets_fault.then(|| "self->fault".to_string()),
             has_fault,
@@ -207,7 +228,10 @@ impl<'a> Emit<'a> {
                 None => format!("{ty} {name}"),
             };
             let note = if cell.name == *name { String::new() } else { cell.name.clone() };
-            members.push((width(cell), Member { declaration, note, objects: objects_of(cell.origin) }));
+            members.push((
+                width(cell),
+                Member { declaration, note, objects: objects_of(cell.origin) },
+            ));
         }
         // Wide members first, so that none of them needs padding.
         members.sort_by_key(|(width, _)| std::cmp::Reverse(*width));
@@ -227,13 +251,19 @@ impl<'a> Emit<'a> {
         let mut nodes = Vec::new();
         for (id, temp) in self.program.temps.iter() {
             if self.homes[id] == Home::Shared {
-                nodes.push(Node::line(format!("{} {};", storage(temp.ty), self.temps[id])).from_all(objects_of_role(temp.role)));
+                // On the stack of a small machine a bit each matters more than the cycles to reach it.
+                let bits = if temp.ty.is_bool() { " : 1" } else { "" };
+                let declaration = format!("{} {}{bits};", storage(temp.ty), self.temps[id]);
+                nodes.push(Node::line(declaration).from_all(objects_of_role(temp.role)));
             }
         }
         if self.is_split {
             for input in self.eager.iter().chain(&self.lazy) {
                 let name = &self.names.inputs[*input];
-                nodes.push(Node::line(format!("{} cond_{name};", storage(self.net.inputs[*input].ty))));
+                nodes.push(Node::line(format!(
+                    "{} cond_{name};",
+                    storage(self.net.inputs[*input].ty)
+                )));
                 if self.lazy.contains(input) {
                     nodes.push(Node::line(format!("bool asked_{name};")));
                 }
@@ -250,7 +280,8 @@ impl<'a> Emit<'a> {
             .filter(|(id, _)| self.homes[*id] == Home::Local(self.function))
             .map(|(id, temp)| {
                 let zero = calls::constant(temp.ty.saturate(0), temp.ty);
-                Node::line(format!("{} {} = {zero};", storage(temp.ty), self.temps[id])).defining(&self.temps[id])
+                Node::line(format!("{} {} = {zero};", storage(temp.ty), self.temps[id]))
+                    .defining(&self.temps[id])
             })
             .collect()
     }
@@ -266,11 +297,16 @@ impl<'a> Emit<'a> {
                 false => (format!("{} ", storage(ty)), format!("cond_{name}")),
             };
             if self.eager.contains(input) {
-                let call = Node::line(format!("{declare}{cond} = {name}();")).from(Object::Input(*input));
+                let call =
+                    Node::line(format!("{declare}{cond} = {name}();")).from(Object::Input(*input));
                 nodes.push(call.defining_by(&cond, format!("(void){name}();")));
             } else {
                 let declare_asked = if self.is_split { "" } else { "bool " };
-                let asked = if self.is_split { self.shared(&format!("asked_{name}")) } else { format!("asked_{name}") };
+                let asked = if self.is_split {
+                    self.shared(&format!("asked_{name}"))
+                } else {
+                    format!("asked_{name}")
+                };
                 let zero = calls::constant(ty.saturate(0), ty);
                 nodes.push(Node::line(format!("{declare}{cond} = {zero};")).defining(&cond));
                 nodes.push(Node::line(format!("{declare_asked}{asked} = false;")).defining(&asked));
@@ -294,7 +330,8 @@ impl<'a> Emit<'a> {
         add("dt", "dt", format!("{} ", self.ticks.map_or("uint32_t", Ticks::name)));
         add("out", "out", format!("{prefix}_out_t *"));
         add("scan", "&scan", format!("{prefix}_scan_t *"));
-        let parameters = if parameters.is_empty() { "void".to_string() } else { parameters.join(", ") };
+        let parameters =
+            if parameters.is_empty() { "void".to_string() } else { parameters.join(", ") };
         (parameters, arguments.join(", "))
     }
 
@@ -351,15 +388,23 @@ impl<'a> Emit<'a> {
                     Home::Nowhere => return,
                 };
                 let node = Node::line(line).from_all(objects_of_role(role));
-                nodes.push(if self.homes[*temp] == Home::Shared { node } else { node.defining(name) });
+                nodes.push(if self.homes[*temp] == Home::Shared {
+                    node
+                } else {
+                    node.defining(name)
+                });
             }
             Stmt::Store(cell, index, value) => {
                 let mentioned: Vec<&Expr> = index.iter().chain([value]).collect();
                 nodes.extend(self.ask(&mentioned, &[]));
                 let ty = self.program.cells[*cell].ty;
                 let value = self.expr(value);
-                let value = saturated(value, ty, &self.names.prefix, &mut self.helpers).stored_as(ty);
-                let index = index.as_ref().map(|index| format!("[{}]", self.expr(index).text)).unwrap_or_default();
+                let value =
+                    saturated(value, ty, &self.names.prefix, &mut self.helpers).stored_as(ty);
+                let index = index
+                    .as_ref()
+                    .map(|index| format!("[{}]", self.expr(index).text))
+                    .unwrap_or_default();
                 let line = format!("self->{}{index} = {value};", self.cells[*cell]);
                 nodes.push(Node::line(line).from_all(objects_of(self.program.cells[*cell].origin)));
             }
@@ -380,9 +425,11 @@ impl<'a> Emit<'a> {
                 nodes.extend(self.ask(&[value], &active));
                 let ty = self.net.outputs[*output].ty;
                 let value = self.expr(value);
-                let value = saturated(value, ty, &self.names.prefix, &mut self.helpers).stored_as(ty);
+                let value =
+                    saturated(value, ty, &self.names.prefix, &mut self.helpers).stored_as(ty);
                 nodes.push(
-                    Node::line(format!("out->{} = {value};", self.names.outputs[*output])).from(Object::Output(*output)),
+                    Node::line(format!("out->{} = {value};", self.names.outputs[*output]))
+                        .from(Object::Output(*output)),
                 );
             }
             Stmt::Call(output, arguments) => {
@@ -410,15 +457,22 @@ impl<'a> Emit<'a> {
             return calls::either(condition.clone(), body, Vec::new());
         }
         self.loops += 1;
-        let counter = if self.loops == 1 { "round".to_string() } else { format!("round_{}", self.loops) };
+        let counter =
+            if self.loops == 1 { "round".to_string() } else { format!("round_{}", self.loops) };
         let ty = storage(Type::Int { lo: 0, hi: i64::from(limit) });
         let bound = unsigned(i64::from(limit));
-        let question = if condition.is_true() { String::new() } else { format!(" && {}", condition.within(Prec::Compare)) };
-        vec![Kind::Block(vec![Arm::new(
-            format!("for ({ty} {counter} = 0; {counter} < {bound}{question}; ++{counter})"),
-            body,
-        )])
-        .into()]
+        let question = if condition.is_true() {
+            String::new()
+        } else {
+            format!(" && {}", condition.within(Prec::Compare))
+        };
+        vec![
+            Kind::Block(vec![Arm::new(
+                format!("for ({ty} {counter} = 0; {counter} < {bound}{question}; ++{counter})"),
+                body,
+            )])
+            .into(),
+        ]
     }
 
     fn expr(&mut self, expr: &Expr) -> CExpr {
@@ -445,7 +499,11 @@ impl<'a> Emit<'a> {
 
     /// The steps that a transition takes, as conditions.
     fn enabled(&self, transition: TransitionId) -> Vec<CExpr> {
-        self.net.transitions[transition].requires.iter().filter_map(|step| self.active(*step)).collect()
+        self.net.transitions[transition]
+            .requires
+            .iter()
+            .filter_map(|step| self.active(*step))
+            .collect()
     }
 
     fn active(&self, step: StepId) -> Option<CExpr> {
@@ -557,7 +615,9 @@ fn gives_fault(statement: &Stmt) -> bool {
         Stmt::Fault(value) => !value.is_false(),
         Stmt::If(_, then, otherwise) => then.iter().chain(otherwise).any(gives_fault),
         Stmt::Repeat { body, .. } => body.iter().any(gives_fault),
-        Stmt::Set(..) | Stmt::Store(..) | Stmt::Output(..) | Stmt::Call(..) | Stmt::Code(_) => false,
+        Stmt::Set(..) | Stmt::Store(..) | Stmt::Output(..) | Stmt::Call(..) | Stmt::Code(_) => {
+            false
+        }
     }
 }
 
@@ -582,7 +642,9 @@ fn objects_of(origin: Origin) -> Vec<Object> {
         Origin::Older(a, b) => vec![Object::Step(a), Object::Step(b)],
         Origin::Var(var) => vec![Object::Var(var)],
         Origin::Timer(timer) | Origin::TimerCondition(timer) => vec![Object::Timer(timer)],
-        Origin::ActionQ(action) | Origin::ActionLatch(action, _) | Origin::ActionTimer(action, _) => {
+        Origin::ActionQ(action)
+        | Origin::ActionLatch(action, _)
+        | Origin::ActionTimer(action, _) => {
             vec![Object::Action(action)]
         }
         Origin::Pending(input) => vec![Object::Input(input)],
@@ -602,8 +664,12 @@ fn objects_of(origin: Origin) -> Vec<Object> {
 
 fn objects_of_role(role: TempRole) -> Vec<Object> {
     match role {
-        TempRole::Fireable(transition) | TempRole::Fire(transition) => vec![Object::Transition(transition)],
-        TempRole::NextActive(step) | TempRole::Activated(step) | TempRole::Deactivated(step) => vec![Object::Step(step)],
+        TempRole::Fireable(transition) | TempRole::Fire(transition) => {
+            vec![Object::Transition(transition)]
+        }
+        TempRole::NextActive(step) | TempRole::Activated(step) | TempRole::Deactivated(step) => {
+            vec![Object::Step(step)]
+        }
         TempRole::Holds(input) => vec![Object::Input(input)],
         TempRole::Before(var) => vec![Object::Var(var)],
         TempRole::EdgeNow(_) | TempRole::Helper => Vec::new(),
@@ -619,7 +685,9 @@ impl Scope<Leaf> for Reader<'_, '_> {
     fn leaf(&mut self, leaf: &Leaf) -> CExpr {
         let emit = &self.emit;
         match *leaf {
-            Leaf::Cell(cell) => CExpr::place(format!("self->{}", emit.cells[cell]), emit.program.cells[cell].ty),
+            Leaf::Cell(cell) => {
+                CExpr::place(format!("self->{}", emit.cells[cell]), emit.program.cells[cell].ty)
+            }
             Leaf::Temp(temp) => {
                 let name = &emit.temps[temp];
                 let ty = emit.program.temps[temp].ty;
@@ -633,14 +701,22 @@ impl Scope<Leaf> for Reader<'_, '_> {
                 let ty = emit.net.inputs[input].ty;
                 match emit.net.inputs[input].kind {
                     InputKind::Pin | InputKind::Event => CExpr::place(format!("in->{name}"), ty),
-                    InputKind::Extern if emit.is_split => CExpr::place(emit.shared(&format!("cond_{name}")), ty),
+                    InputKind::Extern if emit.is_split => {
+                        CExpr::place(emit.shared(&format!("cond_{name}")), ty)
+                    }
                     InputKind::Extern => CExpr::place(format!("cond_{name}"), ty),
                     InputKind::InternalEvent => CExpr::bool(false),
                 }
             }
             Leaf::Dt => {
                 let most = emit.ticks.map_or(i64::from(i32::MAX), Ticks::max);
-                CExpr { text: "(int32_t)dt".to_string(), prec: Prec::Unary, class: Class::Wide, lo: 0, hi: most }
+                CExpr {
+                    text: "(int32_t)dt".to_string(),
+                    prec: Prec::Unary,
+                    class: Class::Wide,
+                    lo: 0,
+                    hi: most,
+                }
             }
         }
     }

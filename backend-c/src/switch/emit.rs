@@ -361,7 +361,13 @@ impl<'a> Emit<'a> {
                 }
                 Latch::OnDemand => {
                     add("bool", format!("asked_{name}"), "false", false, "");
-                    add(ty, format!("cond_{name}"), &zero(self.net, id), false, "asked at the first need");
+                    add(
+                        ty,
+                        format!("cond_{name}"),
+                        &zero(self.net, id),
+                        false,
+                        "asked at the first need",
+                    );
                 }
                 Latch::InCase => {}
             }
@@ -771,9 +777,10 @@ impl<'a> Emit<'a> {
         );
         let value = self.scan(&format!("cond_{name}"));
         let call = Node::line(format!("{value} = {name}();"));
-        let call = if self.locals { call.defining_by(&value, format!("(void){name}();")) } else { call };
+        let call =
+            if self.locals { call.defining_by(&value, format!("(void){name}();")) } else { call };
         Node::when(&condition.text, vec![Node::line(format!("{asked} = true;")), call])
-        .from(Object::Input(input))
+            .from(Object::Input(input))
     }
 
     /// Calls, where they are not called yet, the conditions that a list or an output mentions.
@@ -1504,10 +1511,13 @@ impl Scope<Leaf> for Reader<'_, '_> {
                 match net.inputs[input].kind {
                     InputKind::Pin => CExpr::place(format!("in->{name}"), net.inputs[input].ty),
                     InputKind::Extern => match self.emit.plan.latches.get(&input) {
-                        Some(Latch::InCase) => CExpr::place(format!("cond_{name}"), net.inputs[input].ty),
-                        Some(Latch::Always | Latch::OnDemand) | None => {
-                            CExpr::place(self.emit.scan(&format!("cond_{name}")), net.inputs[input].ty)
+                        Some(Latch::InCase) => {
+                            CExpr::place(format!("cond_{name}"), net.inputs[input].ty)
                         }
+                        Some(Latch::Always | Latch::OnDemand) | None => CExpr::place(
+                            self.emit.scan(&format!("cond_{name}")),
+                            net.inputs[input].ty,
+                        ),
                     },
                     InputKind::Event => {
                         let event = CExpr::condition(format!("in->{name}"), Prec::Atom);

@@ -393,12 +393,18 @@ fn disjoint(net: &Net, earlier: TransitionId, later: TransitionId) -> bool {
             matches!(&it.kind, ExprKind::Not(inner) if inner.kind == ExprKind::Leaf(Leaf::Fireable(of)))
         })
     };
-    a.iter().any(|x| b.iter().any(|y| negates(x, y) || negates(y, x))) || otherwise(b, earlier) || otherwise(a, later)
+    a.iter().any(|x| b.iter().any(|y| negates(x, y) || negates(y, x)))
+        || otherwise(b, earlier)
+        || otherwise(a, later)
 }
 
 /// Firing both is firing either.
 fn same_effect(a: &Transition, b: &Transition) -> bool {
-    a.requires == b.requires && a.enters == b.enters && a.restart == b.restart && a.actions.is_empty() && b.actions.is_empty()
+    a.requires == b.requires
+        && a.enters == b.enters
+        && a.restart == b.restart
+        && a.actions.is_empty()
+        && b.actions.is_empty()
 }
 
 /// Everything of a net that is evaluated, with where it stands.

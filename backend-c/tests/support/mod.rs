@@ -374,8 +374,8 @@ pub(crate) fn stimulus_text(net: &Net, rows: &[(u32, Vec<i64>)]) -> String {
 /// The trace of the reaction program, run by the interpreter that comes with it.
 pub(crate) fn program_trace(net: &Valid<Net>, rows: &[(u32, Vec<i64>)]) -> String {
     use grafsynth_ir::program::{Origin, ResetEffect};
-    let program =
-        grafsynth_ir::lower::program::program(net, &Default::default()).expect("there is a program");
+    let program = grafsynth_ir::lower::program::program(net, &Default::default())
+        .expect("there is a program");
     let mut machine = grafsynth_ir::program_run::Machine::new(&program);
     let has_fault = net.settings.evolution != Evolution::Single;
     let columns = net.inputs.values().filter(|it| it.kind != InputKind::InternalEvent);
@@ -404,12 +404,18 @@ pub(crate) fn program_trace(net: &Valid<Net>, rows: &[(u32, Vec<i64>)]) -> Strin
             }
         }
         let cell = |origin: Origin| {
-            program.cells.iter().find(|(_, it)| it.origin == origin).map(|(id, _)| machine.cell(id).to_vec())
+            program
+                .cells
+                .iter()
+                .find(|(_, it)| it.origin == origin)
+                .map(|(id, _)| machine.cell(id).to_vec())
         };
         let active: Vec<&str> = net
             .steps
             .iter()
-            .filter(|(_, it)| !it.hidden && !matches!(it.kind, StepKind::Composite | StepKind::Parallel))
+            .filter(|(_, it)| {
+                !it.hidden && !matches!(it.kind, StepKind::Composite | StepKind::Parallel)
+            })
             .filter(|(id, _)| cell(Origin::Step(*id)).is_some_and(|it| it[0] != 0))
             .map(|(_, it)| it.name.text.as_str())
             .collect();
@@ -423,16 +429,21 @@ pub(crate) fn program_trace(net: &Valid<Net>, rows: &[(u32, Vec<i64>)]) -> Strin
                 .effects
                 .iter()
                 .filter_map(|effect| match effect {
-                    ResetEffect::Call(callee, values) if *callee == id => {
-                        Some(values.iter().zip(params).map(|(it, param)| param.ty.saturate(*it)).collect())
-                    }
+                    ResetEffect::Call(callee, values) if *callee == id => Some(
+                        values
+                            .iter()
+                            .zip(params)
+                            .map(|(it, param)| param.ty.saturate(*it))
+                            .collect(),
+                    ),
                     _ => None,
                 })
                 .collect();
             cells.push(if params.is_empty() {
                 calls.len().to_string()
             } else {
-                let tuple = |it: &Vec<i64>| it.iter().map(i64::to_string).collect::<Vec<_>>().join(":");
+                let tuple =
+                    |it: &Vec<i64>| it.iter().map(i64::to_string).collect::<Vec<_>>().join(":");
                 calls.iter().map(tuple).collect::<Vec<_>>().join(";")
             });
         }

@@ -53,8 +53,14 @@ impl Grow {
             6 if !self.vars.is_empty() => {
                 let a = self.number(depth.saturating_sub(1));
                 let b = self.number(depth.saturating_sub(1));
-                let op = [CompareOp::Eq, CompareOp::Ne, CompareOp::Lt, CompareOp::Le, CompareOp::Gt, CompareOp::Ge]
-                    [self.random.below(6)];
+                let op = [
+                    CompareOp::Eq,
+                    CompareOp::Ne,
+                    CompareOp::Lt,
+                    CompareOp::Le,
+                    CompareOp::Gt,
+                    CompareOp::Ge,
+                ][self.random.below(6)];
                 Expr::compare(op, a, b)
             }
             7 => {
@@ -88,7 +94,10 @@ impl Grow {
                 let a = self.number(depth - 1);
                 let divisor = [-7, -3, -1, 1, 2, 5][self.random.below(6)];
                 let op = if self.random.one_in(2) { ArithOp::Div } else { ArithOp::Mod };
-                Expr::new(ExprKind::Arith(op, Box::new(a), Box::new(Expr::int(divisor))), Span::default())
+                Expr::new(
+                    ExprKind::Arith(op, Box::new(a), Box::new(Expr::int(divisor))),
+                    Span::default(),
+                )
             }
             4 => {
                 let c = self.condition(0, None);
@@ -111,7 +120,8 @@ impl Grow {
         }
         let var = self.vars[self.random.below(self.vars.len())];
         let value = self.number(2);
-        let assign = Stmt { kind: StmtKind::Assign { var, index: None, value }, span: Span::default() };
+        let assign =
+            Stmt { kind: StmtKind::Assign { var, index: None, value }, span: Span::default() };
         if self.random.one_in(3) {
             let condition = self.condition(1, None);
             let other = self.vars[self.random.below(self.vars.len())];
@@ -149,7 +159,8 @@ pub(crate) fn random_net(title: &str, seed: u64, flavour: Flavour) -> (Valid<Net
     let mut vars = Vec::new();
     if flavour.lists {
         for k in 0..2 {
-            let (lo, hi) = [(0, 9), (-100, 100), (0, 255), (0, 40000), (-70000, 5), (0, 300)][random.below(6)];
+            let (lo, hi) =
+                [(0, 9), (-100, 100), (0, 255), (0, 40000), (-70000, 5), (0, 300)][random.below(6)];
             vars.push(b.var(&format!("v{k}"), lo, hi, 0));
         }
     }
@@ -163,7 +174,8 @@ pub(crate) fn random_net(title: &str, seed: u64, flavour: Flavour) -> (Valid<Net
     let mut rings: Vec<Vec<StepId>> = Vec::new();
     for ring in 0..n_rings {
         let n = 2 + grow.random.below(5);
-        let steps: Vec<StepId> = (0..n).map(|k| grow.b.step(&format!("r{ring}s{k}"), k == 0)).collect();
+        let steps: Vec<StepId> =
+            (0..n).map(|k| grow.b.step(&format!("r{ring}s{k}"), k == 0)).collect();
         grow.steps.extend(&steps);
         rings.push(steps);
     }
@@ -261,7 +273,8 @@ pub(crate) fn random_net(title: &str, seed: u64, flavour: Flavour) -> (Valid<Net
         let mut calls = Vec::new();
         for step in grow.steps.clone() {
             if grow.random.one_in(3) {
-                let arguments = vec![if grow.vars.is_empty() { Expr::int(3) } else { grow.number(0) }];
+                let arguments =
+                    vec![if grow.vars.is_empty() { Expr::int(3) } else { grow.number(0) }];
                 calls.push(ExternCall { step, condition: None, arguments, span: Span::default() });
             }
         }
