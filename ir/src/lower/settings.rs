@@ -35,7 +35,6 @@ pub(super) fn settings(lowering: &mut Lowering<'_>) {
     lowering.iec = said.iter().map(|said| said.iec.is_some()).collect();
 
     let settings = &mut lowering.net.settings;
-    settings.evolution = Evolution::Stable { limit: 0 };
     let mut clashes = Vec::new();
     let mut shared = Shared { said: &said, clashes: &mut clashes };
     if let Some(tick) = shared.one("tick", |said| said.tick) {
@@ -49,10 +48,12 @@ pub(super) fn settings(lowering: &mut Lowering<'_>) {
         shared.one("assign", |said| said.assign_simultaneous).unwrap_or(false);
     settings.queue = shared.one("queue", |said| said.queue);
     settings.events_exclusive = shared.one("events", |said| said.events_exclusive).is_some();
-    settings.policy = shared.each("conflict", Policy::All, |said| said.policy, &design.charts);
-    settings.final_scan = shared.each("final scan", false, |said| said.final_scan, &design.charts);
+    settings.policy = shared.one("conflict", |said| said.policy).unwrap_or(Policy::All);
+    settings.final_scan = shared.one("final scan", |said| said.final_scan).is_some();
     match evolution {
         Some(Evolution::Single) => settings.evolution = Evolution::Single,
+        // semantics §1 [C1]: a chart that says nothing makes one micro-step a reaction, unless it is a statechart.
+        None if !settings.policy.is_statechart() => settings.evolution = Evolution::Single,
         Some(Evolution::Stable { .. }) | None => {
             settings.evolution = Evolution::Stable { limit: limit.unwrap_or(0) };
         }
@@ -154,29 +155,6 @@ impl Shared<'_> {
         found.map(|(value, _)| value)
     }
 
-    /// A setting that each chart has for itself, in the cases in which the charts agree.
-    fn each<T: Copy + PartialEq>(
-        &mut self,
-        word: &str,
-        default: T,
-        get: impl Fn(&Said) -> Set<T>,
-        charts: &[Chart],
-    ) -> T {
-        let effective: Vec<(T, Span)> = self
-            .said
-            .iter()
-            .zip(charts)
-            .map(|(said, chart)| get(said).unwrap_or((default, chart.name.span)))
-            .collect();
-        let Some(&(first, first_span)) = effective.first() else { return default };
-        for &(value, span) in &effective {
-            if value != first {
-                self.clash(word, span, first_span);
-            }
-        }
-        first
-    }
-
     fn clash(&mut self, word: &str, span: Span, first: Span) {
         self.clashes.push(
             Diagnostic::error(
@@ -184,7 +162,7 @@ impl Shared<'_> {
                 format!("the charts of one file differ in `{word}`"),
             )
             .at(span, "differs here")
-            .at(first, "from what holds here")
+            .at(first, "from what is set here")
             .help(
                 "charts that run side by side share it: write the same in each, or use two files",
             ),

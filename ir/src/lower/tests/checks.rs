@@ -117,7 +117,11 @@ fn an_output_has_one_kind() {
 fn mealy_needs_single() {
     let mealy = output_of("R", Type::Bool, true);
     assert_eq!(
-        findings(vec![vec![mealy, initial("p", vec![action("R")])]]),
+        findings(vec![vec![
+            setting(crate::chart::SettingKind::EvolutionStable(None)),
+            mealy,
+            initial("p", vec![action("R")])
+        ]]),
         ["G0207 the mealy output R needs `evolution single`"]
     );
 }

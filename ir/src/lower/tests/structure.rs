@@ -151,7 +151,8 @@ fn a_chart_may_begin_in_a_macro_step_alone() {
         priority: None,
         meta: meta(),
     });
-    let items = vec![fill(), initial, step("p", vec![]), go("m -> p", v("a")), go("p -> m", v("a"))];
+    let items =
+        vec![fill(), initial, step("p", vec![]), go("m -> p", v("a")), go("p -> m", v("a"))];
     assert_eq!(clean(vec![vec![single()], inputs("a"), items]).parts.len(), 2);
 }
 
@@ -209,6 +210,26 @@ fn an_expansion_that_explodes_is_stopped() {
         told(&lowering.found.list),
         ["G0229 the expansion of macro-steps has more than 5000 steps and transitions"]
     );
+}
+
+/// Macros without steps bring nothing that could be counted but themselves.
+#[test]
+fn an_expansion_of_nothing_is_stopped_too() {
+    let mut items = vec![initial("p", vec![]), macro_step("m", "a0")];
+    for level in 0..40 {
+        let next = format!("a{}", level + 1);
+        items.push(macro_of(
+            &format!("a{level}"),
+            vec![macro_step("l", &next), macro_step("r", &next)],
+        ));
+    }
+    items.push(macro_of("a40", vec![]));
+    let design = design(vec![chart("c", vec![items])]);
+    let mut lowering = Lowering::new(&design);
+    lowering.max_objects = 5_000;
+    expand(&mut lowering);
+    let found = told(&lowering.found.list);
+    assert!(found.iter().any(|one| one.starts_with("G0229")), "{found:?}");
 }
 
 #[test]
@@ -295,6 +316,7 @@ fn settings_of_charts_side_by_side_must_agree() {
 #[test]
 fn the_limit_counts_steps_and_transitions() {
     let net = clean(vec![
+        vec![setting(crate::chart::SettingKind::EvolutionStable(None))],
         inputs("a b"),
         vec![initial("p", vec![]), step("q", vec![]), go("p -> q", v("a")), go("q -> p", v("b"))],
     ]);

@@ -250,6 +250,17 @@ fn properties_are_added_to_a_finished_net_by_full_names() {
 }
 
 #[test]
+fn a_property_may_ask_whether_an_extern_action_is_called() {
+    let go_ = declare("fw", DeclarationKind::ExternAction { params: vec![] });
+    let speed =
+        declare("speed", DeclarationKind::ExternAction { params: vec![("v".into(), int(0, 9))] });
+    let net = chart_with(vec![go_, speed], vec![action("fw"), call_of("speed", vec![v("5")])]);
+    assert_eq!(properties(&net, &[assert_never(v("fw"))]).map(|all| all.len()), Ok(1));
+    let found = properties(&net, &[assert_never(v("speed"))]).unwrap_err();
+    assert_eq!(told(&found), ["G0203 speed is an extern action, not a value"]);
+}
+
+#[test]
 fn a_bool_var_may_start_at_a_number() {
     let items =
         vec![declare("n", DeclarationKind::Var { ty: Type::Bool, len: None, init: vec![v("1")] })];
