@@ -2,7 +2,7 @@
 
 use grafsynth_ir::chart::{
     Board, Chart, Declaration, DeclarationKind, Design, Expr, Item, Macro, MacroStep, Place,
-    Property, Setting, SettingKind,
+    Property, Setting, SettingKind, Step,
 };
 use grafsynth_ir::diag::{Diagnostic, nearest};
 use grafsynth_ir::expr::Type;
@@ -201,6 +201,7 @@ impl Parser<'_> {
             }
             _ => {
                 if let Some((_, message)) = NOT_READ.iter().find(|(other, _)| *other == word) {
+                    self.stand_in_step(items, usize::from(word == "enclosing") + 1);
                     return Err(self.not_read(message));
                 }
                 return Err(self.no_item());
@@ -208,6 +209,15 @@ impl Parser<'_> {
         };
         self.keep(items, item);
         Ok(())
+    }
+
+    /// A step in place of something that is not read, so that its uses are no second mistake. Its name stands `ahead`.
+    pub(crate) fn stand_in_step(&self, items: &mut Vec<Item>, ahead: usize) {
+        if self.is_name(ahead) {
+            let name = self.name_at(self.peek(ahead));
+            let meta = Meta { span: name.span, ..Meta::default() };
+            self.keep(items, Item::Step(Step { name, meta, ..Step::default() }));
+        }
     }
 
     fn no_item(&mut self) -> Abandoned {

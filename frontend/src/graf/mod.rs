@@ -69,7 +69,7 @@ pub struct Parsed {
 }
 
 /// Sources above this size are checked before anything of them is kept, so that a broken one costs no memory.
-const CHECK_FIRST: usize = 1 << 20;
+pub(crate) const CHECK_FIRST: usize = 1 << 20;
 
 /// Reads a chart with the default limits.
 #[must_use]

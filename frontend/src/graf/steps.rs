@@ -72,6 +72,7 @@ impl Parser<'_> {
             "enclosing" | "state" | "parallel" => {
                 let word = self.word(0);
                 let span = self.here();
+                self.stand_in_step(items, usize::from(word == "enclosing") + 1);
                 self.report(|| {
                     Diagnostic::error(codes::NOT_READ, format!("`{word}` is not read yet"))
                         .at(span, "part of the language, but not of this version")

@@ -16,12 +16,12 @@
 
 use grafsynth_ir::FileId;
 use grafsynth_ir::chart::Property;
-use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::diag::{Diagnostic, any_error};
 
 use crate::graf::numbers::Numbers;
 use crate::graf::parser::{Parse, Parser};
 use crate::graf::token::Kind;
-use crate::graf::{Limits, sorted, too_large};
+use crate::graf::{CHECK_FIRST, Limits, sorted, too_large};
 
 /// Reads properties. The names' types are not known here, so `+` and `*` are arithmetic only beside a number; see [`parse_for`].
 #[must_use]
@@ -50,17 +50,31 @@ fn read(
     if let Some(finding) = too_large(file, text, limits) {
         return (Vec::new(), vec![finding]);
     }
+    if text.len() > CHECK_FIRST {
+        // A large text with an error costs no tree.
+        let mut parser = Parser::new(file, text, numbers, *limits, true);
+        all(&mut parser);
+        let findings = parser.findings.finish();
+        if any_error(&findings) {
+            return (Vec::new(), sorted(findings));
+        }
+    }
     let mut parser = Parser::new(file, text, numbers, *limits, false);
+    let properties = all(&mut parser);
+    (properties, sorted(parser.findings.finish()))
+}
+
+fn all(parser: &mut Parser<'_>) -> Vec<Property> {
     let mut properties = Vec::new();
     while parser.kind(0) != Kind::End {
         let before = parser.peek(0).start;
-        match property(&mut parser) {
-            Ok(property) => properties.push(property),
+        match property(parser) {
+            Ok(property) => parser.keep(&mut properties, property),
             Err(_) => parser.skip_to_line(before),
         }
         parser.depth = 0;
     }
-    (properties, sorted(parser.findings.finish()))
+    properties
 }
 
 fn property(parser: &mut Parser<'_>) -> Parse<Property> {

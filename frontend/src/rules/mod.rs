@@ -19,9 +19,11 @@
 //! Charts read from rules have `conflict priority-age`, `evolution single` and `tick 10 ms`; everything else that a flat chart can have stands in
 //! lines `# option: …` in the words of the chart language. `docs/language.md` has the table.
 
+mod format;
 mod read;
 mod write;
 
+pub use format::{format, format_within};
 pub use read::{parse, parse_within};
 pub use write::{write_design, write_net};
 

@@ -17,7 +17,7 @@ use crate::graf::lexer::Lexer;
 use crate::graf::numbers::Numbers;
 use crate::graf::parser::{Abandoned, Findings, Parse, Parser, short};
 use crate::graf::token::Kind;
-use crate::graf::{Limits, Parsed, sorted, too_large};
+use crate::graf::{CHECK_FIRST, Limits, Parsed, sorted, too_large};
 
 /// The words that begin a list.
 const LISTS: [&str; 5] = ["Step", "Transition", "Input", "Output", "Marking"];
@@ -39,6 +39,15 @@ pub fn parse_within(file: FileId, text: &str, limits: &Limits) -> Parsed {
         options.iter().map(|(start, end)| format!("{}\n", &text[*start..*end])).collect();
     let numbers = Numbers::declared_in(&declared);
 
+    if text.len() > CHECK_FIRST {
+        // A large text with an error costs no tree.
+        let mut parser = Parser::new(file, text, Some(&numbers), *limits, true);
+        Rules::default().read(&mut parser);
+        let diagnostics = parser.findings.finish();
+        if any_error(&diagnostics) {
+            return Parsed { diagnostics: sorted(diagnostics), ..Parsed::default() };
+        }
+    }
     let mut parser = Parser::new(file, text, Some(&numbers), *limits, false);
     let mut rules = Rules::default();
     rules.read(&mut parser);
@@ -143,12 +152,12 @@ impl Rules {
             Section::Lists => Err(unknown_list(parser)),
             Section::Transitions => {
                 let rule = rule(parser)?;
-                self.transition_rules.push(rule);
+                parser.keep(&mut self.transition_rules, rule);
                 Ok(())
             }
             Section::Steps => {
                 let rule = rule(parser)?;
-                self.step_rules.push(rule);
+                parser.keep(&mut self.step_rules, rule);
                 Ok(())
             }
         }
@@ -161,7 +170,8 @@ impl Rules {
         let mut names = Vec::new();
         if parser.is_name_beside(0) {
             loop {
-                names.push(parser.name("a name")?);
+                let name = parser.name("a name")?;
+                parser.keep(&mut names, name);
                 if !parser.eat(Kind::Comma) {
                     break;
                 }
@@ -218,14 +228,9 @@ fn rule(parser: &mut Parser<'_>) -> Parse<Rule> {
     let mut right = Vec::new();
     while !parser.peek(0).new_line && parser.kind(0) != Kind::End {
         let is_next = parser.eat(Kind::At);
-        right.push((
-            is_next,
-            parser.name(if is_next {
-                "the name of a step"
-            } else {
-                "`@` and a step, or an output"
-            })?,
-        ));
+        let what = if is_next { "the name of a step" } else { "`@` and a step, or an output" };
+        let name = parser.name(what)?;
+        parser.keep(&mut right, (is_next, name));
         if !matches!(parser.kind(0), Kind::Star | Kind::MiddleDot | Kind::AndSign | Kind::Comma)
             && parser.word(0) != "and"
         {
@@ -627,8 +632,9 @@ impl Builder {
                 | ExprKind::Neg(_)
                 | ExprKind::Arith(..)
                 | ExprKind::Select(..) => {
-                    self.no_bare_step(&factor);
-                    guard.push(factor);
+                    if self.no_bare_step(&factor) {
+                        guard.push(factor);
+                    }
                 }
             }
         }
@@ -640,14 +646,15 @@ impl Builder {
         (sources, guard)
     }
 
-    /// A step that is no factor may be meant as preceding or as asked for; the text must say which.
-    fn no_bare_step(&mut self, expr: &Expr) {
+    /// A step that is no factor may be meant as preceding or as asked for; the text must say which. True when there is none.
+    fn no_bare_step(&mut self, expr: &Expr) -> bool {
         let mut bare = Vec::new();
         bare_names(expr, &mut |name| {
             if self.listed.steps.contains(&name.text) {
                 bare.push(name.clone());
             }
         });
+        let is_clear = bare.is_empty();
         for name in bare {
             let shown = short(&name.text);
             self.findings.report(|| {
@@ -657,6 +664,7 @@ impl Builder {
                     .fix(name.span, format!("{shown}.active"))
             });
         }
+        is_clear
     }
 
     /// An output of a transition rule: true while the left side is.

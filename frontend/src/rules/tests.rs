@@ -244,3 +244,36 @@ fn what_is_not_flat_is_refused() {
     let findings = write_design(&graf::parse(FileId(0), text).design.unwrap()).unwrap_err();
     assert_eq!(findings.iter().map(|finding| finding.code.id).collect::<Vec<_>>(), ["G0120"; 4]);
 }
+
+#[test]
+fn comments_of_rules_stay() {
+    let text = "# the press
+# option: conflict all
+Step p1,  p2   # two steps
+Transition t2, t1
+Input m, b
+# of the motor
+Output R, Z
+Marking p1
+Transitions:
+t1: p1 · m |- @p2  # go
+# and back
+t2: p2*b|-@p1
+Steps:  # now
+# both
+p2: |- Z*R # on
+# end
+";
+    let once = format(FileId(0), text).unwrap();
+    insta::assert_snapshot!(once);
+    assert_eq!(format(FileId(0), &once).unwrap(), once);
+    let bare: String = once
+        .lines()
+        .filter(|line| !line.starts_with('#'))
+        .map(|line| format!("{}\n", line.split("  #").next().unwrap()))
+        .collect();
+    assert_eq!(
+        format!("# option: conflict all\n{bare}"),
+        write_design(&parse(FileId(0), text).design.unwrap()).unwrap()
+    );
+}

@@ -75,28 +75,18 @@ impl Writer {
         }
         let mut flat = Flat::default();
         let mut behind = Vec::new();
-        // The reader brings these where an option does not say otherwise.
-        let mut missing = vec!["tick", "conflict", "evolution"];
+        let mut has_policy = false;
         for item in &chart.items {
             match item {
                 Item::Setting(setting) => {
-                    let (word, is_default) = match &setting.kind {
-                        SettingKind::Tick(ns) => ("tick", *ns == 10_000_000),
-                        SettingKind::Conflict(policy) => {
-                            ("conflict", *policy == Policy::PriorityAge)
-                        }
-                        SettingKind::EvolutionSingle => ("evolution", true),
-                        SettingKind::EvolutionStable(_) => ("evolution", false),
-                        SettingKind::Schedule(_)
-                        | SettingKind::FireOne(_)
-                        | SettingKind::AssignSimultaneous(_)
-                        | SettingKind::ActionsIec
-                        | SettingKind::FinalScan
-                        | SettingKind::Queue(_)
-                        | SettingKind::EventsExclusive
-                        | SettingKind::Priority(_) => ("", false),
-                    };
-                    missing.retain(|other| *other != word);
+                    has_policy |= matches!(setting.kind, SettingKind::Conflict(_));
+                    // What rules have without saying so.
+                    let is_default = matches!(
+                        setting.kind,
+                        SettingKind::Tick(10_000_000)
+                            | SettingKind::Conflict(Policy::PriorityAge)
+                            | SettingKind::EvolutionSingle
+                    );
                     if !is_default {
                         options.push(setting_text(setting));
                     }
@@ -145,13 +135,9 @@ impl Writer {
                 )),
             }
         }
-        // What a chart has where it says nothing.
-        for word in missing {
-            match word {
-                "conflict" => options.push("conflict all".to_owned()),
-                "evolution" => options.push("evolution stable".to_owned()),
-                _ => {}
-            }
+        // A chart that names no policy has another than rules; where it names no evolution, both have the same.
+        if !has_policy {
+            options.push("conflict all".to_owned());
         }
         self.rules(&flat, options, behind)
     }

@@ -1,0 +1,148 @@
+//! Rules in their canonical form, with their comments.
+//!
+//! A comment belongs to the line it stands on, or to the next line below it that is a list, a heading or a rule. The canonical form has the same
+//! lines, perhaps in another order or broken into several, so each comment goes with the first of those that has its line's beginning.
+
+use std::collections::{BTreeMap, VecDeque};
+
+use grafsynth_ir::FileId;
+use grafsynth_ir::diag::{Diagnostic, any_error};
+
+use super::{parse_within, write_design};
+use crate::graf::Limits;
+use crate::graf::lexer::Lexer;
+use crate::graf::numbers::name_of;
+use crate::graf::token::Kind;
+
+/// Brings rules into their one canonical form; comments that are no options stay.
+///
+/// # Errors
+/// The findings of a text that has errors: it is not touched.
+pub fn format(file: FileId, text: &str) -> Result<String, Vec<Diagnostic>> {
+    format_within(file, text, &Limits::default())
+}
+
+/// As [`format`], within these limits.
+///
+/// # Errors
+/// The findings of a text that has errors: it is not touched.
+pub fn format_within(file: FileId, text: &str, limits: &Limits) -> Result<String, Vec<Diagnostic>> {
+    let parsed = parse_within(file, text, limits);
+    let Some(design) = parsed.design.filter(|_| !any_error(&parsed.diagnostics)) else {
+        return Err(parsed.diagnostics);
+    };
+    let canonical = write_design(&design)?;
+
+    let mut comments: BTreeMap<Key, VecDeque<Comments>> = BTreeMap::new();
+    let mut last = Comments::default();
+    for line in lines(text) {
+        match line.key {
+            Some(key) => comments.entry(key).or_default().push_back(line.comments),
+            None => last = line.comments,
+        }
+    }
+    let mut out = String::new();
+    let mut end = 0;
+    for line in lines(&canonical) {
+        let Some(key) = line.key else { break };
+        let found = comments.get_mut(&key).and_then(VecDeque::pop_front).unwrap_or_default();
+        // Options stand before their line in the canonical form already.
+        let (start, stop) = line.range;
+        out.push_str(&canonical[end..start]);
+        for above in &found.above {
+            out.push_str(above);
+            out.push('\n');
+        }
+        out.push_str(&canonical[start..stop]);
+        if let Some(beside) = &found.beside {
+            out.push_str("  ");
+            out.push_str(beside);
+        }
+        end = stop;
+    }
+    out.push_str(&canonical[end..]);
+    // What found no line stands at the end.
+    let rest = comments.into_values().flatten().chain([last]);
+    for comment in rest.flat_map(|one| one.above.into_iter().chain(one.beside)) {
+        out.push_str(&comment);
+        out.push('\n');
+    }
+    Ok(out)
+}
+
+/// What a line begins with: the heading it stands under, and its first word.
+type Key = (String, String);
+
+/// The comments of a line.
+#[derive(Default)]
+struct Comments {
+    above: Vec<String>,
+    beside: Option<String>,
+}
+
+struct Line {
+    /// None behind the last line.
+    key: Option<Key>,
+    /// From its first token to its last.
+    range: (usize, usize),
+    comments: Comments,
+}
+
+/// The lines of rules that hold anything, and what stands behind the last one. A list that goes on in the next line is one line.
+fn lines(text: &str) -> Vec<Line> {
+    // What stands before everything is the head of the text, a line of its own that holds nothing.
+    let head = Line { key: Some(Key::default()), range: (0, 0), comments: Comments::default() };
+    let mut lines: Vec<Line> = vec![head];
+    let mut above: Vec<String> = Vec::new();
+    let mut in_head = true;
+    let mut lexer = Lexer::new(text);
+    let mut heading = String::new();
+    let mut goes_on = false;
+    let mut first_of_line = String::new();
+    loop {
+        let mut comments: Vec<(usize, usize)> = Vec::new();
+        let token = lexer
+            .next(&mut |start, end| comments.push((start as usize, end as usize)), &mut |_| {});
+        for (start, end) in comments {
+            let comment = text[start..end].trim_end().to_owned();
+            if comment.trim_start_matches('#').trim_start().starts_with("option:") {
+                in_head = false;
+                continue;
+            }
+            match lines.last_mut() {
+                Some(head) if in_head => head.comments.above.push(comment),
+                Some(line)
+                    if !text[line.range.1..start].contains('\n')
+                        && line.comments.beside.is_none() =>
+                {
+                    line.comments.beside = Some(comment);
+                }
+                _ => above.push(comment),
+            }
+        }
+        in_head = false;
+        let (start, end) = (token.start as usize, token.end as usize);
+        if token.kind == Kind::End {
+            let comments = Comments { above, beside: None };
+            lines.push(Line { key: None, range: (start, end), comments });
+            return lines;
+        }
+        if token.new_line && !goes_on {
+            first_of_line = name_of(text, token).to_owned();
+            let comments = Comments { above: std::mem::take(&mut above), beside: None };
+            lines.push(Line {
+                key: Some((heading.clone(), first_of_line.clone())),
+                range: (start, end),
+                comments,
+            });
+        } else if let Some(line) = lines.last_mut() {
+            if token.kind == Kind::Colon
+                && matches!(first_of_line.as_str(), "Transitions" | "Steps")
+            {
+                heading.clone_from(&first_of_line);
+            }
+            line.range.1 = end;
+        }
+        goes_on = token.kind == Kind::Comma;
+    }
+}
