@@ -429,7 +429,9 @@ impl<'a> Expansion<'_, 'a> {
 
     /// True while there is room for more steps and transitions.
     fn has_room(&mut self, span: Span) -> bool {
-        let objects = self.lowering.net.steps.len() + self.lowering.net.transitions.len();
+        // Expansions themselves count too: macros of nothing but macros bring no step and multiply all the same.
+        let net = &self.lowering.net;
+        let objects = net.steps.len() + net.transitions.len() + self.lowering.instances.len();
         // What the file itself says is bounded by its size; only expansions multiply.
         if self.open.is_empty() || objects < self.lowering.max_objects {
             return true;
@@ -547,6 +549,9 @@ impl<'a> Expansion<'_, 'a> {
 
     fn macro_step(&mut self, scope: ScopeId, source: &'a chart::MacroStep) {
         self.not_in_statechart(source.name.span, "a macro-step");
+        if !self.has_room(source.name.span) {
+            return;
+        }
         let Some(symbol) = self.macro_of(scope, source) else {
             self.lowering.declare(scope, &source.name, Symbol::Broken);
             return;

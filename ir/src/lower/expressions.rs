@@ -9,7 +9,7 @@ use crate::chart::{Expr as Drawn, Leaf as DrawnLeaf, Path};
 use crate::diag::Diagnostic;
 use crate::expr::{Expr, ExprKind, Type};
 use crate::interval::{self, NetLeaves, TypeError, TypeErrorKind};
-use crate::net::{EdgeOperand, InputKind, Leaf, OutputId, PropertyLeaf, StepId};
+use crate::net::{Driver, EdgeOperand, InputKind, Leaf, OutputId, PropertyLeaf, StepId};
 use crate::simplify::simplify;
 use crate::span::Span;
 
@@ -376,8 +376,17 @@ impl Lowering<'_> {
         span: Span,
     ) -> Outcome<Expr<L>> {
         let role = self.roles.get(output.index()).copied().unwrap_or(Role::Broken);
+        // Of an extern action with parameters there is no one value; without, it is true in a reaction that calls it.
+        let has_value = match &self.net.outputs[output].driver {
+            Driver::Extern { params, .. } => params.is_empty(),
+            Driver::Continuous(_)
+            | Driver::Mealy(_)
+            | Driver::Stored(_)
+            | Driver::Controlled(_) => true,
+        };
         if let Some(leaf) = L::of_output(output)
-            && !matches!(role, Role::Extern | Role::Broken)
+            && has_value
+            && role != Role::Broken
         {
             return Ok(Expr::leaf(leaf, span));
         }

@@ -126,7 +126,12 @@ impl<'a> Lowering<'a> {
 
     /// In a finished net names have dots already; the name of an only chart may stand before them. Of a step and a signal of one name the step is meant
     /// where a step is needed.
-    fn walk_flat(&self, flat: &FlatNames, names: &[Name], step_first: bool) -> Result<Symbol, Unknown> {
+    fn walk_flat(
+        &self,
+        flat: &FlatNames,
+        names: &[Name],
+        step_first: bool,
+    ) -> Result<Symbol, Unknown> {
         let look = |names: &[Name]| {
             let joined = names.iter().map(|name| name.text.as_str()).collect::<Vec<_>>().join(".");
             let (first, second) =

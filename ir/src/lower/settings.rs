@@ -163,9 +163,7 @@ impl Shared<'_> {
             )
             .at(span, "differs here")
             .at(first, "from what is set here")
-            .help(
-                "charts that run side by side share it: write the same in each, or use two files",
-            ),
+            .help("the charts of one file share it: write it in one of them, or the same in each"),
         );
     }
 }
@@ -217,10 +215,9 @@ fn mealy_needs_single(lowering: &mut Lowering<'_>, said: &[Said]) {
                 .at(name.span, "declared `mealy` here");
                 finding = match said.evolution {
                     Some((_, span)) => finding.at(span, "the evolution is `stable`"),
-                    None => finding.at(
-                        chart.name.span,
-                        "the evolution is `stable` where nothing else is said",
-                    ),
+                    None => {
+                        finding.at(chart.name.span, "the evolution of a statechart is `stable`")
+                    }
                 };
                 lowering.report(finding.help("write `evolution single`, or leave out `mealy`"));
             }
