@@ -1,6 +1,6 @@
 //! A state as text, by name, so that a changed net can take over what it still has.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::Diagnostic;
 use grafsynth_ir::expr::ExprKind;
@@ -106,10 +106,12 @@ pub(crate) fn restore(
         }
     }
     restored.lost.extend(steps.into_keys().map(|name| format!("step {name}")));
-    let mut cells = saved.cells;
+    // Equal edge operands share a key, and always have equal values.
+    let mut unused: BTreeSet<&String> = saved.cells.keys().collect();
     for (place, key) in keys(net, tables) {
-        match cells.remove(&key) {
+        match saved.cells.get(&key).copied() {
             Some(value) => {
+                unused.remove(&key);
                 let (lo, hi) = bounds(net, tables, tables.layout.cells[place]);
                 state.cells[place] = value.clamp(lo, hi);
                 if state.cells[place] == value {
@@ -121,7 +123,7 @@ pub(crate) fn restore(
             None => restored.new.push(key),
         }
     }
-    restored.lost.extend(cells.into_keys());
+    restored.lost.extend(unused.into_iter().cloned());
     restore_ages(net, tables, state, &saved.ages);
     for (queue, names) in
         [(&mut state.internal, saved.internal), (&mut state.external, saved.external)]

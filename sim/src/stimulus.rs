@@ -1,5 +1,6 @@
 //! Stimuli: what the environment does, row by row (semantics §11).
 
+use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use grafsynth_ir::diag::nearest;
@@ -203,9 +204,11 @@ struct Reader<'t> {
 
 impl Reader<'_> {
     fn header(&mut self, start: usize, line: &str) {
-        let mut seen: Vec<Cell<'_>> = Vec::new();
+        let inputs: BTreeMap<&str, InputId> =
+            self.net.inputs.iter().map(|(id, input)| (input.name.text.as_str(), id)).collect();
+        let mut seen: BTreeMap<&str, Span> = BTreeMap::new();
         for cell in csv::cells(self.file, start, line) {
-            let meaning = match seen.iter().find(|earlier| earlier.text == cell.text) {
+            let meaning = match seen.insert(cell.text, cell.span) {
                 Some(earlier) => {
                     self.diagnostics.push(
                         Diagnostic::error(
@@ -213,19 +216,15 @@ impl Reader<'_> {
                             format!("column `{}` is named twice", cell.text),
                         )
                         .at(cell.span, "the second one")
-                        .at(earlier.span, "the first one")
+                        .at(earlier, "the first one")
                         .help("remove one of them"),
                     );
                     Meaning::Nothing
                 }
-                None => self.meaning(cell),
+                None => self.meaning(&inputs, cell),
             };
             if let Meaning::Input(input) = meaning {
                 self.stimulus.columns.push(input);
-            }
-            // A hostile header may have millions of columns; those beyond the first hundred errors are not looked up again.
-            if seen.len() < self.net.inputs.len() + 2 {
-                seen.push(cell);
             }
             self.header.push(meaning);
             if self.diagnostics.len() >= MAX_ERRORS {
@@ -234,11 +233,11 @@ impl Reader<'_> {
         }
     }
 
-    fn meaning(&mut self, cell: Cell<'_>) -> Meaning {
+    fn meaning(&mut self, inputs: &BTreeMap<&str, InputId>, cell: Cell<'_>) -> Meaning {
         if cell.text == "dt" {
             return Meaning::Dt;
         }
-        let found = self.net.inputs.iter().find(|(_, input)| input.name.text == cell.text);
+        let found = inputs.get(cell.text).map(|id| (*id, &self.net.inputs[*id]));
         match found {
             Some((id, input)) if has_column(input.kind) => Meaning::Input(id),
             Some((_, input)) => {

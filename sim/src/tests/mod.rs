@@ -1,5 +1,6 @@
 //! Each section of `docs/semantics.md` on the smallest net that shows it, with its exact trace.
 
+mod choices;
 mod formats;
 mod grafcet;
 mod lasting;
