@@ -22,6 +22,7 @@ pub fn codes() -> Vec<Code> {
     let mut all: Vec<Code> = [
         grafsynth_ir::codes::ALL,
         grafsynth_ir::lower::codes::ALL,
+        grafsynth_ir::lower::program::codes::ALL,
         grafsynth_frontend::codes::ALL,
         grafsynth_sim::codes::ALL,
         grafsynth_backend_c::codes::ALL,

@@ -70,8 +70,7 @@ impl<'a> Machine<'a> {
     /// One reaction: `inputs` by input id (missing ones are 0; those of internal events are not looked at), `dt` ticks after the last one.
     pub fn react(&mut self, inputs: &[i64], dt: u32) -> Shown {
         let program = self.program;
-        let mut shown =
-            Shown { outputs: vec![0; program.reset_outputs.len()], ..Shown::default() };
+        let mut shown = Shown { outputs: vec![0; program.reset_outputs.len()], ..Shown::default() };
         self.run(&program.body, &Latched { inputs, dt }, &mut shown);
         shown
     }

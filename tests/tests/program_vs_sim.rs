@@ -14,7 +14,13 @@ use grafsynth_tests::random_net::{Features, random_net, shrink};
 const ROWS: usize = 60;
 
 /// What a row of the program differs in from that of the simulator; none if both show the same.
-fn difference(net: &Valid<Net>, program: &Program, machine: &Machine<'_>, shown: &Shown, row: &Row) -> Option<String> {
+fn difference(
+    net: &Valid<Net>,
+    program: &Program,
+    machine: &Machine<'_>,
+    shown: &Shown,
+    row: &Row,
+) -> Option<String> {
     if row.open.row || row.open.next {
         return None;
     }
@@ -32,7 +38,11 @@ fn difference(net: &Valid<Net>, program: &Program, machine: &Machine<'_>, shown:
         let names = |ids: &[grafsynth_ir::net::StepId]| {
             ids.iter().map(|id| net.steps[*id].name.text.clone()).collect::<Vec<_>>().join(" ")
         };
-        return Some(format!("steps: program [{}], simulator [{}]", names(&steps), names(&row.steps)));
+        return Some(format!(
+            "steps: program [{}], simulator [{}]",
+            names(&steps),
+            names(&row.steps)
+        ));
     }
     vars.sort();
     let values: Vec<i64> = vars.into_iter().flat_map(|(_, values)| values).collect();
@@ -41,7 +51,10 @@ fn difference(net: &Valid<Net>, program: &Program, machine: &Machine<'_>, shown:
     }
     for (id, output) in net.outputs.iter() {
         let is_extern = matches!(output.driver, Driver::Extern { .. });
-        if !is_extern && !row.open.outputs.contains(&id) && shown.outputs[id.index()] != row.outputs[id.index()] {
+        if !is_extern
+            && !row.open.outputs.contains(&id)
+            && shown.outputs[id.index()] != row.outputs[id.index()]
+        {
             return Some(format!(
                 "output {}: program {}, simulator {}",
                 output.name,
@@ -66,10 +79,14 @@ fn difference(net: &Valid<Net>, program: &Program, machine: &Machine<'_>, shown:
             })
             .collect();
         if mine != theirs {
-            return Some(format!("calls of {}: program {mine:?}, simulator {theirs:?}", output.name));
+            return Some(format!(
+                "calls of {}: program {mine:?}, simulator {theirs:?}",
+                output.name
+            ));
         }
     }
-    (shown.fault != row.fault).then(|| format!("fault: program {}, simulator {}", shown.fault, row.fault))
+    (shown.fault != row.fault)
+        .then(|| format!("fault: program {}, simulator {}", shown.fault, row.fault))
 }
 
 /// Runs both; the first difference with its row.
@@ -126,7 +143,8 @@ fn count(default: u64) -> std::ops::Range<u64> {
 #[test]
 fn grafcet_nets_show_the_same() {
     use grafsynth_ir::net::Policy::{All, Priority, PriorityAge};
-    let features = Features { policies: vec![All, Priority, PriorityAge], ..Features::everything() };
+    let features =
+        Features { policies: vec![All, Priority, PriorityAge], ..Features::everything() };
     count(400).for_each(|seed| check(seed, &features));
 }
 
@@ -134,6 +152,7 @@ fn grafcet_nets_show_the_same() {
 fn statecharts_show_the_same() {
     use grafsynth_ir::net::Policy::{InnerFirst, OuterFirst};
     let sends = std::env::var("NO_SENDS").is_err();
-    let features = Features { policies: vec![InnerFirst, OuterFirst], sends, ..Features::everything() };
+    let features =
+        Features { policies: vec![InnerFirst, OuterFirst], sends, ..Features::everything() };
     count(400).for_each(|seed| check(seed, &features));
 }

@@ -38,6 +38,7 @@ mod prune;
 mod queues;
 mod ranks;
 mod read;
+mod show;
 mod statechart;
 mod tree;
 #[cfg(test)]
@@ -56,6 +57,8 @@ use crate::program::{ActionPart, Cell, CellId, Expr, Leaf, Origin, Program, Stmt
 use crate::program_run::Machine;
 use crate::span::Span;
 use crate::validate::Valid;
+
+pub use show::show;
 
 use needs::Needs;
 use ranks::Ranks;

@@ -3,8 +3,9 @@
 //! A queue is an array whose first element is taken next; its elements are numbers of events, 0 behind its end. Where nothing is sent and every event of a row
 //! fits, the external queue is no array at all: the events of a row wait in their own bits and are taken in declaration order.
 
-use super::{Builder, cell, temp};
+use super::{Builder, cell, codes, temp};
 use crate::arena::IdMap;
+use crate::diag::Diagnostic;
 use crate::expr::{ArithOp, CompareOp, ExprKind, Type};
 use crate::net::{InputId, InputKind, SendId};
 use crate::program::{Cell, CellId, Expr, Leaf, Origin, Stmt, TempId, TempRole};
@@ -43,6 +44,9 @@ pub(super) enum External {
     /// In a queue.
     Queue(Queue),
 }
+
+/// The most places that a queue may have.
+const LONGEST: usize = 65_535;
 
 /// The longest queue that is moved up element by element.
 const SHORT: u32 = 8;
@@ -94,6 +98,15 @@ impl Builder<'_> {
             events.iter().copied().filter(|id| net.inputs[*id].kind == InputKind::Event).collect();
         let n_of_rows = u32::try_from(of_rows.len()).unwrap_or(u32::MAX);
         let bound = net.settings.queue.unwrap_or(n_of_rows);
+        if (bound as usize) > LONGEST {
+            let message = format!("the queues have {bound} places each, the most is {LONGEST}");
+            let help = "declare how many events can really wait at the same time";
+            let place = net.name.span;
+            let finding =
+                Diagnostic::error(codes::QUEUE_TOO_LONG, message).at(place, "").help(help);
+            self.findings.push(finding);
+            return;
+        }
         let raises = events.iter().any(|event| self.needs.raised[*event]);
         let sends = net.sends.values().any(|slot| listens[slot.event]);
         let mut queues = Queues { events, internal: None, external: External::None, sends };
