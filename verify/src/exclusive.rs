@@ -188,12 +188,6 @@ impl<'a> Guards<'a> {
         self.satisfiable(both)
     }
 
-    /// True if the transition's receptivity holds for some values at all.
-    pub(crate) fn can_be_fireable(&mut self, transition: TransitionId) -> Result<bool, Full> {
-        let guard = self.fireable(transition)?;
-        self.satisfiable(guard)
-    }
-
     fn fireable(&mut self, id: TransitionId) -> Result<Ref, Full> {
         let net = self.net;
         let transition = &net.transitions[id];

@@ -497,3 +497,66 @@ fn is_fireable(net: &Net, transition: TransitionId, situation: &Situation, input
     };
     data.events.is_empty() && data.requires.iter().all(|step| situation.contains(*step)) && evaluate(&data.guard, value) != 0
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::facts;
+    use crate::testing::{chart, valid};
+
+    fn found(net: Net) -> Vec<&'static str> {
+        let net = valid(net);
+        lints(&net, &facts(&net, &Limits::default())).iter().map(|diagnostic| diagnostic.code.id).collect()
+    }
+
+    #[test]
+    fn a_good_chart_is_quiet() {
+        assert!(found(chart("a* b c | a>b:x b>c:y c>a:nx")).is_empty());
+        assert!(found(chart("s* a b | s>a:x s>b:nx a>s:y b>s:y")).is_empty());
+    }
+
+    #[test]
+    fn what_never_happens_is_reported_once() {
+        assert_eq!(found(chart("a* b c d | a>b:x b>a:nx c>d:x d>c:x")), ["G0801", "G0801"]);
+    }
+
+    #[test]
+    fn a_join_that_waits_for_ever_is_a_dead_end() {
+        let found = found(chart("s* a b c | s>a:x s>b:nx a,b>c c>s"));
+        assert!(found.contains(&"G0803"), "{found:?}");
+    }
+
+    #[test]
+    fn a_conflict_is_reported_under_all_only() {
+        let fig5 = || chart("s* a b | s>a:x s>b:y a>s:nx b>s:ny");
+        assert_eq!(found(fig5()), ["G0804"]);
+        let mut net = fig5();
+        net.settings.policy = Policy::PriorityAge;
+        assert!(found(net).is_empty());
+    }
+
+    #[test]
+    fn who_always_loses_starves() {
+        let arbiter = |policy| {
+            let mut net = chart("f* a b c | f>a:x f>b:y f>c:z a>f:t b>f:t c>f:t");
+            net.settings.policy = policy;
+            found(net)
+        };
+        assert_eq!(arbiter(Policy::Priority), ["G0808"]);
+        assert!(arbiter(Policy::PriorityAge).is_empty());
+    }
+
+    #[test]
+    fn a_chart_that_turns_for_ever_is_an_error() {
+        let mut net = chart("a* b | a>b:x b>a:x");
+        net.settings.evolution = Evolution::Stable { limit: 4 };
+        let net = valid(net);
+        let diagnostics = lints(&net, &facts(&net, &Limits::default()));
+        assert!(diagnostics.iter().any(|one| one.code == codes::LIVELOCK && one.is_error()), "{diagnostics:?}");
+        let mut net = chart("a* b c d | a>b:x b>c:t c>d:t d>a:nx");
+        net.settings.evolution = Evolution::Stable { limit: 2 };
+        let net = valid(net);
+        let diagnostics = lints(&net, &facts(&net, &Limits::default()));
+        assert!(diagnostics.iter().any(|one| one.code == codes::LIVELOCK && !one.is_error()), "{diagnostics:?}");
+    }
+}

@@ -150,3 +150,59 @@ pub fn check_assumption(net: &Valid<Net>) -> Option<Diagnostic> {
     }
     Some(warning.help("weaken one of them; `assume never e` excludes the rows in which e is true"))
 }
+
+#[cfg(test)]
+mod tests {
+    use grafsynth_ir::expr::Expr;
+    use grafsynth_ir::net::{Leaf, PropertyLeaf, PropertyExpr};
+    use grafsynth_ir::Span;
+
+    use super::*;
+    use crate::testing::{chart, find, input, valid};
+
+    fn never(net: &mut Net, role: PropertyRole, leaves: &[Leaf]) {
+        let all = leaves.iter().map(|leaf| Expr::leaf(PropertyLeaf::Net(*leaf), Span::default()));
+        let never: PropertyExpr = Expr::and(all);
+        net.properties.push(Property { name: String::new(), role, never, meta: Default::default() });
+    }
+
+    fn fig5(role: Option<PropertyRole>) -> Valid<Net> {
+        let mut net = chart("s* a b | s>a:x s>b:y a>s:nx b>s:ny");
+        let (a, b) = (find(&net, "a"), find(&net, "b"));
+        let (x, y) = (input(&mut net, "x"), input(&mut net, "y"));
+        never(&mut net, PropertyRole::Assert, &[Leaf::Active(a), Leaf::Active(b)]);
+        if let Some(role) = role {
+            never(&mut net, role, &[Leaf::Input(x), Leaf::Input(y)]);
+        }
+        valid(net)
+    }
+
+    #[test]
+    fn a_broken_property_has_a_shortest_stimulus() {
+        let verdicts = properties(&fig5(None), &Limits::default());
+        let Outcome::Refuted { stimulus, row, is_shortest } = &verdicts[0].outcome else { panic!("{verdicts:?}") };
+        assert_eq!((stimulus.len(), *row, *is_shortest), (1, 1, true));
+    }
+
+    #[test]
+    fn an_assumption_is_not_enough_where_tokens_part_later() {
+        // Under `never (x and y)` the two transitions never fire together, and one token cannot be in two steps.
+        let verdicts = properties(&fig5(Some(PropertyRole::Assume)), &Limits::default());
+        assert!(matches!(verdicts[0].outcome, Outcome::Proved { states: 3, ticks: Ticks::Any, .. }), "{verdicts:?}");
+    }
+
+    #[test]
+    fn assumptions_that_exclude_everything_are_reported() {
+        let mut net = chart("a* b | a>b:x");
+        let x = input(&mut net, "x");
+        never(&mut net, PropertyRole::Assume, &[Leaf::Input(x)]);
+        assert!(check_assumption(&valid(net.clone())).is_none());
+        net.properties.push(Property {
+            name: String::new(),
+            role: PropertyRole::Assume,
+            never: Expr::leaf(PropertyLeaf::Net(Leaf::Input(x)), Span::default()).not(),
+            meta: Default::default(),
+        });
+        assert_eq!(check_assumption(&valid(net)).map(|warning| warning.code), Some(codes::ASSUMPTION_EMPTY));
+    }
+}

@@ -1,6 +1,6 @@
 //! Every expression of a net.
 
-use grafsynth_ir::net::{Block, Driver, Expr, Net, StmtKind};
+use grafsynth_ir::net::{Block, Driver, Expr, Net, Stmt, StmtKind};
 
 /// Calls `visit` with every expression of the net but those of properties.
 pub(crate) fn for_each_expr(net: &Net, visit: &mut impl FnMut(&Expr)) {
@@ -48,6 +48,24 @@ fn block(list: &Block, visit: &mut impl FnMut(&Expr)) {
                 block(otherwise, visit);
             }
             StmtKind::Raise(_) | StmtKind::Send(_) | StmtKind::Cancel(_) | StmtKind::Code(_) => {}
+        }
+    }
+}
+
+/// Calls `visit` with every statement of the net, those inside `if` included.
+pub(crate) fn for_each_stmt(net: &Net, visit: &mut impl FnMut(&Stmt)) {
+    let mut todo: Vec<&Stmt> = Vec::new();
+    for step in net.steps.values() {
+        todo.extend(step.entry.iter().chain(&step.exit).chain(&step.initial_content));
+        step.tasks.iter().for_each(|task| todo.extend(&task.body));
+    }
+    net.transitions.values().for_each(|transition| todo.extend(&transition.actions));
+    net.actions.values().for_each(|action| todo.extend(&action.body));
+    net.histories.values().for_each(|history| todo.extend(&history.default_content));
+    while let Some(stmt) = todo.pop() {
+        visit(stmt);
+        if let StmtKind::If { then, otherwise, .. } = &stmt.kind {
+            todo.extend(then.iter().chain(otherwise));
         }
     }
 }

@@ -15,7 +15,7 @@ use grafsynth_verify::{Limits, Verdict, structural_facts};
 use random_net::{Features, random_net};
 
 fn limits() -> Limits {
-    Limits { pairs: 6_000, rows_per_state: 512, states: 3_000, ..Limits::default() }
+    Limits { pairs: 3_000, rows_per_state: 256, states: 1_000, conflicts: 300, ..Limits::default() }
 }
 
 fn encoded(net: &Valid<Net>) -> Option<Logic> {
@@ -26,10 +26,9 @@ fn encoded(net: &Valid<Net>) -> Option<Logic> {
 #[test]
 fn both_proofs_agree_on_random_nets() {
     let mut features = Features::chip().without_statecharts();
-    features.stable = true;
     let (mut n_both, mut n_induction, mut n_enumeration) = (0, 0, 0);
     let mut open: std::collections::BTreeMap<String, Vec<u64>> = std::collections::BTreeMap::new();
-    let n_nets: u64 = std::option_env!("VERIFY_NETS").and_then(|n| n.parse().ok()).unwrap_or(120);
+    let n_nets: u64 = std::option_env!("VERIFY_NETS").and_then(|n| n.parse().ok()).unwrap_or(60);
     for seed in 0..n_nets {
         let net = random_net(seed, &features);
         let Some(logic) = encoded(&net) else { continue };
@@ -57,7 +56,7 @@ fn both_proofs_agree_on_random_nets() {
         println!("{} x {why}: {:?}", seeds.len(), &seeds[..seeds.len().min(6)]);
     }
     println!("induction {n_induction}, enumeration {n_enumeration}, both {n_both}");
-    assert!(n_induction > 40 && n_both > 10, "{n_induction} {n_both}");
+    assert!(n_induction > 35 && n_both > 15, "{n_induction} {n_both}");
 }
 
 #[test]

@@ -203,10 +203,11 @@ impl Aig {
         roots.iter().map(|root| read(&values, *root)).collect()
     }
 
-    /// Whether the conjunction of all literals can be true. None if the cone or the search is too large.
-    pub(crate) fn satisfiable(&self, all: &[Lit], clauses: &[Vec<Lit>], conflicts: u64) -> Option<bool> {
+    /// Values of the variables that make all literals true (those of negative value left out). None inside if there are none; none at all if the
+    /// cone or the search is too large.
+    pub(crate) fn satisfy(&self, all: &[Lit], clauses: &[Vec<Lit>], conflicts: u64) -> Option<Option<Vec<Lit>>> {
         if all.contains(&Lit::FALSE) {
-            return Some(false);
+            return Some(None);
         }
         let mut roots: Vec<Lit> = all.to_vec();
         roots.extend(clauses.iter().flatten());
@@ -239,20 +240,23 @@ impl Aig {
         }
         for lit in all {
             if !add(&mut solver, &[sat(*lit)]) {
-                return Some(false);
+                return Some(None);
             }
         }
         for one in clauses {
             let lits: Vec<SatLit> = one.iter().map(|lit| sat(*lit)).collect();
             if !add(&mut solver, &lits) {
-                return Some(false);
+                return Some(None);
             }
         }
         let answer = solver.solve_limited(&[]);
         if answer == lbool::TRUE {
-            Some(true)
+            let is_true = |node: &usize| {
+                matches!(self.nodes[*node], Node::Variable) && solver.value_var(vars[node]) == lbool::TRUE
+            };
+            Some(Some(cone.iter().filter(|node| is_true(node)).map(|node| Lit((*node as u32) << 1)).collect()))
         } else if answer == lbool::FALSE {
-            Some(false)
+            Some(None)
         } else {
             None
         }

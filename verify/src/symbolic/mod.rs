@@ -133,7 +133,8 @@ impl<'n> Model<'n> {
                         clauses.push(vec![!*lit, parent]);
                     }
                 }
-                Some((Origin::Elapsed(step), _, _)) => {
+                Some((Origin::Elapsed(step) | Origin::TaskIndex(step), _, _)) => {
+                    // Timer and task index of an inactive step are 0.
                     clauses.push(vec![!*lit, self.state_bits[&(Origin::Step(*step), 0, 0)]]);
                 }
                 Some((Origin::Older(a, b), _, _)) => ages.extend([*a, *b]),
@@ -171,19 +172,29 @@ impl<'n> Model<'n> {
         }
     }
 
-    /// Whether two functions agree wherever the invariants hold. None if the solver gives up.
-    fn agree(&mut self, facts: &Facts, limits: &Limits, a: Lit, b: Lit) -> Option<bool> {
-        if a == b {
-            return Some(true);
-        }
+    /// Where two functions differ although the invariants hold: the bits that are 1 there. None inside if they agree; none at all if the solver gives up.
+    fn difference(&mut self, facts: &Facts, limits: &Limits, a: Lit, b: Lit) -> Option<Option<Vec<Lit>>> {
         let differ = self.aig().xor(a, b);
         if differ == Lit::FALSE {
-            return Some(true);
+            return Some(None);
         }
         let support = self.maker.aig.support(&[a, b], CONE)?;
         let (mut holds, clauses) = self.invariants(facts, &support);
         holds.push(differ);
-        self.maker.aig.satisfiable(&holds, &clauses, limits.conflicts).map(|found| !found)
+        self.maker.aig.satisfy(&holds, &clauses, limits.conflicts)
+    }
+
+    /// The active steps among some bits, and how much else of the state is not 0, for a message.
+    fn describe(&self, bits: &[Lit]) -> String {
+        let mut steps = Vec::new();
+        let mut others = Vec::new();
+        for (origin, element, bit) in bits.iter().filter_map(|lit| self.name_of.get(lit)) {
+            match origin {
+                Origin::Step(step) => steps.push(self.maker.net.steps[*step].name.text.clone()),
+                other => others.push(format!("{other:?}.{element}.{bit}")),
+            }
+        }
+        format!("steps [{}], others [{}]", steps.join(" "), others.join(" "))
     }
 }
 
@@ -335,7 +346,7 @@ impl Proof<'_, '_> {
             self.same += 1;
             return true;
         }
-        let agrees = self.model.agree(self.facts, self.limits, wanted, given) == Some(true);
+        let agrees = self.model.difference(self.facts, self.limits, wanted, given) == Some(None);
         self.solved += usize::from(agrees);
         agrees
     }
@@ -345,12 +356,15 @@ impl Proof<'_, '_> {
             self.same += 1;
             return Ok(());
         }
-        match self.model.agree(self.facts, self.limits, wanted, given) {
-            Some(true) => {
+        match self.model.difference(self.facts, self.limits, wanted, given) {
+            Some(None) => {
                 self.solved += 1;
                 Ok(())
             }
-            Some(false) => Err(format!("{what} differs from the net in a state that no invariant excludes")),
+            Some(Some(bits)) => {
+                let place = self.model.describe(&bits);
+                Err(format!("{what} differs from the net in a state that no invariant excludes: {place}"))
+            }
             None => Err(format!("{what}: the solver gave up")),
         }
     }

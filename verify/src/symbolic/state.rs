@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use grafsynth_ir::expr::{Expr, ExprKind, Type};
 use grafsynth_ir::net::{
-    ActionId, ControlledAction, Leaf, Net, Qualifier, StepId, TransitionKind,
+    ActionId, ControlledAction, Leaf, Net, Qualifier, StepId, StmtKind, TransitionKind,
 };
 use grafsynth_ir::program::{ActionPart, Origin};
 
@@ -50,6 +50,8 @@ pub(crate) struct Shape {
     /// What ACTION_CONTROL remembers for the qualifiers in use.
     pub(crate) latches: Vec<(ActionId, ActionPart)>,
     pub(crate) times: Vec<(ActionId, ActionPart)>,
+    /// Events that some list raises.
+    pub(crate) raised: Vec<bool>,
 }
 
 /// The state itself.
@@ -76,8 +78,14 @@ impl Shape {
             elapsed: vec![None; net.steps.len()],
             last_elapsed: vec![None; net.steps.len()],
             timers: vec![None; net.timers.len()],
+            raised: vec![false; net.inputs.len()],
             ..Shape::default()
         };
+        crate::walk::for_each_stmt(net, &mut |stmt| {
+            if let StmtKind::Raise(event) = &stmt.kind {
+                shape.raised[event.index()] = true;
+            }
+        });
         crate::walk::for_each_expr(net, &mut |expr| shape.caps(expr));
         for (id, action) in net.actions.iter() {
             shape.action(id, action);
@@ -179,7 +187,11 @@ impl Shape {
                 ((*id, *part), make(Origin::ActionTimer(*id, *part), 0, ticks(cap)).number())
             })
             .collect();
-        let raised = net.inputs.ids().map(|id| make(Origin::Pending(id), 0, Type::Bool).flag()).collect();
+        let raised = net
+            .inputs
+            .ids()
+            .map(|id| if self.raised[id.index()] { make(Origin::Pending(id), 0, Type::Bool).flag() } else { Lit::FALSE })
+            .collect();
         State { active, elapsed, last_elapsed, task, vars, timers, held, old, older, q, latches, times, raised }
     }
 
@@ -262,7 +274,8 @@ impl Shape {
         values.extend(state.q.iter().map(|lit| Value::Flag(*lit)));
         values.extend(self.latches.iter().map(|key| Value::Flag(state.latches[key])));
         values.extend(self.times.iter().map(|key| Value::Number(state.times[key].clone())));
-        values.extend(state.raised.iter().map(|lit| Value::Flag(*lit)));
+        let raised = state.raised.iter().zip(&self.raised).filter(|(_, is_raised)| **is_raised);
+        values.extend(raised.map(|(lit, _)| Value::Flag(*lit)));
         let mut values = values.into_iter();
         let mut bits = BTreeMap::new();
         // The pieces come in the order of `build`, which gives their names and types.
