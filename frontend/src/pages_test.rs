@@ -56,3 +56,23 @@ fn every_code_has_a_page_whose_example_triggers_it() {
         assert!(is_alone, "{path}: {findings:#?}");
     }
 }
+
+#[test]
+fn the_examples_of_the_reference_are_read() {
+    let path = format!("{}/../docs/language.md", env!("CARGO_MANIFEST_DIR"));
+    let text = std::fs::read_to_string(&path).unwrap();
+    let mut n = 0;
+    for part in text.split("\n```").skip(1) {
+        let Some((info, example)) = part.split_once('\n') else { continue };
+        let parsed = match info {
+            "graf" => graf::parse(FileId(0), example),
+            "rules" => rules::parse(FileId(0), example),
+            _ => continue,
+        };
+        assert_eq!(parsed.diagnostics, [], "{example}");
+        let (net, findings) = lower::lower(&parsed.design.unwrap());
+        assert!(net.is_some(), "{findings:#?}");
+        n += 1;
+    }
+    assert_eq!(n, 2);
+}

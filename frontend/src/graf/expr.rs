@@ -16,6 +16,7 @@ use grafsynth_ir::expr::{ArithOp, CompareOp, ExprKind};
 use grafsynth_ir::{Name, Span};
 
 use super::parser::{Abandoned, Parse, Parser};
+use super::steps::CLAUSES;
 use super::token::{Kind, Token};
 use crate::codes;
 
@@ -506,12 +507,14 @@ impl<'a> Parser<'a> {
         }
     }
 
-    /// True where a line ended before its last operand, so that the next line's first word would be taken for it.
+    /// True where a line ended before its last operand, so that the next line's first word would be taken for it. A word that can go on as an
+    /// expression with its clause (`step do {`) is an operand: what may be right is read.
     fn looks_like_next_item(&self) -> bool {
+        let goes_on = matches!(self.word(1), "then" | "else") || CLAUSES.contains(&self.word(1));
         self.peek(0).new_line
             && (matches!(self.kind(1), Kind::Colon | Kind::Arrow | Kind::Ampersand | Kind::Assign)
                 || matches!(self.word(0), "entry" | "exit") && self.kind(1) == Kind::OpenBrace
-                || self.begins_outer_item() && !matches!(self.word(1), "then" | "else"))
+                || self.begins_outer_item() && !goes_on)
     }
 
     /// A name with dots.
