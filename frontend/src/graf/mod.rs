@@ -105,7 +105,7 @@ pub fn format(file: FileId, text: &str) -> Result<String, Vec<Diagnostic>> {
     format_within(file, text, &Limits::default())
 }
 
-/// As [`format`], within these limits.
+/// As [`format()`], within these limits.
 ///
 /// # Errors
 /// The findings of a source that has errors: it is not touched.
