@@ -42,7 +42,11 @@ impl Session {
             sources: Sources::default(),
             style,
             quiet: global.quiet,
-            limits: ReadLimits { nesting: global.nesting_limit },
+            limits: ReadLimits {
+                nesting: global.nesting_limit,
+                source: usize::try_from(global.source_limit).unwrap_or(usize::MAX),
+                diagnostics: global.max_diagnostics,
+            },
             source_limit: global.source_limit,
         }
     }

@@ -8,8 +8,5 @@ pub const UNKNOWN_FORMAT: Code = Code { id: "G0001", title: "the format of a fil
 pub const NEEDS_CHART: Code = Code { id: "G0002", title: "logic has no steps" };
 /// Logic read from a text does not fit the chart it shall be compared with.
 pub const LOGIC_DOES_NOT_FIT: Code = Code { id: "G0003", title: "nothing to compare by" };
-/// The canonical form has no place for comments.
-pub const COMMENTS_LOST: Code = Code { id: "G0004", title: "comments would be lost" };
-
 /// All of them.
-pub const ALL: &[Code] = &[UNKNOWN_FORMAT, NEEDS_CHART, LOGIC_DOES_NOT_FIT, COMMENTS_LOST];
+pub const ALL: &[Code] = &[UNKNOWN_FORMAT, NEEDS_CHART, LOGIC_DOES_NOT_FIT];

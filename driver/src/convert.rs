@@ -4,7 +4,6 @@ use crate::codes;
 use crate::format::Format;
 use crate::pipeline;
 use crate::read::{Design, dialect};
-use grafsynth_ir::diag::any_error;
 use grafsynth_ir::{Diagnostic, FileId};
 use grafsynth_verify::Limits;
 
@@ -52,19 +51,10 @@ pub fn format_graf(file: FileId, text: &str) -> Result<String, Vec<Diagnostic>> 
     grafsynth_frontend::graf::format(file, text)
 }
 
-/// The canonical form of a `.rules` text. The language has no place for comments of its own, so a text with comments stays as it is.
+/// The canonical form of a `.rules` text.
 ///
 /// # Errors
-/// The findings of a text that cannot be read, or the comments that would be lost.
+/// The findings of a text that cannot be read.
 pub fn format_rules(file: FileId, text: &str) -> Result<String, Vec<Diagnostic>> {
-    let parsed = grafsynth_frontend::rules::parse(file, text);
-    let Some(design) = parsed.design.filter(|_| !any_error(&parsed.diagnostics)) else { return Err(parsed.diagnostics) };
-    if let Some(first) = parsed.comments.first() {
-        let message = format!("the canonical form of rules would lose {} comments", parsed.comments.len());
-        let found = Diagnostic::error(codes::COMMENTS_LOST, message)
-            .at(first.span, "the first one")
-            .help("convert the rules to .graf, whose formatter keeps comments, or take the comments out");
-        return Err(vec![found]);
-    }
-    grafsynth_frontend::rules::write_design(&design)
+    grafsynth_frontend::rules::format(file, text)
 }

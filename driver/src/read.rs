@@ -45,17 +45,21 @@ pub struct Texts {
 pub struct ReadLimits {
     /// The deepest nesting that is read.
     pub nesting: u32,
+    /// The longest source in bytes.
+    pub source: usize,
+    /// Findings of a file that are kept; the rest is counted.
+    pub diagnostics: usize,
 }
 
 impl ReadLimits {
     fn front(self) -> grafsynth_frontend::graf::Limits {
-        grafsynth_frontend::graf::Limits { nesting: self.nesting, ..grafsynth_frontend::graf::Limits::default() }
+        grafsynth_frontend::graf::Limits { nesting: self.nesting, source: self.source, diagnostics: self.diagnostics }
     }
 }
 
 impl Default for ReadLimits {
     fn default() -> Self {
-        ReadLimits { nesting: 256 }
+        ReadLimits { nesting: 256, source: 64 << 20, diagnostics: 100 }
     }
 }
 
@@ -162,7 +166,9 @@ fn chart_design(
         }
     }
     let (net, more) = lower::lower(&design);
-    found.extend(more);
+    // After an error of the reader the design lacks what was not read: warnings about what is left would speak of that.
+    let is_whole = !any_error(found);
+    found.extend(more.into_iter().filter(|finding| is_whole || finding.is_error()));
     with_properties(sources, texts, limits, Some(design), net?, found)
 }
 

@@ -42,11 +42,15 @@ fn chip_row(net: &Net, chip: &mut ChipSim<'_>, input: InputRow) -> Row {
     row.steps = net.steps.ids().filter(|step| chip.is_active(*step) == Some(true)).collect();
     for (id, output) in net.outputs.iter() {
         let value = chip.output(id).unwrap_or(0);
-        match &output.driver {
-            Driver::Extern { .. } => row.effects.extend((0..value).map(|_| Effect::Call(id, Vec::new()))),
-            Driver::Continuous(_) | Driver::Mealy(_) | Driver::Controlled(_) => row.outputs[id.index()] = value,
-            Driver::Stored(var) => row.outputs[id.index()] = chip.var(*var, 0).unwrap_or(value),
-        }
+        row.outputs[id.index()] = match &output.driver {
+            Driver::Extern { .. } => {
+                // A strobe: the column counts it, and the row lists it.
+                row.effects.extend((0..value).map(|_| Effect::Call(id, Vec::new())));
+                value
+            }
+            Driver::Continuous(_) | Driver::Mealy(_) | Driver::Controlled(_) => value,
+            Driver::Stored(var) => chip.var(*var, 0).unwrap_or(value),
+        };
     }
     let mut place = 0;
     for (id, var) in net.vars.iter() {

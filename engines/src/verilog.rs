@@ -241,11 +241,9 @@ fn row(net: &Net, shown: &[&Named], input: &InputRow, bits: &[u8]) -> Result<Row
     }
     for (id, output) in net.outputs.iter() {
         let code = outputs.get(&id.index()).copied().unwrap_or(0);
-        match &output.driver {
-            Driver::Extern { .. } => row.effects.extend((0..code).map(|_| Effect::Call(id, Vec::new()))),
-            Driver::Continuous(_) | Driver::Mealy(_) | Driver::Controlled(_) | Driver::Stored(_) => {
-                row.outputs[id.index()] = output.ty.bounds().0.saturating_add_unsigned(code);
-            }
+        row.outputs[id.index()] = output.ty.bounds().0.saturating_add_unsigned(code);
+        if matches!(output.driver, Driver::Extern { .. }) {
+            row.effects.extend((0..code).map(|_| Effect::Call(id, Vec::new())));
         }
     }
     Ok(row)
