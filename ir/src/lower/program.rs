@@ -10,21 +10,21 @@
 //!
 //! Stable evolution wraps check and fire into one [`Stmt::Repeat`]; statecharts add their queues to its condition. Where the page says "in order" the
 //! program has a sequence; where it says "as it stood" the program reads cells before they are stored or temps set before. What nobody reads does not
-//! exist: a step without reader of its time has no counter, a policy without competition no ages, and so on ([`needs`]).
+//! exist: a step without reader of its time has no counter, a policy without competition no ages, and so on (`needs`).
 //!
 //! Reset is not a program of its own: it is made the same way, executed once ([`crate::program_run`]) and leaves constants behind.
 //!
 //! | module | semantics |
 //! |---|---|
-//! | [`needs`] | what is read at all |
-//! | [`read`] | expressions of the net over the program's cells and temps |
-//! | [`lists`] | action lists (§3.3) |
-//! | [`choose`] | conflict policies outside statecharts (§4) |
-//! | [`change`] | the next situation: enclosing steps, forcing, restart (NEXT and FIRE of §3.9) |
-//! | [`grafcet`] | the evolution outside statecharts |
-//! | [`statechart`] | the evolution of statecharts, with their [`tree`], their [`queues`] and the [`order`] of their actions |
-//! | [`ending`] | the end of a reaction (§3.8) |
-//! | [`prune`] | drops what is written and never read |
+//! | `needs` | what is read at all |
+//! | `read` | expressions of the net over the program's cells and temps |
+//! | `lists` | action lists (§3.3) |
+//! | `choose` | conflict policies outside statecharts (§4) |
+//! | `change` | the next situation: enclosing steps, forcing, restart (NEXT and FIRE of §3.9) |
+//! | `grafcet` | the evolution outside statecharts |
+//! | `statechart` | the evolution of statecharts, with their `tree`, their `queues` and the `order` of their actions |
+//! | `ending` | the end of a reaction (§3.8) |
+//! | `prune` | drops what is written and never read |
 
 mod change;
 mod choose;
@@ -40,9 +40,9 @@ mod ranks;
 mod read;
 mod show;
 mod statechart;
-mod tree;
 #[cfg(test)]
 mod tests;
+mod tree;
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -50,10 +50,12 @@ use crate::arena::{Arena, IdMap};
 use crate::diag::Diagnostic;
 use crate::expr::Type;
 use crate::net::{
-    ControlledAction, EdgeOperand, Evolution, History, Input, InputKind, Net, Part, SendSlot, Step, StepId, Timer,
-    Transition, Var,
+    ControlledAction, EdgeOperand, Evolution, History, Input, InputKind, Net, Part, SendSlot, Step,
+    StepId, Timer, Transition, Var,
 };
-use crate::program::{ActionPart, Cell, CellId, Expr, Leaf, Origin, Program, Stmt, Temp, TempId, TempRole};
+use crate::program::{
+    ActionPart, Cell, CellId, Expr, Leaf, Origin, Program, Stmt, Temp, TempId, TempRole,
+};
 use crate::program_run::Machine;
 use crate::span::Span;
 use crate::validate::Valid;
@@ -97,8 +99,12 @@ pub fn program(net: &Valid<Net>, options: &ProgramOptions) -> Result<Program, Ve
     builder.reset = true;
     builder.forget_temps();
     let body = if statechart { builder.statechart_reset() } else { builder.grafcet_reset() };
-    let reset =
-        Program { cells: builder.cells, temps: std::mem::take(&mut builder.temps), body, ..Program::default() };
+    let reset = Program {
+        cells: builder.cells,
+        temps: std::mem::take(&mut builder.temps),
+        body,
+        ..Program::default()
+    };
     let mut machine = Machine::new(&reset);
     let shown = machine.react(&inputs_at_reset(net), 0);
     let after: Vec<Vec<i64>> = reset.cells.ids().map(|cell| machine.cell(cell).to_vec()).collect();
@@ -175,41 +181,59 @@ impl<'a> Builder<'a> {
         let mut plain = |name: String, ty: Type, init: i64, origin: Origin| {
             cells.push(Cell { name, ty, len: None, init: vec![init], origin })
         };
-        let step =
-            IdMap::build(&net.steps, |id, step| plain(step.name.text.clone(), Type::Bool, 0, Origin::Step(id)));
+        let step = IdMap::build(&net.steps, |id, step| {
+            plain(step.name.text.clone(), Type::Bool, 0, Origin::Step(id))
+        });
         let elapsed = IdMap::build(&net.steps, |id, step| {
-            needs.elapsed[id].map(|cap| plain(format!("{}.t", step.name), tick_type(cap), 0, Origin::Elapsed(id)))
+            needs.elapsed[id].map(|cap| {
+                plain(format!("{}.t", step.name), tick_type(cap), 0, Origin::Elapsed(id))
+            })
         });
         let last_elapsed = IdMap::build(&net.steps, |id, step| {
             let name = || format!("{}.T", step.name);
-            needs.last_elapsed[id].map(|cap| plain(name(), tick_type(cap), 0, Origin::LastElapsed(id)))
+            needs.last_elapsed[id]
+                .map(|cap| plain(name(), tick_type(cap), 0, Origin::LastElapsed(id)))
         });
         let task = IdMap::build(&net.steps, |id, step| {
             (!step.tasks.is_empty()).then(|| {
                 let hi = i64::try_from(step.tasks.len()).unwrap_or(i64::MAX);
-                plain(format!("{}.task", step.name), Type::Int { lo: 0, hi }, 0, Origin::TaskIndex(id))
+                plain(
+                    format!("{}.task", step.name),
+                    Type::Int { lo: 0, hi },
+                    0,
+                    Origin::TaskIndex(id),
+                )
             })
         });
         let edge = IdMap::build(&net.edges, |id, operand| {
-            needs.edge[id].then(|| plain(read::name_of_operand(net, operand), Type::Bool, 0, Origin::Edge(id)))
+            needs.edge[id].then(|| {
+                plain(read::name_of_operand(net, operand), Type::Bool, 0, Origin::Edge(id))
+            })
         });
         let timer = IdMap::build(&net.timers, |id, timer| {
             needs.timer[id].map(|cap| {
                 let init = if timer.starts_expired { cap } else { 0 };
                 (
                     plain(timer.name.text.clone(), tick_type(cap), init, Origin::Timer(id)),
-                    plain(format!("{}.runs", timer.name), Type::Bool, 0, Origin::TimerCondition(id)),
+                    plain(
+                        format!("{}.runs", timer.name),
+                        Type::Bool,
+                        0,
+                        Origin::TimerCondition(id),
+                    ),
                 )
             })
         });
         let statechart = net.settings.policy.is_statechart();
         let pending = IdMap::build(&net.inputs, |id, input| {
-            (needs.raised[id] && !statechart)
-                .then(|| plain(format!("{}.pending", input.name), Type::Bool, 0, Origin::Pending(id)))
+            (needs.raised[id] && !statechart).then(|| {
+                plain(format!("{}.pending", input.name), Type::Bool, 0, Origin::Pending(id))
+            })
         });
         let send = IdMap::build(&net.sends, |id, slot| {
             let ty = tick_type(i64::from(slot.delay));
-            (slot.delay > 0).then(|| plain(format!("{}.left", slot.name), ty, 0, Origin::SendTimer(id)))
+            (slot.delay > 0)
+                .then(|| plain(format!("{}.left", slot.name), ty, 0, Origin::SendTimer(id)))
         });
         let var = IdMap::build(&net.vars, |id, var| {
             cells.push(Cell {
@@ -292,7 +316,10 @@ impl<'a> Builder<'a> {
         out: &mut Vec<Stmt>,
     ) -> Expr {
         let value = crate::simplify::simplify(&value);
-        if matches!(value.kind, crate::expr::ExprKind::Bool(_) | crate::expr::ExprKind::Leaf(Leaf::Temp(_))) {
+        if matches!(
+            value.kind,
+            crate::expr::ExprKind::Bool(_) | crate::expr::ExprKind::Leaf(Leaf::Temp(_))
+        ) {
             return value;
         }
         let span = value.span;
