@@ -11,6 +11,9 @@ use grafsynth_logic::build::{for_each_operand, needed};
 /// A function that is nested deeper than this inside an expression becomes a wire of its own.
 const MAX_DEPTH: u32 = 6;
 
+/// The name of each function that becomes a wire.
+pub type WireNames = IdMap<Node, Option<String>>;
+
 /// All decisions.
 #[derive(Debug)]
 pub struct Netlist {
@@ -29,7 +32,7 @@ pub struct Netlist {
     /// Names of the outputs.
     pub outputs: IdMap<PinOutput, String>,
     /// Names of the functions that become wires.
-    pub wires: IdMap<Node, Option<String>>,
+    pub wires: WireNames,
     /// What the named ones among them stand for.
     pub meta: Vec<(NodeId, Meta)>,
 }
@@ -85,7 +88,7 @@ impl Netlist {
 }
 
 /// A function becomes a wire if it has a name, if several need it, or if it lies deep inside an expression; in BLIF every gate does.
-fn choose_wires(logic: &Logic, is_blif: bool, names: &mut Namer) -> (IdMap<Node, Option<String>>, Vec<(NodeId, Meta)>) {
+fn choose_wires(logic: &Logic, is_blif: bool, names: &mut Namer) -> (WireNames, Vec<(NodeId, Meta)>) {
     let roots = || {
         let flops = logic.flops.values().map(|flop| (flop.next, format!("next_{}", flop.name)));
         flops.chain(logic.outputs.values().map(|output| (output.value, format!("{}_d", output.name))))
@@ -107,7 +110,7 @@ fn choose_wires(logic: &Logic, is_blif: bool, names: &mut Namer) -> (IdMap<Node,
         }
     }
     let mut is_wire: IdMap<Node, bool> = IdMap::filled(&logic.nodes, false);
-    let mut wires: IdMap<Node, Option<String>> = IdMap::filled(&logic.nodes, None);
+    let mut wires: WireNames = IdMap::filled(&logic.nodes, None);
     let mut meta = Vec::new();
     for wire in &logic.wires {
         if keep[wire.node] && is_gate(wire.node) && !is_wire[wire.node] {

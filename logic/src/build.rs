@@ -2,13 +2,11 @@
 
 use grafsynth_ir::arena::{Arena, Id, IdMap};
 use grafsynth_ir::logic::{Flop, FlopId, Logic, Node, NodeId, PinInput, PinInputId};
-use std::collections::BTreeMap;
 
 /// Builds the nodes of one [`Logic`].
 ///
 /// Each function is made once: equal nodes get equal ids, and constants, double negations, repeated and contradicting operands disappear. Operands
-/// of `And` and `Or` are kept in ascending order, so two spellings of one sum are one node. The cost of a node is that of a search in a tree of all
-/// nodes.
+/// of `And` and `Or` are kept in ascending order, so two spellings of one sum are one node.
 ///
 /// ```
 /// use grafsynth_logic::build::Builder;
@@ -22,27 +20,61 @@ use std::collections::BTreeMap;
 pub struct Builder {
     /// The circuit so far. Inputs, flip-flops, outputs, wires and constraints are pushed by the client; nodes only by the methods here.
     pub logic: Logic,
-    table: BTreeMap<Node, NodeId>,
+    /// Open addressing over the nodes: their index and 1, or 0 for an empty place.
+    table: Vec<u32>,
+    /// How many nodes the table holds.
+    known: usize,
 }
 
 impl Builder {
     /// Goes on from a circuit whose nodes were made elsewhere.
     #[must_use]
     pub fn resume(logic: Logic) -> Self {
-        let mut table = BTreeMap::new();
-        for (id, node) in logic.nodes.iter() {
-            table.entry(node.clone()).or_insert(id);
-        }
-        Builder { logic, table }
+        let mut builder = Builder { logic, table: Vec::new(), known: 0 };
+        builder.grow();
+        builder
     }
 
     fn make(&mut self, node: Node) -> NodeId {
-        if let Some(&id) = self.table.get(&node) {
-            return id;
+        if self.known * 2 >= self.table.len() {
+            self.grow();
         }
-        let id = self.logic.nodes.push(node.clone());
-        self.table.insert(node, id);
+        let place = match self.find(&node) {
+            Ok(id) => return id,
+            Err(place) => place,
+        };
+        let id = self.logic.nodes.push(node);
+        self.table[place] = u32::try_from(id.index() + 1).unwrap_or(0);
+        self.known += 1;
         id
+    }
+
+    /// The node, or the empty place where it belongs.
+    fn find(&self, node: &Node) -> Result<NodeId, usize> {
+        let mask = self.table.len() - 1;
+        let mut place = hash(node) as usize & mask;
+        loop {
+            let Some(index) = (self.table[place] as usize).checked_sub(1) else { return Err(place) };
+            let id = NodeId::from_index(index);
+            if self.logic.nodes[id] == *node {
+                return Ok(id);
+            }
+            place = (place + 1) & mask;
+        }
+    }
+
+    /// Makes the table twice as large as the nodes need, and finds them all again.
+    fn grow(&mut self) {
+        let size = (self.logic.nodes.len() * 4).next_power_of_two().max(64);
+        self.table.clear();
+        self.table.resize(size, 0);
+        self.known = 0;
+        for id in self.logic.nodes.ids() {
+            if let Err(place) = self.find(&self.logic.nodes[id]) {
+                self.table[place] = u32::try_from(id.index() + 1).unwrap_or(0);
+                self.known += 1;
+            }
+        }
     }
 
     /// `false` or `true`.
@@ -205,6 +237,23 @@ impl Builder {
     pub fn finish(self) -> Logic {
         prune(self.logic)
     }
+}
+
+/// A hash that is the same everywhere (FNV-1a over the node's kind and operands, finished by a multiplication).
+fn hash(node: &Node) -> u32 {
+    let mut hash = 0xcbf2_9ce4_8422_2325u64;
+    let mut add = |value: usize| hash = (hash ^ value as u64).wrapping_mul(0x0000_0100_0000_01b3);
+    match node {
+        Node::Const(value) => add(usize::from(*value)),
+        Node::Input(input) => [2, input.index()].into_iter().for_each(add),
+        Node::Flop(flop) => [3, flop.index()].into_iter().for_each(add),
+        Node::Not(a) => [4, a.index()].into_iter().for_each(add),
+        Node::And(all) => std::iter::once(5).chain(all.iter().map(|a| a.index())).for_each(add),
+        Node::Or(all) => std::iter::once(6).chain(all.iter().map(|a| a.index())).for_each(add),
+        Node::Xor(a, b) => [7, a.index(), b.index()].into_iter().for_each(add),
+        Node::Mux(a, b, c) => [8, a.index(), b.index(), c.index()].into_iter().for_each(add),
+    }
+    (hash.wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 32) as u32
 }
 
 /// Calls `visit` on each operand of a node.

@@ -19,9 +19,17 @@ pub struct ChipSim<'a> {
     ticks: Vec<PinInputId>,
     outputs: BTreeMap<OutputId, Vec<(PinOutputId, u32)>>,
     faults: Vec<PinOutputId>,
-    /// Flip-flops of each thing, with their bit and whether they hold the complement.
-    holders: BTreeMap<(Origin, u32), Vec<(FlopId, u32, bool)>>,
+    /// Flip-flops of each thing and element.
+    holders: BTreeMap<(Origin, u32), Vec<Holder>>,
     sampled: IdMap<Output, Option<i64>>,
+}
+
+/// A flip-flop with the bit that it holds, or the complement of it.
+#[derive(Debug, Clone, Copy)]
+struct Holder {
+    flop: FlopId,
+    bit: u32,
+    inverted: bool,
 }
 
 /// More than one tick in a row: a chip cannot do that.
@@ -53,10 +61,10 @@ impl<'a> ChipSim<'a> {
                 PinRole::Input(..) | PinRole::Tick | PinRole::Reset | PinRole::Busy | PinRole::Unknown => {}
             }
         }
-        let mut holders: BTreeMap<(Origin, u32), Vec<(FlopId, u32, bool)>> = BTreeMap::new();
+        let mut holders: BTreeMap<(Origin, u32), Vec<Holder>> = BTreeMap::new();
         for (id, flop) in logic.flops.iter() {
             if let Some(FlopBit { origin, element, bit, inverted }) = flop.holds {
-                holders.entry((origin, element)).or_default().push((id, bit, inverted));
+                holders.entry((origin, element)).or_default().push(Holder { flop: id, bit, inverted });
             }
         }
         let sampled = IdMap::filled(&net.outputs, None);
@@ -149,7 +157,7 @@ impl<'a> ChipSim<'a> {
     #[must_use]
     pub fn code(&self, origin: Origin, element: u32) -> Option<u64> {
         let holders = self.holders.get(&(origin, element))?;
-        Some(holders.iter().fold(0, |code, &(flop, bit, inverted)| {
+        Some(holders.iter().fold(0, |code, &Holder { flop, bit, inverted }| {
             let value = (self.sim.flop(flop) & 1 == 1) != inverted;
             code | u64::from(value) << bit.min(63)
         }))

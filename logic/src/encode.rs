@@ -31,13 +31,13 @@ use std::collections::BTreeMap;
 pub struct EncodeOptions {
     /// Take what the chart assumes of its environment (and input codes that no value has) into [`Logic::never`]. The functions do not depend on it.
     pub assumptions: bool,
-    /// The largest circuit, in nodes (about 60 bytes each while it is made).
+    /// The largest circuit, in nodes (about 50 bytes each while it is made).
     pub max_nodes: usize,
 }
 
 impl Default for EncodeOptions {
     fn default() -> Self {
-        EncodeOptions { assumptions: true, max_nodes: 8_000_000 }
+        EncodeOptions { assumptions: true, max_nodes: 2_000_000 }
     }
 }
 
@@ -572,3 +572,6 @@ fn is_compound(expr: &Expr<Leaf>) -> bool {
 
 #[cfg(test)]
 mod tests;
+
+#[cfg(test)]
+mod pages;

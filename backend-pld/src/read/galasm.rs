@@ -107,12 +107,19 @@ impl<'a> Parser<'a, '_> {
         let mut found = 0;
         while self.lexer.token.kind != Kind::End && (found == 0 || !self.lexer.token.is_first) {
             found += 1;
+            let slash = self.lexer.span();
             let is_inverted = self.lexer.eat("/");
             let (span, token) = (self.lexer.span(), self.lexer.token);
-            if token.kind != Kind::Word || is_inverted && token.is_first {
+            if is_inverted && span.start != slash.end {
+                self.draft.error(codes::SYNTAX, slash, "expected a pin's name after `/`, found a blank");
+                continue;
+            }
+            if token.kind != Kind::Word {
                 let message = format!("expected a pin's name, found {}", token.shown());
                 self.draft.error(codes::SYNTAX, span, message);
-                if !token.is_first {
+                self.lexer.advance();
+                // What hangs on it without a blank is part of the same bad name.
+                while !self.lexer.token.is_first && self.lexer.token.start == self.lexer.end && self.lexer.token.kind != Kind::End {
                     self.lexer.advance();
                 }
                 continue;
@@ -167,7 +174,9 @@ impl<'a> Parser<'a, '_> {
         while self.lexer.token.kind != Kind::End && !self.lexer.token.is_word("DESCRIPTION") && !self.draft.is_hopeless() {
             let before = self.lexer.token.start;
             if self.equation().is_none() {
-                if self.lexer.token.start == before {
+                // A stray operator begins no equation, so the rest of its line belongs to the error.
+                let is_operator = self.lexer.token.kind == Kind::Sign && !self.lexer.token.is("/");
+                if self.lexer.token.start == before || is_operator {
                     self.lexer.advance();
                 }
                 self.lexer.skip_line();
@@ -335,10 +344,11 @@ impl<'a> Parser<'a, '_> {
         let is_v8 = device.power_up == PowerUp::PinsHigh;
         for (index, signal) in signals.iter().enumerate() {
             let Some(pin) = signal.pin else { continue };
-            if let Some(function) = signal.definition {
-                if function.is_registered && device.clock == Clock::Term && !self.clocked.iter().any(|id| *id as usize == index) {
-                    found.push((function.span, format!("`{}` is registered and has no clock: a {} takes it from `{}.CLK`", signal.name, device.name, signal.name)));
-                }
+            let has_clock = device.clock != Clock::Term || self.clocked.iter().any(|id| *id as usize == index);
+            if let Some(function) = signal.definition.filter(|function| function.is_registered && !has_clock) {
+                let name = &signal.name;
+                let message = format!("`{name}` is registered and has no clock: a {} takes it from `{name}.CLK`", device.name);
+                found.push((function.span, message));
             }
             let is_control = device.control_pins.contains(&pin);
             let is_clock_pin = device.clock == Clock::Pin(pin);

@@ -274,8 +274,9 @@ impl Parser<'_, '_> {
                 continue;
             }
             if self.equation().is_none() {
-                // At least one token further, then to the next line.
-                if self.lexer.token.start == token.start {
+                // At least one token further, then to the next line; a stray operator begins no equation.
+                let is_operator = self.lexer.token.kind == Kind::Sign && !self.lexer.token.is("/");
+                if self.lexer.token.start == token.start || is_operator {
                     self.lexer.advance();
                 }
                 self.lexer.skip_line();
