@@ -1,7 +1,7 @@
 //! The two proofs of equivalence against each other, on random nets and on circuits that were spoiled on purpose.
 
 #[path = "../../tests/src/random_net/mod.rs"]
-#[allow(dead_code, unused_imports, unreachable_pub, reason = "shared with the differential tests; not all of it is used here")]
+#[allow(dead_code, unused_imports, unreachable_pub, unfulfilled_lint_expectations, reason = "shared with the differential tests; not all of it is used here")]
 mod random_net;
 
 use grafsynth_ir::Valid;
@@ -9,6 +9,9 @@ use grafsynth_ir::facts::Facts;
 use grafsynth_ir::logic::{Logic, Node};
 use grafsynth_ir::lower::program::{ProgramOptions, program};
 use grafsynth_ir::net::Net;
+use grafsynth_logic::build::Builder;
+use grafsynth_logic::minimise::{Budget, sum_of_products};
+use grafsynth_logic::support::Var;
 use grafsynth_logic::{EncodeOptions, encode};
 use grafsynth_verify::equiv::{by_enumeration, by_induction};
 use grafsynth_verify::{Limits, Verdict, structural_facts};
@@ -25,7 +28,7 @@ fn encoded(net: &Valid<Net>) -> Option<Logic> {
 
 #[test]
 fn both_proofs_agree_on_random_nets() {
-    let mut features = Features::chip().without_statecharts();
+    let features = Features::chip().without_statecharts();
     let (mut n_both, mut n_induction, mut n_enumeration) = (0, 0, 0);
     let mut open: std::collections::BTreeMap<String, Vec<u64>> = std::collections::BTreeMap::new();
     let n_nets: u64 = std::option_env!("VERIFY_NETS").and_then(|n| n.parse().ok()).unwrap_or(60);
@@ -57,6 +60,64 @@ fn both_proofs_agree_on_random_nets() {
     }
     println!("induction {n_induction}, enumeration {n_enumeration}, both {n_both}");
     assert!(n_induction > 35 && n_both > 15, "{n_induction} {n_both}");
+}
+
+/// The circuit as two-level equations would bring it back: each function a minimised sum of products.
+fn two_level(logic: &Logic) -> Option<Logic> {
+    let mut builder = Builder::resume(logic.clone());
+    let mut sum = |node| {
+        let products = sum_of_products(logic, node, false, true, Budget::default()).ok()?;
+        let terms: Vec<_> = products
+            .into_iter()
+            .map(|product| {
+                let literals: Vec<_> = product
+                    .into_iter()
+                    .map(|(var, value)| {
+                        let lit = match var {
+                            Var::Flop(flop) => builder.flop(flop),
+                            Var::Input(input) => builder.input(input),
+                        };
+                        if value { lit } else { builder.not(lit) }
+                    })
+                    .collect();
+                builder.and(literals)
+            })
+            .collect();
+        Some(builder.or(terms))
+    };
+    let flops: Vec<_> = logic.flops.values().map(|flop| sum(flop.next)).collect::<Option<_>>()?;
+    let outputs: Vec<_> = logic.outputs.values().map(|output| sum(output.value)).collect::<Option<_>>()?;
+    let mut logic = builder.logic;
+    for ((_, flop), next) in logic.flops.iter_mut().zip(flops) {
+        flop.next = next;
+    }
+    for ((_, output), value) in logic.outputs.iter_mut().zip(outputs) {
+        output.value = value;
+    }
+    Some(logic)
+}
+
+#[test]
+fn minimised_equations_are_proved_too() {
+    let features = Features::chip().without_statecharts();
+    let (mut n_proved, mut n_made) = (0, 0);
+    for seed in 0..40 {
+        let net = random_net(seed, &features);
+        let Some(logic) = encoded(&net).filter(|logic| logic.nodes.len() < 2_000) else { continue };
+        let Some(minimised) = two_level(&logic) else { continue };
+        let facts = structural_facts(&net);
+        if !matches!(by_induction(&net, &facts, &logic, &limits()), Verdict::Proved(_)) {
+            continue;
+        }
+        n_made += 1;
+        match by_induction(&net, &facts, &minimised, &limits()) {
+            Verdict::Proved(_) => n_proved += 1,
+            Verdict::Open(why) => println!("seed {seed}: {why}"),
+            Verdict::Refuted(_) => panic!("the induction does not refute"),
+        }
+    }
+    println!("{n_proved} of {n_made}");
+    assert!(n_proved * 10 >= n_made * 9 && n_made > 5, "{n_proved} of {n_made}");
 }
 
 #[test]

@@ -9,8 +9,10 @@
 //! question goes to the solver with only the part of the graph that it needs.
 
 mod aig;
+mod ending;
 mod number;
 mod reaction;
+mod select;
 mod state;
 
 use std::collections::BTreeMap;
@@ -187,14 +189,15 @@ impl<'n> Model<'n> {
     /// The active steps among some bits, and how much else of the state is not 0, for a message.
     fn describe(&self, bits: &[Lit]) -> String {
         let mut steps = Vec::new();
-        let mut others = Vec::new();
-        for (origin, element, bit) in bits.iter().filter_map(|lit| self.name_of.get(lit)) {
-            match origin {
-                Origin::Step(step) => steps.push(self.maker.net.steps[*step].name.text.clone()),
-                other => others.push(format!("{other:?}.{element}.{bit}")),
+        let mut n_others = 0;
+        for (origin, _, _) in bits.iter().filter_map(|lit| self.name_of.get(lit)) {
+            if let Origin::Step(step) = origin {
+                steps.push(self.maker.net.steps[*step].name.text.clone());
+            } else {
+                n_others += 1;
             }
         }
-        format!("steps [{}], others [{}]", steps.join(" "), others.join(" "))
+        format!("active {}, {n_others} other bits set", steps.join(" "))
     }
 }
 

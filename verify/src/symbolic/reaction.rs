@@ -7,12 +7,12 @@ use std::collections::BTreeMap;
 
 use grafsynth_ir::expr::{CompareOp, ExprKind, Type};
 use grafsynth_ir::net::{
-    Block, Driver, Emission, Evolution, Expr, InputKind, Leaf, Net, OutputId, Policy, Qualifier, Schedule, StepId,
-    StepKind, StmtKind, TransitionId,
+    Block, Driver, Emission, Evolution, Expr, InputKind, Leaf, Net, OutputId, Policy, Schedule, StepId, StepKind,
+    StmtKind, TransitionId,
 };
-use grafsynth_ir::program::ActionPart;
 
 use super::aig::{Aig, Lit};
+use super::ending::held_of;
 use super::number::Number;
 use super::state::{Shape, State, Value, is_move};
 use crate::cover;
@@ -42,30 +42,30 @@ pub(crate) struct Maker<'n> {
     pub(crate) net: &'n Net,
     pub(crate) aig: Aig,
     pub(crate) shape: Shape,
-    node_limit: usize,
+    pub(super) node_limit: usize,
     /// Micro-steps in a reaction; more checks than that find nothing.
-    depth: u32,
+    pub(super) depth: u32,
     /// The depth is the limit of the chart, so one more check decides about the fault.
-    may_fault: bool,
-    rank: Vec<u64>,
-    step_order: Vec<StepId>,
-    transition_order: Vec<TransitionId>,
-    over_inputs: Vec<bool>,
+    pub(super) may_fault: bool,
+    pub(super) rank: Vec<u64>,
+    pub(super) step_order: Vec<StepId>,
+    pub(super) transition_order: Vec<TransitionId>,
+    pub(super) over_inputs: Vec<bool>,
     /// For each step of an enclosed chart's part, the enclosing step.
-    around: Vec<Option<StepId>>,
-    children: Vec<Vec<StepId>>,
-    enclosing: Vec<StepId>,
+    pub(super) around: Vec<Option<StepId>>,
+    pub(super) children: Vec<Vec<StepId>>,
+    pub(super) enclosing: Vec<StepId>,
     /// Transitions that compete directly, under `priority-age`.
-    rivals: BTreeMap<TransitionId, Vec<TransitionId>>,
+    pub(super) rivals: BTreeMap<TransitionId, Vec<TransitionId>>,
 
-    inputs: Inputs,
-    events: Vec<Lit>,
-    rise: Vec<Lit>,
-    fall: Vec<Lit>,
-    fireable: Vec<Lit>,
-    calls: BTreeMap<OutputId, Vec<Lit>>,
+    pub(super) inputs: Inputs,
+    pub(super) events: Vec<Lit>,
+    pub(super) rise: Vec<Lit>,
+    pub(super) fall: Vec<Lit>,
+    pub(super) fireable: Vec<Lit>,
+    pub(super) calls: BTreeMap<OutputId, Vec<Lit>>,
     /// With simultaneous assignments: what every list of the micro-step reads.
-    frozen: Option<Box<State>>,
+    pub(super) frozen: Option<Box<State>>,
 }
 
 impl<'n> Maker<'n> {
@@ -110,7 +110,7 @@ impl<'n> Maker<'n> {
         Ok(maker)
     }
 
-    fn check_size(&self) -> Result<(), Unsupported> {
+    pub(super) fn check_size(&self) -> Result<(), Unsupported> {
         if self.aig.len() > self.node_limit {
             return Err(format!("the reaction has more than {} nodes", self.node_limit));
         }
@@ -166,7 +166,7 @@ impl<'n> Maker<'n> {
     }
 
     /// The static key: the declared priority, or P.
-    fn urgency(&self, transition: TransitionId) -> u64 {
+    pub(super) fn urgency(&self, transition: TransitionId) -> u64 {
         let net = self.net;
         let data = &net.transitions[transition];
         if !is_move(net, transition) {
@@ -181,52 +181,8 @@ impl<'n> Maker<'n> {
         }
     }
 
-    fn key(&self, transition: TransitionId) -> (u64, u64) {
+    pub(super) fn key(&self, transition: TransitionId) -> (u64, u64) {
         (self.rank[self.net.transitions[transition].part.index()], self.urgency(transition))
-    }
-
-    /// Who competes with whom under `priority-age`, and whose ages are compared.
-    fn competition(&mut self) -> Result<(), Unsupported> {
-        let net = self.net;
-        if net.settings.policy != Policy::PriorityAge {
-            return Ok(());
-        }
-        let mut pairs: Vec<(TransitionId, TransitionId)> = Vec::new();
-        if net.settings.fire_one {
-            let moves: Vec<TransitionId> = net.transitions.ids().filter(|id| is_move(net, *id)).collect();
-            if moves.len() > 64 {
-                return Err("`fire one` under `priority-age` with more than 64 transitions is not covered".to_owned());
-            }
-            for (at, second) in moves.iter().enumerate() {
-                pairs.extend(moves[..at].iter().map(|first| (*first, *second)));
-            }
-        } else {
-            for all in crate::exclusive::leaving(net).values() {
-                if all.len() > 128 {
-                    return Err("more than 128 transitions compete by age at one step".to_owned());
-                }
-                for (at, second) in all.iter().enumerate() {
-                    pairs.extend(all[..at].iter().map(|first| (*first, *second)));
-                }
-            }
-        }
-        pairs.sort_unstable();
-        pairs.dedup();
-        let mut older = std::collections::BTreeSet::new();
-        for (first, second) in pairs {
-            self.rivals.entry(first).or_default().push(second);
-            self.rivals.entry(second).or_default().push(first);
-            if self.key(first) != self.key(second) {
-                continue;
-            }
-            for a in entered(&net.transitions[first]) {
-                for b in entered(&net.transitions[second]).filter(|b| *b != a) {
-                    older.insert((a.min(b), a.max(b)));
-                }
-            }
-        }
-        self.shape.older = older.into_iter().collect();
-        Ok(())
     }
 
     // ---- values ----
@@ -273,18 +229,18 @@ impl<'n> Maker<'n> {
         }
     }
 
-    fn flag(&mut self, state: &State, expr: &Expr) -> Lit {
+    pub(super) fn flag(&mut self, state: &State, expr: &Expr) -> Lit {
         self.read(state, expr).flag()
     }
 
-    fn choose(&mut self, condition: Lit, then: &Value, otherwise: &Value) -> Value {
+    pub(super) fn choose(&mut self, condition: Lit, then: &Value, otherwise: &Value) -> Value {
         match (then, otherwise) {
             (Value::Flag(a), Value::Flag(b)) => Value::Flag(self.aig.ite(condition, *a, *b)),
             (a, b) => Value::Number(Number::select(&mut self.aig, condition, &a.number(), &b.number())),
         }
     }
 
-    fn equals(&mut self, number: &Number, value: usize) -> Lit {
+    pub(super) fn equals(&mut self, number: &Number, value: usize) -> Lit {
         Number::compare(&mut self.aig, CompareOp::Eq, number, &Number::constant(value as i64))
     }
 
@@ -325,13 +281,13 @@ impl<'n> Maker<'n> {
         }
     }
 
-    fn set(&mut self, condition: Lit, number: &mut Number, value: &Number) {
+    pub(super) fn set(&mut self, condition: Lit, number: &mut Number, value: &Number) {
         *number = Number::select(&mut self.aig, condition, value, number);
     }
 
     // ---- lists ----
 
-    fn block(&mut self, state: &mut State, condition: Lit, block: &Block) {
+    pub(super) fn block(&mut self, state: &mut State, condition: Lit, block: &Block) {
         if condition == Lit::FALSE {
             return;
         }
@@ -497,7 +453,7 @@ impl<'n> Maker<'n> {
         all
     }
 
-    fn emitted(&mut self, state: &State, emissions: &[Emission]) -> Lit {
+    pub(super) fn emitted(&mut self, state: &State, emissions: &[Emission]) -> Lit {
         let mut ways = Vec::new();
         for emission in emissions {
             let active = state.active[emission.step.index()];
@@ -517,10 +473,10 @@ impl<'n> Maker<'n> {
             let now: Vec<Lit> = net.edges.values().map(|operand| self.flag(state, &operand.expr)).collect();
             let chosen = self.check(state, &now, fresh)?;
             let any = self.aig.or_all(chosen.iter().copied());
-            for edge in 0..now.len() {
+            for (edge, now) in now.iter().enumerate() {
                 if !self.over_inputs[edge] {
                     // The operand is compared at this check, whatever it finds; what fires below does not change what was compared.
-                    state.old[edge] = self.aig.ite(running, now[edge], state.old[edge]);
+                    state.old[edge] = self.aig.ite(running, *now, state.old[edge]);
                 }
             }
             if round == self.depth {
@@ -545,10 +501,10 @@ impl<'n> Maker<'n> {
     /// CHECK: for each transition whether it is in F'.
     fn check(&mut self, state: &State, now: &[Lit], fresh: Lit) -> Result<Vec<Lit>, Unsupported> {
         let net = self.net;
-        for edge in 0..now.len() {
+        for (edge, now) in now.iter().enumerate() {
             let alive = if self.over_inputs[edge] { fresh } else { Lit::TRUE };
-            let rises = self.aig.and(now[edge], !state.old[edge]);
-            let falls = self.aig.and(!now[edge], state.old[edge]);
+            let rises = self.aig.and(*now, !state.old[edge]);
+            let falls = self.aig.and(!*now, state.old[edge]);
             self.rise[edge] = self.aig.and(alive, rises);
             self.fall[edge] = self.aig.and(alive, falls);
         }
@@ -568,139 +524,6 @@ impl<'n> Maker<'n> {
         }
         self.check_size()?;
         self.select(state)
-    }
-
-    /// Semantics §4.
-    fn select(&mut self, state: &State) -> Result<Vec<Lit>, Unsupported> {
-        let net = self.net;
-        let mut chosen = self.fireable.clone();
-        match net.settings.policy {
-            Policy::PriorityAge => {
-                self.select_by_age(state, &mut chosen)?;
-                return Ok(chosen);
-            }
-            Policy::All | Policy::Priority | Policy::InnerFirst | Policy::OuterFirst => {}
-        }
-        let competes = net.settings.policy == Policy::Priority;
-        let mut consumed = vec![Lit::FALSE; net.steps.len()];
-        let mut any = Lit::FALSE;
-        for id in self.transition_order.clone() {
-            if !is_move(net, id) {
-                continue;
-            }
-            let transition = &net.transitions[id];
-            let mut parts = vec![self.fireable[id.index()]];
-            if competes {
-                parts.extend(transition.requires.iter().map(|step| !consumed[step.index()]));
-            }
-            if net.settings.fire_one {
-                parts.push(!any);
-            }
-            let taken = self.aig.and_all(parts);
-            chosen[id.index()] = taken;
-            if competes {
-                for step in &transition.requires {
-                    consumed[step.index()] = self.aig.or(consumed[step.index()], taken);
-                }
-            }
-            if net.settings.fire_one {
-                any = self.aig.or(any, taken);
-            }
-        }
-        Ok(chosen)
-    }
-
-    fn older(&self, state: &State, a: StepId, b: StepId) -> Lit {
-        let lit = state.older.get(&(a.min(b), a.max(b))).copied().unwrap_or(Lit::FALSE);
-        lit.negate_if(b < a)
-    }
-
-    /// The oldest step that follows `a` is older than all that follow `b`.
-    fn has_older(&mut self, state: &State, a: TransitionId, b: TransitionId) -> Lit {
-        let net = self.net;
-        let theirs: Vec<StepId> = entered(&net.transitions[b]).collect();
-        let mut ways = Vec::new();
-        for mine in entered(&net.transitions[a]).filter(|step| !theirs.contains(step)) {
-            let all: Vec<Lit> = theirs.iter().map(|other| self.older(state, mine, *other)).collect();
-            ways.push(self.aig.and_all(all));
-        }
-        self.aig.or_all(ways)
-    }
-
-    /// `a` goes before `b`.
-    fn before(&mut self, state: &State, a: TransitionId, b: TransitionId) -> Lit {
-        match self.key(a).cmp(&self.key(b)) {
-            std::cmp::Ordering::Less => Lit::TRUE,
-            std::cmp::Ordering::Greater => Lit::FALSE,
-            std::cmp::Ordering::Equal => {
-                if a < b {
-                    !self.has_older(state, b, a)
-                } else {
-                    self.has_older(state, a, b)
-                }
-            }
-        }
-    }
-
-    fn select_by_age(&mut self, state: &State, chosen: &mut [Lit]) -> Result<(), Unsupported> {
-        let rivals = self.rivals.clone();
-        let mut is_done: BTreeMap<TransitionId, bool> = BTreeMap::new();
-        for start in rivals.keys() {
-            if is_done.contains_key(start) {
-                continue;
-            }
-            let mut group = vec![*start];
-            is_done.insert(*start, true);
-            let mut at = 0;
-            while at < group.len() {
-                for other in &rivals[&group[at]] {
-                    if is_done.insert(*other, true).is_none() {
-                        group.push(*other);
-                    }
-                }
-                at += 1;
-            }
-            let is_clique = group.iter().all(|one| rivals[one].len() + 1 == group.len());
-            // Where not all compete with all, whoever goes first decides who is still in the way of the next: as many rounds as transitions.
-            let rounds = if is_clique { 1 } else { group.len() };
-            if rounds > 12 {
-                return Err(format!("{} transitions that compete by age in a chain are not covered", group.len()));
-            }
-            let mut before: BTreeMap<(TransitionId, TransitionId), Lit> = BTreeMap::new();
-            for t in &group {
-                for u in &rivals[t] {
-                    let lit = self.before(state, *u, *t);
-                    before.insert((*u, *t), lit);
-                }
-            }
-            // What is known not to be taken, so far: at first what is not fireable.
-            let mut out: BTreeMap<TransitionId, Lit> =
-                group.iter().map(|t| (*t, !self.fireable[t.index()])).collect();
-            let mut taken: BTreeMap<TransitionId, Lit> = BTreeMap::new();
-            for _ in 0..rounds {
-                for t in &group {
-                    let mut parts = vec![self.fireable[t.index()]];
-                    for u in &rivals[t] {
-                        let free = self.aig.or(!before[&(*u, *t)], out[u]);
-                        parts.push(free);
-                    }
-                    let lit = self.aig.and_all(parts);
-                    taken.insert(*t, lit);
-                }
-                for t in &group {
-                    let mut ways = vec![!self.fireable[t.index()]];
-                    for u in &rivals[t] {
-                        ways.push(self.aig.and(before[&(*u, *t)], taken[u]));
-                    }
-                    let lit = self.aig.or_all(ways);
-                    out.insert(*t, lit);
-                }
-            }
-            for t in &group {
-                chosen[t.index()] = taken[t];
-            }
-        }
-        self.check_size()
     }
 
     /// NEXT and FIRE.
@@ -792,10 +615,9 @@ impl<'n> Maker<'n> {
         for step in self.step_order.clone() {
             let at = step.index();
             state.active[at] = self.aig.or(state.active[at], up[at]);
-            for counter in [&mut state.elapsed[at], &mut state.last_elapsed[at], &mut state.task[at]] {
-                if let Some(number) = counter {
-                    *number = Number::select(&mut self.aig, up[at], &Number::constant(0), number);
-                }
+            let counters = [&mut state.elapsed[at], &mut state.last_elapsed[at], &mut state.task[at]];
+            for number in counters.into_iter().flatten() {
+                *number = Number::select(&mut self.aig, up[at], &Number::constant(0), number);
             }
             self.block(state, up[at], &net.steps[step].entry);
         }
@@ -803,10 +625,9 @@ impl<'n> Maker<'n> {
         // What the lists saw on the way is over: this is the same set, with fewer nodes.
         state.active = next;
         // The index of tasks of an inactive step is read by nobody; kept at 0 it is one state.
-        for at in 0..n {
-            if let Some(mut index) = state.task[at].take() {
-                self.set(down[at], &mut index, &Number::constant(0));
-                state.task[at] = Some(index);
+        for (index, down) in state.task.iter_mut().zip(&down) {
+            if let Some(index) = index {
+                *index = Number::select(&mut self.aig, *down, &Number::constant(0), index);
             }
         }
         // F5
@@ -815,180 +636,6 @@ impl<'n> Maker<'n> {
             *older = self.aig.or(up[b.index()], stays);
         }
         self.check_size()
-    }
-
-    /// E1 to E3.
-    fn end(&mut self, state: &mut State) -> Result<(), Unsupported> {
-        let net = self.net;
-        let mut fell = Vec::new();
-        for (id, _) in net.actions.iter() {
-            let q = self.action_control(state, id);
-            fell.push(self.aig.and(state.q[id.index()], !q));
-            state.q[id.index()] = q;
-        }
-        if net.settings.final_scan {
-            for (id, action) in net.actions.iter() {
-                self.block(state, fell[id.index()], &action.body);
-            }
-        }
-        for (id, action) in net.actions.iter() {
-            let q = state.q[id.index()];
-            self.block(state, q, &action.body);
-        }
-        self.tasks(state);
-        for (id, timer) in net.timers.iter() {
-            let holds = self.flag(state, &timer.condition);
-            state.held[id.index()] = holds;
-            if let Some(mut counter) = state.timers[id.index()].take() {
-                self.set(!holds, &mut counter, &Number::constant(0));
-                state.timers[id.index()] = Some(counter);
-            }
-        }
-        self.check_size()
-    }
-
-    /// Semantics §3.5.
-    fn action_control(&mut self, state: &mut State, id: grafsynth_ir::net::ActionId) -> Lit {
-        let net = self.net;
-        let action = &net.actions[id];
-        let mut input: BTreeMap<Qualifier, Lit> = BTreeMap::new();
-        for one in &action.uses {
-            let condition = one.condition.as_ref().map_or(Lit::TRUE, |condition| self.flag(state, condition));
-            let asks = self.aig.and(state.active[one.step.index()], condition);
-            let so_far = input.get(&one.qualifier).copied().unwrap_or(Lit::FALSE);
-            let either = self.aig.or(so_far, asks);
-            input.insert(one.qualifier, either);
-        }
-        let asks = |qualifier: Qualifier| input.get(&qualifier).copied();
-        let reset = asks(Qualifier::R).unwrap_or(Lit::FALSE);
-        let mut ways: Vec<Lit> = asks(Qualifier::N).into_iter().collect();
-        for (qualifier, part) in
-            [(Qualifier::S, ActionPart::S), (Qualifier::SD, ActionPart::SD), (Qualifier::SL, ActionPart::SL)]
-        {
-            if let Some(set) = asks(qualifier) {
-                let either = self.aig.or(state.latches[&(id, part)], set);
-                let latch = self.aig.and(!reset, either);
-                state.latches.insert((id, part), latch);
-                if part == ActionPart::S {
-                    ways.push(latch);
-                }
-            }
-        }
-        for (qualifier, part) in [
-            (Qualifier::L, ActionPart::L),
-            (Qualifier::D, ActionPart::D),
-            (Qualifier::DS, ActionPart::DS),
-            (Qualifier::SD, ActionPart::SD),
-            (Qualifier::SL, ActionPart::SL),
-        ] {
-            let Some(asked) = asks(qualifier) else { continue };
-            let input = match part {
-                ActionPart::SD | ActionPart::SL => state.latches[&(id, part)],
-                ActionPart::L
-                | ActionPart::D
-                | ActionPart::DS
-                | ActionPart::S
-                | ActionPart::P
-                | ActionPart::P0
-                | ActionPart::P1
-                | ActionPart::DSHeld => asked,
-            };
-            let mut time = state.times[&(id, part)].clone();
-            self.set(!input, &mut time, &Number::constant(0));
-            state.latches.insert((id, held_of(part)), input);
-            let late =
-                Number::compare(&mut self.aig, CompareOp::Ge, &time, &Number::constant(i64::from(action.duration)));
-            state.times.insert((id, part), time);
-            let ton = self.aig.and(input, late);
-            match part {
-                ActionPart::L | ActionPart::SL => ways.push(self.aig.and(input, !ton)),
-                ActionPart::D | ActionPart::SD => ways.push(ton),
-                ActionPart::DS => {
-                    let either = self.aig.or(state.latches[&(id, ActionPart::DS)], ton);
-                    let latch = self.aig.and(!reset, either);
-                    state.latches.insert((id, ActionPart::DS), latch);
-                    ways.push(latch);
-                }
-                ActionPart::S | ActionPart::P | ActionPart::P0 | ActionPart::P1 | ActionPart::DSHeld => {}
-            }
-        }
-        for (qualifier, part) in
-            [(Qualifier::P, ActionPart::P), (Qualifier::P1, ActionPart::P1), (Qualifier::P0, ActionPart::P0)]
-        {
-            if let Some(now) = asks(qualifier) {
-                let old = state.latches[&(id, part)];
-                ways.push(if part == ActionPart::P0 { self.aig.and(old, !now) } else { self.aig.and(now, !old) });
-                state.latches.insert((id, part), now);
-            }
-        }
-        let any = self.aig.or_all(ways);
-        self.aig.and(!reset, any)
-    }
-
-    /// E2. From each index the tasks that fit the budget are known beforehand.
-    fn tasks(&mut self, state: &mut State) {
-        let net = self.net;
-        for (id, step) in net.steps.iter() {
-            let Some(index) = state.task[id.index()].clone() else { continue };
-            let n = step.tasks.len();
-            let end_from = |start: usize| {
-                let mut rest = step.budget;
-                let mut at = start;
-                while at < n && step.tasks[at].cost <= rest {
-                    rest -= step.tasks[at].cost;
-                    at += 1;
-                }
-                at
-            };
-            let active = state.active[id.index()];
-            let starts: Vec<Lit> = (0..=n)
-                .map(|start| {
-                    let here = self.equals(&index, start);
-                    self.aig.and(active, here)
-                })
-                .collect();
-            for (at, task) in step.tasks.iter().enumerate() {
-                let ways = (0..=at).filter(|start| at < end_from(*start)).map(|start| starts[start]);
-                let ways: Vec<Lit> = ways.collect();
-                let runs = self.aig.or_all(ways);
-                self.block(state, runs, &task.body);
-            }
-            let mut after = index;
-            for (start, here) in starts.iter().enumerate() {
-                self.set(*here, &mut after, &Number::constant(end_from(start) as i64));
-            }
-            state.task[id.index()] = Some(after);
-        }
-    }
-
-    /// E4: the outputs that a state gives, mealy ones left out. Calls in lists are those of the reaction made last.
-    fn outputs(&mut self, state: &State) -> Vec<Vec<Lit>> {
-        let net = self.net;
-        let mut all = Vec::new();
-        for (id, output) in net.outputs.iter() {
-            all.push(match &output.driver {
-                Driver::Continuous(emissions) => vec![self.emitted(state, emissions)],
-                Driver::Mealy(_) => vec![Lit::FALSE],
-                Driver::Stored(var) => match state.vars[var.index()].first().cloned() {
-                    Some(Value::Flag(lit)) => vec![lit],
-                    Some(Value::Number(number)) => {
-                        number.code(&mut self.aig, output.ty.bounds().0, output.ty.bits())
-                    }
-                    None => Vec::new(),
-                },
-                Driver::Controlled(action) => vec![state.q[action.index()]],
-                Driver::Extern { calls, .. } => {
-                    let mut ways = self.calls.get(&id).cloned().unwrap_or_default();
-                    for call in calls {
-                        let condition =
-                            call.condition.as_ref().map_or(Lit::TRUE, |condition| self.flag(state, condition));
-                        ways.push(self.aig.and(state.active[call.step.index()], condition));
-                    }
-                    vec![self.aig.or_all(ways)]
-                }
-            });
-        }
-        all
     }
 
     /// The outputs that follow from a state at the end of a reaction alone, and the inputs of that reaction. None for the others.
@@ -1028,11 +675,6 @@ fn advance(aig: &mut Aig, counter: &Number, runs: Lit, cap: i64) -> Number {
     let more = Number::arith(aig, grafsynth_ir::expr::ArithOp::Add, counter, &Number::constant(1));
     let capped = more.saturate(aig, 0, cap);
     Number::select(aig, runs, &capped, counter)
-}
-
-/// Where the last input of a part's timer is kept: for SD and SL that is the latch.
-fn held_of(part: ActionPart) -> ActionPart {
-    if part == ActionPart::DS { ActionPart::DSHeld } else { part }
 }
 
 /// What the functions here do not cover.

@@ -14,6 +14,9 @@ use super::number::Number;
 /// Names one bit of the state: what it belongs to, the element of an array, the bit of the code.
 pub(crate) type Key = (Origin, u32, u32);
 
+/// Pieces of several bits, each with the condition that the bits are a code of some value.
+pub(crate) type Codes = Vec<(Vec<Lit>, Lit)>;
+
 /// A truth value or a number.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Value {
@@ -196,7 +199,7 @@ impl Shape {
     }
 
     /// Every bit a variable. Also gives, for each piece of several bits, its bits and the condition that they are a code of some value.
-    pub(crate) fn free(&self, net: &Net, aig: &mut Aig) -> (State, BTreeMap<Key, Lit>, Vec<(Vec<Lit>, Lit)>) {
+    pub(crate) fn free(&self, net: &Net, aig: &mut Aig) -> (State, BTreeMap<Key, Lit>, Codes) {
         let mut bits = BTreeMap::new();
         let mut valid = Vec::new();
         let state = self.build(net, &mut |origin, element, ty| {

@@ -9,7 +9,7 @@ use super::*;
 use crate::structural_facts;
 
 #[path = "../../../tests/src/random_net/mod.rs"]
-#[allow(dead_code, unused_imports, unreachable_pub, reason = "shared with the differential tests; not all of it is used here")]
+#[allow(dead_code, unused_imports, unreachable_pub, unfulfilled_lint_expectations, reason = "shared with the differential tests; not all of it is used here")]
 mod random_net;
 
 /// The first bit of state or output in which the functions differ from the running circuit.

@@ -1,0 +1,193 @@
+//! The end of a reaction as functions: controlled actions (semantics §3.5), tasks (§6), free timers (§7), outputs (§3.6).
+
+use std::collections::BTreeMap;
+
+use grafsynth_ir::expr::CompareOp;
+use grafsynth_ir::net::{ActionId, Driver, Qualifier};
+use grafsynth_ir::program::ActionPart;
+
+use super::aig::Lit;
+use super::number::Number;
+use super::reaction::{Maker, Unsupported};
+use super::state::{State, Value};
+
+impl Maker<'_> {
+    /// E1 to E3.
+    pub(super) fn end(&mut self, state: &mut State) -> Result<(), Unsupported> {
+        let net = self.net;
+        let mut fell = Vec::new();
+        for (id, _) in net.actions.iter() {
+            let q = self.action_control(state, id);
+            fell.push(self.aig.and(state.q[id.index()], !q));
+            state.q[id.index()] = q;
+        }
+        if net.settings.final_scan {
+            for (id, action) in net.actions.iter() {
+                self.block(state, fell[id.index()], &action.body);
+            }
+        }
+        for (id, action) in net.actions.iter() {
+            let q = state.q[id.index()];
+            self.block(state, q, &action.body);
+        }
+        self.tasks(state);
+        for (id, timer) in net.timers.iter() {
+            let holds = self.flag(state, &timer.condition);
+            state.held[id.index()] = holds;
+            if let Some(mut counter) = state.timers[id.index()].take() {
+                self.set(!holds, &mut counter, &Number::constant(0));
+                state.timers[id.index()] = Some(counter);
+            }
+        }
+        self.check_size()
+    }
+
+    /// Semantics §3.5.
+    fn action_control(&mut self, state: &mut State, id: ActionId) -> Lit {
+        let net = self.net;
+        let action = &net.actions[id];
+        let mut input: BTreeMap<Qualifier, Lit> = BTreeMap::new();
+        for one in &action.uses {
+            let condition = one.condition.as_ref().map_or(Lit::TRUE, |condition| self.flag(state, condition));
+            let asks = self.aig.and(state.active[one.step.index()], condition);
+            let so_far = input.get(&one.qualifier).copied().unwrap_or(Lit::FALSE);
+            let either = self.aig.or(so_far, asks);
+            input.insert(one.qualifier, either);
+        }
+        let asks = |qualifier: Qualifier| input.get(&qualifier).copied();
+        let reset = asks(Qualifier::R).unwrap_or(Lit::FALSE);
+        let mut ways: Vec<Lit> = asks(Qualifier::N).into_iter().collect();
+        for (qualifier, part) in
+            [(Qualifier::S, ActionPart::S), (Qualifier::SD, ActionPart::SD), (Qualifier::SL, ActionPart::SL)]
+        {
+            if let Some(set) = asks(qualifier) {
+                let either = self.aig.or(state.latches[&(id, part)], set);
+                let latch = self.aig.and(!reset, either);
+                state.latches.insert((id, part), latch);
+                if part == ActionPart::S {
+                    ways.push(latch);
+                }
+            }
+        }
+        for (qualifier, part) in [
+            (Qualifier::L, ActionPart::L),
+            (Qualifier::D, ActionPart::D),
+            (Qualifier::DS, ActionPart::DS),
+            (Qualifier::SD, ActionPart::SD),
+            (Qualifier::SL, ActionPart::SL),
+        ] {
+            let Some(asked) = asks(qualifier) else { continue };
+            let input = match part {
+                ActionPart::SD | ActionPart::SL => state.latches[&(id, part)],
+                ActionPart::L
+                | ActionPart::D
+                | ActionPart::DS
+                | ActionPart::S
+                | ActionPart::P
+                | ActionPart::P0
+                | ActionPart::P1
+                | ActionPart::DSHeld => asked,
+            };
+            let mut time = state.times[&(id, part)].clone();
+            self.set(!input, &mut time, &Number::constant(0));
+            state.latches.insert((id, held_of(part)), input);
+            let late =
+                Number::compare(&mut self.aig, CompareOp::Ge, &time, &Number::constant(i64::from(action.duration)));
+            state.times.insert((id, part), time);
+            let ton = self.aig.and(input, late);
+            match part {
+                ActionPart::L | ActionPart::SL => ways.push(self.aig.and(input, !ton)),
+                ActionPart::D | ActionPart::SD => ways.push(ton),
+                ActionPart::DS => {
+                    let either = self.aig.or(state.latches[&(id, ActionPart::DS)], ton);
+                    let latch = self.aig.and(!reset, either);
+                    state.latches.insert((id, ActionPart::DS), latch);
+                    ways.push(latch);
+                }
+                ActionPart::S | ActionPart::P | ActionPart::P0 | ActionPart::P1 | ActionPart::DSHeld => {}
+            }
+        }
+        for (qualifier, part) in
+            [(Qualifier::P, ActionPart::P), (Qualifier::P1, ActionPart::P1), (Qualifier::P0, ActionPart::P0)]
+        {
+            if let Some(now) = asks(qualifier) {
+                let old = state.latches[&(id, part)];
+                ways.push(if part == ActionPart::P0 { self.aig.and(old, !now) } else { self.aig.and(now, !old) });
+                state.latches.insert((id, part), now);
+            }
+        }
+        let any = self.aig.or_all(ways);
+        self.aig.and(!reset, any)
+    }
+
+    /// E2. From each index the tasks that fit the budget are known beforehand.
+    fn tasks(&mut self, state: &mut State) {
+        let net = self.net;
+        for (id, step) in net.steps.iter() {
+            let Some(index) = state.task[id.index()].clone() else { continue };
+            let n = step.tasks.len();
+            let end_from = |start: usize| {
+                let mut rest = step.budget;
+                let mut at = start;
+                while at < n && step.tasks[at].cost <= rest {
+                    rest -= step.tasks[at].cost;
+                    at += 1;
+                }
+                at
+            };
+            let active = state.active[id.index()];
+            let starts: Vec<Lit> = (0..=n)
+                .map(|start| {
+                    let here = self.equals(&index, start);
+                    self.aig.and(active, here)
+                })
+                .collect();
+            for (at, task) in step.tasks.iter().enumerate() {
+                let ways = (0..=at).filter(|start| at < end_from(*start)).map(|start| starts[start]);
+                let ways: Vec<Lit> = ways.collect();
+                let runs = self.aig.or_all(ways);
+                self.block(state, runs, &task.body);
+            }
+            let mut after = index;
+            for (start, here) in starts.iter().enumerate() {
+                self.set(*here, &mut after, &Number::constant(end_from(start) as i64));
+            }
+            state.task[id.index()] = Some(after);
+        }
+    }
+
+    /// E4: the outputs that a state gives, mealy ones left out. Calls in lists are those of the reaction made last.
+    pub(super) fn outputs(&mut self, state: &State) -> Vec<Vec<Lit>> {
+        let net = self.net;
+        let mut all = Vec::new();
+        for (id, output) in net.outputs.iter() {
+            all.push(match &output.driver {
+                Driver::Continuous(emissions) => vec![self.emitted(state, emissions)],
+                Driver::Mealy(_) => vec![Lit::FALSE],
+                Driver::Stored(var) => match state.vars[var.index()].first().cloned() {
+                    Some(Value::Flag(lit)) => vec![lit],
+                    Some(Value::Number(number)) => {
+                        number.code(&mut self.aig, output.ty.bounds().0, output.ty.bits())
+                    }
+                    None => Vec::new(),
+                },
+                Driver::Controlled(action) => vec![state.q[action.index()]],
+                Driver::Extern { calls, .. } => {
+                    let mut ways = self.calls.get(&id).cloned().unwrap_or_default();
+                    for call in calls {
+                        let condition =
+                            call.condition.as_ref().map_or(Lit::TRUE, |condition| self.flag(state, condition));
+                        ways.push(self.aig.and(state.active[call.step.index()], condition));
+                    }
+                    vec![self.aig.or_all(ways)]
+                }
+            });
+        }
+        all
+    }
+}
+
+/// Where the last input of a part's timer is kept: for SD and SL that is the latch.
+pub(super) fn held_of(part: ActionPart) -> ActionPart {
+    if part == ActionPart::DS { ActionPart::DSHeld } else { part }
+}
