@@ -150,12 +150,12 @@ fn grafcet_nets_show_the_same() {
     use grafsynth_ir::net::Policy::{All, Priority, PriorityAge};
     let features =
         Features { policies: vec![All, Priority, PriorityAge], ..Features::everything() };
-    count(400).for_each(|seed| check(seed, &features));
+    count(200).for_each(|seed| check(seed, &features));
 }
 
 #[test]
 fn statecharts_show_the_same() {
     use grafsynth_ir::net::Policy::{InnerFirst, OuterFirst};
     let features = Features { policies: vec![InnerFirst, OuterFirst], ..Features::everything() };
-    count(400).for_each(|seed| check(seed, &features));
+    count(200).for_each(|seed| check(seed, &features));
 }
