@@ -8,7 +8,7 @@ use grafsynth_engines::{Availability, EngineError, Job};
 use grafsynth_ir::diag::any_error;
 use grafsynth_ir::net::Net;
 use grafsynth_ir::{Diagnostic, Valid};
-use grafsynth_sim::{Simulator, Stimulus, Trace, TraceLayout};
+use grafsynth_sim::{Simulator, Stimulus, Trace, TraceLayout, run_with};
 use std::path::Path;
 
 pub(crate) fn run(session: &mut Session, arguments: &Sim) -> Result<Exit, Stop> {
@@ -33,6 +33,12 @@ pub(crate) fn run(session: &mut Session, arguments: &Sim) -> Result<Exit, Stop> 
     }
     let trace = if keeps_state {
         with_state(session, net, &stimulus, arguments)?
+    } else if engine.name() == "ir" {
+        // The reference simulator also notices what the chart's author should know: values cut to their range, races, faults.
+        let mut simulator = Simulator::new(net);
+        let trace = run_with(&mut simulator, &stimulus);
+        session.show(&simulator.notes().diagnostics(net));
+        trace
     } else {
         if let Availability::Missing(tool) = engine.availability() {
             return Err(Stop::Usage(format!("engine {} needs {tool}, which is not here", engine.name())));

@@ -1,0 +1,91 @@
+//! The example of each page under `docs/codes` triggers its code when it is run as the page says.
+//!
+//! The fence names the language, then the verb with its options (`check` if none). Lines `// stimulus` and `// state` of an example begin a second file,
+//! which is given with `--stimulus` or `--restore`.
+
+#![allow(clippy::disallowed_methods, reason = "tests read files and start the program")]
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+/// Pages whose example needs more than one run of the program; the crate that owns the code has a test for them.
+const ELSEWHERE: [(&str, &str); 10] = [
+    ("G0003", "needs a second design: tests/cases/codes/G0003.graf"),
+    ("G0108", "the command line refuses a long file before the reader does"),
+    ("G0109", "the count of what is not shown is the command line's own"),
+    ("G0120", "needs a file to write to: tests/cases/convert/macro_to_rules.graf"),
+    ("G0510", "a stimulus for a chip is refused in a line of the comparison"),
+    ("G0511", "needs a broken trace"),
+    ("G0512", "needs a broken trace"),
+    ("G0513", "needs a broken state and a stimulus"),
+    ("G0728", "needs a text of more than 64 MiB"),
+    ("G0729", "needs a text that our own writer never writes"),
+];
+
+#[test]
+fn each_example_triggers_its_code() {
+    let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/codes");
+    let mut pages: Vec<_> = fs::read_dir(docs).expect("docs/codes").map(|entry| entry.expect("an entry").path()).collect();
+    pages.sort();
+    let mut silent = Vec::new();
+    for page in pages {
+        let code = page.file_stem().expect("a name").to_string_lossy().into_owned();
+        if ELSEWHERE.iter().any(|(known, _)| *known == code) {
+            continue;
+        }
+        let text = fs::read_to_string(&page).expect("a page");
+        let printed = run(&text);
+        if !printed.contains(&code) {
+            silent.push(format!("{code}: {}", printed.lines().take(4).collect::<Vec<_>>().join(" | ")));
+        }
+    }
+    assert!(silent.is_empty(), "these examples do not trigger their code:\n{}", silent.join("\n"));
+}
+
+fn run(page: &str) -> String {
+    let fence = page.split_once("\n```").expect("a fenced example").1;
+    let (info, rest) = fence.split_once('\n').expect("a fence");
+    let body = rest.split_once("\n```").map_or(rest, |(body, _)| body);
+    let (language, verb) = info.split_once(' ').unwrap_or((info, "check"));
+    let extension = match language {
+        "palasm" => "pds",
+        "cupl" | "galasm" => "pld",
+        "verilog" => "v",
+        other => other,
+    };
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let file = folder.path().join(format!("example.{extension}"));
+    fs::write(&file, format!("{body}\n")).expect("the example can be written");
+    let mut arguments: Vec<String> = verb.split_whitespace().map(str::to_owned).collect();
+    // An option at the end that names what the second file is for stands there for the reader.
+    arguments.retain(|argument| argument != "--stimulus" && argument != "--restore");
+    let shown = file.display().to_string();
+    if arguments.iter().any(|argument| argument == "{}") {
+        arguments.iter_mut().filter(|argument| *argument == "{}").for_each(|argument| shown.clone_into(argument));
+    } else {
+        arguments.insert(1, shown);
+    }
+    for (kind, option) in [("stimulus", "--stimulus"), ("state", "--restore")] {
+        if let Some((_, lines)) = body.split_once(&format!("\n// {kind}\n")) {
+            let second: String = lines
+                .lines()
+                .map_while(|line| line.strip_prefix("// ").or(line.strip_prefix("//")))
+                .take_while(|line| !matches!(*line, "trace" | "state" | "stimulus"))
+                .map(|line| format!("{line}\n"))
+                .collect();
+            let path = folder.path().join(kind);
+            fs::write(&path, second).expect("the second file can be written");
+            arguments.extend([option.to_owned(), path.display().to_string()]);
+        }
+    }
+    if arguments[0] == "build" {
+        arguments.extend(["-o".to_owned(), folder.path().join("out").display().to_string()]);
+    }
+    let output = Command::new(env!("CARGO_BIN_EXE_grafsynth"))
+        .args(&arguments)
+        .current_dir(folder.path())
+        .output()
+        .expect("grafsynth starts");
+    String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr)
+}
