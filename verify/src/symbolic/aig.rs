@@ -1,6 +1,7 @@
 //! Functions as and-inverter graphs, hashed so that what is built twice is one node; and whether two of them are equal.
 
 use batsat::{Callbacks, ClauseKind, Lit as SatLit, Solver, SolverInterface, SolverOpts, lbool};
+use grafsynth_logic::bdd::{Bdd, Ref};
 use indexmap::IndexMap;
 
 /// A node of the graph or its negation.
@@ -201,6 +202,56 @@ impl Aig {
             };
         }
         roots.iter().map(|root| read(&values, *root)).collect()
+    }
+
+    /// Whether some values make all literals true, by decision diagrams; `rank` orders the variables. None if the diagrams grow beyond the limit.
+    pub(crate) fn satisfiable_by_diagram<K: Ord>(
+        &self,
+        all: &[Lit],
+        clauses: &[Vec<Lit>],
+        rank: impl Fn(Lit) -> K,
+        node_limit: usize,
+    ) -> Option<bool> {
+        let mut roots: Vec<Lit> = all.to_vec();
+        roots.extend(clauses.iter().flatten());
+        let cone = self.cone(&roots, 50_000)?;
+        let mut variables: Vec<usize> =
+            cone.iter().copied().filter(|node| matches!(self.nodes[*node], Node::Variable)).collect();
+        variables.sort_by_key(|node| (rank(Lit((*node as u32) << 1)), *node));
+        let level: IndexMap<usize, u32> = variables.into_iter().zip(0..).collect();
+        let mut bdd = Bdd::with_limit(node_limit);
+        let mut made: IndexMap<usize, Ref> = IndexMap::new();
+        let read = |bdd: &mut Bdd, made: &IndexMap<usize, Ref>, lit: Lit| {
+            let node = made[&lit.node()];
+            if lit.is_negated() { bdd.not(node) } else { Ok(node) }
+        };
+        for node in cone {
+            let function = match self.nodes[node] {
+                Node::Constant => Ref::FALSE,
+                Node::Variable => bdd.var(level[&node]).ok()?,
+                Node::And(a, b) => {
+                    let a = read(&mut bdd, &made, a).ok()?;
+                    let b = read(&mut bdd, &made, b).ok()?;
+                    bdd.and(a, b).ok()?
+                }
+            };
+            made.insert(node, function);
+        }
+        // The question itself comes first: often nothing that is assumed is needed.
+        let mut rest = Ref::TRUE;
+        for lit in all.iter().rev() {
+            let function = read(&mut bdd, &made, *lit).ok()?;
+            rest = bdd.and(rest, function).ok()?;
+        }
+        for clause in clauses {
+            if rest == Ref::FALSE {
+                break;
+            }
+            let lits = clause.iter().map(|lit| read(&mut bdd, &made, *lit)).collect::<Result<Vec<_>, _>>().ok()?;
+            let function = bdd.or_all(lits).ok()?;
+            rest = bdd.and(rest, function).ok()?;
+        }
+        Some(rest != Ref::FALSE)
     }
 
     /// Values of the variables that make all literals true (those of negative value left out). None inside if there are none; none at all if the

@@ -43,6 +43,8 @@ struct Model<'n> {
     inputs: Inputs,
     /// The name of each variable that is a state bit.
     name_of: BTreeMap<Lit, Key>,
+    /// The order of variables in decision diagrams: truth values, then words from the highest bit down, side by side.
+    bit_of: BTreeMap<Lit, u32>,
     /// Pieces of several bits, and the condition that they are a code. Inputs too.
     valid: Vec<(Vec<Lit>, Lit)>,
     valid_of: BTreeMap<Lit, usize>,
@@ -93,13 +95,25 @@ impl<'n> Model<'n> {
                 forbidden.push((support, lit));
             }
         }
+        let mut bit_of = BTreeMap::new();
+        let words = state_bits.iter().map(|((origin, element, bit), lit)| ((Some((*origin, *element)), 0), *bit, *lit));
+        let words = words.chain(input_bits.iter().map(|((input, bit), lit)| ((None, *input), *bit, *lit)));
+        let words: Vec<_> = words.collect();
+        let mut width = BTreeMap::new();
+        for (word, bit, _) in &words {
+            let width: &mut u32 = width.entry(*word).or_default();
+            *width = (*width).max(*bit);
+        }
+        for (word, bit, lit) in &words {
+            bit_of.insert(*lit, if width[word] == 0 { 0 } else { 64 - bit });
+        }
         let name_of = state_bits.iter().map(|(key, lit)| (*lit, *key)).collect();
         let valid_of =
             valid.iter().enumerate().flat_map(|(at, (bits, _))| bits.iter().map(move |bit| (*bit, at))).collect();
         if !net.settings.events_exclusive {
             events.clear();
         }
-        Ok(Model { maker, state, state_bits, input_bits, inputs, name_of, valid, valid_of, forbidden, events })
+        Ok(Model { maker, state, state_bits, input_bits, inputs, name_of, bit_of, valid, valid_of, forbidden, events })
     }
 
     fn aig(&mut self) -> &mut Aig {
@@ -183,7 +197,16 @@ impl<'n> Model<'n> {
         let support = self.maker.aig.support(&[a, b], CONE)?;
         let (mut holds, clauses) = self.invariants(facts, &support);
         holds.push(differ);
-        self.maker.aig.satisfy(&holds, &clauses, limits.conflicts)
+        // Most questions are settled by the solver at once. Arithmetic often is not, and has small diagrams if words are read bit by bit.
+        let first = self.maker.aig.satisfy(&holds, &clauses, limits.conflicts.min(200));
+        if first.is_some() {
+            return first;
+        }
+        let rank = |lit: Lit| self.bit_of.get(&lit).copied().unwrap_or(0);
+        match self.maker.aig.satisfiable_by_diagram(&holds, &clauses, rank, limits.bdd_nodes / 4) {
+            Some(false) => Some(None),
+            Some(true) | None => self.maker.aig.satisfy(&holds, &clauses, limits.conflicts),
+        }
     }
 
     /// The active steps among some bits, and how much else of the state is not 0, for a message.
