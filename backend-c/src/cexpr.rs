@@ -172,7 +172,10 @@ impl CExpr {
             if if is_and { operand.is_false() } else { operand.is_true() } {
                 return CExpr::bool(!is_and);
             }
-            rest.push(operand);
+            // The same question twice is asked once; looking is quadratic, so only short lists are looked through.
+            if rest.len() > 32 || rest.iter().all(|earlier| earlier.text != operand.text) {
+                rest.push(operand);
+            }
         }
         if rest.len() == 1
             && let Some(only) = rest.pop()

@@ -117,19 +117,20 @@ impl Node {
         self
     }
 
-    /// The same as the definition of a local.
-    pub(crate) fn defining(mut self, name: impl Into<String>) -> Self {
-        self.defines = Some(Definition { name: name.into(), effect: None });
-        self
+    /// The same as the definition of a local. A member of a structure is none: another function may read it.
+    pub(crate) fn defining(self, name: impl Into<String>) -> Self {
+        self.definition(name.into(), None)
     }
 
     /// The same as the definition of a local by a call that must be made in any case.
-    pub(crate) fn defining_by(
-        mut self,
-        name: impl Into<String>,
-        effect: impl Into<String>,
-    ) -> Self {
-        self.defines = Some(Definition { name: name.into(), effect: Some(effect.into()) });
+    pub(crate) fn defining_by(self, name: impl Into<String>, effect: impl Into<String>) -> Self {
+        self.definition(name.into(), Some(effect.into()))
+    }
+
+    fn definition(mut self, name: String, effect: Option<String>) -> Self {
+        if name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_') {
+            self.defines = Some(Definition { name, effect });
+        }
         self
     }
 

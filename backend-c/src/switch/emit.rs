@@ -4,7 +4,7 @@
 //! [`Options::max_transitions`] transitions, that share what lives within a reaction in a structure on the stack. A variable with more transitions than
 //! that is itself split: its values are dealt to functions by their upper bits.
 
-use super::plan::{Latch, Machine, Plan, used_edges};
+use super::plan::{Latch, Machine, Plan, receptivity, used_edges};
 use super::table::Tables;
 use crate::calls::{self, Callee};
 use crate::cexpr::{CExpr, Class, Helpers, Prec, Scope, c_expr, saturated, storage};
@@ -830,8 +830,8 @@ impl<'a> Emit<'a> {
         let asked = self.plan.leaving[step].iter().position(|it| *it == id).unwrap_or(0);
         let mut all = self.other_sources(id, owner);
         let net = self.net;
-        let guard = &net.transitions[id].guard;
-        all.push(c_expr(guard, &mut Reader { emit: self, place: Place::Guard { step, asked } }));
+        let guard = receptivity(net, id);
+        all.push(c_expr(&guard, &mut Reader { emit: self, place: Place::Guard { step, asked } }));
         let policy_competes = net.settings.policy != grafsynth_ir::net::Policy::All;
         if policy_competes {
             let mut seen = BTreeSet::from([id]);
@@ -860,10 +860,8 @@ impl<'a> Emit<'a> {
                                 .unwrap_or(0);
                             // The plan lets no rival through that looks at its own rivals.
                             let place = Place::Guard { step: other, asked };
-                            let fires = c_expr(
-                                &net.transitions[rival].guard,
-                                &mut Reader { emit: self, place },
-                            );
+                            let fires =
+                                c_expr(&receptivity(net, rival), &mut Reader { emit: self, place });
                             all.push(fires.not());
                         }
                         None => {}
@@ -1552,8 +1550,8 @@ impl Scope<Leaf> for Reader<'_, '_> {
                     Some(position) if position < asked => CExpr::bool(false),
                     Some(position) => {
                         let place = Place::Guard { step, asked: position };
-                        let guard = &net.transitions[rival].guard;
-                        c_expr(guard, &mut Reader { emit: self.emit, place })
+                        let guard = receptivity(net, rival);
+                        c_expr(&guard, &mut Reader { emit: self.emit, place })
                     }
                 }
             }

@@ -14,6 +14,7 @@ use grafsynth_ir::net::{
     Step, StepId, StepKind, StmtKind, Transition, TransitionId, TransitionKind, Var, VarId,
 };
 use grafsynth_ir::{IdMap, Span};
+use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Why the style can't carry the net: the construct in the user's words, and where it is.
@@ -386,7 +387,8 @@ fn disjoint(net: &Net, earlier: TransitionId, later: TransitionId) -> bool {
             | ExprKind::Select(..) => std::slice::from_ref(expr),
         }
     }
-    let (a, b) = (factors(&net.transitions[earlier].guard), factors(&net.transitions[later].guard));
+    let (a, b) = (receptivity(net, earlier), receptivity(net, later));
+    let (a, b) = (factors(&a), factors(&b));
     let negates = |one: &Expr, other: &Expr| matches!(&one.kind, ExprKind::Not(inner) if inner.kind == other.kind);
     let otherwise = |all: &[Expr], of: TransitionId| {
         all.iter().any(|it| {
@@ -405,6 +407,18 @@ fn same_effect(a: &Transition, b: &Transition) -> bool {
         && a.restart == b.restart
         && a.actions.is_empty()
         && b.actions.is_empty()
+}
+
+/// The whole receptivity: one of its events, if it has any, and its condition.
+pub(crate) fn receptivity(net: &Net, id: TransitionId) -> Cow<'_, Expr> {
+    let transition = &net.transitions[id];
+    if transition.events.is_empty() {
+        return Cow::Borrowed(&transition.guard);
+    }
+    let span = transition.meta.span;
+    let event =
+        Expr::or(transition.events.iter().map(|event| Expr::leaf(Leaf::Input(*event), span)));
+    Cow::Owned(Expr::and([event, transition.guard.clone()]))
 }
 
 /// Everything of a net that is evaluated, with where it stands.

@@ -8,7 +8,7 @@
 //! Variables share a *bank* while the inputs and outputs they use fit one word each.
 
 use super::emit::Emit;
-use super::plan::{Plan, entered};
+use super::plan::{Plan, entered, receptivity};
 use crate::cexpr::{CExpr, Prec, storage};
 use crate::cprogram::Member;
 use crate::ctext::{Kind, Node};
@@ -650,7 +650,7 @@ fn plain(net: &Net, plan: &Plan, index: usize) -> Option<Vec<(StepId, Waiting)>>
         let mut rows = Vec::new();
         for id in &plan.leaving[*step] {
             let target = plan.added(net, *id, index)?;
-            for term in terms(net, &net.transitions[*id].guard, true)? {
+            for term in terms(net, &receptivity(net, *id), true)? {
                 rows.push((term, target, *id));
             }
         }

@@ -222,6 +222,10 @@ pub(crate) fn random_net(title: &str, seed: u64, flavour: Flavour) -> (Valid<Net
                 if grow.random.one_in(3) {
                     grow.b.net.transitions[id].priority = Some(grow.random.between(1, 3) as u32);
                 }
+                let event = grow.pick_input();
+                if grow.b.net.inputs[event].kind.is_event() && grow.random.one_in(2) {
+                    grow.b.net.transitions[id].events = vec![event];
+                }
                 if to == [*step] && grow.random.one_in(2) {
                     grow.b.net.transitions[id].restart = true;
                 }
