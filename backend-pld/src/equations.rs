@@ -114,12 +114,13 @@ impl Equations {
         let flops = IdMap::build(&logic.flops, |id, _| first_flop + id.index());
 
         let mut equations = Vec::new();
+        let mut large = Vec::new();
         let budget = options.budget;
         let forms = FormChoice { logic, device, budget, dont_cares: options.dont_cares };
         for (id, flop) in logic.flops.iter() {
             match forms.registered(flop.next, flop.init) {
                 Ok(form) => equations.push(equation(&mut signals, flops[id], true, form, &inputs, &flops)),
-                Err(refused) => findings.push(too_large("flip-flop", &flop.name, &flop.meta, refused)),
+                Err(why) => large.push(TooLarge { kind: "flip-flop", name: &flop.name, meta: &flop.meta, why }),
             }
         }
         for (id, output) in logic.outputs.iter() {
@@ -136,8 +137,11 @@ impl Equations {
             let is_clocked = output.registered.is_some();
             match form {
                 Ok(form) => equations.push(equation(&mut signals, outputs[id], is_clocked, form, &inputs, &flops)),
-                Err(refused) => findings.push(too_large("output", &output.name, &output.meta, refused)),
+                Err(why) => large.push(TooLarge { kind: "output", name: &output.name, meta: &output.meta, why }),
             }
+        }
+        if !large.is_empty() {
+            findings.push(too_large(&large));
         }
         if !findings.is_empty() {
             return Err(findings);
@@ -374,10 +378,32 @@ fn equation(
     Equation { signal, is_complemented: form.is_complemented, is_registered, products: products.collect() }
 }
 
-fn too_large(kind: &str, name: &str, meta: &Meta, refused: Refused) -> Diagnostic {
-    Diagnostic::error(codes::TOO_MANY_PRODUCTS, format!("the function of {kind} `{name}` is too large for a sum of products: {refused}"))
-        .at(meta.span, "declared here")
-        .help("build for `verilog` or `blif`, which keep functions factored, or narrow the ranges it is computed from")
+/// A function without a sum of products.
+struct TooLarge<'a> {
+    kind: &'static str,
+    name: &'a str,
+    meta: &'a Meta,
+    why: Refused,
+}
+
+/// All functions that are too large, in one finding: they mostly have one cause.
+fn too_large(all: &[TooLarge<'_>]) -> Diagnostic {
+    const SHOWN: usize = 6;
+    let mut names: Vec<String> = all.iter().take(SHOWN).map(|one| format!("{} `{}` ({})", one.kind, one.name, one.why)).collect();
+    if all.len() > SHOWN {
+        names.push(format!("and {} more", all.len() - SHOWN));
+    }
+    let functions = if all.len() == 1 { "1 function is".to_owned() } else { format!("{} functions are", all.len()) };
+    let mut finding =
+        Diagnostic::error(codes::TOO_MANY_PRODUCTS, format!("{functions} too large for a sum of products: {}", names.join(", ")));
+    let mut spans: Vec<grafsynth_ir::Span> = Vec::new();
+    for one in all {
+        if !spans.contains(&one.meta.span) && spans.len() < SHOWN {
+            spans.push(one.meta.span);
+            finding = finding.at(one.meta.span, "declared here");
+        }
+    }
+    finding.help("build for `verilog` or `blif`, which keep functions factored, or narrow the ranges these functions are computed from")
 }
 
 fn wakes_high(device: &Device, output: &PinOutput) -> Diagnostic {

@@ -24,7 +24,7 @@ pub struct Budget {
 
 impl Default for Budget {
     fn default() -> Self {
-        Budget { products: 4096, nodes: 1 << 19 }
+        Budget { products: 512, nodes: 1 << 17 }
     }
 }
 
@@ -103,12 +103,9 @@ fn sum_of_products_over(
     budget: Budget,
 ) -> Result<Vec<Product>, Refused> {
     let mut bdd = Bdd::with_limit(budget.nodes);
-    let mut functions = Functions::new(logic);
+    let mut functions = Functions::new();
     for &var in vars {
-        match var {
-            Var::Flop(flop) => functions.flop_level(flop),
-            Var::Input(input) => functions.input_level(input),
-        };
+        functions.level(var);
     }
     let value = functions.build(&mut bdd, logic, node)?;
     let on = if negated { bdd.not(value)? } else { value };

@@ -2,8 +2,7 @@
 
 use crate::bdd::{Bdd, Full, Ref};
 use crate::build::for_each_operand;
-use grafsynth_ir::arena::IdMap;
-use grafsynth_ir::logic::{Flop, FlopId, Logic, Node, NodeId, PinInput, PinInputId};
+use grafsynth_ir::logic::{FlopId, Logic, Node, NodeId, PinInputId};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// A variable of a circuit's functions: an input bit or the present value of a flip-flop.
@@ -19,24 +18,19 @@ pub enum Var {
 ///
 /// Variables get levels in the order in which functions first need them, which keeps what is used together close together; a client that wants another
 /// order asks for the variables in that order first.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Functions {
     vars: Vec<Var>,
-    flop_levels: IdMap<Flop, Option<u32>>,
-    input_levels: IdMap<PinInput, Option<u32>>,
+    /// The level of each variable; a map, for most functions of a large circuit need few of its variables.
+    levels: BTreeMap<Var, u32>,
     built: BTreeMap<NodeId, Ref>,
 }
 
 impl Functions {
-    /// Nothing built yet. The circuit's nodes may grow while this is used; its inputs and flip-flops may not.
+    /// Nothing built yet.
     #[must_use]
-    pub fn new(logic: &Logic) -> Self {
-        Functions {
-            vars: Vec::new(),
-            flop_levels: IdMap::filled(&logic.flops, None),
-            input_levels: IdMap::filled(&logic.inputs, None),
-            built: BTreeMap::new(),
-        }
+    pub fn new() -> Self {
+        Self::default()
     }
 
     /// The variables by level.
@@ -45,22 +39,23 @@ impl Functions {
         &self.vars
     }
 
-    /// The level of a flip-flop's variable, given now if it had none.
-    pub fn flop_level(&mut self, flop: FlopId) -> u32 {
+    /// The level of a variable, given now if it had none.
+    pub fn level(&mut self, var: Var) -> u32 {
         let next = u32::try_from(self.vars.len()).unwrap_or(u32::MAX);
-        *self.flop_levels[flop].get_or_insert_with(|| {
-            self.vars.push(Var::Flop(flop));
+        *self.levels.entry(var).or_insert_with(|| {
+            self.vars.push(var);
             next
         })
     }
 
+    /// The level of a flip-flop's variable, given now if it had none.
+    pub fn flop_level(&mut self, flop: FlopId) -> u32 {
+        self.level(Var::Flop(flop))
+    }
+
     /// The level of an input's variable, given now if it had none.
     pub fn input_level(&mut self, input: PinInputId) -> u32 {
-        let next = u32::try_from(self.vars.len()).unwrap_or(u32::MAX);
-        *self.input_levels[input].get_or_insert_with(|| {
-            self.vars.push(Var::Input(input));
-            next
-        })
+        self.level(Var::Input(input))
     }
 
     /// The variable of a flip-flop.

@@ -151,7 +151,8 @@ impl Parser<'_, '_> {
                 let message = format!("a {} has no pin {number}: it has {}", device.name, device.n_pins);
                 self.draft.error(codes::DEVICE_LIMIT, span, message);
             }
-            if let Some(other) = self.draft.signals.iter().find(|signal| number.is_some() && signal.pin == number && !is_node) {
+            let taken = number.filter(|_| !is_node).and_then(|_| self.draft.signals.iter().find(|signal| signal.pin == number));
+            if let Some(other) = taken {
                 let message = format!("pin {} is `{}` already", number.unwrap_or(0), other.name);
                 let finding = Diagnostic::error(codes::DEFINED_TWICE, message).at(span, "here").at(other.span, "and here");
                 self.draft.report(finding);

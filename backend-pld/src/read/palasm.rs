@@ -198,7 +198,8 @@ impl Parser<'_, '_> {
                 let message = format!("a {} has no pin {pin}: it has {}", device.name, device.n_pins);
                 self.draft.error(codes::DEVICE_LIMIT, number_span, message);
             }
-            if let Some(other) = self.draft.signals.iter().find(|signal| pin.is_some() && signal.pin == pin) {
+            let taken = pin.and_then(|_| self.draft.signals.iter().find(|signal| signal.pin == pin));
+            if let Some(other) = taken {
                 let message = format!("pin {} is `{}` already", number.text, other.name);
                 let finding = Diagnostic::error(codes::DEFINED_TWICE, message).at(number_span, "here").at(other.span, "and here");
                 self.draft.report(finding);

@@ -361,7 +361,7 @@ impl Encoder<'_> {
             return true;
         }
         let mut bdd = Bdd::with_limit(EXCLUSIVE_LIMIT);
-        let mut functions = Functions::new(&self.builder.logic);
+        let mut functions = Functions::new();
         let mut check = || -> Result<bool, crate::bdd::Full> {
             // At most one step of a component with one token.
             let mut possible = crate::bdd::Ref::TRUE;

@@ -1,0 +1,190 @@
+//! Texts as other people write them.
+
+use crate::{Dialect, codes, read};
+use grafsynth_ir::logic::Logic;
+use grafsynth_ir::span::FileId;
+use grafsynth_logic::sim::LogicSim;
+
+fn accepted(dialect: Dialect, text: &str) -> Logic {
+    let (logic, findings) = read(dialect, FileId(0), text);
+    assert_eq!(findings, []);
+    logic.unwrap()
+}
+
+/// The codes and lines (from 1) of all findings.
+fn findings(dialect: Dialect, text: &str) -> Vec<(&'static str, usize)> {
+    let (_, findings) = read(dialect, FileId(0), text);
+    let line = |at: u32| text[..at as usize].matches('\n').count() + 1;
+    findings.iter().map(|finding| (finding.code.id, line(finding.labels[0].span.start))).collect()
+}
+
+fn output(logic: &Logic, name: &str, inputs: &[(&str, bool)]) -> bool {
+    let mut sim = LogicSim::new(logic);
+    for (name, value) in inputs {
+        let pin = logic.inputs.iter().find(|(_, input)| input.name == *name).map(|(id, _)| id).unwrap();
+        sim.set_input(pin, u64::from(*value));
+    }
+    let pin = logic.outputs.iter().find(|(_, output)| output.name == name).map(|(id, _)| id).unwrap();
+    sim.output(pin) & 1 == 1
+}
+
+#[test]
+fn palasm_with_a_list_of_pins() {
+    let logic = accepted(
+        Dialect::Palasm,
+        "Title   DECODER          ; free text: * + / here\r\nPattern 1\r\nAuthor  somebody\r\n\r\nCHIP DEC PAL16R4-7\r\n\
+         ;1   2  3  4  5  6  7  8  9  10\r\n CLK  A  B  /C NC NC NC NC NC GND\r\n /OE NC NC Q0 Q1 NC NC Y /Z VCC\r\n\r\n\
+         STRING BOTH 'A * B'\r\nEQUATIONS\r\n\
+         Y = BOTH * C            ; a string and an inverted pin\r\n  + /A\r\n  */B\r\n\
+         /Z = (A + B) :+: C\r\n\
+         Q0 := /Q0\r\n/Q1 := Q0 * A\r\nQ0.TRST = VCC\r\nY.TRST=VCC\r\n\r\nSIMULATION\r\nSETF A /B\r\nwhatever follows ((( is not read\r\n",
+    );
+    let names: Vec<&str> = logic.inputs.values().map(|input| input.name.as_str()).collect();
+    assert_eq!(names, ["A", "B", "C", "OE"], "the clock is no input");
+    for bits in 0..8u8 {
+        let (a, b, c) = (bits & 1 == 1, bits & 2 == 2, bits & 4 == 4);
+        let pins = [("A", a), ("B", b), ("C", c)];
+        assert_eq!(output(&logic, "Y", &pins), a && b && c || !a && !b);
+        assert_eq!(output(&logic, "Z", &pins), (a || b) == c);
+    }
+    // Pins of a 16R4 wake high, whatever the polarity of the equation.
+    assert!(logic.flops.values().all(|flop| flop.init));
+}
+
+#[test]
+fn palasm_errors_come_all_at_once() {
+    let text = "CHIP x PAL22V10\nPIN 1 clk\nPIN 2 a\nPIN 2 b\nPIN 99 c\nPIN 14 q REGISTERED\nPIN 15 y\nEQUATIONS\nq := a +\ny = a * nobody\n\
+                a = b\ny = b\nq.JKF = a\n = b\n";
+    let mut found = findings(Dialect::Palasm, text);
+    found.sort_unstable_by_key(|entry| entry.1);
+    let lines: Vec<usize> = found.iter().map(|entry| entry.1).collect();
+    assert_eq!(lines, [4, 5, 10, 10, 11, 12, 13, 14], "{found:?}");
+    assert!(found.contains(&("G0721", 10)), "{found:?}");
+}
+
+#[test]
+fn galasm_errors_name_what_the_device_lacks() {
+    let chip = |device: &str, rows: &str, equations: &str| format!("{device}\nSIG\n\n{rows}\n\n{equations}\n");
+    let rows = "Clock I0 I1 I2 I3 I4 I5 NC NC GND\n/OE O0 O1 O2 O3 O4 NC NC NC VCC";
+    let v8 = |equations: &str| findings(Dialect::Galasm, &chip("GAL16V8", rows, equations));
+    assert_eq!(v8("O0 = I0 * I1\n/O4 = I0 + I1"), []);
+    assert_eq!(v8("O0 = I0 *\n   I1\n  + /I2"), []);
+    assert_eq!(v8("O0.R = I0 + Clock"), [("G0726", 4), ("G0724", 4)]);
+    assert_eq!(v8("O0 = GND + I1"), [("G0726", 7)]);
+    assert_eq!(v8("O0 = /VCC"), [("G0726", 7)]);
+    assert_eq!(v8("O0.CLK = I0\nO0 = I1"), [("G0726", 7)]);
+    assert_eq!(v8("O0 = I0\nO0.E = I1"), [("G0726", 8)]);
+    assert_eq!(v8("O0.T = I0\n/O0.E = I1"), [("G0726", 8), ("G0725", 8)]);
+    assert_eq!(v8("O0.UNK = I0"), [("G0720", 7)]);
+    assert_eq!(v8("I0 = I1"), [("G0726", 7)]);
+    assert_eq!(v8("O0 = I0\nO0.T = I1"), [("G0722", 8)]);
+    assert_eq!(v8("O0 = I0 + I1 + I2 + I3 + I4 + I5 + /I0 + /I1\nO1 = O0"), [("G0726", 5), ("G0726", 7)]);
+    assert_eq!(v8("O0 = Io"), [("G0721", 7)]);
+    assert_eq!(v8("O0 = I4 * /I5 *\n   + /I4\nO1 = I0"), [("G0720", 8)]);
+    assert_eq!(findings(Dialect::Galasm, "GAL16V9\nSIG\n"), [("G0712", 1)]);
+    assert_eq!(findings(Dialect::Galasm, &chip("GAL16V8", "Clock I0 / GND\nNC VCC", "O0 = I0")), [("G0720", 4), ("G0726", 4), ("G0726", 4)]);
+    let ra = "/PL I0 I1 I2 I3 I4 I5 I6 I7 I8 Clock GND\n/OE O0 O1 O2 O3 O4 O5 O6 O7 NC NC VCC";
+    let ra = |equations: &str| findings(Dialect::Galasm, &chip("GAL20RA10", ra, equations));
+    assert_eq!(ra("O0.R = I0\nO0.CLK = Clock"), []);
+    assert_eq!(ra("O0.R = I0"), [("G0726", 7)]);
+    assert_eq!(ra("O1 = I0\nO1.ARST = I1"), [("G0726", 8)]);
+    assert_eq!(ra("O0.R = I0\nO0.CLK = Clock\nO1.R = I1\nO1.CLK = I2"), [("G0724", 10)]);
+    let v10 = "clk I0 I1 I2 I3 I4 NC I5 I6 I7 I8 GND\n/OE O0 O1 O2 O3 O4 NC O5 O6 O7 NC VCC";
+    let v10 = |equations: &str| findings(Dialect::Galasm, &chip("GAL22V10", v10, equations));
+    assert_eq!(v10("O0.R = I0\nSP = I1"), []);
+    assert_eq!(v10("O0.R = I0\nAR = I1"), [("G0725", 8)]);
+    assert_eq!(v10("O0.R = I0\nSP = I1 + I2"), [("G0726", 8)]);
+    assert_eq!(v10("O0.R = I0\n/SP = I1"), [("G0726", 8)]);
+    assert_eq!(v10("O0.R = I0\nSP.R = I1"), [("G0720", 8)]);
+    assert_eq!(v10("O0 = I0 + AR"), [("G0721", 7)]);
+}
+
+#[test]
+fn inverted_pins_and_inverted_equations_are_two_ways_to_say_one_thing() {
+    let rows = |a: &str, b: &str| format!("GAL22V10\nInv\nclk A B NC NC NC NC NC NC NC NC GND\n/CS {a} {b} NC NC NC NC NC NC NC NC VCC\n");
+    let plain = accepted(Dialect::Galasm, &format!("{}/P.R = A * B\n/Q.R = /P\n", rows("Q", "P")));
+    let turned = accepted(Dialect::Galasm, &format!("{}P.R = A * B\n/Q.R = P\n", rows("Q", "/P")));
+    // P of the second text is the complement of its pin, so it is not P of the first one.
+    let (mut x, mut y) = (LogicSim::new(&plain), LogicSim::new(&turned));
+    let flop = |logic: &Logic, name: &str| logic.flops.iter().find(|(_, flop)| flop.name == name).map(|(id, _)| id).unwrap();
+    for row in 0..4u64 {
+        for pin in plain.inputs.ids().take(2) {
+            x.set_input(pin, row >> pin.index() & 1);
+            y.set_input(pin, row >> pin.index() & 1);
+        }
+        let shown = |sim: &LogicSim<'_>, name| sim.flop(flop(sim.logic(), name)) & 1;
+        assert_eq!(shown(&x, "Q"), shown(&y, "Q"));
+        assert_eq!(shown(&x, "P"), 1 - shown(&y, "P"));
+        x.clock();
+        y.clock();
+    }
+}
+
+#[test]
+fn cupl_as_wincupl_users_write_it() {
+    let logic = accepted(
+        Dialect::Cupl,
+        "Name     Demo ;\nPartNo   00 ;\nDate     25.06.2011 ;\nRevision 01 ;\nDesigner Engineer ;\nCompany  None ;\nAssembly None ;\nLocation None ;\n\
+         Device   g22v10 ;\n/* inputs */\nPin 1 = clk ;\nPIN [2..4] = [a,b,c] ;\nPIN 5 = !d;\n/* outputs */\nPIN 14 = x ;\nPIN 15 = !y ;\nPIN 16 = z;\n\
+         both = a & b ;\nx = both # !c $ d ;\n!y.d = both & !y ;\ny.ar = 'b'0 ;\ny.sp = 'b'0 ;\nz = 'b'1 ;\n",
+    );
+    for bits in 0..16u8 {
+        let (a, b, c, d) = (bits & 1 == 1, bits & 2 == 2, bits & 4 == 4, bits & 8 == 8);
+        let pins = [("a", a), ("b", b), ("c", c), ("d", d)];
+        assert_eq!(output(&logic, "x", &pins), (a && b || !c) != d);
+        assert!(output(&logic, "z", &pins));
+    }
+    assert_eq!(logic.flops.len(), 1);
+    let found = findings(Dialect::Cupl, "Device g22v10;\nPIN 1 = clk\nPIN 2 = a;\nPIN 14 = x;\nx = a &;\nx.j = a;\nFIELD f = [a];\n");
+    let codes: Vec<&str> = found.iter().map(|entry| entry.0).collect();
+    assert_eq!(codes, ["G0720", "G0720", "G0724", "G0724", "G0721"], "{found:?}");
+}
+
+#[test]
+fn verilog_with_ports_below_and_conditions() {
+    let logic = accepted(
+        Dialect::Verilog,
+        "`timescale 1ns/1ps\n(* keep *) module m(clk, a, b, q, y);\n input clk, a, b; output q, y; reg q; /* a\n comment */ wire n = ~a ^ b, o;\n\
+         assign o = a ? b : n ? 1'b1 : 1'h0, y = !(o || a && b);\n initial begin q = 1'b1; end\n\
+         always @(posedge clk) begin\n  if (a) q <= b;\n  else if (b) begin q <= ~q; end\n end\nendmodule\n",
+    );
+    assert_eq!(logic.flops.len(), 1);
+    for bits in 0..4u8 {
+        let (a, b) = (bits & 1 == 1, bits & 2 == 2);
+        let n = !a != b;
+        let o = if a { b } else { n };
+        assert_eq!(output(&logic, "y", &[("a", a), ("b", b)]), !(o || a && b));
+        let mut sim = LogicSim::new(&logic);
+        for (pin, value) in logic.inputs.ids().zip([a, b]) {
+            sim.set_input(pin, u64::from(value));
+        }
+        let flop = logic.flops.ids().next().unwrap();
+        assert_eq!(sim.flop(flop) & 1, 1);
+        sim.clock();
+        assert_eq!(sim.flop(flop) & 1 == 1, if a { b } else { !b });
+    }
+    let found = findings(
+        Dialect::Verilog,
+        "module m(input wire a, output wire y);\n wire [3:0] v;\n assign y = a +;\n assign z = a;\n always @(negedge a) y <= a;\n foo bar(a);\nendmodule\n",
+    );
+    let codes: Vec<&str> = found.iter().map(|entry| entry.0).collect();
+    assert_eq!(codes, ["G0724", "G0720", "G0724", "G0724", "G0721"], "{found:?}");
+}
+
+#[test]
+fn blif_with_joined_lines_and_both_kinds_of_rows() {
+    let logic = accepted(
+        Dialect::Blif,
+        "# made by hand\n.model m\n.inputs a \\\n b clk\n.outputs x y\n.names a b x # and\n11 1\n.names a b n\n00 0\n.names n q y\n1- 1\n-1 1\n\
+         .latch n q re clk 1\n.latch q r re clk\n.end\n",
+    );
+    assert_eq!(logic.inputs.len(), 2, "the clock is no input");
+    for bits in 0..4u8 {
+        let (a, b) = (bits & 1 == 1, bits & 2 == 2);
+        assert_eq!(output(&logic, "x", &[("a", a), ("b", b)]), a && b);
+    }
+    assert_eq!(logic.flops.values().map(|flop| flop.init).collect::<Vec<_>>(), [true, false]);
+    let found = findings(Dialect::Blif, ".model m\n.inputs a\n.outputs x\n.names a x\n2 1\n11 1\n0 2\n.gate and2 a=b\n.latch\n01\n.end\n");
+    assert_eq!(found.iter().map(|entry| entry.1).collect::<Vec<_>>(), [5, 6, 7, 8, 9, 10], "{found:?}");
+    assert!(found.contains(&(codes::UNSUPPORTED.id, 8)));
+}
