@@ -10,6 +10,7 @@
 
 mod aig;
 mod ending;
+mod forcing;
 mod number;
 mod reaction;
 mod select;

@@ -13,9 +13,9 @@ use grafsynth_ir::net::{
 
 use super::aig::{Aig, Lit};
 use super::ending::held_of;
+use super::forcing::{ForcedChart, forced_charts};
 use super::number::Number;
 use super::state::{Shape, State, Value, is_move};
-use crate::cover;
 use crate::exclusive::entered;
 
 /// The inputs of a reaction.
@@ -63,6 +63,10 @@ pub(crate) struct Maker<'n> {
     pub(super) rise: Vec<Lit>,
     pub(super) fall: Vec<Lit>,
     pub(super) fireable: Vec<Lit>,
+    /// The fireable ones that no forcing order holds back at the start.
+    pub(super) free: Vec<Lit>,
+    /// Forced charts, top of the hierarchy first.
+    pub(super) forced: Vec<ForcedChart>,
     pub(super) calls: BTreeMap<OutputId, Vec<Lit>>,
     /// With simultaneous assignments: what every list of the micro-step reads.
     pub(super) frozen: Option<Box<State>>,
@@ -99,6 +103,8 @@ impl<'n> Maker<'n> {
             rise: vec![Lit::FALSE; net.edges.len()],
             fall: vec![Lit::FALSE; net.edges.len()],
             fireable: vec![Lit::FALSE; net.transitions.len()],
+            free: Vec::new(),
+            forced: forced_charts(net)?,
             calls: BTreeMap::new(),
             frozen: None,
         };
@@ -387,7 +393,7 @@ impl<'n> Maker<'n> {
         self.events.fill(Lit::FALSE);
         self.rise.fill(Lit::FALSE);
         self.fall.fill(Lit::FALSE);
-        let initial = cover::initial_situation(net);
+        let initial = self.initial_situation();
         let is_in = |step: StepId| initial.binary_search(&step).is_ok();
         for ((a, b), older) in &mut state.older {
             *older = Lit::constant(!is_in(*a) || is_in(*b));
@@ -523,11 +529,14 @@ impl<'n> Maker<'n> {
             self.fireable[id.index()] = self.aig.and_all(parts);
         }
         self.check_size()?;
-        self.select(state)
+        self.hold_forced(state);
+        let mut chosen = self.select(state)?;
+        self.stop_forced(state, &mut chosen);
+        Ok(chosen)
     }
 
-    /// NEXT and FIRE.
-    fn fire(&mut self, state: &mut State, fires: &[Lit]) -> Result<(), Unsupported> {
+    /// NEXT: the situation after these transitions have fired, and the steps that restart.
+    pub(super) fn next(&mut self, state: &State, fires: &[Lit]) -> (Vec<Lit>, Vec<Lit>) {
         let net = self.net;
         let n = net.steps.len();
         let mut leaves: Vec<Vec<Lit>> = vec![Vec::new(); n];
@@ -585,6 +594,16 @@ impl<'n> Maker<'n> {
                 }
             }
         }
+        self.force(&before, &mut next, &mut restarted);
+        (next, restarted)
+    }
+
+    /// FIRE.
+    fn fire(&mut self, state: &mut State, fires: &[Lit]) -> Result<(), Unsupported> {
+        let net = self.net;
+        let n = net.steps.len();
+        let before = state.active.clone();
+        let (next, restarted) = self.next(state, fires);
         self.check_size()?;
         let mut down = Vec::with_capacity(n);
         let mut up = Vec::with_capacity(n);
@@ -681,9 +700,6 @@ fn advance(aig: &mut Aig, counter: &Number, runs: Lit, cap: i64) -> Number {
 fn refuse(net: &Net) -> Result<(), Unsupported> {
     if net.settings.policy.is_statechart() {
         return Err("statecharts are not covered by the symbolic proof yet".to_owned());
-    }
-    if !net.forcings.is_empty() {
-        return Err("forcing orders are not covered by the symbolic proof yet".to_owned());
     }
     if !net.unspecified.is_empty() {
         return Err("open cells are not covered by the symbolic proof yet".to_owned());

@@ -57,7 +57,7 @@ impl Maker<'_> {
     /// Semantics §4.
     pub(super) fn select(&mut self, state: &State) -> Result<Vec<Lit>, Unsupported> {
         let net = self.net;
-        let mut chosen = self.fireable.clone();
+        let mut chosen = self.free.clone();
         match net.settings.policy {
             Policy::PriorityAge => {
                 self.select_by_age(state, &mut chosen)?;
@@ -73,7 +73,7 @@ impl Maker<'_> {
                 continue;
             }
             let transition = &net.transitions[id];
-            let mut parts = vec![self.fireable[id.index()]];
+            let mut parts = vec![self.free[id.index()]];
             if competes {
                 parts.extend(transition.requires.iter().map(|step| !consumed[step.index()]));
             }
@@ -159,11 +159,11 @@ impl Maker<'_> {
             }
             // What is known not to be taken, so far: at first what is not fireable.
             let mut out: BTreeMap<TransitionId, Lit> =
-                group.iter().map(|t| (*t, !self.fireable[t.index()])).collect();
+                group.iter().map(|t| (*t, !self.free[t.index()])).collect();
             let mut taken: BTreeMap<TransitionId, Lit> = BTreeMap::new();
             for _ in 0..rounds {
                 for t in &group {
-                    let mut parts = vec![self.fireable[t.index()]];
+                    let mut parts = vec![self.free[t.index()]];
                     for u in &rivals[t] {
                         let free = self.aig.or(!before[&(*u, *t)], out[u]);
                         parts.push(free);
@@ -172,7 +172,7 @@ impl Maker<'_> {
                     taken.insert(*t, lit);
                 }
                 for t in &group {
-                    let mut ways = vec![!self.fireable[t.index()]];
+                    let mut ways = vec![!self.free[t.index()]];
                     for u in &rivals[t] {
                         ways.push(self.aig.and(before[&(*u, *t)], taken[u]));
                     }
