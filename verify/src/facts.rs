@@ -14,7 +14,6 @@ use indexmap::IndexSet;
 use crate::cover::{self, cover};
 use crate::explore::{Ended, Ticks, explore};
 use crate::limits::Limits;
-use crate::symbolic;
 
 /// What is proved of a net. What could not be found out within the limits stands in [`Facts::open`]; nothing in the other fields is a guess.
 ///
@@ -23,9 +22,6 @@ use crate::symbolic;
 pub fn facts(net: &Valid<Net>, limits: &Limits) -> Facts {
     let mut facts = structural_facts(net);
     explicit_facts(net, limits, &mut facts);
-    if facts.reach.is_none() {
-        symbolic::reach(net, limits, &mut facts);
-    }
     facts
 }
 

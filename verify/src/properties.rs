@@ -8,8 +8,10 @@ use grafsynth_sim::{Simulator, Stimulus, breaks_assumption};
 use crate::alphabet::{Alphabet, NoAlphabet};
 use crate::codes;
 use crate::explore::{Ended, Ticks, explore};
+use crate::facts::structural_facts;
 use crate::limits::Limits;
 use crate::relevance::Relevance;
+use crate::symbolic;
 
 /// The answer for one `assert`.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -27,7 +29,7 @@ pub enum Outcome {
     Proved {
         /// How it was proved.
         by: Proof,
-        /// States that were enumerated.
+        /// States that were enumerated; 0 where the proof needed none.
         states: u64,
         /// The ticks for which it is proved; [`Ticks::Chip`] where all of them were too many.
         ticks: Ticks,
@@ -92,6 +94,17 @@ pub fn properties(net: &Valid<Net>, limits: &Limits) -> Vec<PropertyVerdict> {
             }
             Ended::Stopped(()) => {}
             Ended::Open(why) => why_open = why,
+        }
+    }
+    if outcomes.iter().any(Option::is_none) {
+        let facts = structural_facts(net);
+        for ((_, property), outcome) in asserts.iter().zip(&mut outcomes) {
+            if outcome.is_none()
+                && let Some(ticks) = symbolic::never(net, &facts, limits, &property.never)
+            {
+                let by = if ticks == Ticks::Any { Proof::Structural } else { Proof::Induction };
+                *outcome = Some(Outcome::Proved { by, states: 0, ticks });
+            }
         }
     }
     if outcomes.iter().any(Option::is_none) {
@@ -189,6 +202,16 @@ mod tests {
         // Under `never (x and y)` the two transitions never fire together, and one token cannot be in two steps.
         let verdicts = properties(&fig5(Some(PropertyRole::Assume)), &Limits::default());
         assert!(matches!(verdicts[0].outcome, Outcome::Proved { states: 3, ticks: Ticks::Any, .. }), "{verdicts:?}");
+    }
+
+    #[test]
+    fn what_components_exclude_needs_no_enumeration() {
+        let mut net = chart("s* a b | s>a:x s>b:nx a>s:y b>s:y");
+        let (a, b) = (find(&net, "a"), find(&net, "b"));
+        never(&mut net, PropertyRole::Assert, &[Leaf::Active(a), Leaf::Active(b)]);
+        let verdicts = properties(&valid(net), &Limits { pairs: 1, ..Limits::default() });
+        let proved = Outcome::Proved { by: Proof::Structural, states: 0, ticks: Ticks::Any };
+        assert_eq!(verdicts[0].outcome, proved);
     }
 
     #[test]

@@ -15,6 +15,7 @@ use grafsynth_logic::support::Var;
 use grafsynth_logic::{EncodeOptions, encode};
 use grafsynth_verify::equiv::{by_enumeration, by_induction};
 use grafsynth_verify::{Limits, Verdict, structural_facts};
+use grafsynth_sim::{Simulator, Stimulus, breaks_assumption};
 use random_net::{Features, random_net};
 
 fn limits() -> Limits {
@@ -149,4 +150,60 @@ fn a_spoiled_circuit_is_never_proved() {
     }
     println!("refuted {n_refuted}, harmless {n_harmless}");
     assert!(n_refuted > 4, "{n_refuted}");
+}
+
+#[test]
+fn charts_that_run_until_stable_are_proved() {
+    let mut features = Features::chip().without_statecharts();
+    (features.single, features.stable) = (false, true);
+    let (mut n_proved, mut n_refuted) = (0, 0);
+    for seed in 0..9 {
+        let net = random_net(seed, &features);
+        let Some(logic) = encoded(&net).filter(|logic| logic.nodes.len() < 3_000) else { continue };
+        let facts = structural_facts(&net);
+        let enumeration = by_enumeration(&net, &logic, &limits());
+        match by_induction(&net, &facts, &logic, &limits()) {
+            Verdict::Proved(_) => n_proved += 1,
+            Verdict::Open(why) => println!("seed {seed}: {why}"),
+            Verdict::Refuted(_) => panic!("the induction does not refute"),
+        }
+        if let Verdict::Refuted(counterexample) = enumeration {
+            println!("seed {seed}: the circuit is wrong: {:?}", counterexample.difference);
+            n_refuted += 1;
+        }
+    }
+    println!("proved {n_proved}, refuted {n_refuted}");
+    assert!(n_proved > 2, "{n_proved}");
+}
+
+#[test]
+fn what_the_structure_says_is_never_seen_broken() {
+    let mut n_components = 0;
+    for seed in 0..400 {
+        let net = random_net(seed, &Features::everything());
+        let facts = structural_facts(&net);
+        n_components += facts.components.len();
+        let mut simulator = Simulator::new(&net);
+        let check = |simulator: &Simulator<'_>, row: usize| {
+            for component in &facts.components {
+                let n = component.steps.iter().filter(|step| simulator.is_active(**step)).count();
+                assert!(n <= 1 && (n == 1 || !component.always), "seed {seed}, row {row}: {n} of {component:?}");
+            }
+            for step in &facts.unreachable_steps {
+                assert!(!simulator.is_active(*step), "seed {seed}, row {row}: {step:?}");
+            }
+            for transition in simulator.fired() {
+                assert!(!facts.dead_transitions.contains(transition), "seed {seed}, row {row}: {transition:?}");
+            }
+        };
+        check(&simulator, 0);
+        for (number, input) in Stimulus::random(&net, 60, seed, 3).rows().enumerate() {
+            simulator.step(&input);
+            if breaks_assumption(&net, &input) {
+                break;
+            }
+            check(&simulator, number + 1);
+        }
+    }
+    assert!(n_components > 200, "{n_components}");
 }

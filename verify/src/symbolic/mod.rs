@@ -21,11 +21,12 @@ use std::collections::BTreeMap;
 use grafsynth_ir::Valid;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::logic::{Logic, Node, PinRole};
-use grafsynth_ir::net::{InputKind, Net, PropertyRole, StepId};
+use grafsynth_ir::net::{Driver, Expr, InputKind, Leaf, Net, PropertyExpr, PropertyLeaf, PropertyRole, StepId};
 use grafsynth_ir::program::Origin;
 
 use crate::equiv::{Binding, Certificate, Method, Shown, Verdict, What};
 use crate::exclusive::net_expr;
+use crate::explore::Ticks;
 use crate::limits::Limits;
 use aig::{Aig, Lit};
 use number::Number;
@@ -397,9 +398,68 @@ impl Proof<'_, '_> {
     }
 }
 
-/// Reachable situations as a decision diagram, where they are too many to enumerate.
-pub(crate) fn reach(_: &Valid<Net>, _: &Limits, _: &mut Facts) {}
+/// Proves that a property of rows never holds after a reaction, for a net of any size: because the invariants exclude it (then for any `dt`), or by
+/// induction over one reaction (then for `dt` 0 and 1). None where neither works; row 0 is left to the caller.
+pub(crate) fn never(net: &Valid<Net>, facts: &Facts, limits: &Limits, property: &PropertyExpr) -> Option<Ticks> {
+    let never = over_state(net, property)?;
+    let mut model = Model::of(net, facts, limits).ok()?;
+    let (state, inputs) = (model.state.clone(), model.inputs.clone());
+    let now = model.maker.forbidden(&state, &inputs, &never);
+    if model.difference(facts, limits, now, Lit::FALSE)?.is_none() {
+        return Some(Ticks::Any);
+    }
+    // The row before had inputs of its own, of which nothing is known but that the property did not hold.
+    let before = Inputs {
+        values: inputs
+            .values
+            .iter()
+            .zip(net.inputs.values())
+            .map(|(value, input)| match (value, input.ty) {
+                (Value::Flag(_), _) => Value::Flag(model.aig().variable()),
+                (Value::Number(_), ty) => {
+                    let bits: Vec<Lit> = (0..ty.bits()).map(|_| model.aig().variable()).collect();
+                    Value::Number(Number::from_code(model.aig(), &bits, ty.bounds().0))
+                }
+            })
+            .collect(),
+        tick: inputs.tick,
+    };
+    let held = model.maker.forbidden(&state, &before, &never);
+    let next = model.maker.reaction(&state, &inputs).ok()?;
+    let then = model.maker.forbidden(&next.state, &inputs, &never);
+    let broken = model.aig().and(then, !held);
+    model.difference(facts, limits, broken, Lit::FALSE)?.is_none().then_some(Ticks::Chip)
+}
 
+/// A property as an expression over the state and the inputs: outputs as what drives them. None for those that need more, and for times, whose caps
+/// need not reach as far as the property asks.
+fn over_state(net: &Net, property: &PropertyExpr) -> Option<Expr> {
+    let mut has_time = false;
+    property.for_each_leaf(&mut |leaf| {
+        let time = matches!(leaf, PropertyLeaf::Net(Leaf::Elapsed(_) | Leaf::LastElapsed(_) | Leaf::Timer(_)));
+        has_time |= time;
+    });
+    if has_time {
+        return None;
+    }
+    let leaf = |leaf: &PropertyLeaf, span| match leaf {
+        PropertyLeaf::Net(leaf) => Ok(Expr::leaf(*leaf, span)),
+        PropertyLeaf::Output(output) => match &net.outputs[*output].driver {
+            Driver::Continuous(emissions) => Ok(Expr::or(emissions.iter().map(|emission| {
+                let active = Expr::leaf(Leaf::Active(emission.step), span);
+                Expr::and([active].into_iter().chain(emission.condition.clone()))
+            }))),
+            Driver::Stored(var) => Ok(Expr::leaf(Leaf::Var(*var), span)),
+            Driver::Controlled(action) => Ok(Expr::leaf(Leaf::Controlled(*action), span)),
+            Driver::Mealy(_) | Driver::Extern { .. } => Err(()),
+        },
+    };
+    let array = |leaf: &PropertyLeaf| match leaf {
+        PropertyLeaf::Net(leaf) => Ok(*leaf),
+        PropertyLeaf::Output(_) => Err(()),
+    };
+    property.try_map(&mut |one, span| leaf(one, span), &mut |one, _| array(one)).ok()
+}
 
 #[cfg(test)]
 mod tests;
