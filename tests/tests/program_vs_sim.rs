@@ -4,9 +4,11 @@
 
 #![allow(clippy::disallowed_methods, reason = "how many nets are run is asked of the environment")]
 
+use std::collections::BTreeSet;
+
 use grafsynth_ir::lower::program::{ProgramOptions, program};
 use grafsynth_ir::net::{Driver, Net};
-use grafsynth_ir::program::{Origin, Program, ResetEffect};
+use grafsynth_ir::program::{Expr, Leaf, Origin, Program, ResetEffect, Stmt, TempId};
 use grafsynth_ir::program_run::{Machine, Shown};
 use grafsynth_ir::{Valid, text};
 use grafsynth_sim::{Effect, Row, Simulator, Stimulus};
@@ -100,6 +102,9 @@ fn run(net: &Valid<Net>, seed: u64, options: &ProgramOptions) -> Option<String> 
         Ok(program) => program,
         Err(findings) => return Some(format!("no program: {findings:?}")),
     };
+    if let Some(found) = unset(&program, &program.body, &mut BTreeSet::new()) {
+        return Some(found);
+    }
     let mut machine = Machine::new(&program);
     let mut simulator = Simulator::new(net);
     let shown = machine.reset();
@@ -120,6 +125,51 @@ fn run(net: &Valid<Net>, seed: u64, options: &ProgramOptions) -> Option<String> 
         }
         if row.open.next {
             return None;
+        }
+    }
+    None
+}
+
+/// The first temp that may be read before it is set; engines that evaluate both sides of an `and` rely on there being none.
+fn unset(program: &Program, body: &[Stmt], set: &mut BTreeSet<TempId>) -> Option<String> {
+    let reads = |expr: &Expr, set: &BTreeSet<TempId>| {
+        let mut found = None;
+        expr.for_each_leaf(&mut |leaf| {
+            if let Leaf::Temp(temp) = leaf
+                && !set.contains(temp)
+            {
+                found = Some(format!("{} may be read before it is set", program.temps[*temp].name));
+            }
+        });
+        found
+    };
+    for statement in body {
+        let found = match statement {
+            Stmt::Set(temp, value) => {
+                let found = reads(value, set);
+                set.insert(*temp);
+                found
+            }
+            Stmt::Store(_, index, value) => {
+                index.iter().chain([value]).find_map(|expr| reads(expr, set))
+            }
+            Stmt::If(condition, then, otherwise) => {
+                let (mut left, mut right) = (set.clone(), set.clone());
+                let found = reads(condition, set)
+                    .or_else(|| unset(program, then, &mut left))
+                    .or_else(|| unset(program, otherwise, &mut right));
+                set.extend(left.intersection(&right));
+                found
+            }
+            Stmt::Repeat { condition, body, .. } => {
+                reads(condition, set).or_else(|| unset(program, body, &mut set.clone()))
+            }
+            Stmt::Output(_, value) | Stmt::Fault(value) => reads(value, set),
+            Stmt::Call(_, arguments) => arguments.iter().find_map(|expr| reads(expr, set)),
+            Stmt::Code(_) => None,
+        };
+        if found.is_some() {
+            return found;
         }
     }
     None

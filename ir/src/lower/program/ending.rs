@@ -199,39 +199,53 @@ impl Builder<'_> {
     ) -> IdMap<ControlledAction, Expr> {
         let net = self.net;
         let mut q = IdMap::filled(&net.actions, Expr::bool(false));
-        // Of each action: it has not stopped, and its body runs.
-        let mut on = IdMap::filled(&net.actions, (Expr::bool(true), Expr::bool(false)));
-        let mut fell: Vec<(ActionId, (Expr, Expr))> = Vec::new();
+        let mut on = q.clone();
+        let mut fell: Vec<(ActionId, Expr)> = Vec::new();
         for (id, action) in net.actions.iter() {
             let name = action.name.text.clone();
             let stops = self.action_stops(id);
             let mut list = Vec::new();
             let now = self.action_control(id, &mut list);
             let now = self.named(name.clone(), TempRole::Helper, now, &mut list);
-            let runs = stops.clone().map_or_else(|| Expr::bool(true), Expr::not);
-            on[id] = (runs.clone(), now.clone());
+            on[id] = self.unless(&stops, &name, now.clone(), &mut list, out);
             q[id] = now.clone();
             if let Some(memory) = self.action_q[id] {
                 if net.settings.final_scan && !action.body.is_empty() {
+                    let name = format!("{name}.fell");
                     let value = Expr::and([cell(memory), now.clone().not()]);
-                    let value =
-                        self.named(format!("{name}.fell"), TempRole::Helper, value, &mut list);
-                    fell.push((id, (runs.clone(), value)));
+                    let value = self.named(name.clone(), TempRole::Helper, value, &mut list);
+                    fell.push((id, self.unless(&stops, &name, value, &mut list, out)));
                 }
                 list.push(Stmt::Store(memory, None, now));
                 q[id] = cell(memory);
             }
             self.remember_pulses(id, &mut list);
-            when(runs, list, out);
+            when(stops.map_or_else(|| Expr::bool(true), Expr::not), list, out);
         }
-        // What has stopped has set no Q, so that is asked first.
         let all = net.actions.ids().map(|id| (id, on[id].clone()));
-        for (id, (runs, condition)) in fell.into_iter().chain(all) {
-            let mut body = Vec::new();
-            when(condition, self.list(&net.actions[id].body), &mut body);
-            when(runs, body, out);
+        for (id, condition) in fell.into_iter().chain(all) {
+            let body = self.list(&net.actions[id].body);
+            when(condition, body, out);
         }
         q
+    }
+
+    /// A value that is computed in `list` and false where the list does not run.
+    fn unless(
+        &mut self,
+        stops: &Option<Expr>,
+        name: &str,
+        value: Expr,
+        list: &mut Vec<Stmt>,
+        out: &mut Vec<Stmt>,
+    ) -> Expr {
+        if stops.is_none() {
+            return value;
+        }
+        let id = self.new_temp(format!("{name}.runs"), Type::Bool, TempRole::Helper);
+        out.push(Stmt::Set(id, Expr::bool(false)));
+        list.push(Stmt::Set(id, value));
+        temp(id)
     }
 
     /// The OR over the steps that carry the action with this qualifier.

@@ -78,6 +78,7 @@ impl Builder<'_> {
         }
         out.push(Stmt::Set(count, Expr::int(0)));
         out.push(Stmt::Set(again, Expr::bool(true)));
+        out.push(Stmt::Set(fault, Expr::bool(false)));
         let any = self.named("any", TempRole::Helper, any, &mut body);
         // An event that makes nothing fire is not pending: only what fires counts [C11].
         let at_limit = Expr::compare(CompareOp::Eq, temp(count), Expr::int(top));
@@ -323,7 +324,7 @@ impl Builder<'_> {
             } else {
                 (u32::from(counts || watched[id] || !step.entry.is_empty()) + ages[id], 1)
             };
-            if up_uses > 1 || (ages[id] > 0 && watched[id]) {
+            if up_uses > 1 {
                 let up = changes[id].up.clone();
                 changes[id].up = self.named(
                     format!("{}.activated", step.name),
