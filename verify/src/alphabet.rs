@@ -43,7 +43,11 @@ impl<'n> Alphabet<'n> {
                         Some(classes) => classes,
                         None if hi.abs_diff(lo) < limit.min(4096) => (lo..=hi).collect(),
                         None => {
-                            let text = format!("input `{}` has {} values", input.name, hi.abs_diff(lo).saturating_add(1));
+                            let text = format!(
+                                "input `{}` has {} values",
+                                input.name,
+                                hi.abs_diff(lo).saturating_add(1)
+                            );
                             return Err(NoAlphabet::TooMany(text));
                         }
                     }
@@ -53,7 +57,9 @@ impl<'n> Alphabet<'n> {
         }
         let mut assumed = Vec::new();
         let mut constrained = Inputs::none(net);
-        for property in net.properties.iter().filter(|property| property.role == PropertyRole::Assume) {
+        for property in
+            net.properties.iter().filter(|property| property.role == PropertyRole::Assume)
+        {
             let mut set = Inputs::none(net);
             property.never.for_each_leaf(&mut |leaf| {
                 if let PropertyLeaf::Net(Leaf::Input(input)) = leaf {
@@ -64,10 +70,18 @@ impl<'n> Alphabet<'n> {
             assumed.push(set);
         }
         let base = InputRow::zero(net);
-        let mut alphabet = Alphabet { net, values, assumed, base, events_exclusive: net.settings.events_exclusive };
+        let mut alphabet = Alphabet {
+            net,
+            values,
+            assumed,
+            base,
+            events_exclusive: net.settings.events_exclusive,
+        };
         if alphabet.excludes(&alphabet.base) {
             let rows = alphabet.rows(&constrained, limit.saturating_mul(16)).ok_or_else(|| {
-                NoAlphabet::TooMany("the assumptions read too many inputs to try all of them".to_owned())
+                NoAlphabet::TooMany(
+                    "the assumptions read too many inputs to try all of them".to_owned(),
+                )
             })?;
             match rows.first() {
                 Some(row) => alphabet.base = row.clone(),
@@ -80,7 +94,13 @@ impl<'n> Alphabet<'n> {
     /// A row that cannot be in a stimulus.
     pub(crate) fn excludes(&self, row: &InputRow) -> bool {
         let two_events = self.events_exclusive
-            && self.net.inputs.iter().filter(|(id, input)| input.kind.is_event() && row.value(*id) != 0).count() > 1;
+            && self
+                .net
+                .inputs
+                .iter()
+                .filter(|(id, input)| input.kind.is_event() && row.value(*id) != 0)
+                .count()
+                > 1;
         two_events || breaks_assumption(self.net, row)
     }
 
@@ -97,10 +117,13 @@ impl<'n> Alphabet<'n> {
                 break;
             }
         }
-        let chosen: Vec<InputId> = self.net.inputs.ids().filter(|input| matter.contains(*input)).collect();
+        let chosen: Vec<InputId> =
+            self.net.inputs.ids().filter(|input| matter.contains(*input)).collect();
         let mut count: u64 = 1;
         for input in &chosen {
-            count = count.checked_mul(self.values[input.index()].len() as u64).filter(|count| *count <= limit)?;
+            count = count
+                .checked_mul(self.values[input.index()].len() as u64)
+                .filter(|count| *count <= limit)?;
         }
         let mut rows = Vec::with_capacity(count as usize);
         let mut row = self.base.clone();
@@ -112,7 +135,9 @@ impl<'n> Alphabet<'n> {
             if !self.excludes(&row) {
                 rows.push(row.clone());
             }
-            let Some(at) = (0..chosen.len()).find(|at| digits[*at] + 1 < self.values[chosen[*at].index()].len()) else {
+            let Some(at) = (0..chosen.len())
+                .find(|at| digits[*at] + 1 < self.values[chosen[*at].index()].len())
+            else {
                 break;
             };
             for lower in 0..at {
@@ -130,7 +155,9 @@ impl<'n> Alphabet<'n> {
 fn classes(net: &Net, input: InputId, lo: i64, hi: i64) -> Option<Vec<i64>> {
     let mut cuts: Vec<i64> = vec![lo];
     let mut only_compared = true;
-    crate::walk::for_each_expr(net, &mut |expr| collect(expr, input, &mut cuts, &mut only_compared));
+    crate::walk::for_each_expr(net, &mut |expr| {
+        collect(expr, input, &mut cuts, &mut only_compared)
+    });
     for property in &net.properties {
         match net_expr(&property.never) {
             Some(expr) => collect(&expr, input, &mut cuts, &mut only_compared),
@@ -148,8 +175,12 @@ fn classes(net: &Net, input: InputId, lo: i64, hi: i64) -> Option<Vec<i64>> {
 fn collect(expr: &Expr<Leaf>, input: InputId, cuts: &mut Vec<i64>, only_compared: &mut bool) {
     if let ExprKind::Compare(_, a, b) = &expr.kind {
         let pair = match (&a.kind, &b.kind) {
-            (ExprKind::Leaf(Leaf::Input(own)), ExprKind::Int(value)) if *own == input => Some(*value),
-            (ExprKind::Int(value), ExprKind::Leaf(Leaf::Input(own))) if *own == input => Some(*value),
+            (ExprKind::Leaf(Leaf::Input(own)), ExprKind::Int(value)) if *own == input => {
+                Some(*value)
+            }
+            (ExprKind::Int(value), ExprKind::Leaf(Leaf::Input(own))) if *own == input => {
+                Some(*value)
+            }
             _ => None,
         };
         if let Some(value) = pair {

@@ -51,7 +51,8 @@ pub struct Cover {
 /// Finds disjoint sequential components of any net, by its structure alone.
 #[must_use]
 pub fn cover(net: &Net) -> Cover {
-    let found = if net.settings.policy.is_statechart() { regions(net) } else { Reduction::of(net).run() };
+    let found =
+        if net.settings.policy.is_statechart() { regions(net) } else { Reduction::of(net).run() };
     finish(net, found)
 }
 
@@ -102,7 +103,9 @@ fn regions(net: &Net) -> Found {
     for (id, step) in net.steps.iter() {
         let inside = std::mem::take(&mut children[id]);
         match step.kind {
-            StepKind::Parallel => inside.iter().for_each(|child| always_active[*child] = always_active[id]),
+            StepKind::Parallel => {
+                inside.iter().for_each(|child| always_active[*child] = always_active[id])
+            }
             StepKind::Composite => {
                 if let [only] = inside[..] {
                     always_active[only] = always_active[id];
@@ -113,7 +116,8 @@ fn regions(net: &Net) -> Found {
         }
     }
     // A region of a parallel state stands beside others, so it is a component of its own: active exactly while its parent is.
-    let covered: BTreeSet<StepId> = found.iter().flat_map(|(steps, _)| steps.iter().copied()).collect();
+    let covered: BTreeSet<StepId> =
+        found.iter().flat_map(|(steps, _)| steps.iter().copied()).collect();
     for id in net.steps.ids().filter(|id| !covered.contains(id)) {
         found.push((vec![id], always_active[id]));
     }
@@ -200,7 +204,9 @@ impl<'a> Reduction<'a> {
             forcing.target.iter().for_each(|part| is_target[part.index()] = true);
             let named: Option<BTreeSet<StepId>> = match &forcing.order {
                 ForcingOrder::Hold => None,
-                ForcingOrder::Situation(steps) => Some(closure(net, steps.iter().copied()).into_iter().collect()),
+                ForcingOrder::Situation(steps) => {
+                    Some(closure(net, steps.iter().copied()).into_iter().collect())
+                }
             };
             for (id, _) in net.steps.iter().filter(|(_, step)| is_target[step.part.index()]) {
                 let count = named.as_ref().map(|named| u32::from(named.contains(&id)));
@@ -208,10 +214,14 @@ impl<'a> Reduction<'a> {
             }
         }
         let mut moves = Vec::new();
-        for transition in net.transitions.values().filter(|transition| transition.kind == TransitionKind::Move) {
+        for transition in
+            net.transitions.values().filter(|transition| transition.kind == TransitionKind::Move)
+        {
             let number = moves.len() as u32;
-            let pre: Vec<u32> = transition.requires.iter().map(|step| step.index() as u32).collect();
-            let post: Vec<u32> = exclusive::entered(transition).map(|step| step.index() as u32).collect();
+            let pre: Vec<u32> =
+                transition.requires.iter().map(|step| step.index() as u32).collect();
+            let post: Vec<u32> =
+                exclusive::entered(transition).map(|step| step.index() as u32).collect();
             for place in pre.iter().chain(&post) {
                 places[*place as usize].touching.push(number);
             }
@@ -262,9 +272,15 @@ impl<'a> Reduction<'a> {
             return;
         }
         for side in 0..2 {
-            let list = std::mem::take(if side == 0 { &mut self.moves[at].pre } else { &mut self.moves[at].post });
+            let list = std::mem::take(if side == 0 {
+                &mut self.moves[at].pre
+            } else {
+                &mut self.moves[at].post
+            });
             let mut kept: Vec<u32> = list.into_iter().map(|place| self.find(place)).collect();
-            kept.retain(|place| !self.places[*place as usize].is_out && self.twin[*place as usize].is_none());
+            kept.retain(|place| {
+                !self.places[*place as usize].is_out && self.twin[*place as usize].is_none()
+            });
             kept.sort_unstable();
             for pair in 1..kept.len() {
                 // Two tokens taken from one place, or put into it.
@@ -303,10 +319,15 @@ impl<'a> Reduction<'a> {
     }
 
     fn join(&mut self, one: u32, other: u32) {
-        let size = |place: u32| self.places[place as usize].touching.len() + self.places[place as usize].steps.len();
+        let size = |place: u32| {
+            self.places[place as usize].touching.len() + self.places[place as usize].steps.len()
+        };
         let (into, from) = if size(one) >= size(other) { (one, other) } else { (other, one) };
         let starts = self.places[from as usize].starts;
-        let small = std::mem::replace(&mut self.places[from as usize], Place { starts, ..Place::default() });
+        let small = std::mem::replace(
+            &mut self.places[from as usize],
+            Place { starts, ..Place::default() },
+        );
         self.leader[from as usize] = into;
         self.dirty.insert(into);
         let big = &mut self.places[into as usize];
@@ -343,7 +364,10 @@ impl<'a> Reduction<'a> {
         let mut applied = false;
         for place in std::mem::take(&mut self.dirty) {
             let data = &self.places[place as usize];
-            if self.leader[place as usize] != place || self.twin[place as usize].is_some() || data.is_out {
+            if self.leader[place as usize] != place
+                || self.twin[place as usize].is_some()
+                || data.is_out
+            {
                 continue;
             }
             let mut moves: Vec<(u32, bool)> = Vec::new();
@@ -406,7 +430,8 @@ impl<'a> Reduction<'a> {
             let Some((set, is_lossy)) = self.grow(place, &is_taken, &mut turns) else { continue };
             let Some(always) = self.token(&set, is_lossy) else { continue };
             let n_set = set.len();
-            let fresh: Vec<u32> = set.into_iter().filter(|member| !is_taken[*member as usize]).collect();
+            let fresh: Vec<u32> =
+                set.into_iter().filter(|member| !is_taken[*member as usize]).collect();
             let is_whole = fresh.len() == n_set;
             let mut steps = Vec::new();
             for member in fresh {
@@ -550,11 +575,19 @@ impl<'a> Reduction<'a> {
     fn ranked(&self, from: u32, candidates: &[u32], is_taken: &[bool]) -> Vec<u32> {
         let first_step = |place: u32| self.places[place as usize].steps.first().copied();
         let part = |place: u32| first_step(place).map(|step| self.net.steps[step].part);
-        let distance =
-            |place: u32| first_step(place).zip(first_step(from)).map_or(0, |(a, b)| a.index().abs_diff(b.index()));
+        let distance = |place: u32| {
+            first_step(place)
+                .zip(first_step(from))
+                .map_or(0, |(a, b)| a.index().abs_diff(b.index()))
+        };
         let mut options: Vec<u32> = candidates.to_vec();
         options.sort_by_key(|place| {
-            std::cmp::Reverse((is_taken[*place as usize], part(*place) != part(from), distance(*place), *place))
+            std::cmp::Reverse((
+                is_taken[*place as usize],
+                part(*place) != part(from),
+                distance(*place),
+                *place,
+            ))
         });
         options
     }

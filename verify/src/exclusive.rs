@@ -10,7 +10,8 @@ use grafsynth_ir::arena::IdMap;
 use grafsynth_ir::expr::{CompareOp, Expr as GenericExpr, ExprKind, Type};
 use grafsynth_ir::interval::net_type;
 use grafsynth_ir::net::{
-    Enter, Expr, Leaf, Net, Policy, PropertyLeaf, PropertyRole, Step, StepId, Transition, TransitionId, TransitionKind,
+    Enter, Expr, Leaf, Net, Policy, PropertyLeaf, PropertyRole, Step, StepId, Transition,
+    TransitionId, TransitionKind,
 };
 use grafsynth_ir::span::Span;
 use grafsynth_logic::bdd::{Bdd, Full, Ref};
@@ -76,7 +77,11 @@ pub fn compatible_pairs(net: &Net) -> Vec<Overlap> {
 pub fn firing_together(net: &Net) -> Vec<Overlap> {
     match net.settings.policy {
         Policy::All if !net.settings.fire_one => compatible_pairs(net),
-        Policy::All | Policy::Priority | Policy::PriorityAge | Policy::InnerFirst | Policy::OuterFirst => Vec::new(),
+        Policy::All
+        | Policy::Priority
+        | Policy::PriorityAge
+        | Policy::InnerFirst
+        | Policy::OuterFirst => Vec::new(),
     }
 }
 
@@ -92,7 +97,8 @@ fn first_overlap(net: &Net, step: StepId, all: &[TransitionId]) -> Option<Overla
     if targets.iter().all(|t| *t == targets[0]) {
         return None;
     }
-    let uncertain = |second: usize| Overlap { step, first: all[0], second: all[second], is_certain: false };
+    let uncertain =
+        |second: usize| Overlap { step, first: all[0], second: all[second], is_certain: false };
     if all.len() > TRANSITION_LIMIT {
         return Some(uncertain(1));
     }
@@ -107,7 +113,14 @@ fn first_overlap(net: &Net, step: StepId, all: &[TransitionId]) -> Option<Overla
             }
             match guards.together(all[first], all[second]) {
                 Ok(false) => {}
-                Ok(true) => return Some(Overlap { step, first: all[first], second: all[second], is_certain: true }),
+                Ok(true) => {
+                    return Some(Overlap {
+                        step,
+                        first: all[first],
+                        second: all[second],
+                        is_certain: true,
+                    });
+                }
                 Err(Full { .. }) => return Some(uncertain(second)),
             }
         }
@@ -177,11 +190,20 @@ pub(crate) struct Guards<'a> {
 
 impl<'a> Guards<'a> {
     pub(crate) fn new(net: &'a Net) -> Self {
-        Guards { net, bdd: Bdd::with_limit(NODE_LIMIT), atoms: BTreeMap::new(), by_level: Vec::new() }
+        Guards {
+            net,
+            bdd: Bdd::with_limit(NODE_LIMIT),
+            atoms: BTreeMap::new(),
+            by_level: Vec::new(),
+        }
     }
 
     /// True if both may be fireable in one check.
-    pub(crate) fn together(&mut self, first: TransitionId, second: TransitionId) -> Result<bool, Full> {
+    pub(crate) fn together(
+        &mut self,
+        first: TransitionId,
+        second: TransitionId,
+    ) -> Result<bool, Full> {
         let a = self.fireable(first)?;
         let b = self.fireable(second)?;
         let both = self.bdd.and(a, b)?;
@@ -223,7 +245,8 @@ impl<'a> Guards<'a> {
     /// What is always true of these atoms.
     fn constraints(&mut self, levels: &[u32]) -> Result<Ref, Full> {
         let mut parts = Vec::new();
-        let atoms: Vec<Atom> = levels.iter().filter_map(|level| self.by_level.get(*level as usize).cloned()).collect();
+        let atoms: Vec<Atom> =
+            levels.iter().filter_map(|level| self.by_level.get(*level as usize).cloned()).collect();
         let mut thresholds: Vec<(Expr, i64)> = Vec::new();
         for atom in &atoms {
             match atom {
@@ -263,12 +286,18 @@ impl<'a> Guards<'a> {
                 parts.push(self.bdd.not(broken)?);
             }
         }
-        for property in self.net.properties.iter().filter(|property| property.role == PropertyRole::Assume) {
+        for property in
+            self.net.properties.iter().filter(|property| property.role == PropertyRole::Assume)
+        {
             // Only assumptions whose every input is already decided here can exclude anything, and only small ones are worth it.
             let mut known = true;
             property.never.for_each_leaf(&mut |leaf| match leaf {
                 // An event of a receptivity may have been raised by the chart; the assumption speaks of the row only.
-                PropertyLeaf::Net(Leaf::Input(input)) if self.net.inputs[*input].kind.is_event() => known = false,
+                PropertyLeaf::Net(Leaf::Input(input))
+                    if self.net.inputs[*input].kind.is_event() =>
+                {
+                    known = false
+                }
                 PropertyLeaf::Net(leaf) => known &= self.mentions(leaf, &atoms),
                 PropertyLeaf::Output(_) => known = false,
             });
@@ -313,11 +342,13 @@ impl<'a> Guards<'a> {
                 self.bdd.not(inner)
             }
             ExprKind::And(all) => {
-                let all = all.iter().map(|one| self.function(one)).collect::<Result<Vec<_>, _>>()?;
+                let all =
+                    all.iter().map(|one| self.function(one)).collect::<Result<Vec<_>, _>>()?;
                 self.bdd.and_all(all)
             }
             ExprKind::Or(all) => {
-                let all = all.iter().map(|one| self.function(one)).collect::<Result<Vec<_>, _>>()?;
+                let all =
+                    all.iter().map(|one| self.function(one)).collect::<Result<Vec<_>, _>>()?;
                 self.bdd.or_all(all)
             }
             ExprKind::Select(condition, then, otherwise) => {
@@ -348,7 +379,8 @@ impl<'a> Guards<'a> {
             _ => {
                 // Two numbers that vary: one atom for each of `<`, `>`, of which `=` is what remains.
                 let (a, b) = (bare(a), bare(b));
-                let less = self.atom(Atom::Opaque(Expr::compare(CompareOp::Lt, a.clone(), b.clone())))?;
+                let less =
+                    self.atom(Atom::Opaque(Expr::compare(CompareOp::Lt, a.clone(), b.clone())))?;
                 let more = self.atom(Atom::Opaque(Expr::compare(CompareOp::Lt, b, a)))?;
                 return match op {
                     CompareOp::Lt => Ok(less),
@@ -429,5 +461,6 @@ pub(crate) fn net_expr(expr: &grafsynth_ir::net::PropertyExpr) -> Option<Expr> {
         PropertyLeaf::Net(leaf) => Ok(*leaf),
         PropertyLeaf::Output(_) => Err(()),
     };
-    expr.try_map(&mut |one, span| leaf(one).map(|l| Expr::leaf(l, span)), &mut |one, _| leaf(one)).ok()
+    expr.try_map(&mut |one, span| leaf(one).map(|l| Expr::leaf(l, span)), &mut |one, _| leaf(one))
+        .ok()
 }

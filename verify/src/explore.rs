@@ -87,14 +87,18 @@ pub(crate) fn explore<'n, B>(
         Err(NoAlphabet::TooMany(why)) => return (found, Ended::Open(why)),
     };
     let relevance = Relevance::of(net);
-    let mut cache: indexmap::IndexMap<crate::relevance::Inputs, Vec<InputRow>> = indexmap::IndexMap::new();
+    let mut cache: indexmap::IndexMap<crate::relevance::Inputs, Vec<InputRow>> =
+        indexmap::IndexMap::new();
     let mut at = 0;
     while at < found.states.len() {
         let state = found.states[at].clone();
         let matter = relevance.inputs(state.situation());
         if !cache.contains_key(&matter) {
             let Some(rows) = alphabet.rows(&matter, limits.rows_per_state) else {
-                let text = format!("more than {} rows of inputs are possible in one state", limits.rows_per_state);
+                let text = format!(
+                    "more than {} rows of inputs are possible in one state",
+                    limits.rows_per_state
+                );
                 return (found, Ended::Open(text));
             };
             cache.insert(matter.clone(), rows);
@@ -125,13 +129,17 @@ pub(crate) fn explore<'n, B>(
                     Some(index) => index,
                     None => {
                         if found.states.len() >= limits.states {
-                            return (found, Ended::Open(format!("more than {} states", limits.states)));
+                            return (
+                                found,
+                                Ended::Open(format!("more than {} states", limits.states)),
+                            );
                         }
                         found.parents.push(Some((at as u32, row.clone())));
                         found.states.insert_full(simulator.state().clone()).0
                     }
                 };
-                let seen = Seen { from: at, to, input: &row, row: simulator.row(), simulator: &simulator };
+                let seen =
+                    Seen { from: at, to, input: &row, row: simulator.row(), simulator: &simulator };
                 if let Some(answer) = visit(&found, &seen) {
                     return (found, Ended::Stopped(answer));
                 }

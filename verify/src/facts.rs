@@ -6,7 +6,8 @@ use grafsynth_ir::Valid;
 use grafsynth_ir::arena::IdMap;
 use grafsynth_ir::facts::{Facts, Proof, Proved, Reach};
 use grafsynth_ir::net::{
-    Enter, Evolution, ForcingOrder, Net, Step, StepId, StepKind, StmtKind, Transition, TransitionId, TransitionKind,
+    Enter, Evolution, ForcingOrder, Net, Step, StepId, StepKind, StmtKind, Transition,
+    TransitionId, TransitionKind,
 };
 use grafsynth_sim::Noticed;
 use indexmap::IndexSet;
@@ -41,7 +42,8 @@ pub fn structural_facts(net: &Valid<Net>) -> Facts {
     facts.components = cover.components;
     facts.invariants = cover.invariants;
     let reached = reached(net);
-    facts.unreachable_steps = reached.iter().filter(|(_, reached)| !**reached).map(|(step, _)| step).collect();
+    facts.unreachable_steps =
+        reached.iter().filter(|(_, reached)| !**reached).map(|(step, _)| step).collect();
     facts.dead_transitions = net
         .transitions
         .iter()
@@ -62,7 +64,10 @@ fn reached(net: &Net) -> IdMap<Step, bool> {
         links: IdMap::filled(&net.steps, Vec::new()),
     };
     for (id, step) in net.steps.iter() {
-        if let Some(parent) = step.parent.filter(|parent| step.activation_link && net.steps[*parent].kind == StepKind::Enclosing) {
+        if let Some(parent) = step
+            .parent
+            .filter(|parent| step.activation_link && net.steps[*parent].kind == StepKind::Enclosing)
+        {
             spread.links[parent].push(id);
         }
     }
@@ -70,7 +75,8 @@ fn reached(net: &Net) -> IdMap<Step, bool> {
     for part in net.parts.values() {
         spread.enters(&part.initial);
     }
-    let mut waiting: IdMap<Transition, usize> = IdMap::build(&net.transitions, |_, transition| transition.requires.len());
+    let mut waiting: IdMap<Transition, usize> =
+        IdMap::build(&net.transitions, |_, transition| transition.requires.len());
     let mut leaving: IdMap<Step, Vec<TransitionId>> = IdMap::filled(&net.steps, Vec::new());
     for (id, transition) in net.transitions.iter() {
         transition.requires.iter().for_each(|step| leaving[*step].push(id));
@@ -82,7 +88,10 @@ fn reached(net: &Net) -> IdMap<Step, bool> {
         for id in &leaving[step] {
             waiting[*id] -= 1;
             let transition = &net.transitions[*id];
-            if waiting[*id] == 0 && transition.kind == TransitionKind::Move && !transition.guard.is_false() {
+            if waiting[*id] == 0
+                && transition.kind == TransitionKind::Move
+                && !transition.guard.is_false()
+            {
                 spread.enters(&transition.enters);
             }
         }
@@ -175,15 +184,19 @@ fn explicit_facts(net: &Valid<Net>, limits: &Limits, facts: &mut Facts) {
         situations: situations.len() as u64,
         exact: true,
         by: Proof::Explicit,
-        sets: (situations.len() <= limits.listed_situations).then(|| situations.iter().cloned().collect()),
+        sets: (situations.len() <= limits.listed_situations)
+            .then(|| situations.iter().cloned().collect()),
     });
     // Enclosed and composite steps may come and go within a reaction without standing in a list of what a transition enters, so with those only
     // what the structure excludes is unreachable.
-    let is_plain = net.steps.values().all(|step| step.parent.is_none()) && net.forcings.is_empty() || net.settings.evolution == Evolution::Single;
+    let is_plain = net.steps.values().all(|step| step.parent.is_none()) && net.forcings.is_empty()
+        || net.settings.evolution == Evolution::Single;
     if is_plain {
-        facts.unreachable_steps = net.steps.ids().filter(|step| !active[*step] && !touched[*step]).collect();
+        facts.unreachable_steps =
+            net.steps.ids().filter(|step| !active[*step] && !touched[*step]).collect();
     }
-    facts.dead_transitions = net.transitions.ids().filter(|transition| !fired[*transition]).collect();
+    facts.dead_transitions =
+        net.transitions.ids().filter(|transition| !fired[*transition]).collect();
     // Between two micro-steps there are situations that no row shows, so without them nothing is known of what is active together.
     if net.settings.evolution == Evolution::Single {
         explicit_components(net, &situations, facts);
@@ -200,8 +213,10 @@ fn explicit_facts(net: &Valid<Net>, limits: &Limits, facts: &mut Facts) {
 
 /// Components that only the enumeration shows: steps that the structure left alone and that are never active together.
 fn explicit_components(net: &Net, situations: &IndexSet<Vec<u64>>, facts: &mut Facts) {
-    let contains = |words: &Vec<u64>, step: StepId| words[step.index() / 64] >> (step.index() % 64) & 1 == 1;
-    let mut component_of = facts.component_of.take().unwrap_or_else(|| IdMap::filled(&net.steps, None));
+    let contains =
+        |words: &Vec<u64>, step: StepId| words[step.index() / 64] >> (step.index() % 64) & 1 == 1;
+    let mut component_of =
+        facts.component_of.take().unwrap_or_else(|| IdMap::filled(&net.steps, None));
     let left: Vec<StepId> = net.steps.ids().filter(|step| component_of[*step].is_none()).collect();
     if left.is_empty() || left.len() > 512 || left.len() * situations.len() > 50_000_000 {
         facts.component_of = Some(component_of);
@@ -217,7 +232,8 @@ fn explicit_components(net: &Net, situations: &IndexSet<Vec<u64>>, facts: &mut F
             }
         }
     }
-    let mut is_free: Vec<bool> = left.iter().map(|step| net.steps[*step].parent.is_none()).collect();
+    let mut is_free: Vec<bool> =
+        left.iter().map(|step| net.steps[*step].parent.is_none()).collect();
     for first in 0..left.len() {
         if !is_free[first] {
             continue;
@@ -237,15 +253,28 @@ fn explicit_components(net: &Net, situations: &IndexSet<Vec<u64>>, facts: &mut F
         let number = facts.components.len() as u32;
         steps.iter().for_each(|step| component_of[*step] = Some(number));
         if always {
-            facts.invariants.push(grafsynth_ir::facts::Invariant { steps: steps.clone(), count: 1, by: Proof::Explicit });
+            facts.invariants.push(grafsynth_ir::facts::Invariant {
+                steps: steps.clone(),
+                count: 1,
+                by: Proof::Explicit,
+            });
         }
-        facts.components.push(grafsynth_ir::facts::Component { steps, always, by: Proof::Explicit });
+        facts.components.push(grafsynth_ir::facts::Component {
+            steps,
+            always,
+            by: Proof::Explicit,
+        });
     }
     facts.component_of = Some(component_of);
-    let left = facts.component_of.as_ref().map_or(0, |map| map.values().filter(|index| index.is_none()).count());
+    let left = facts
+        .component_of
+        .as_ref()
+        .map_or(0, |map| map.values().filter(|index| index.is_none()).count());
     facts.open.retain(|text| !text.contains("in no sequential component"));
     if left > 0 {
-        facts.open.push(format!("{left} of {} steps are in no sequential component", net.steps.len()));
+        facts
+            .open
+            .push(format!("{left} of {} steps are in no sequential component", net.steps.len()));
     }
 }
 
@@ -282,7 +311,8 @@ fn stays_within(net: &Valid<Net>, limits: &Limits, limit: u32) -> Option<bool> {
     let mut tighter = (**net).clone();
     tighter.settings.evolution = Evolution::Stable { limit };
     let tighter = grafsynth_ir::validate(tighter).ok()?;
-    let (_, ended) = explore(&tighter, limits, Ticks::Any, &mut |_, seen| seen.row.fault.then_some(()));
+    let (_, ended) =
+        explore(&tighter, limits, Ticks::Any, &mut |_, seen| seen.row.fault.then_some(()));
     match ended {
         Ended::Complete => Some(true),
         Ended::Stopped(()) => Some(false),
@@ -299,7 +329,11 @@ fn single_pending(net: &Valid<Net>, limits: &Limits) -> Option<Proved<bool>> {
     tighter.settings.queue = Some(1);
     let tighter = grafsynth_ir::validate(tighter).ok()?;
     let (_, ended) = explore(&tighter, limits, Ticks::Any, &mut |_, seen| {
-        seen.simulator.notes().iter().any(|(what, _)| matches!(what, Noticed::QueueFull(_))).then_some(())
+        seen.simulator
+            .notes()
+            .iter()
+            .any(|(what, _)| matches!(what, Noticed::QueueFull(_)))
+            .then_some(())
     });
     match ended {
         Ended::Complete => Some(Proved { value: true, by: Proof::Explicit }),
@@ -310,7 +344,9 @@ fn single_pending(net: &Valid<Net>, limits: &Limits) -> Option<Proved<bool>> {
 
 fn raises_anything(net: &Net) -> bool {
     let mut raises = net.steps.values().any(|step| step.done_event.is_some());
-    crate::walk::for_each_stmt(net, &mut |stmt| raises |= matches!(stmt.kind, StmtKind::Raise(_) | StmtKind::Send(_)));
+    crate::walk::for_each_stmt(net, &mut |stmt| {
+        raises |= matches!(stmt.kind, StmtKind::Raise(_) | StmtKind::Send(_))
+    });
     raises
 }
 
@@ -342,7 +378,12 @@ mod tests {
         assert_eq!(facts.reach.map(|reach| reach.situations), Some(4));
         assert_eq!(names(&net, &facts.unreachable_steps), "");
         let (facts, _) = of("s* a b | s>a:x s>b:y a>s:nx b>s:ny");
-        assert!(facts.components.iter().all(|component| component.by == Proof::Explicit || component.steps.len() == 1));
+        assert!(
+            facts
+                .components
+                .iter()
+                .all(|component| component.by == Proof::Explicit || component.steps.len() == 1)
+        );
     }
 
     #[test]

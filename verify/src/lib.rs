@@ -1,4 +1,17 @@
 //! What is proved of a net, and the equivalence of logic with a net.
+//!
+//! ```text
+//! let facts = verify::facts(&net, &Limits::default());           // components, situations, depth, what never happens
+//! let verdict = verify::equiv(&net, &facts, &read_back, &limits); // Proved | Refuted(stimulus, difference) | Open(why)
+//! let answers = verify::properties(&net, &limits);                // one for each `assert`
+//! let findings = verify::lints(&net, &facts);                     // what is probably not meant
+//! ```
+//!
+//! Four engines stand behind these: the structure of the net ([`cover`], with the decision diagrams of [`exclusive`]), an exhaustive search with the
+//! reference simulator, the same search over net and circuit together, and the reaction written down as functions a second time with a solver. Each
+//! gives an exact answer or none; [`Limits`] are counts of work, so the same question has the same answer on every machine.
+//!
+//! `docs/verify.md` says in the user's words what is covered.
 
 mod alphabet;
 pub mod codes;

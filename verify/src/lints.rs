@@ -4,7 +4,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::facts::{Facts, Proof};
-use grafsynth_ir::net::{Evolution, Expr, Leaf, Net, Policy, StepId, StepKind, TransitionId, TransitionKind};
+use grafsynth_ir::net::{
+    Evolution, Expr, Leaf, Net, Policy, StepId, StepKind, TransitionId, TransitionKind,
+};
 use grafsynth_ir::program_run::evaluate;
 use grafsynth_ir::{Diagnostic, Span, Valid};
 use grafsynth_sim::{InputRow, Noticed, Simulator, Situation, State, Stimulus, Writer};
@@ -32,8 +34,10 @@ pub fn lints_with(net: &Valid<Net>, facts: &Facts, limits: &Limits) -> Vec<Diagn
     let mut out = Vec::new();
     out.extend(check_assumption(net));
     unreachable(net, facts, &mut out);
-    let overlaps: Vec<Overlap> = compatible_pairs(net).into_iter().filter(|overlap| overlap.is_certain).collect();
-    let is_enumerated = facts.reach.as_ref().is_some_and(|reach| reach.by == Proof::Explicit && reach.exact);
+    let overlaps: Vec<Overlap> =
+        compatible_pairs(net).into_iter().filter(|overlap| overlap.is_certain).collect();
+    let is_enumerated =
+        facts.reach.as_ref().is_some_and(|reach| reach.by == Proof::Explicit && reach.exact);
     if is_enumerated {
         let mut search = Search::new(net, &overlaps);
         if search.run(limits) {
@@ -59,15 +63,23 @@ fn unreachable(net: &Net, facts: &Facts, out: &mut Vec<Diagnostic>) {
         let entering: Vec<TransitionId> = net
             .transitions
             .iter()
-            .filter(|(_, transition)| crate::exclusive::entered(transition).any(|target| target == *step))
+            .filter(|(_, transition)| {
+                crate::exclusive::entered(transition).any(|target| target == *step)
+            })
             .map(|(id, _)| id)
             .collect();
-        let mut warning = Diagnostic::warning(codes::UNREACHABLE_STEP, format!("step `{}` is never active", data.name))
-            .at(data.meta.span, "no stimulus activates it");
+        let mut warning = Diagnostic::warning(
+            codes::UNREACHABLE_STEP,
+            format!("step `{}` is never active", data.name),
+        )
+        .at(data.meta.span, "no stimulus activates it");
         warning = match entering.first() {
             None => warning.help("no transition leads to it: draw one, or make it initial"),
             Some(first) => warning
-                .at(net.transitions[*first].meta.span, "this transition leads to it and never fires")
+                .at(
+                    net.transitions[*first].meta.span,
+                    "this transition leads to it and never fires",
+                )
                 .help("see why the transitions to it never fire"),
         };
         out.push(warning);
@@ -82,12 +94,16 @@ fn unreachable(net: &Net, facts: &Facts, out: &mut Vec<Diagnostic>) {
             TransitionKind::Move => "transition",
             TransitionKind::Reaction => "reaction",
         };
-        let mut warning = Diagnostic::warning(codes::DEAD_TRANSITION, format!("{what} `{}` never fires", data.name))
-            .at(data.meta.span, "no stimulus makes it fire");
+        let mut warning = Diagnostic::warning(
+            codes::DEAD_TRANSITION,
+            format!("{what} `{}` never fires", data.name),
+        )
+        .at(data.meta.span, "no stimulus makes it fire");
         if data.guard.is_false() {
             warning = warning.at(data.guard.span, "this is never true");
         } else if data.requires.len() > 1 {
-            warning = warning.help("its preceding steps are never active together with its receptivity true");
+            warning = warning
+                .help("its preceding steps are never active together with its receptivity true");
         } else {
             warning = warning.help("its receptivity is never true while its step is active, or another transition always wins");
         }
@@ -170,8 +186,13 @@ impl<'n> Search<'n> {
             }
             if edges.len() < EDGE_LIMIT {
                 let situation = states.states[seen.from].situation();
-                let mut edge =
-                    Edge { from: seen.from as u32, to: seen.to as u32, lost: 0, won: 0, fires: !fired.is_empty() };
+                let mut edge = Edge {
+                    from: seen.from as u32,
+                    to: seen.to as u32,
+                    lost: 0,
+                    won: 0,
+                    fires: !fired.is_empty(),
+                };
                 for (bit, rival) in self.rivals.iter().enumerate() {
                     if fired.contains(rival) {
                         edge.won |= 1 << bit;
@@ -210,7 +231,8 @@ impl<'n> Search<'n> {
         }
         let seen = self.overlaps.iter().zip(&self.fire_together).filter(|(_, together)| **together);
         for (overlap, _) in seen.take(OF_A_KIND) {
-            let (first, second) = (&net.transitions[overlap.first], &net.transitions[overlap.second]);
+            let (first, second) =
+                (&net.transitions[overlap.first], &net.transitions[overlap.second]);
             let step = &net.steps[overlap.step];
             let targets = |transition| step_names(net, crate::exclusive::entered(transition));
             out.push(
@@ -236,13 +258,22 @@ impl<'n> Search<'n> {
             let diagnostic = match what {
                 Noticed::Saturated(var, span) => {
                     let (lo, hi) = net.vars[*var].ty.bounds();
-                    Diagnostic::note(codes::SATURATION, format!("a value for `{}` can leave {lo}..{hi}{shown}", net.vars[*var].name))
-                        .at(*span, "the nearest bound is stored")
-                        .help("widen the range, or test before the assignment")
+                    Diagnostic::note(
+                        codes::SATURATION,
+                        format!(
+                            "a value for `{}` can leave {lo}..{hi}{shown}",
+                            net.vars[*var].name
+                        ),
+                    )
+                    .at(*span, "the nearest bound is stored")
+                    .help("widen the range, or test before the assignment")
                 }
                 Noticed::ArgumentSaturated(output, span) => Diagnostic::note(
                     codes::SATURATION,
-                    format!("an argument of `{}` can leave the range of its parameter{shown}", net.outputs[*output].name),
+                    format!(
+                        "an argument of `{}` can leave the range of its parameter{shown}",
+                        net.outputs[*output].name
+                    ),
                 )
                 .at(*span, "the nearest bound is passed")
                 .help("widen the range, or test before the call"),
@@ -250,7 +281,10 @@ impl<'n> Search<'n> {
                     let (first_span, second_span) = (self.writer(*first), self.writer(*second));
                     Diagnostic::warning(
                         codes::RACE,
-                        format!("`{}` is written twice in one micro-step{shown}", net.vars[*var].name),
+                        format!(
+                            "`{}` is written twice in one micro-step{shown}",
+                            net.vars[*var].name
+                        ),
                     )
                     .at(second_span, "this value stays")
                     .at(first_span, "this value is lost")
@@ -258,20 +292,29 @@ impl<'n> Search<'n> {
                 }
                 Noticed::Resent(send) => Diagnostic::note(
                     codes::QUEUE_OVERFLOW,
-                    format!("the send `{}` can be started while it runs{shown}", net.sends[*send].name),
+                    format!(
+                        "the send `{}` can be started while it runs{shown}",
+                        net.sends[*send].name
+                    ),
                 )
                 .at(net.sends[*send].meta.span, "its time starts anew")
                 .help("give sends that may run side by side their own names with `as`"),
                 Noticed::QueueFull(event) => Diagnostic::warning(
                     codes::QUEUE_OVERFLOW,
-                    format!("event `{}` can be lost: its queue is full{shown}", net.inputs[*event].name),
+                    format!(
+                        "event `{}` can be lost: its queue is full{shown}",
+                        net.inputs[*event].name
+                    ),
                 )
                 .at(net.inputs[*event].meta.span, "declared here")
                 .help("declare a longer queue with `queue N`"),
                 Noticed::LimitReached => self.livelock(way, state, &shown),
                 Noticed::ForcingRace(part) => Diagnostic::warning(
                     codes::FORCING_RACE,
-                    format!("two forcing orders for `{}` can disagree{shown}", net.parts[*part].name),
+                    format!(
+                        "two forcing orders for `{}` can disagree{shown}",
+                        net.parts[*part].name
+                    ),
                 )
                 .at(net.parts[*part].meta.span, "the order declared first holds")
                 .help("let only one of the forcing steps be active at a time"),
@@ -283,7 +326,9 @@ impl<'n> Search<'n> {
     fn writer(&self, writer: Writer) -> Span {
         let net = self.net;
         match writer {
-            Writer::Exit(step) | Writer::Entry(step) | Writer::InitialContent(step) => net.steps[step].meta.span,
+            Writer::Exit(step) | Writer::Entry(step) | Writer::InitialContent(step) => {
+                net.steps[step].meta.span
+            }
             Writer::Transition(transition) => net.transitions[transition].meta.span,
             Writer::HistoryContent(history) => net.histories[history].meta.span,
         }
@@ -315,7 +360,8 @@ impl<'n> Search<'n> {
             .at(net.name.span, "fault is 1 in that row")
             .help(format!("with `evolution stable limit {more}` it ends"));
         }
-        let mut error = Diagnostic::error(codes::LIVELOCK, format!("the chart turns for ever{shown}"));
+        let mut error =
+            Diagnostic::error(codes::LIVELOCK, format!("the chart turns for ever{shown}"));
         turning.sort_unstable();
         turning.dedup();
         for transition in turning {
@@ -352,7 +398,11 @@ impl<'n> Search<'n> {
         let mut reported: BTreeSet<&Situation> = BTreeSet::new();
         for (at, state) in states.states.iter().enumerate() {
             let situation = state.situation();
-            if alive[at] || net.transitions.is_empty() || reported.len() >= OF_A_KIND || !reported.insert(situation) {
+            if alive[at]
+                || net.transitions.is_empty()
+                || reported.len() >= OF_A_KIND
+                || !reported.insert(situation)
+            {
                 continue;
             }
             if is_end(net, situation) {
@@ -360,23 +410,33 @@ impl<'n> Search<'n> {
             }
             let rows = states.stimulus(net, at, None);
             let waiting = net.transitions.iter().find(|(_, transition)| {
-                transition.kind == TransitionKind::Move && transition.requires.iter().any(|step| situation.contains(*step))
+                transition.kind == TransitionKind::Move
+                    && transition.requires.iter().any(|step| situation.contains(*step))
             });
             let active: Vec<StepId> = situation.iter().collect();
             let mut warning = Diagnostic::warning(
                 codes::DEAD_END,
-                format!("nothing fires any more in the situation {}{}", step_names(net, active.iter().copied()), shown(net, &rows)),
+                format!(
+                    "nothing fires any more in the situation {}{}",
+                    step_names(net, active.iter().copied()),
+                    shown(net, &rows)
+                ),
             );
             for step in active.iter().take(3) {
                 warning = warning.at(net.steps[*step].meta.span, "active for ever");
             }
             if let Some((_, transition)) = waiting {
-                let missing: Vec<StepId> =
-                    transition.requires.iter().copied().filter(|step| !situation.contains(*step)).collect();
+                let missing: Vec<StepId> = transition
+                    .requires
+                    .iter()
+                    .copied()
+                    .filter(|step| !situation.contains(*step))
+                    .collect();
                 warning = if missing.is_empty() {
                     warning.at(transition.meta.span, "its receptivity is never true here")
                 } else {
-                    warning.at(transition.meta.span, format!("waits for {}", step_names(net, missing)))
+                    warning
+                        .at(transition.meta.span, format!("waits for {}", step_names(net, missing)))
                 };
             }
             out.push(warning.help("draw a way out, or a receptivity that can become true"));
@@ -404,26 +464,43 @@ impl<'n> Search<'n> {
             }
             // It loses on an edge within a strongly connected part, so it can lose there for ever. Something else must have fired on it.
             let loses = kept().any(|edge| {
-                edge.lost >> bit & 1 == 1 && edge.fires && component[edge.from as usize] == component[edge.to as usize]
+                edge.lost >> bit & 1 == 1
+                    && edge.fires
+                    && component[edge.from as usize] == component[edge.to as usize]
             });
             if loses {
                 starving.entry(net.transitions[*rival].requires[0]).or_default().push(*rival);
             }
         }
         for (step, transitions) in starving.into_iter().take(OF_A_KIND) {
-            let names: Vec<String> =
-                transitions.iter().map(|transition| format!("`{}`", net.transitions[*transition].name)).collect();
+            let names: Vec<String> = transitions
+                .iter()
+                .map(|transition| format!("`{}`", net.transitions[*transition].name))
+                .collect();
             let mut note = Diagnostic::note(
                 codes::STARVATION,
-                format!("{} can starve at step `{}`: others may win every time", names.join(", "), net.steps[step].name),
+                format!(
+                    "{} can starve at step `{}`: others may win every time",
+                    names.join(", "),
+                    net.steps[step].name
+                ),
             );
             for transition in &transitions {
-                note = note.at(net.transitions[*transition].meta.span, "may wait for ever though its receptivity holds again and again");
+                note = note.at(
+                    net.transitions[*transition].meta.span,
+                    "may wait for ever though its receptivity holds again and again",
+                );
             }
             let help = match net.settings.policy {
-                Policy::Priority => "`conflict priority-age` lets the branch go first that has waited longest",
-                Policy::PriorityAge => "give the steps that follow the same priority: among equals the oldest goes first",
-                Policy::All | Policy::InnerFirst | Policy::OuterFirst => "let the receptivities exclude each other",
+                Policy::Priority => {
+                    "`conflict priority-age` lets the branch go first that has waited longest"
+                }
+                Policy::PriorityAge => {
+                    "give the steps that follow the same priority: among equals the oldest goes first"
+                }
+                Policy::All | Policy::InnerFirst | Policy::OuterFirst => {
+                    "let the receptivities exclude each other"
+                }
             };
             out.push(note.help(help));
         }
@@ -435,7 +512,9 @@ fn is_end(net: &Net, situation: &Situation) -> bool {
     if net.settings.policy.is_statechart() {
         return situation.iter().any(|step| net.steps[step].kind == StepKind::Final);
     }
-    situation.iter().all(|step| !net.transitions.values().any(|transition| transition.requires.contains(&step)))
+    situation
+        .iter()
+        .all(|step| !net.transitions.values().any(|transition| transition.requires.contains(&step)))
 }
 
 /// How to get there, for a message.
@@ -447,7 +526,13 @@ fn shown(net: &Net, stimulus: &Stimulus) -> String {
             .inputs
             .iter()
             .filter(|(id, _)| row.value(*id) != 0)
-            .map(|(id, input)| if input.ty.is_bool() { input.name.text.clone() } else { format!("{}={}", input.name, row.value(id)) })
+            .map(|(id, input)| {
+                if input.ty.is_bool() {
+                    input.name.text.clone()
+                } else {
+                    format!("{}={}", input.name, row.value(id))
+                }
+            })
             .collect();
         let mut text = if values.is_empty() { "-".to_owned() } else { values.join(",") };
         if row.dt != 1 {
@@ -480,7 +565,12 @@ fn reads_inputs_only(net: &Net, guard: &Expr) -> bool {
     only
 }
 
-fn is_fireable(net: &Net, transition: TransitionId, situation: &Situation, input: &InputRow) -> bool {
+fn is_fireable(
+    net: &Net,
+    transition: TransitionId,
+    situation: &Situation,
+    input: &InputRow,
+) -> bool {
     let data = &net.transitions[transition];
     let value = &mut |leaf: &Leaf, _: i64| match leaf {
         Leaf::Input(id) => input.value(*id),
@@ -495,7 +585,9 @@ fn is_fireable(net: &Net, transition: TransitionId, situation: &Situation, input
         | Leaf::Fireable(_)
         | Leaf::Controlled(_) => 0,
     };
-    data.events.is_empty() && data.requires.iter().all(|step| situation.contains(*step)) && evaluate(&data.guard, value) != 0
+    data.events.is_empty()
+        && data.requires.iter().all(|step| situation.contains(*step))
+        && evaluate(&data.guard, value) != 0
 }
 
 #[cfg(test)]
@@ -506,7 +598,10 @@ mod tests {
 
     fn found(net: Net) -> Vec<&'static str> {
         let net = valid(net);
-        lints(&net, &facts(&net, &Limits::default())).iter().map(|diagnostic| diagnostic.code.id).collect()
+        lints(&net, &facts(&net, &Limits::default()))
+            .iter()
+            .map(|diagnostic| diagnostic.code.id)
+            .collect()
     }
 
     #[test]
@@ -552,11 +647,17 @@ mod tests {
         net.settings.evolution = Evolution::Stable { limit: 4 };
         let net = valid(net);
         let diagnostics = lints(&net, &facts(&net, &Limits::default()));
-        assert!(diagnostics.iter().any(|one| one.code == codes::LIVELOCK && one.is_error()), "{diagnostics:?}");
+        assert!(
+            diagnostics.iter().any(|one| one.code == codes::LIVELOCK && one.is_error()),
+            "{diagnostics:?}"
+        );
         let mut net = chart("a* b c d | a>b:x b>c:t c>d:t d>a:nx");
         net.settings.evolution = Evolution::Stable { limit: 2 };
         let net = valid(net);
         let diagnostics = lints(&net, &facts(&net, &Limits::default()));
-        assert!(diagnostics.iter().any(|one| one.code == codes::LIVELOCK && !one.is_error()), "{diagnostics:?}");
+        assert!(
+            diagnostics.iter().any(|one| one.code == codes::LIVELOCK && !one.is_error()),
+            "{diagnostics:?}"
+        );
     }
 }

@@ -63,7 +63,8 @@ pub fn properties(net: &Valid<Net>, limits: &Limits) -> Vec<PropertyVerdict> {
     let reset = Simulator::new(net);
     for ((_, property), outcome) in asserts.iter().zip(&mut outcomes) {
         if reset.is_violated(property) {
-            *outcome = Some(Outcome::Refuted { stimulus: Stimulus::new(net), row: 0, is_shortest: true });
+            *outcome =
+                Some(Outcome::Refuted { stimulus: Stimulus::new(net), row: 0, is_shortest: true });
         }
     }
     let has_time = Relevance::of(net).has_time();
@@ -76,7 +77,8 @@ pub fn properties(net: &Valid<Net>, limits: &Limits) -> Vec<PropertyVerdict> {
         let mut found = before.clone();
         let (states, ended) = explore(net, limits, ticks, &mut |states, seen| {
             for ((_, property), outcome) in asserts.iter().zip(&mut found) {
-                if outcome.is_none() && !seen.row.open.any() && seen.simulator.is_violated(property) {
+                if outcome.is_none() && !seen.row.open.any() && seen.simulator.is_violated(property)
+                {
                     let stimulus = states.stimulus(net, seen.from, Some(seen.input));
                     let row = stimulus.len();
                     *outcome = Some(Outcome::Refuted { stimulus, row, is_shortest: true });
@@ -88,8 +90,11 @@ pub fn properties(net: &Valid<Net>, limits: &Limits) -> Vec<PropertyVerdict> {
         match ended {
             Ended::Complete => {
                 for outcome in outcomes.iter_mut().filter(|outcome| outcome.is_none()) {
-                    *outcome =
-                        Some(Outcome::Proved { by: Proof::Explicit, states: states.states.len() as u64, ticks });
+                    *outcome = Some(Outcome::Proved {
+                        by: Proof::Explicit,
+                        states: states.states.len() as u64,
+                        ticks,
+                    });
                 }
             }
             Ended::Stopped(()) => {}
@@ -116,14 +121,22 @@ pub fn properties(net: &Valid<Net>, limits: &Limits) -> Vec<PropertyVerdict> {
         .map(|((index, _), outcome)| PropertyVerdict {
             property: *index,
             outcome: outcome.unwrap_or_else(|| {
-                Outcome::Open(format!("{why_open}; {} random reactions did not break it", limits.random_rows))
+                Outcome::Open(format!(
+                    "{why_open}; {} random reactions did not break it",
+                    limits.random_rows
+                ))
             }),
         })
         .collect()
 }
 
 /// Tries random stimuli where not all states could be enumerated.
-fn at_random(net: &Valid<Net>, limits: &Limits, asserts: &[(usize, &Property)], outcomes: &mut [Option<Outcome>]) {
+fn at_random(
+    net: &Valid<Net>,
+    limits: &Limits,
+    asserts: &[(usize, &Property)],
+    outcomes: &mut [Option<Outcome>],
+) {
     const ROWS: usize = 500;
     let mut simulator = Simulator::new(net);
     for seed in 0..limits.random_rows.div_ceil(ROWS) as u64 {
@@ -135,10 +148,14 @@ fn at_random(net: &Valid<Net>, limits: &Limits, asserts: &[(usize, &Property)], 
             }
             simulator.step(&input);
             for ((_, property), outcome) in asserts.iter().zip(outcomes.iter_mut()) {
-                if outcome.is_none() && !simulator.row().open.any() && simulator.is_violated(property) {
+                if outcome.is_none()
+                    && !simulator.row().open.any()
+                    && simulator.is_violated(property)
+                {
                     let mut stimulus = stimulus.clone();
                     stimulus.truncate(number + 1);
-                    *outcome = Some(Outcome::Refuted { stimulus, row: number + 1, is_shortest: false });
+                    *outcome =
+                        Some(Outcome::Refuted { stimulus, row: number + 1, is_shortest: false });
                 }
             }
             if outcomes.iter().all(Option::is_some) {
@@ -151,7 +168,8 @@ fn at_random(net: &Valid<Net>, limits: &Limits, asserts: &[(usize, &Property)], 
 /// Says so if no row of inputs meets all assumptions: then whatever is proved says nothing.
 #[must_use]
 pub fn check_assumption(net: &Valid<Net>) -> Option<Diagnostic> {
-    let Err(NoAlphabet::Contradiction) = Alphabet::of(net, false, Limits::default().rows_per_state) else {
+    let Err(NoAlphabet::Contradiction) = Alphabet::of(net, false, Limits::default().rows_per_state)
+    else {
         return None;
     };
     let mut warning = Diagnostic::warning(
@@ -166,9 +184,9 @@ pub fn check_assumption(net: &Valid<Net>) -> Option<Diagnostic> {
 
 #[cfg(test)]
 mod tests {
-    use grafsynth_ir::expr::Expr;
-    use grafsynth_ir::net::{Leaf, PropertyLeaf, PropertyExpr};
     use grafsynth_ir::Span;
+    use grafsynth_ir::expr::Expr;
+    use grafsynth_ir::net::{Leaf, PropertyExpr, PropertyLeaf};
 
     use super::*;
     use crate::testing::{chart, find, input, valid};
@@ -176,7 +194,12 @@ mod tests {
     fn never(net: &mut Net, role: PropertyRole, leaves: &[Leaf]) {
         let all = leaves.iter().map(|leaf| Expr::leaf(PropertyLeaf::Net(*leaf), Span::default()));
         let never: PropertyExpr = Expr::and(all);
-        net.properties.push(Property { name: String::new(), role, never, meta: Default::default() });
+        net.properties.push(Property {
+            name: String::new(),
+            role,
+            never,
+            meta: Default::default(),
+        });
     }
 
     fn fig5(role: Option<PropertyRole>) -> Valid<Net> {
@@ -193,7 +216,9 @@ mod tests {
     #[test]
     fn a_broken_property_has_a_shortest_stimulus() {
         let verdicts = properties(&fig5(None), &Limits::default());
-        let Outcome::Refuted { stimulus, row, is_shortest } = &verdicts[0].outcome else { panic!("{verdicts:?}") };
+        let Outcome::Refuted { stimulus, row, is_shortest } = &verdicts[0].outcome else {
+            panic!("{verdicts:?}")
+        };
         assert_eq!((stimulus.len(), *row, *is_shortest), (1, 1, true));
     }
 
@@ -201,7 +226,10 @@ mod tests {
     fn an_assumption_is_not_enough_where_tokens_part_later() {
         // Under `never (x and y)` the two transitions never fire together, and one token cannot be in two steps.
         let verdicts = properties(&fig5(Some(PropertyRole::Assume)), &Limits::default());
-        assert!(matches!(verdicts[0].outcome, Outcome::Proved { states: 3, ticks: Ticks::Any, .. }), "{verdicts:?}");
+        assert!(
+            matches!(verdicts[0].outcome, Outcome::Proved { states: 3, ticks: Ticks::Any, .. }),
+            "{verdicts:?}"
+        );
     }
 
     #[test]
@@ -226,6 +254,9 @@ mod tests {
             never: Expr::leaf(PropertyLeaf::Net(Leaf::Input(x)), Span::default()).not(),
             meta: Default::default(),
         });
-        assert_eq!(check_assumption(&valid(net)).map(|warning| warning.code), Some(codes::ASSUMPTION_EMPTY));
+        assert_eq!(
+            check_assumption(&valid(net)).map(|warning| warning.code),
+            Some(codes::ASSUMPTION_EMPTY)
+        );
     }
 }

@@ -6,8 +6,8 @@
 use grafsynth_ir::arena::IdMap;
 use grafsynth_ir::expr::Expr as GenericExpr;
 use grafsynth_ir::net::{
-    Block, Driver, Enter, Evolution, Expr, InputId, Leaf, Net, PropertyLeaf, PropertyRole, Qualifier, Step,
-    StepId, StepKind, StmtKind, Transition, TransitionId,
+    Block, Driver, Enter, Evolution, Expr, InputId, Leaf, Net, PropertyLeaf, PropertyRole,
+    Qualifier, Step, StepId, StepKind, StmtKind, Transition, TransitionId,
 };
 use grafsynth_sim::Situation;
 
@@ -89,7 +89,9 @@ impl<'n> Relevance<'n> {
         for open in &net.unspecified {
             self.expr(&open.when, &mut always);
         }
-        for property in net.properties.iter().filter(|property| property.role == PropertyRole::Assert) {
+        for property in
+            net.properties.iter().filter(|property| property.role == PropertyRole::Assert)
+        {
             self.property(&property.never, &mut always);
         }
         for action in net.actions.values() {
@@ -98,7 +100,15 @@ impl<'n> Relevance<'n> {
                 let mut set = Inputs::none(net);
                 one.condition.iter().for_each(|condition| self.expr(condition, &mut set));
                 self.by_step[one.step].add(&set);
-                if !matches!(one.qualifier, Qualifier::N | Qualifier::R | Qualifier::S | Qualifier::P | Qualifier::P0 | Qualifier::P1) {
+                if !matches!(
+                    one.qualifier,
+                    Qualifier::N
+                        | Qualifier::R
+                        | Qualifier::S
+                        | Qualifier::P
+                        | Qualifier::P0
+                        | Qualifier::P1
+                ) {
                     self.other_time = self.other_time.max(i64::from(action.duration));
                 }
             }
@@ -107,11 +117,15 @@ impl<'n> Relevance<'n> {
             self.other_time = self.other_time.max(i64::from(send.delay));
         }
         for (id, step) in net.steps.iter() {
-            if let Some(parent) = step.parent.filter(|parent| step.activation_link && net.steps[*parent].kind == StepKind::Enclosing) {
+            if let Some(parent) = step.parent.filter(|parent| {
+                step.activation_link && net.steps[*parent].kind == StepKind::Enclosing
+            }) {
                 self.links[parent].push(id);
             }
             let mut set = Inputs::none(net);
-            [&step.entry, &step.exit, &step.initial_content].into_iter().for_each(|block| self.block(block, &mut set));
+            [&step.entry, &step.exit, &step.initial_content]
+                .into_iter()
+                .for_each(|block| self.block(block, &mut set));
             step.tasks.iter().for_each(|task| self.block(&task.body, &mut set));
             self.by_step[id].add(&set);
         }
@@ -123,14 +137,20 @@ impl<'n> Relevance<'n> {
                 Driver::Continuous(emissions) | Driver::Mealy(emissions) => {
                     for emission in emissions {
                         let mut set = Inputs::none(net);
-                        emission.condition.iter().for_each(|condition| self.expr(condition, &mut set));
+                        emission
+                            .condition
+                            .iter()
+                            .for_each(|condition| self.expr(condition, &mut set));
                         self.by_step[emission.step].add(&set);
                     }
                 }
                 Driver::Extern { calls, .. } => {
                     for call in calls {
                         let mut set = Inputs::none(net);
-                        call.condition.iter().chain(&call.arguments).for_each(|one| self.expr(one, &mut set));
+                        call.condition
+                            .iter()
+                            .chain(&call.arguments)
+                            .for_each(|one| self.expr(one, &mut set));
                         self.by_step[call.step].add(&set);
                     }
                 }
@@ -180,8 +200,12 @@ impl<'n> Relevance<'n> {
                     && let grafsynth_ir::expr::ExprKind::Int(value) = &constant.kind
                 {
                     match net_leaf(leaf) {
-                        Some(Leaf::Elapsed(step)) => self.elapsed[step] = self.elapsed[step].max(*value),
-                        Some(Leaf::LastElapsed(_) | Leaf::Timer(_)) => self.other_time = self.other_time.max(*value),
+                        Some(Leaf::Elapsed(step)) => {
+                            self.elapsed[step] = self.elapsed[step].max(*value)
+                        }
+                        Some(Leaf::LastElapsed(_) | Leaf::Timer(_)) => {
+                            self.other_time = self.other_time.max(*value)
+                        }
                         Some(
                             Leaf::Input(_)
                             | Leaf::Var(_)
@@ -206,13 +230,18 @@ impl<'n> Relevance<'n> {
                 StmtKind::Assign { index, value, .. } => {
                     index.iter().chain([value]).for_each(|one| self.expr(one, set));
                 }
-                StmtKind::Call { arguments, .. } => arguments.iter().for_each(|one| self.expr(one, set)),
+                StmtKind::Call { arguments, .. } => {
+                    arguments.iter().for_each(|one| self.expr(one, set))
+                }
                 StmtKind::If { condition, then, otherwise } => {
                     self.expr(condition, set);
                     self.block(then, set);
                     self.block(otherwise, set);
                 }
-                StmtKind::Raise(_) | StmtKind::Send(_) | StmtKind::Cancel(_) | StmtKind::Code(_) => {}
+                StmtKind::Raise(_)
+                | StmtKind::Send(_)
+                | StmtKind::Cancel(_)
+                | StmtKind::Code(_) => {}
             }
         }
     }
@@ -262,7 +291,13 @@ impl<'n> Relevance<'n> {
         set
     }
 
-    fn fires(&self, transition: TransitionId, set: &mut Inputs, active: &mut Situation, todo: &mut Vec<StepId>) {
+    fn fires(
+        &self,
+        transition: TransitionId,
+        set: &mut Inputs,
+        active: &mut Situation,
+        todo: &mut Vec<StepId>,
+    ) {
         set.add(&self.by_transition[transition]);
         for enter in &self.net.transitions[transition].enters {
             if let Enter::Step(step) = enter {
@@ -279,7 +314,8 @@ impl<'n> Relevance<'n> {
                 todo.push(step);
             }
             // An enclosing step that is active already may restart, so its links count too.
-            waiting.extend(self.links[step].iter().copied().filter(|child| !active.contains(*child)));
+            waiting
+                .extend(self.links[step].iter().copied().filter(|child| !active.contains(*child)));
         }
     }
 }

@@ -3,7 +3,8 @@
 
 use grafsynth_ir::expr::{Expr, Type};
 use grafsynth_ir::net::{
-    Enter, Input, InputKind, Leaf, Net, Part, PartId, Step, StepId, StepKind, Transition, TransitionKind,
+    Enter, Input, InputKind, Leaf, Net, Part, PartId, Step, StepId, StepKind, Transition,
+    TransitionKind,
 };
 use grafsynth_ir::span::{Name, Span};
 use grafsynth_ir::{Valid, validate};
@@ -34,7 +35,11 @@ pub(crate) fn step(text: &str) -> Step {
 }
 
 pub(crate) fn find(net: &Net, text: &str) -> StepId {
-    net.steps.iter().find(|(_, step)| step.name.text == text).map(|(id, _)| id).expect("a step of the chart")
+    net.steps
+        .iter()
+        .find(|(_, step)| step.name.text == text)
+        .map(|(id, _)| id)
+        .expect("a step of the chart")
 }
 
 pub(crate) fn input(net: &mut Net, text: &str) -> grafsynth_ir::net::InputId {

@@ -7,7 +7,10 @@ pub(crate) fn for_each_expr(net: &Net, visit: &mut impl FnMut(&Expr)) {
     for output in net.outputs.values() {
         match &output.driver {
             Driver::Continuous(emissions) | Driver::Mealy(emissions) => {
-                emissions.iter().filter_map(|emission| emission.condition.as_ref()).for_each(&mut *visit);
+                emissions
+                    .iter()
+                    .filter_map(|emission| emission.condition.as_ref())
+                    .for_each(&mut *visit);
             }
             Driver::Extern { calls, .. } => {
                 for call in calls {
@@ -40,7 +43,9 @@ pub(crate) fn for_each_expr(net: &Net, visit: &mut impl FnMut(&Expr)) {
 fn block(list: &Block, visit: &mut impl FnMut(&Expr)) {
     for stmt in list {
         match &stmt.kind {
-            StmtKind::Assign { index, value, .. } => index.iter().chain([value]).for_each(&mut *visit),
+            StmtKind::Assign { index, value, .. } => {
+                index.iter().chain([value]).for_each(&mut *visit)
+            }
             StmtKind::Call { arguments, .. } => arguments.iter().for_each(&mut *visit),
             StmtKind::If { condition, then, otherwise } => {
                 visit(condition);

@@ -1,7 +1,13 @@
 //! The two proofs of equivalence against each other, on random nets and on circuits that were spoiled on purpose.
 
 #[path = "../../tests/src/random_net/mod.rs"]
-#[allow(dead_code, unused_imports, unreachable_pub, unfulfilled_lint_expectations, reason = "shared with the differential tests; not all of it is used here")]
+#[allow(
+    dead_code,
+    unused_imports,
+    unreachable_pub,
+    unfulfilled_lint_expectations,
+    reason = "shared with the differential tests; not all of it is used here"
+)]
 mod random_net;
 
 use grafsynth_ir::Valid;
@@ -13,13 +19,19 @@ use grafsynth_logic::build::Builder;
 use grafsynth_logic::minimise::{Budget, sum_of_products};
 use grafsynth_logic::support::Var;
 use grafsynth_logic::{EncodeOptions, encode};
+use grafsynth_sim::{Simulator, Stimulus, breaks_assumption};
 use grafsynth_verify::equiv::{by_enumeration, by_induction};
 use grafsynth_verify::{Limits, Verdict, structural_facts};
-use grafsynth_sim::{Simulator, Stimulus, breaks_assumption};
 use random_net::{Features, random_net};
 
 fn limits() -> Limits {
-    Limits { pairs: 3_000, rows_per_state: 256, states: 1_000, conflicts: 1_000, ..Limits::default() }
+    Limits {
+        pairs: 3_000,
+        rows_per_state: 256,
+        states: 1_000,
+        conflicts: 1_000,
+        ..Limits::default()
+    }
 }
 
 fn encoded(net: &Valid<Net>) -> Option<Logic> {
@@ -41,7 +53,11 @@ fn both_proofs_agree_on_random_nets() {
         let enumeration = by_enumeration(&net, &logic, &limits());
         match &enumeration {
             Verdict::Refuted(counterexample) => {
-                assert!(!matches!(induction, Verdict::Proved(_)), "seed {seed}: {:?}", counterexample.difference);
+                assert!(
+                    !matches!(induction, Verdict::Proved(_)),
+                    "seed {seed}: {:?}",
+                    counterexample.difference
+                );
                 println!("seed {seed}: the circuit is wrong: {:?}", counterexample.difference);
             }
             Verdict::Proved(_) => {
@@ -87,7 +103,8 @@ fn two_level(logic: &Logic) -> Option<Logic> {
         Some(builder.or(terms))
     };
     let flops: Vec<_> = logic.flops.values().map(|flop| sum(flop.next)).collect::<Option<_>>()?;
-    let outputs: Vec<_> = logic.outputs.values().map(|output| sum(output.value)).collect::<Option<_>>()?;
+    let outputs: Vec<_> =
+        logic.outputs.values().map(|output| sum(output.value)).collect::<Option<_>>()?;
     let mut logic = builder.logic;
     for ((_, flop), next) in logic.flops.iter_mut().zip(flops) {
         flop.next = next;
@@ -132,7 +149,9 @@ fn a_spoiled_circuit_is_never_proved() {
         let nots: Vec<_> = logic
             .nodes
             .iter()
-            .filter_map(|(id, node)| if let Node::Not(inner) = node { Some((id, *inner)) } else { None })
+            .filter_map(
+                |(id, node)| if let Node::Not(inner) = node { Some((id, *inner)) } else { None },
+            )
             .collect();
         for (id, inner) in nots.into_iter().step_by(7).take(3) {
             let mut wrong = logic.clone();
@@ -141,7 +160,11 @@ fn a_spoiled_circuit_is_never_proved() {
                 Verdict::Refuted(counterexample) => {
                     n_refuted += 1;
                     let induction = by_induction(&net, &facts, &wrong, &limits());
-                    assert!(!matches!(induction, Verdict::Proved(_)), "seed {seed}: {:?}", counterexample.difference);
+                    assert!(
+                        !matches!(induction, Verdict::Proved(_)),
+                        "seed {seed}: {:?}",
+                        counterexample.difference
+                    );
                 }
                 Verdict::Proved(_) => n_harmless += 1,
                 Verdict::Open(_) => {}
@@ -187,13 +210,19 @@ fn what_the_structure_says_is_never_seen_broken() {
         let check = |simulator: &Simulator<'_>, row: usize| {
             for component in &facts.components {
                 let n = component.steps.iter().filter(|step| simulator.is_active(**step)).count();
-                assert!(n <= 1 && (n == 1 || !component.always), "seed {seed}, row {row}: {n} of {component:?}");
+                assert!(
+                    n <= 1 && (n == 1 || !component.always),
+                    "seed {seed}, row {row}: {n} of {component:?}"
+                );
             }
             for step in &facts.unreachable_steps {
                 assert!(!simulator.is_active(*step), "seed {seed}, row {row}: {step:?}");
             }
             for transition in simulator.fired() {
-                assert!(!facts.dead_transitions.contains(transition), "seed {seed}, row {row}: {transition:?}");
+                assert!(
+                    !facts.dead_transitions.contains(transition),
+                    "seed {seed}, row {row}: {transition:?}"
+                );
             }
         };
         check(&simulator, 0);

@@ -5,8 +5,8 @@ use grafsynth_ir::expr::{Expr, Type};
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::lower::program::{ProgramOptions, program};
 use grafsynth_ir::net::{
-    Driver, Emission, Enter, Input, InputId, InputKind, Leaf, Net, Output, Part, PartId, Step, StepId, StepKind, Transition,
-    TransitionKind,
+    Driver, Emission, Enter, Input, InputId, InputKind, Leaf, Net, Output, Part, PartId, Step,
+    StepId, StepKind, Transition, TransitionKind,
 };
 use grafsynth_ir::span::{Name, Span};
 use grafsynth_ir::{Valid, validate};
@@ -25,7 +25,13 @@ fn cells(n: usize) -> Valid<Net> {
     let inputs: Vec<InputId> = (0..32)
         .map(|at| {
             let (ty, kind) = (Type::Bool, InputKind::Pin);
-            net.inputs.push(Input { name: name(format!("i{at}")), ty, kind, synchronous: true, meta: Default::default() })
+            net.inputs.push(Input {
+                name: name(format!("i{at}")),
+                ty,
+                kind,
+                synchronous: true,
+                meta: Default::default(),
+            })
         })
         .collect();
     let step = |net: &mut Net, text: String, is_initial: bool, part: PartId| {
@@ -50,7 +56,9 @@ fn cells(n: usize) -> Valid<Net> {
     };
     let all: Vec<[StepId; 8]> = (0..n)
         .map(|cell| {
-            std::array::from_fn(|at| step(&mut net, format!("c{cell}_{at}"), cell == 0 && at == 0, part))
+            std::array::from_fn(|at| {
+                step(&mut net, format!("c{cell}_{at}"), cell == 0 && at == 0, part)
+            })
         })
         .collect();
     let mut count = 0;
@@ -111,7 +119,8 @@ fn a_large_chart_is_covered_and_its_circuit_proved() {
     assert_eq!(facts.components.len(), n_cells + 1);
     assert!(facts.component_of.as_ref().is_some_and(|map| map.values().all(Option::is_some)));
     let program = program(&net, &ProgramOptions::default()).expect("a program");
-    let logic = encode(&net, &program, &Facts::default(), &EncodeOptions::default()).expect("logic");
+    let logic =
+        encode(&net, &program, &Facts::default(), &EncodeOptions::default()).expect("logic");
     let verdict = by_induction(&net, &facts, &logic, &Limits::default());
     let Verdict::Proved(certificate) = verdict else { panic!("{verdict:?}") };
     assert!(matches!(certificate.method, Method::Symbolic { .. }));

@@ -74,7 +74,10 @@ fn large_charts_are_covered_in_linear_time() {
     for cell in 0..500 {
         let star = if cell == 0 { "*" } else { "" };
         text += &format!("s{cell}{star} a{cell} b{cell} c{cell} ");
-        moves += &format!("s{cell}>a{cell},b{cell} a{cell}>c{cell} c{cell},b{cell}>s{} ", (cell + 1) % 500);
+        moves += &format!(
+            "s{cell}>a{cell},b{cell} a{cell}>c{cell} c{cell},b{cell}>s{} ",
+            (cell + 1) % 500
+        );
     }
     let net = chart(&format!("{text}| {moves}"));
     let found = cover(&net);

@@ -60,13 +60,19 @@ impl Binding {
         }
         for (pin, input) in logic.inputs.iter() {
             match input.role {
-                PinRole::Input(id, bit) if net.inputs.get(id).is_some_and(|input| bit < input.ty.bits()) => {
+                PinRole::Input(id, bit)
+                    if net.inputs.get(id).is_some_and(|input| bit < input.ty.bits()) =>
+                {
                     binding.inputs.push((pin, id, bit));
                 }
                 PinRole::Tick => binding.ticks.push(pin),
                 // Held at 0: the power-up value is the reset value.
                 PinRole::Reset => {}
-                PinRole::Input(..) | PinRole::Output(..) | PinRole::Busy | PinRole::Fault | PinRole::Unknown => {
+                PinRole::Input(..)
+                | PinRole::Output(..)
+                | PinRole::Busy
+                | PinRole::Fault
+                | PinRole::Unknown => {
                     return Err(format!("nothing says what input pin `{}` carries", input.name));
                 }
             }
@@ -79,9 +85,15 @@ impl Binding {
                     n_bits[id.index()] = n_bits[id.index()].max(bit + 1);
                     binding.compared.push(Compared { what: What::Output(id), bit, shown });
                 }
-                PinRole::Fault => binding.compared.push(Compared { what: What::Fault, bit: 0, shown }),
+                PinRole::Fault => {
+                    binding.compared.push(Compared { what: What::Fault, bit: 0, shown })
+                }
                 PinRole::Busy => binding.busy = Some(pin),
-                PinRole::Input(..) | PinRole::Output(..) | PinRole::Tick | PinRole::Reset | PinRole::Unknown => {
+                PinRole::Input(..)
+                | PinRole::Output(..)
+                | PinRole::Tick
+                | PinRole::Reset
+                | PinRole::Unknown => {
                     return Err(format!("nothing says what output pin `{}` carries", output.name));
                 }
             }
@@ -90,10 +102,17 @@ impl Binding {
             let wanted = match &output.driver {
                 // A column of calls; a strobe pin where it is ever called.
                 Driver::Extern { .. } => 0,
-                Driver::Continuous(_) | Driver::Mealy(_) | Driver::Stored(_) | Driver::Controlled(_) => output.ty.bits(),
+                Driver::Continuous(_)
+                | Driver::Mealy(_)
+                | Driver::Stored(_)
+                | Driver::Controlled(_) => output.ty.bits(),
             };
             if n_bits[id.index()] < wanted {
-                return Err(format!("output `{}` has {} of {wanted} pins", output.name, n_bits[id.index()]));
+                return Err(format!(
+                    "output `{}` has {} of {wanted} pins",
+                    output.name,
+                    n_bits[id.index()]
+                ));
             }
         }
         for (flop, data) in logic.flops.iter() {
@@ -101,7 +120,12 @@ impl Binding {
             let shown = Shown::Flop { flop, inverted: holds.inverted };
             let what = match holds.origin {
                 Origin::Step(step) if net.steps.get(step).is_some() => What::Step(step),
-                Origin::Var(var) if net.vars.get(var).is_some_and(|var| holds.element < var.len.unwrap_or(1)) => {
+                Origin::Var(var)
+                    if net
+                        .vars
+                        .get(var)
+                        .is_some_and(|var| holds.element < var.len.unwrap_or(1)) =>
+                {
                     What::Var(var, holds.element)
                 }
                 Origin::Step(_)
@@ -135,7 +159,11 @@ impl Binding {
     }
 
     /// The bits of an input row as the pins carry them.
-    pub(crate) fn pin_bits<'a>(&'a self, net: &'a Net, row: &'a InputRow) -> impl Iterator<Item = (PinInputId, bool)> + 'a {
+    pub(crate) fn pin_bits<'a>(
+        &'a self,
+        net: &'a Net,
+        row: &'a InputRow,
+    ) -> impl Iterator<Item = (PinInputId, bool)> + 'a {
         let inputs = self.inputs.iter().map(|(pin, input, bit)| {
             let ty = net.inputs[*input].ty;
             let value = match net.inputs[*input].kind {
@@ -153,7 +181,8 @@ impl Binding {
         if row.open.row {
             return None;
         }
-        let is_fixed = matches!(compared.what, What::Output(output) if row.open.fixed.contains(&output));
+        let is_fixed =
+            matches!(compared.what, What::Output(output) if row.open.fixed.contains(&output));
         if row.open.next && !is_fixed {
             return None;
         }
@@ -177,10 +206,16 @@ impl Binding {
     fn output(&self, net: &Net, row: &Row, output: OutputId) -> u64 {
         match &net.outputs[output].driver {
             Driver::Extern { .. } => {
-                let calls = row.effects.iter().filter(|effect| matches!(effect, Effect::Call(own, _) if *own == output));
+                let calls = row
+                    .effects
+                    .iter()
+                    .filter(|effect| matches!(effect, Effect::Call(own, _) if *own == output));
                 calls.count() as u64
             }
-            Driver::Continuous(_) | Driver::Mealy(_) | Driver::Stored(_) | Driver::Controlled(_) => {
+            Driver::Continuous(_)
+            | Driver::Mealy(_)
+            | Driver::Stored(_)
+            | Driver::Controlled(_) => {
                 row.outputs[output.index()].abs_diff(net.outputs[output].ty.bounds().0)
             }
         }
@@ -218,7 +253,8 @@ impl Binding {
             What::Step(_) => {
                 let name = |step: StepId| net.steps[step].name.text.clone();
                 let visible = |step: &StepId| !net.steps[*step].hidden;
-                let mine: Vec<String> = row.steps.iter().copied().filter(|step| visible(step)).map(name).collect();
+                let mine: Vec<String> =
+                    row.steps.iter().copied().filter(|step| visible(step)).map(name).collect();
                 let mut theirs: Vec<StepId> = self
                     .compared
                     .iter()
@@ -236,9 +272,10 @@ impl Binding {
             What::Output(output) => {
                 let lo = match net.outputs[output].driver {
                     Driver::Extern { .. } => 0,
-                    Driver::Continuous(_) | Driver::Mealy(_) | Driver::Stored(_) | Driver::Controlled(_) => {
-                        net.outputs[output].ty.bounds().0
-                    }
+                    Driver::Continuous(_)
+                    | Driver::Mealy(_)
+                    | Driver::Stored(_)
+                    | Driver::Controlled(_) => net.outputs[output].ty.bounds().0,
                 };
                 let mine = lo.saturating_add_unsigned(self.output(net, row, output));
                 let theirs = lo.saturating_add_unsigned(code(differs.what, circuit));
@@ -246,10 +283,16 @@ impl Binding {
             }
             What::Var(var, element) => {
                 let mine = row.vars[self.var_places[var.index()] + element as usize];
-                let theirs = net.vars[var].ty.bounds().0.saturating_add_unsigned(code(differs.what, circuit));
+                let theirs = net.vars[var]
+                    .ty
+                    .bounds()
+                    .0
+                    .saturating_add_unsigned(code(differs.what, circuit));
                 (mine.to_string(), theirs.to_string())
             }
-            What::Fault => (u8::from(row.fault).to_string(), u8::from(circuit(differs)).to_string()),
+            What::Fault => {
+                (u8::from(row.fault).to_string(), u8::from(circuit(differs)).to_string())
+            }
         }
     }
 }

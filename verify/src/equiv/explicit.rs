@@ -29,9 +29,17 @@ impl<'a> Lanes<'a> {
     pub(super) fn new(net: &Net, logic: &'a Logic, binding: &'a Binding) -> Self {
         let patience = match net.settings.evolution {
             grafsynth_ir::net::Evolution::Single => 4,
-            grafsynth_ir::net::Evolution::Stable { limit } => limit.saturating_mul(4).saturating_add(16),
+            grafsynth_ir::net::Evolution::Stable { limit } => {
+                limit.saturating_mul(4).saturating_add(16)
+            }
         };
-        Lanes { logic, binding, sim: LogicSim::new(logic), bits: vec![0; binding.compared.len()], patience }
+        Lanes {
+            logic,
+            binding,
+            sim: LogicSim::new(logic),
+            bits: vec![0; binding.compared.len()],
+            patience,
+        }
     }
 
     /// The circuit after power-up with the inputs of row 0.
@@ -84,7 +92,12 @@ impl<'a> Lanes<'a> {
     }
 
     /// Clocks on while busy, with no new event or tick. A lane that has ended keeps its state.
-    fn wait(&mut self, net: &Net, busy: grafsynth_ir::logic::PinOutputId, n_lanes: usize) -> Option<()> {
+    fn wait(
+        &mut self,
+        net: &Net,
+        busy: grafsynth_ir::logic::PinOutputId,
+        n_lanes: usize,
+    ) -> Option<()> {
         let used = if n_lanes >= 64 { !0 } else { (1_u64 << n_lanes) - 1 };
         for pin in &self.binding.ticks {
             self.sim.set_input(*pin, 0);
@@ -132,10 +145,21 @@ impl<'a> Lanes<'a> {
     }
 
     /// The difference as a cell of two traces.
-    pub(super) fn report(&self, net: &Net, row: &Row, lane: usize, number: usize, differs: &Compared) -> Difference {
+    pub(super) fn report(
+        &self,
+        net: &Net,
+        row: &Row,
+        lane: usize,
+        number: usize,
+        differs: &Compared,
+    ) -> Difference {
         let binding = self.binding;
         let mut circuit = |one: &Compared| {
-            binding.compared.iter().position(|other| other == one).is_some_and(|at| self.bits[at] >> lane & 1 == 1)
+            binding
+                .compared
+                .iter()
+                .position(|other| other == one)
+                .is_some_and(|at| self.bits[at] >> lane & 1 == 1)
         };
         let (left, right) = binding.texts(net, row, differs, &mut circuit);
         Difference { row: number, column: binding.column(net, self.logic, differs), left, right }
@@ -196,7 +220,11 @@ impl Reads<'_> {
                 match logic.inputs[*pin].role {
                     PinRole::Input(input, _) => inputs.insert(input),
                     PinRole::Tick => tick = true,
-                    PinRole::Reset | PinRole::Output(..) | PinRole::Busy | PinRole::Fault | PinRole::Unknown => {}
+                    PinRole::Reset
+                    | PinRole::Output(..)
+                    | PinRole::Busy
+                    | PinRole::Fault
+                    | PinRole::Unknown => {}
                 }
             }
             let is_after = after[at];
@@ -210,7 +238,12 @@ impl Reads<'_> {
 }
 
 /// The proof by enumeration.
-pub(super) fn equiv(net: &Valid<Net>, logic: &Logic, binding: &Binding, limits: &Limits) -> Verdict {
+pub(super) fn equiv(
+    net: &Valid<Net>,
+    logic: &Logic,
+    binding: &Binding,
+    limits: &Limits,
+) -> Verdict {
     let mut lanes = Lanes::new(net, logic, binding);
     let mut simulator = Simulator::new(net);
     lanes.reset(net);
@@ -224,8 +257,12 @@ pub(super) fn equiv(net: &Valid<Net>, logic: &Logic, binding: &Binding, limits: 
         Err(NoAlphabet::TooMany(why)) => return Verdict::Open(why),
     };
     let relevance = Relevance::of(net);
-    let mut reads =
-        Reads { net, logic, values: vec![None; logic.nodes.len()], is_needed: vec![false; logic.nodes.len()] };
+    let mut reads = Reads {
+        net,
+        logic,
+        values: vec![None; logic.nodes.len()],
+        is_needed: vec![false; logic.nodes.len()],
+    };
     let mut states: IndexSet<(State, Vec<u64>)> = IndexSet::new();
     let mut parents: Vec<Option<(u32, InputRow)>> = vec![None];
     states.insert((simulator.state().clone(), lanes.code(0)));
@@ -245,10 +282,15 @@ pub(super) fn equiv(net: &Valid<Net>, logic: &Logic, binding: &Binding, limits: 
                 Some(alphabet) => alphabet.rows(&key.0, limits.rows_per_state),
             };
             let Some(rows) = rows else {
-                return Verdict::Open(format!("more than {} rows of inputs are possible in one state", limits.rows_per_state));
+                return Verdict::Open(format!(
+                    "more than {} rows of inputs are possible in one state",
+                    limits.rows_per_state
+                ));
             };
             let dts = if time { 0..=1 } else { 1..=1 };
-            let rows = rows.iter().flat_map(|row| dts.clone().map(|dt| InputRow { dt, values: row.values.clone() }));
+            let rows = rows
+                .iter()
+                .flat_map(|row| dts.clone().map(|dt| InputRow { dt, values: row.values.clone() }));
             cache.insert(key.clone(), rows.collect());
         }
         let rows = &cache[&key];
@@ -283,18 +325,25 @@ pub(super) fn equiv(net: &Valid<Net>, logic: &Logic, binding: &Binding, limits: 
                         left: "0".to_owned(),
                         right: "1".to_owned(),
                     };
-                    return Verdict::Refuted(Counterexample { stimulus: Stimulus::of_rows(net, &way()), difference });
+                    return Verdict::Refuted(Counterexample {
+                        stimulus: Stimulus::of_rows(net, &way()),
+                        difference,
+                    });
                 }
                 if let Some(differs) = lanes.difference(net, row, lane) {
                     let rows = way();
                     let difference = lanes.report(net, row, lane, rows.len(), differs);
-                    return Verdict::Refuted(Counterexample { stimulus: Stimulus::of_rows(net, &rows), difference });
+                    return Verdict::Refuted(Counterexample {
+                        stimulus: Stimulus::of_rows(net, &rows),
+                        difference,
+                    });
                 }
                 if row.open.next || row.open.row {
                     // All that follows is open, so there is nothing left to compare.
                     continue;
                 }
-                let (to, is_new) = states.insert_full((simulator.state().clone(), lanes.code(lane)));
+                let (to, is_new) =
+                    states.insert_full((simulator.state().clone(), lanes.code(lane)));
                 if is_new {
                     debug_assert_eq!(to, parents.len());
                     parents.push(Some((at as u32, input.clone())));

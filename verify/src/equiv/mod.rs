@@ -118,9 +118,11 @@ pub fn equiv(net: &Valid<Net>, facts: &Facts, logic: &Logic, limits: &Limits) ->
     reasons.dedup();
     match by_chance(net, logic, limits.random_rows) {
         Some(counterexample) => Verdict::Refuted(counterexample),
-        None => {
-            Verdict::Open(format!("{}; compared on {} random reactions, not proved", reasons.join("; "), limits.random_rows))
-        }
+        None => Verdict::Open(format!(
+            "{}; compared on {} random reactions, not proved",
+            reasons.join("; "),
+            limits.random_rows
+        )),
     }
 }
 

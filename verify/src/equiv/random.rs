@@ -13,9 +13,15 @@ use super::explicit::Lanes;
 const LANES: usize = 16;
 
 /// Compares some reactions; a difference if one is found.
-pub(super) fn compare(net: &Valid<Net>, logic: &Logic, binding: &Binding, n_rows: usize) -> Option<Counterexample> {
+pub(super) fn compare(
+    net: &Valid<Net>,
+    logic: &Logic,
+    binding: &Binding,
+    n_rows: usize,
+) -> Option<Counterexample> {
     let per_lane = n_rows.div_ceil(LANES).max(1);
-    let stimuli: Vec<Stimulus> = (0..LANES).map(|lane| Stimulus::random(net, per_lane, lane as u64 + 1, 1)).collect();
+    let stimuli: Vec<Stimulus> =
+        (0..LANES).map(|lane| Stimulus::random(net, per_lane, lane as u64 + 1, 1)).collect();
     let mut simulator = Simulator::new(net);
     let mut states: Vec<State> = vec![simulator.state().clone(); LANES];
     let mut is_over = [false; LANES];

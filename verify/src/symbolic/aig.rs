@@ -139,7 +139,10 @@ impl Aig {
         layer.sort_unstable();
         layer.dedup();
         while layer.len() > 1 {
-            layer = layer.chunks(2).map(|pair| if let [a, b] = *pair { self.and(a, b) } else { pair[0] }).collect();
+            layer = layer
+                .chunks(2)
+                .map(|pair| if let [a, b] = *pair { self.and(a, b) } else { pair[0] })
+                .collect();
         }
         layer.first().copied().unwrap_or(Lit::TRUE)
     }
@@ -170,7 +173,9 @@ impl Aig {
                         return None;
                     }
                     if let Node::And(a, b) = self.nodes[node] {
-                        todo.extend([a.node(), b.node()].iter().filter(|below| !mark.contains_key(*below)));
+                        todo.extend(
+                            [a.node(), b.node()].iter().filter(|below| !mark.contains_key(*below)),
+                        );
                     }
                 }
             }
@@ -215,8 +220,11 @@ impl Aig {
         let mut roots: Vec<Lit> = all.to_vec();
         roots.extend(clauses.iter().flatten());
         let cone = self.cone(&roots, 50_000)?;
-        let mut variables: Vec<usize> =
-            cone.iter().copied().filter(|node| matches!(self.nodes[*node], Node::Variable)).collect();
+        let mut variables: Vec<usize> = cone
+            .iter()
+            .copied()
+            .filter(|node| matches!(self.nodes[*node], Node::Variable))
+            .collect();
         variables.sort_by_key(|node| (rank(Lit((*node as u32) << 1)), *node));
         let level: IndexMap<usize, u32> = variables.into_iter().zip(0..).collect();
         let mut bdd = Bdd::with_limit(node_limit);
@@ -247,7 +255,11 @@ impl Aig {
             if rest == Ref::FALSE {
                 break;
             }
-            let lits = clause.iter().map(|lit| read(&mut bdd, &made, *lit)).collect::<Result<Vec<_>, _>>().ok()?;
+            let lits = clause
+                .iter()
+                .map(|lit| read(&mut bdd, &made, *lit))
+                .collect::<Result<Vec<_>, _>>()
+                .ok()?;
             let function = bdd.or_all(lits).ok()?;
             rest = bdd.and(rest, function).ok()?;
         }
@@ -256,14 +268,20 @@ impl Aig {
 
     /// Values of the variables that make all literals true (those of negative value left out). None inside if there are none; none at all if the
     /// cone or the search is too large.
-    pub(crate) fn satisfy(&self, all: &[Lit], clauses: &[Vec<Lit>], conflicts: u64) -> Option<Option<Vec<Lit>>> {
+    pub(crate) fn satisfy(
+        &self,
+        all: &[Lit],
+        clauses: &[Vec<Lit>],
+        conflicts: u64,
+    ) -> Option<Option<Vec<Lit>>> {
         if all.contains(&Lit::FALSE) {
             return Some(None);
         }
         let mut roots: Vec<Lit> = all.to_vec();
         roots.extend(clauses.iter().flatten());
         let cone = self.cone(&roots, 200_000)?;
-        let mut solver: Solver<Budget> = Solver::new(SolverOpts::default(), Budget { learnt: 0, limit: conflicts });
+        let mut solver: Solver<Budget> =
+            Solver::new(SolverOpts::default(), Budget { learnt: 0, limit: conflicts });
         let mut vars: IndexMap<usize, batsat::Var> = IndexMap::new();
         for node in &cone {
             vars.insert(*node, solver.new_var_default());
@@ -303,9 +321,15 @@ impl Aig {
         let answer = solver.solve_limited(&[]);
         if answer == lbool::TRUE {
             let is_true = |node: &usize| {
-                matches!(self.nodes[*node], Node::Variable) && solver.value_var(vars[node]) == lbool::TRUE
+                matches!(self.nodes[*node], Node::Variable)
+                    && solver.value_var(vars[node]) == lbool::TRUE
             };
-            Some(Some(cone.iter().filter(|node| is_true(node)).map(|node| Lit((*node as u32) << 1)).collect()))
+            Some(Some(
+                cone.iter()
+                    .filter(|node| is_true(node))
+                    .map(|node| Lit((*node as u32) << 1))
+                    .collect(),
+            ))
         } else if answer == lbool::FALSE {
             Some(None)
         } else {

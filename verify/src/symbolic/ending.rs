@@ -48,7 +48,8 @@ impl Maker<'_> {
         let action = &net.actions[id];
         let mut input: BTreeMap<Qualifier, Lit> = BTreeMap::new();
         for one in &action.uses {
-            let condition = one.condition.as_ref().map_or(Lit::TRUE, |condition| self.flag(state, condition));
+            let condition =
+                one.condition.as_ref().map_or(Lit::TRUE, |condition| self.flag(state, condition));
             let asks = self.aig.and(state.active[one.step.index()], condition);
             let so_far = input.get(&one.qualifier).copied().unwrap_or(Lit::FALSE);
             let either = self.aig.or(so_far, asks);
@@ -57,9 +58,11 @@ impl Maker<'_> {
         let asks = |qualifier: Qualifier| input.get(&qualifier).copied();
         let reset = asks(Qualifier::R).unwrap_or(Lit::FALSE);
         let mut ways: Vec<Lit> = asks(Qualifier::N).into_iter().collect();
-        for (qualifier, part) in
-            [(Qualifier::S, ActionPart::S), (Qualifier::SD, ActionPart::SD), (Qualifier::SL, ActionPart::SL)]
-        {
+        for (qualifier, part) in [
+            (Qualifier::S, ActionPart::S),
+            (Qualifier::SD, ActionPart::SD),
+            (Qualifier::SL, ActionPart::SL),
+        ] {
             if let Some(set) = asks(qualifier) {
                 let either = self.aig.or(state.latches[&(id, part)], set);
                 let latch = self.aig.and(!reset, either);
@@ -91,8 +94,12 @@ impl Maker<'_> {
             let mut time = state.times[&(id, part)].clone();
             self.set(!input, &mut time, &Number::constant(0));
             state.latches.insert((id, held_of(part)), input);
-            let late =
-                Number::compare(&mut self.aig, CompareOp::Ge, &time, &Number::constant(i64::from(action.duration)));
+            let late = Number::compare(
+                &mut self.aig,
+                CompareOp::Ge,
+                &time,
+                &Number::constant(i64::from(action.duration)),
+            );
             state.times.insert((id, part), time);
             let ton = self.aig.and(input, late);
             match part {
@@ -104,15 +111,25 @@ impl Maker<'_> {
                     state.latches.insert((id, ActionPart::DS), latch);
                     ways.push(latch);
                 }
-                ActionPart::S | ActionPart::P | ActionPart::P0 | ActionPart::P1 | ActionPart::DSHeld => {}
+                ActionPart::S
+                | ActionPart::P
+                | ActionPart::P0
+                | ActionPart::P1
+                | ActionPart::DSHeld => {}
             }
         }
-        for (qualifier, part) in
-            [(Qualifier::P, ActionPart::P), (Qualifier::P1, ActionPart::P1), (Qualifier::P0, ActionPart::P0)]
-        {
+        for (qualifier, part) in [
+            (Qualifier::P, ActionPart::P),
+            (Qualifier::P1, ActionPart::P1),
+            (Qualifier::P0, ActionPart::P0),
+        ] {
             if let Some(now) = asks(qualifier) {
                 let old = state.latches[&(id, part)];
-                ways.push(if part == ActionPart::P0 { self.aig.and(old, !now) } else { self.aig.and(now, !old) });
+                ways.push(if part == ActionPart::P0 {
+                    self.aig.and(old, !now)
+                } else {
+                    self.aig.and(now, !old)
+                });
                 state.latches.insert((id, part), now);
             }
         }
@@ -143,7 +160,8 @@ impl Maker<'_> {
                 })
                 .collect();
             for (at, task) in step.tasks.iter().enumerate() {
-                let ways = (0..=at).filter(|start| at < end_from(*start)).map(|start| starts[start]);
+                let ways =
+                    (0..=at).filter(|start| at < end_from(*start)).map(|start| starts[start]);
                 let ways: Vec<Lit> = ways.collect();
                 let runs = self.aig.or_all(ways);
                 self.block(state, runs, &task.body);
@@ -175,8 +193,10 @@ impl Maker<'_> {
                 Driver::Extern { calls, .. } => {
                     let mut ways = self.calls.get(&id).cloned().unwrap_or_default();
                     for call in calls {
-                        let condition =
-                            call.condition.as_ref().map_or(Lit::TRUE, |condition| self.flag(state, condition));
+                        let condition = call
+                            .condition
+                            .as_ref()
+                            .map_or(Lit::TRUE, |condition| self.flag(state, condition));
                         ways.push(self.aig.and(state.active[call.step.index()], condition));
                     }
                     vec![self.aig.or_all(ways)]

@@ -38,14 +38,18 @@ pub(super) fn forced_charts(net: &Net) -> Result<Vec<ForcedChart>, Unsupported> 
             None => {
                 let steps = net.steps.iter().filter(|(_, step)| parts.contains(&step.part.index()));
                 let steps = steps.map(|(id, _)| id).collect();
-                let transitions = net.transitions.iter().filter(|(_, one)| parts.contains(&one.part.index()));
-                let transitions = transitions.map(|(id, _)| id).filter(|id| is_move(net, *id)).collect();
+                let transitions =
+                    net.transitions.iter().filter(|(_, one)| parts.contains(&one.part.index()));
+                let transitions =
+                    transitions.map(|(id, _)| id).filter(|id| is_move(net, *id)).collect();
                 charts.push((parts, ForcedChart { steps, transitions, orders: vec![order] }));
             }
         }
     }
     if charts.len() > CHARTS {
-        return Err(format!("more than {CHARTS} forced charts are not covered by the symbolic proof"));
+        return Err(format!(
+            "more than {CHARTS} forced charts are not covered by the symbolic proof"
+        ));
     }
     let mut sorted = Vec::new();
     while !charts.is_empty() {
@@ -55,7 +59,8 @@ pub(super) fn forced_charts(net: &Net) -> Result<Vec<ForcedChart>, Unsupported> 
         };
         let next = (0..charts.len())
             .find(|at| {
-                (0..charts.len()).all(|other| other == *at || !is_forced_by(&charts[*at].1, &charts[other].0))
+                (0..charts.len())
+                    .all(|other| other == *at || !is_forced_by(&charts[*at].1, &charts[other].0))
             })
             .unwrap_or(0);
         sorted.push(charts.remove(next).1);
@@ -68,10 +73,12 @@ impl Maker<'_> {
     pub(super) fn hold_forced(&mut self, state: &State) {
         self.free = self.fireable.clone();
         for chart in self.forced.clone() {
-            let forces: Vec<Lit> = chart.orders.iter().map(|(step, _)| state.active[step.index()]).collect();
+            let forces: Vec<Lit> =
+                chart.orders.iter().map(|(step, _)| state.active[step.index()]).collect();
             let forces = self.aig.or_all(forces);
             for transition in chart.transitions {
-                self.free[transition.index()] = self.aig.and(self.free[transition.index()], !forces);
+                self.free[transition.index()] =
+                    self.aig.and(self.free[transition.index()], !forces);
             }
         }
     }
@@ -80,7 +87,8 @@ impl Maker<'_> {
     pub(super) fn stop_forced(&mut self, state: &State, chosen: &mut [Lit]) {
         for chart in self.forced.clone() {
             let (next, _) = self.next(state, chosen);
-            let forces: Vec<Lit> = chart.orders.iter().map(|(step, _)| next[step.index()]).collect();
+            let forces: Vec<Lit> =
+                chart.orders.iter().map(|(step, _)| next[step.index()]).collect();
             let forces = self.aig.or_all(forces);
             for transition in chart.transitions {
                 chosen[transition.index()] = self.aig.and(chosen[transition.index()], !forces);

@@ -21,7 +21,9 @@ use std::collections::BTreeMap;
 use grafsynth_ir::Valid;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::logic::{Logic, Node, PinRole};
-use grafsynth_ir::net::{Driver, Expr, InputKind, Leaf, Net, PropertyExpr, PropertyLeaf, PropertyRole, StepId};
+use grafsynth_ir::net::{
+    Driver, Expr, InputKind, Leaf, Net, PropertyExpr, PropertyLeaf, PropertyRole, StepId,
+};
 use grafsynth_ir::program::Origin;
 
 use crate::equiv::{Binding, Certificate, Method, Shown, Verdict, What};
@@ -78,8 +80,12 @@ impl<'n> Model<'n> {
                 grafsynth_ir::expr::Type::Int { lo, hi } => {
                     let number = Number::from_code(&mut maker.aig, &bits, lo);
                     let largest = Number::constant(hi);
-                    let fits =
-                        Number::compare(&mut maker.aig, grafsynth_ir::expr::CompareOp::Le, &number, &largest);
+                    let fits = Number::compare(
+                        &mut maker.aig,
+                        grafsynth_ir::expr::CompareOp::Le,
+                        &number,
+                        &largest,
+                    );
                     if fits != Lit::TRUE {
                         valid.push((bits, fits));
                     }
@@ -90,7 +96,9 @@ impl<'n> Model<'n> {
         let tick = maker.aig.variable();
         let inputs = Inputs { values, tick };
         let mut forbidden = Vec::new();
-        for property in net.properties.iter().filter(|property| property.role == PropertyRole::Assume) {
+        for property in
+            net.properties.iter().filter(|property| property.role == PropertyRole::Assume)
+        {
             if let Some(never) = net_expr(&property.never) {
                 let lit = maker.forbidden(&state, &inputs, &never);
                 let support = maker.aig.support(&[lit], CONE).unwrap_or_default();
@@ -98,8 +106,11 @@ impl<'n> Model<'n> {
             }
         }
         let mut bit_of = BTreeMap::new();
-        let words = state_bits.iter().map(|((origin, element, bit), lit)| ((Some((*origin, *element)), 0), *bit, *lit));
-        let words = words.chain(input_bits.iter().map(|((input, bit), lit)| ((None, *input), *bit, *lit)));
+        let words = state_bits
+            .iter()
+            .map(|((origin, element, bit), lit)| ((Some((*origin, *element)), 0), *bit, *lit));
+        let words =
+            words.chain(input_bits.iter().map(|((input, bit), lit)| ((None, *input), *bit, *lit)));
         let words: Vec<_> = words.collect();
         let mut width = BTreeMap::new();
         for (word, bit, _) in &words {
@@ -110,12 +121,27 @@ impl<'n> Model<'n> {
             bit_of.insert(*lit, if width[word] == 0 { 0 } else { 64 - bit });
         }
         let name_of = state_bits.iter().map(|(key, lit)| (*lit, *key)).collect();
-        let valid_of =
-            valid.iter().enumerate().flat_map(|(at, (bits, _))| bits.iter().map(move |bit| (*bit, at))).collect();
+        let valid_of = valid
+            .iter()
+            .enumerate()
+            .flat_map(|(at, (bits, _))| bits.iter().map(move |bit| (*bit, at)))
+            .collect();
         if !net.settings.events_exclusive {
             events.clear();
         }
-        Ok(Model { maker, state, state_bits, input_bits, inputs, name_of, bit_of, valid, valid_of, forbidden, events })
+        Ok(Model {
+            maker,
+            state,
+            state_bits,
+            input_bits,
+            inputs,
+            name_of,
+            bit_of,
+            valid,
+            valid_of,
+            forbidden,
+            events,
+        })
     }
 
     fn aig(&mut self) -> &mut Aig {
@@ -126,7 +152,8 @@ impl<'n> Model<'n> {
     fn invariants(&self, facts: &Facts, support: &[Lit]) -> (Vec<Lit>, Vec<Vec<Lit>>) {
         let mut holds = Vec::new();
         let mut clauses = Vec::new();
-        let mut codes: Vec<usize> = support.iter().filter_map(|lit| self.valid_of.get(lit).copied()).collect();
+        let mut codes: Vec<usize> =
+            support.iter().filter_map(|lit| self.valid_of.get(lit).copied()).collect();
         codes.sort_unstable();
         codes.dedup();
         holds.extend(codes.into_iter().map(|at| self.valid[at].1));
@@ -135,7 +162,15 @@ impl<'n> Model<'n> {
                 holds.push(!*never);
             }
         }
-        at_most_one(&self.events.iter().copied().filter(|event| support.contains(event)).collect::<Vec<_>>(), &mut clauses);
+        at_most_one(
+            &self
+                .events
+                .iter()
+                .copied()
+                .filter(|event| support.contains(event))
+                .collect::<Vec<_>>(),
+            &mut clauses,
+        );
         let mut members: BTreeMap<u32, Vec<Lit>> = BTreeMap::new();
         let mut ages: Vec<StepId> = Vec::new();
         for lit in support {
@@ -177,11 +212,14 @@ impl<'n> Model<'n> {
         if steps.len() > 24 {
             return;
         }
-        let older = |a: StepId, b: StepId| self.state_bits.get(&(Origin::Older(a, b), 0, 0)).copied();
+        let older =
+            |a: StepId, b: StepId| self.state_bits.get(&(Origin::Older(a, b), 0, 0)).copied();
         for (i, a) in steps.iter().enumerate() {
             for (j, b) in steps.iter().enumerate().skip(i + 1) {
                 for c in &steps[j + 1..] {
-                    if let (Some(ab), Some(bc), Some(ac)) = (older(*a, *b), older(*b, *c), older(*a, *c)) {
+                    if let (Some(ab), Some(bc), Some(ac)) =
+                        (older(*a, *b), older(*b, *c), older(*a, *c))
+                    {
                         clauses.push(vec![!ab, !bc, ac]);
                         clauses.push(vec![ab, bc, !ac]);
                     }
@@ -191,7 +229,13 @@ impl<'n> Model<'n> {
     }
 
     /// Where two functions differ although the invariants hold: the bits that are 1 there. None inside if they agree; none at all if the solver gives up.
-    fn difference(&mut self, facts: &Facts, limits: &Limits, a: Lit, b: Lit) -> Option<Option<Vec<Lit>>> {
+    fn difference(
+        &mut self,
+        facts: &Facts,
+        limits: &Limits,
+        a: Lit,
+        b: Lit,
+    ) -> Option<Option<Vec<Lit>>> {
         let differ = self.aig().xor(a, b);
         if differ == Lit::FALSE {
             return Some(None);
@@ -254,7 +298,13 @@ fn import(aig: &mut Aig, logic: &Logic, flops: &[Lit], inputs: &[Lit]) -> Vec<Li
 }
 
 /// The proof.
-pub(crate) fn equiv(net: &Valid<Net>, facts: &Facts, logic: &Logic, binding: &Binding, limits: &Limits) -> Verdict {
+pub(crate) fn equiv(
+    net: &Valid<Net>,
+    facts: &Facts,
+    logic: &Logic,
+    binding: &Binding,
+    limits: &Limits,
+) -> Verdict {
     match prove(net, facts, logic, binding, limits) {
         Ok(certificate) => Verdict::Proved(certificate),
         Err(why) => Verdict::Open(why),
@@ -301,7 +351,8 @@ fn prove(
     }
     let mut pins = vec![Lit::FALSE; logic.inputs.len()];
     for (pin, input, bit) in &binding.inputs {
-        pins[pin.index()] = model.input_bits.get(&(input.index() as u32, *bit)).copied().unwrap_or(Lit::FALSE);
+        pins[pin.index()] =
+            model.input_bits.get(&(input.index() as u32, *bit)).copied().unwrap_or(Lit::FALSE);
     }
     for pin in &binding.ticks {
         pins[pin.index()] = inputs.tick;
@@ -315,9 +366,15 @@ fn prove(
         let Some(holds) = flop.holds else { continue };
         let key = (holds.origin, holds.element, holds.bit);
         let is_fault = holds.origin == Origin::Fault;
-        let Some(wanted) = next_bits.get(&key).copied().or(is_fault.then_some(fault)) else { continue };
+        let Some(wanted) = next_bits.get(&key).copied().or(is_fault.then_some(fault)) else {
+            continue;
+        };
         compared += 1;
-        let first = if is_fault { Some(false) } else { reset_bits.get(&key).and_then(|lit| lit.as_constant()) };
+        let first = if is_fault {
+            Some(false)
+        } else {
+            reset_bits.get(&key).and_then(|lit| lit.as_constant())
+        };
         if first.is_some_and(|first| first != (flop.init != holds.inverted)) {
             return Err(format!("flip-flop `{}` has another value after power-up", flop.name));
         }
@@ -351,7 +408,8 @@ fn prove(
             continue;
         }
         let composed = composed.get_or_insert_with(|| {
-            let moved: Vec<Lit> = logic.flops.values().map(|flop| nodes[flop.next.index()]).collect();
+            let moved: Vec<Lit> =
+                logic.flops.values().map(|flop| nodes[flop.next.index()]).collect();
             import(proof.model.aig(), logic, &moved, &pins)
         });
         proof.show(before_clock, composed[output.value.index()], &what)?;
@@ -391,7 +449,9 @@ impl Proof<'_, '_> {
             }
             Some(Some(bits)) => {
                 let place = self.model.describe(&bits);
-                Err(format!("{what} differs from the net in a state that no invariant excludes: {place}"))
+                Err(format!(
+                    "{what} differs from the net in a state that no invariant excludes: {place}"
+                ))
             }
             None => Err(format!("{what}: the solver gave up")),
         }
@@ -400,7 +460,12 @@ impl Proof<'_, '_> {
 
 /// Proves that a property of rows never holds after a reaction, for a net of any size: because the invariants exclude it (then for any `dt`), or by
 /// induction over one reaction (then for `dt` 0 and 1). None where neither works; row 0 is left to the caller.
-pub(crate) fn never(net: &Valid<Net>, facts: &Facts, limits: &Limits, property: &PropertyExpr) -> Option<Ticks> {
+pub(crate) fn never(
+    net: &Valid<Net>,
+    facts: &Facts,
+    limits: &Limits,
+    property: &PropertyExpr,
+) -> Option<Ticks> {
     let never = over_state(net, property)?;
     let mut model = Model::of(net, facts, limits).ok()?;
     let (state, inputs) = (model.state.clone(), model.inputs.clone());
@@ -436,7 +501,10 @@ pub(crate) fn never(net: &Valid<Net>, facts: &Facts, limits: &Limits, property: 
 fn over_state(net: &Net, property: &PropertyExpr) -> Option<Expr> {
     let mut has_time = false;
     property.for_each_leaf(&mut |leaf| {
-        let time = matches!(leaf, PropertyLeaf::Net(Leaf::Elapsed(_) | Leaf::LastElapsed(_) | Leaf::Timer(_)));
+        let time = matches!(
+            leaf,
+            PropertyLeaf::Net(Leaf::Elapsed(_) | Leaf::LastElapsed(_) | Leaf::Timer(_))
+        );
         has_time |= time;
     });
     if has_time {

@@ -14,7 +14,11 @@ pub(crate) struct Number {
 impl Number {
     pub(crate) fn constant(value: i64) -> Number {
         let width = 65 - if value < 0 { (!value).leading_zeros() } else { value.leading_zeros() };
-        Number { bits: (0..width).map(|bit| Lit::constant((i128::from(value) >> bit) & 1 == 1)).collect() }
+        Number {
+            bits: (0..width)
+                .map(|bit| Lit::constant((i128::from(value) >> bit) & 1 == 1))
+                .collect(),
+        }
     }
 
     /// The number whose code, counted from `lo`, is held by these bits.
@@ -27,7 +31,8 @@ impl Number {
 
     /// The code of the number counted from `lo`; it must lie within `lo ..= lo + 2^n_bits - 1`.
     pub(crate) fn code(&self, aig: &mut Aig, lo: i64, n_bits: u32) -> Vec<Lit> {
-        let shifted = if lo == 0 { self.clone() } else { self.subtract(aig, &Number::constant(lo)) };
+        let shifted =
+            if lo == 0 { self.clone() } else { self.subtract(aig, &Number::constant(lo)) };
         (0..n_bits as usize).map(|bit| shifted.bit(bit)).collect()
     }
 
@@ -44,7 +49,9 @@ impl Number {
     }
 
     fn trimmed(mut self) -> Number {
-        while self.bits.len() > 1 && self.bits[self.bits.len() - 1] == self.bits[self.bits.len() - 2] {
+        while self.bits.len() > 1
+            && self.bits[self.bits.len() - 1] == self.bits[self.bits.len() - 2]
+        {
             self.bits.pop();
         }
         self
@@ -77,9 +84,15 @@ impl Number {
         Number::constant(0).subtract(aig, self)
     }
 
-    pub(crate) fn select(aig: &mut Aig, condition: Lit, then: &Number, otherwise: &Number) -> Number {
+    pub(crate) fn select(
+        aig: &mut Aig,
+        condition: Lit,
+        then: &Number,
+        otherwise: &Number,
+    ) -> Number {
         let width = then.width().max(otherwise.width());
-        let bits = (0..width).map(|at| aig.ite(condition, then.bit(at), otherwise.bit(at))).collect();
+        let bits =
+            (0..width).map(|at| aig.ite(condition, then.bit(at), otherwise.bit(at))).collect();
         Number { bits }.trimmed()
     }
 
@@ -115,7 +128,11 @@ impl Number {
             let mut bits = vec![Lit::FALSE; at];
             bits.extend(self.bits.iter().map(|own| aig.and(*own, bit)));
             let part = Number { bits };
-            sum = if at + 1 == other.width() { sum.subtract(aig, &part) } else { sum.add(aig, &part, Lit::FALSE) };
+            sum = if at + 1 == other.width() {
+                sum.subtract(aig, &part)
+            } else {
+                sum.add(aig, &part, Lit::FALSE)
+            };
         }
         sum
     }
@@ -180,7 +197,10 @@ mod tests {
 
     fn value(aig: &Aig, number: &Number, variables: &[Lit], pattern: u32) -> i64 {
         let bits = aig.eval(number.bits(), |lit| {
-            variables.iter().position(|variable| *variable == lit).is_some_and(|at| pattern >> at & 1 == 1)
+            variables
+                .iter()
+                .position(|variable| *variable == lit)
+                .is_some_and(|at| pattern >> at & 1 == 1)
         });
         let n = bits.len();
         bits.iter().enumerate().fold(0, |sum, (at, bit)| {
@@ -204,12 +224,22 @@ mod tests {
                 assert_eq!(value(&aig, &result, &variables, pattern), wanted, "{x} {op:?} {y}");
             }
         }
-        for op in [CompareOp::Eq, CompareOp::Lt, CompareOp::Le, CompareOp::Gt, CompareOp::Ge, CompareOp::Ne] {
+        for op in [
+            CompareOp::Eq,
+            CompareOp::Lt,
+            CompareOp::Le,
+            CompareOp::Gt,
+            CompareOp::Ge,
+            CompareOp::Ne,
+        ] {
             let result = Number::compare(&mut aig, op, &a, &b);
             for pattern in (0..256).step_by(5) {
                 let (x, y) = (lo_a + i64::from(pattern & 15), lo_b + i64::from(pattern >> 4));
                 let got = aig.eval(&[result], |lit| {
-                    variables.iter().position(|variable| *variable == lit).is_some_and(|at| pattern >> at & 1 == 1)
+                    variables
+                        .iter()
+                        .position(|variable| *variable == lit)
+                        .is_some_and(|at| pattern >> at & 1 == 1)
                 });
                 assert_eq!(got[0], op.apply(x, y), "{x} {op:?} {y}");
             }

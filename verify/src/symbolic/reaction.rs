@@ -7,8 +7,8 @@ use std::collections::BTreeMap;
 
 use grafsynth_ir::expr::{CompareOp, ExprKind, Type};
 use grafsynth_ir::net::{
-    Block, Driver, Emission, Evolution, Expr, InputKind, Leaf, Net, OutputId, Policy, Schedule, StepId, StepKind,
-    StmtKind, TransitionId,
+    Block, Driver, Emission, Evolution, Expr, InputKind, Leaf, Net, OutputId, Policy, Schedule,
+    StepId, StepKind, StmtKind, TransitionId,
 };
 
 use super::aig::{Aig, Lit};
@@ -142,7 +142,9 @@ impl<'n> Maker<'n> {
                 Schedule::Priority => around
                     .iter()
                     .rev()
-                    .find_map(|part| net.parts[grafsynth_ir::net::PartId::from_index(*part)].priority)
+                    .find_map(|part| {
+                        net.parts[grafsynth_ir::net::PartId::from_index(*part)].priority
+                    })
                     .map_or(u64::MAX, u64::from),
             };
             self.rank.push(rank);
@@ -180,9 +182,10 @@ impl<'n> Maker<'n> {
         }
         match net.settings.policy {
             Policy::Priority => data.priority.map_or(u64::MAX, u64::from),
-            Policy::PriorityAge => {
-                entered(data).filter_map(|step| net.steps[step].priority).min().map_or(u64::MAX, u64::from)
-            }
+            Policy::PriorityAge => entered(data)
+                .filter_map(|step| net.steps[step].priority)
+                .min()
+                .map_or(u64::MAX, u64::from),
             Policy::All | Policy::InnerFirst | Policy::OuterFirst => u64::MAX,
         }
     }
@@ -215,7 +218,9 @@ impl<'n> Maker<'n> {
             ExprKind::Compare(op, a, b) => {
                 let (a, b) = (self.read(state, a), self.read(state, b));
                 Value::Flag(match (a, b) {
-                    (Value::Flag(a), Value::Flag(b)) => self.aig.xor(a, b).negate_if(*op == CompareOp::Eq),
+                    (Value::Flag(a), Value::Flag(b)) => {
+                        self.aig.xor(a, b).negate_if(*op == CompareOp::Eq)
+                    }
                     (a, b) => Number::compare(&mut self.aig, *op, &a.number(), &b.number()),
                 })
             }
@@ -242,7 +247,9 @@ impl<'n> Maker<'n> {
     pub(super) fn choose(&mut self, condition: Lit, then: &Value, otherwise: &Value) -> Value {
         match (then, otherwise) {
             (Value::Flag(a), Value::Flag(b)) => Value::Flag(self.aig.ite(condition, *a, *b)),
-            (a, b) => Value::Number(Number::select(&mut self.aig, condition, &a.number(), &b.number())),
+            (a, b) => {
+                Value::Number(Number::select(&mut self.aig, condition, &a.number(), &b.number()))
+            }
         }
     }
 
@@ -260,11 +267,17 @@ impl<'n> Maker<'n> {
     }
 
     fn leaf(&mut self, state: &State, leaf: Leaf) -> Value {
-        let number = |number: &Option<Number>| Value::Number(number.clone().unwrap_or_else(|| Number::constant(0)));
+        let number = |number: &Option<Number>| {
+            Value::Number(number.clone().unwrap_or_else(|| Number::constant(0)))
+        };
         match leaf {
-            Leaf::Input(input) if self.net.inputs[input].kind.is_event() => Value::Flag(self.events[input.index()]),
+            Leaf::Input(input) if self.net.inputs[input].kind.is_event() => {
+                Value::Flag(self.events[input.index()])
+            }
             Leaf::Input(input) => self.inputs.values[input.index()].clone(),
-            Leaf::Var(var) => state.vars[var.index()].first().cloned().unwrap_or(Value::Flag(Lit::FALSE)),
+            Leaf::Var(var) => {
+                state.vars[var.index()].first().cloned().unwrap_or(Value::Flag(Lit::FALSE))
+            }
             Leaf::Active(step) => Value::Flag(state.active[step.index()]),
             Leaf::Elapsed(step) => number(&state.elapsed[step.index()]),
             Leaf::LastElapsed(step) => number(&state.last_elapsed[step.index()]),
@@ -324,9 +337,12 @@ impl<'n> Maker<'n> {
                     }
                 }
                 StmtKind::Raise(event) => {
-                    state.raised[event.index()] = self.aig.or(state.raised[event.index()], condition);
+                    state.raised[event.index()] =
+                        self.aig.or(state.raised[event.index()], condition);
                 }
-                StmtKind::Call { output, .. } => self.calls.entry(*output).or_default().push(condition),
+                StmtKind::Call { output, .. } => {
+                    self.calls.entry(*output).or_default().push(condition)
+                }
                 StmtKind::If { condition: asked, then, otherwise } => {
                     let asked = self.read(reads, asked).flag();
                     let yes = self.aig.and(condition, asked);
@@ -346,7 +362,11 @@ impl<'n> Maker<'n> {
     // ---- the reaction ----
 
     /// REACTION.
-    pub(crate) fn reaction(&mut self, state: &State, inputs: &Inputs) -> Result<Reaction, Unsupported> {
+    pub(crate) fn reaction(
+        &mut self,
+        state: &State,
+        inputs: &Inputs,
+    ) -> Result<Reaction, Unsupported> {
         let net = self.net;
         let mut state = state.clone();
         self.inputs = inputs.clone();
@@ -387,8 +407,10 @@ impl<'n> Maker<'n> {
             Type::Bool => Value::Flag(Lit::FALSE),
             Type::Int { .. } => Value::Number(Number::constant(ty.saturate(0))),
         };
-        self.inputs =
-            Inputs { values: net.inputs.values().map(|input| zero(input.ty)).collect(), tick: Lit::FALSE };
+        self.inputs = Inputs {
+            values: net.inputs.values().map(|input| zero(input.ty)).collect(),
+            tick: Lit::FALSE,
+        };
         self.calls.clear();
         self.events.fill(Lit::FALSE);
         self.rise.fill(Lit::FALSE);
@@ -443,7 +465,12 @@ impl<'n> Maker<'n> {
         for (id, part) in self.shape.times.clone() {
             let held = state.latches[&(id, held_of(part))];
             let runs = self.aig.and(held, tick);
-            let counter = advance(&mut self.aig, &state.times[&(id, part)], runs, i64::from(net.actions[id].duration));
+            let counter = advance(
+                &mut self.aig,
+                &state.times[&(id, part)],
+                runs,
+                i64::from(net.actions[id].duration),
+            );
             state.times.insert((id, part), counter);
         }
     }
@@ -463,7 +490,10 @@ impl<'n> Maker<'n> {
         let mut ways = Vec::new();
         for emission in emissions {
             let active = state.active[emission.step.index()];
-            let condition = emission.condition.as_ref().map_or(Lit::TRUE, |condition| self.flag(state, condition));
+            let condition = emission
+                .condition
+                .as_ref()
+                .map_or(Lit::TRUE, |condition| self.flag(state, condition));
             ways.push(self.aig.and(active, condition));
         }
         self.aig.or_all(ways)
@@ -476,7 +506,8 @@ impl<'n> Maker<'n> {
         let mut running = Lit::TRUE;
         let mut fresh = Lit::TRUE;
         for round in 0..=self.depth {
-            let now: Vec<Lit> = net.edges.values().map(|operand| self.flag(state, &operand.expr)).collect();
+            let now: Vec<Lit> =
+                net.edges.values().map(|operand| self.flag(state, &operand.expr)).collect();
             let chosen = self.check(state, &now, fresh)?;
             let any = self.aig.or_all(chosen.iter().copied());
             for (edge, now) in now.iter().enumerate() {
@@ -515,14 +546,16 @@ impl<'n> Maker<'n> {
             self.fall[edge] = self.aig.and(alive, falls);
         }
         for (id, transition) in net.transitions.iter() {
-            let mut parts: Vec<Lit> = transition.requires.iter().map(|step| state.active[step.index()]).collect();
+            let mut parts: Vec<Lit> =
+                transition.requires.iter().map(|step| state.active[step.index()]).collect();
             if transition.requires.is_empty()
                 && let Some(step) = self.around[transition.part.index()]
             {
                 parts.push(state.active[step.index()]);
             }
             if !transition.events.is_empty() {
-                let events: Vec<Lit> = transition.events.iter().map(|event| self.events[event.index()]).collect();
+                let events: Vec<Lit> =
+                    transition.events.iter().map(|event| self.events[event.index()]).collect();
                 parts.push(self.aig.or_all(events));
             }
             parts.push(self.flag(state, &transition.guard));
@@ -634,7 +667,8 @@ impl<'n> Maker<'n> {
         for step in self.step_order.clone() {
             let at = step.index();
             state.active[at] = self.aig.or(state.active[at], up[at]);
-            let counters = [&mut state.elapsed[at], &mut state.last_elapsed[at], &mut state.task[at]];
+            let counters =
+                [&mut state.elapsed[at], &mut state.last_elapsed[at], &mut state.task[at]];
             for number in counters.into_iter().flatten() {
                 *number = Number::select(&mut self.aig, up[at], &Number::constant(0), number);
             }
@@ -658,7 +692,11 @@ impl<'n> Maker<'n> {
     }
 
     /// The outputs that follow from a state at the end of a reaction alone, and the inputs of that reaction. None for the others.
-    pub(crate) fn outputs_of_state(&mut self, state: &State, inputs: &Inputs) -> Vec<Option<Vec<Lit>>> {
+    pub(crate) fn outputs_of_state(
+        &mut self,
+        state: &State,
+        inputs: &Inputs,
+    ) -> Vec<Option<Vec<Lit>>> {
         self.inputs = inputs.clone();
         self.events.fill(Lit::FALSE);
         self.rise.fill(Lit::FALSE);
@@ -704,8 +742,9 @@ fn refuse(net: &Net) -> Result<(), Unsupported> {
     if !net.unspecified.is_empty() {
         return Err("open cells are not covered by the symbolic proof yet".to_owned());
     }
-    let has_arguments =
-        net.outputs.values().any(|output| matches!(&output.driver, Driver::Extern { params, .. } if !params.is_empty()));
+    let has_arguments = net.outputs.values().any(
+        |output| matches!(&output.driver, Driver::Extern { params, .. } if !params.is_empty()),
+    );
     if has_arguments {
         return Err("calls with arguments are not covered by the symbolic proof".to_owned());
     }

@@ -18,9 +18,13 @@ impl Maker<'_> {
         }
         let mut pairs: Vec<(TransitionId, TransitionId)> = Vec::new();
         if net.settings.fire_one {
-            let moves: Vec<TransitionId> = net.transitions.ids().filter(|id| is_move(net, *id)).collect();
+            let moves: Vec<TransitionId> =
+                net.transitions.ids().filter(|id| is_move(net, *id)).collect();
             if moves.len() > 64 {
-                return Err("`fire one` under `priority-age` with more than 64 transitions is not covered".to_owned());
+                return Err(
+                    "`fire one` under `priority-age` with more than 64 transitions is not covered"
+                        .to_owned(),
+                );
             }
             for (at, second) in moves.iter().enumerate() {
                 pairs.extend(moves[..at].iter().map(|first| (*first, *second)));
@@ -105,7 +109,8 @@ impl Maker<'_> {
         let theirs: Vec<StepId> = entered(&net.transitions[b]).collect();
         let mut ways = Vec::new();
         for mine in entered(&net.transitions[a]).filter(|step| !theirs.contains(step)) {
-            let all: Vec<Lit> = theirs.iter().map(|other| self.older(state, mine, *other)).collect();
+            let all: Vec<Lit> =
+                theirs.iter().map(|other| self.older(state, mine, *other)).collect();
             ways.push(self.aig.and_all(all));
         }
         self.aig.or_all(ways)
@@ -148,7 +153,10 @@ impl Maker<'_> {
             // Where not all compete with all, whoever goes first decides who is still in the way of the next: as many rounds as transitions.
             let rounds = if is_clique { 1 } else { group.len() };
             if rounds > 12 {
-                return Err(format!("{} transitions that compete by age in a chain are not covered", group.len()));
+                return Err(format!(
+                    "{} transitions that compete by age in a chain are not covered",
+                    group.len()
+                ));
             }
             let mut before: BTreeMap<(TransitionId, TransitionId), Lit> = BTreeMap::new();
             for t in &group {

@@ -100,7 +100,8 @@ impl Shape {
     fn caps(&mut self, expr: &Expr<Leaf>) {
         if let ExprKind::Compare(_, a, b) = &expr.kind {
             for (timer, constant) in [(a, b), (b, a)] {
-                if let (ExprKind::Leaf(leaf), ExprKind::Int(value)) = (&timer.kind, &constant.kind) {
+                if let (ExprKind::Leaf(leaf), ExprKind::Int(value)) = (&timer.kind, &constant.kind)
+                {
                     let slot = match leaf {
                         Leaf::Elapsed(step) => &mut self.elapsed[step.index()],
                         Leaf::LastElapsed(step) => &mut self.last_elapsed[step.index()],
@@ -145,13 +146,17 @@ impl Shape {
     /// Calls `make` for each piece of the state with its name and type, and builds a state of what comes back.
     fn build(&self, net: &Net, make: &mut impl FnMut(Origin, u32, Type) -> Value) -> State {
         let ticks = |cap: i64| Type::Int { lo: 0, hi: cap };
-        let active = net.steps.ids().map(|step| make(Origin::Step(step), 0, Type::Bool).flag()).collect();
-        let mut counters = |caps: &[Option<i64>], origin: fn(StepId) -> Origin| -> Vec<Option<Number>> {
-            net.steps
-                .ids()
-                .map(|step| caps[step.index()].map(|cap| make(origin(step), 0, ticks(cap)).number()))
-                .collect()
-        };
+        let active =
+            net.steps.ids().map(|step| make(Origin::Step(step), 0, Type::Bool).flag()).collect();
+        let mut counters =
+            |caps: &[Option<i64>], origin: fn(StepId) -> Origin| -> Vec<Option<Number>> {
+                net.steps
+                    .ids()
+                    .map(|step| {
+                        caps[step.index()].map(|cap| make(origin(step), 0, ticks(cap)).number())
+                    })
+                    .collect()
+            };
         let elapsed = counters(&self.elapsed, Origin::Elapsed);
         let last_elapsed = counters(&self.last_elapsed, Origin::LastElapsed);
         let task = net
@@ -165,22 +170,38 @@ impl Shape {
         let vars = net
             .vars
             .iter()
-            .map(|(id, var)| (0..var.len.unwrap_or(1)).map(|element| make(Origin::Var(id), element, var.ty)).collect())
+            .map(|(id, var)| {
+                (0..var.len.unwrap_or(1))
+                    .map(|element| make(Origin::Var(id), element, var.ty))
+                    .collect()
+            })
             .collect();
         let timers = net
             .timers
             .ids()
-            .map(|id| self.timers[id.index()].map(|cap| make(Origin::Timer(id), 0, ticks(cap)).number()))
+            .map(|id| {
+                self.timers[id.index()].map(|cap| make(Origin::Timer(id), 0, ticks(cap)).number())
+            })
             .collect();
-        let held = net.timers.ids().map(|id| make(Origin::TimerCondition(id), 0, Type::Bool).flag()).collect();
+        let held = net
+            .timers
+            .ids()
+            .map(|id| make(Origin::TimerCondition(id), 0, Type::Bool).flag())
+            .collect();
         let old = net.edges.ids().map(|id| make(Origin::Edge(id), 0, Type::Bool).flag()).collect();
-        let older =
-            self.older.iter().map(|(a, b)| ((*a, *b), make(Origin::Older(*a, *b), 0, Type::Bool).flag())).collect();
-        let q = net.actions.ids().map(|id| make(Origin::ActionQ(id), 0, Type::Bool).flag()).collect();
+        let older = self
+            .older
+            .iter()
+            .map(|(a, b)| ((*a, *b), make(Origin::Older(*a, *b), 0, Type::Bool).flag()))
+            .collect();
+        let q =
+            net.actions.ids().map(|id| make(Origin::ActionQ(id), 0, Type::Bool).flag()).collect();
         let latches = self
             .latches
             .iter()
-            .map(|(id, part)| ((*id, *part), make(Origin::ActionLatch(*id, *part), 0, Type::Bool).flag()))
+            .map(|(id, part)| {
+                ((*id, *part), make(Origin::ActionLatch(*id, *part), 0, Type::Bool).flag())
+            })
             .collect();
         let times = self
             .times
@@ -193,9 +214,29 @@ impl Shape {
         let raised = net
             .inputs
             .ids()
-            .map(|id| if self.raised[id.index()] { make(Origin::Pending(id), 0, Type::Bool).flag() } else { Lit::FALSE })
+            .map(|id| {
+                if self.raised[id.index()] {
+                    make(Origin::Pending(id), 0, Type::Bool).flag()
+                } else {
+                    Lit::FALSE
+                }
+            })
             .collect();
-        State { active, elapsed, last_elapsed, task, vars, timers, held, old, older, q, latches, times, raised }
+        State {
+            active,
+            elapsed,
+            last_elapsed,
+            task,
+            vars,
+            timers,
+            held,
+            old,
+            older,
+            q,
+            latches,
+            times,
+            raised,
+        }
     }
 
     /// Every bit a variable. Also gives, for each piece of several bits, its bits and the condition that they are a code of some value.
@@ -212,8 +253,12 @@ impl Shape {
                 Type::Int { lo, hi } => {
                     let number = Number::from_code(aig, &own, lo);
                     if hi.abs_diff(lo).checked_add(1).is_some_and(|n| !n.is_power_of_two()) {
-                        let fits =
-                            Number::compare(aig, grafsynth_ir::expr::CompareOp::Le, &number, &Number::constant(hi));
+                        let fits = Number::compare(
+                            aig,
+                            grafsynth_ir::expr::CompareOp::Le,
+                            &number,
+                            &Number::constant(hi),
+                        );
                         valid.push((own, fits));
                     }
                     Value::Number(number)
@@ -229,7 +274,10 @@ impl Shape {
             let value = match origin {
                 Origin::Var(var) => {
                     let init = &net.vars[var].init;
-                    init.get(element as usize).or(init.first()).copied().unwrap_or_else(|| ty.saturate(0))
+                    init.get(element as usize)
+                        .or(init.first())
+                        .copied()
+                        .unwrap_or_else(|| ty.saturate(0))
                 }
                 Origin::Timer(timer) if net.timers[timer].starts_expired => ty.bounds().1,
                 Origin::Step(_)
@@ -289,7 +337,9 @@ impl Shape {
                     bits.insert((origin, element, 0), *lit);
                 }
                 (Value::Number(number), _) => {
-                    for (bit, lit) in number.code(aig, ty.bounds().0, ty.bits()).into_iter().enumerate() {
+                    for (bit, lit) in
+                        number.code(aig, ty.bounds().0, ty.bits()).into_iter().enumerate()
+                    {
                         bits.insert((origin, element, bit as u32), lit);
                     }
                 }

@@ -9,7 +9,13 @@ use super::*;
 use crate::structural_facts;
 
 #[path = "../../../tests/src/random_net/mod.rs"]
-#[allow(dead_code, unused_imports, unreachable_pub, unfulfilled_lint_expectations, reason = "shared with the differential tests; not all of it is used here")]
+#[allow(
+    dead_code,
+    unused_imports,
+    unreachable_pub,
+    unfulfilled_lint_expectations,
+    reason = "shared with the differential tests; not all of it is used here"
+)]
 mod random_net;
 
 /// The first bit of state or output in which the functions differ from the running circuit.
@@ -40,7 +46,10 @@ fn difference(net: &Valid<Net>, n_rows: usize, seed: u64) -> Option<String> {
             sim.set_input(pin, if value { !0 } else { 0 });
         }
         for (pin, input, bit) in &binding.inputs {
-            let value = binding.pin_bits(net, &row).find(|(own, _)| own == pin).is_some_and(|(_, value)| value);
+            let value = binding
+                .pin_bits(net, &row)
+                .find(|(own, _)| own == pin)
+                .is_some_and(|(_, value)| value);
             values.insert(model.input_bits[&(input.index() as u32, *bit)], value);
         }
         values.insert(inputs.tick, row.dt > 0);
@@ -64,7 +73,10 @@ fn difference(net: &Valid<Net>, n_rows: usize, seed: u64) -> Option<String> {
         let got = model.maker.aig.eval(&roots, |lit| values.get(&lit).copied().unwrap_or(false));
         for ((name, _, circuit), got) in wanted.iter().zip(got) {
             if *circuit != got {
-                return Some(format!("row {}: {name} is {circuit} in the circuit, {got} by the functions", number + 1));
+                return Some(format!(
+                    "row {}: {name} is {circuit} in the circuit, {got} by the functions",
+                    number + 1
+                ));
             }
         }
     }
