@@ -1,0 +1,197 @@
+//! Random nets through the engines: the compiled C, the circuit and its texts, and Icarus Verilog against the reference simulator.
+//!
+//! A net that shows a difference is shrunk and printed; put it under `tests/cases/mismatch` when it is mended.
+
+#![allow(clippy::print_stdout, reason = "tests say what they skip")]
+
+use grafsynth_backend_c::{Options, Package, Style, multi_harness};
+use grafsynth_driver::pipeline;
+use grafsynth_driver::run::{logic_trace, net_trace};
+use grafsynth_engines::{Availability, EngineError, Job, c, tools};
+use grafsynth_ir::Valid;
+use grafsynth_ir::facts::Facts;
+use grafsynth_ir::net::{InputKind, Net};
+use grafsynth_sim::{InputRow, Stimulus, Trace, compare};
+use grafsynth_tests::random_net::{Features, random_net, shrink};
+use grafsynth_tests::{readable, rounds};
+use grafsynth_verify::{Limits, structural_facts};
+use std::time::Duration;
+
+/// Nets in one translation unit: a compiler starts once for all of them.
+const UNIT: u64 = 50;
+const ROWS: usize = 120;
+const LIMIT: Duration = Duration::from_secs(120);
+
+fn is_here(what: &str, found: bool) -> bool {
+    if !found {
+        assert!(std::env::var_os("CI").is_none(), "{what} is missing, and CI must have it");
+        println!("skipped: {what} is not here");
+    }
+    found
+}
+
+/// Facts as `build` has them, with small limits: the nets are small too.
+fn facts(net: &Valid<Net>) -> Facts {
+    grafsynth_verify::facts(net, &Limits { pairs: 20_000, states: 2_000, ..Limits::default() })
+}
+
+#[test]
+fn compiled_c_does_what_the_net_does() {
+    if !is_here("a C compiler", tools::c_compiler().is_some()) {
+        return;
+    }
+    let total = rounds(50, 2_000);
+    for first in (0..total).step_by(UNIT as usize) {
+        let nets: Vec<Valid<Net>> =
+            (first..(first + UNIT).min(total)).map(|seed| random_net(seed, &Features::everything())).collect();
+        for style in [Style::Auto, Style::Bits] {
+            check_unit(first, &nets, style);
+        }
+    }
+}
+
+/// Compiles all nets into one program and runs each.
+fn check_unit(first: u64, nets: &[Valid<Net>], style: Style) {
+    let packages: Vec<Package> = nets.iter().enumerate().map(|(at, net)| package(net, style, at)).collect();
+    let pairs: Vec<(&Valid<Net>, &Package)> = nets.iter().zip(&packages).collect();
+    let flags = ["-std=c99", "-O1", "-Wall", "-Wextra", "-Werror", "-Wno-unused-function"];
+    let program = match c::compile_text(&multi_harness(&pairs), &flags) {
+        Ok(program) => program,
+        Err(why) => panic!("nets from seed {first}, style {}: {why}", style.name()),
+    };
+    for (at, net) in nets.iter().enumerate() {
+        let seed = first + at as u64;
+        let stimulus = Stimulus::random(net, ROWS, seed, 3);
+        let expected = net_trace(net, &stimulus);
+        let number = at.to_string();
+        let input = c::lines(net, &stimulus);
+        let run = tools::run(&program.path, &[&number], program.folder.path(), input.as_bytes(), LIMIT)
+            .unwrap_or_else(|why| panic!("seed {seed}: {why}"));
+        let got = c::parse(net, &run.stdout).unwrap_or_else(|why| panic!("seed {seed}: {why:?}\n{}", readable(net)));
+        if let Some(difference) = compare(&expected, &got) {
+            let small = shrink(net, |net| differs_in_c(net, style, seed));
+            panic!("seed {seed}, style {}: {difference:?}\nshrunk:\n{}", style.name(), readable(&small));
+        }
+    }
+}
+
+fn package(net: &Valid<Net>, style: Style, number: usize) -> Package {
+    let options = Options { style, prefix: Some(format!("n{number}")), ..Options::default() };
+    match grafsynth_backend_c::emit(net, &facts(net), &options) {
+        Ok(package) => package,
+        Err(found) => panic!("every valid net can be said in C: {found:?}\n{}", readable(net)),
+    }
+}
+
+fn differs_in_c(net: &Valid<Net>, style: Style, seed: u64) -> bool {
+    let package = package(net, style, 0);
+    let stimulus = Stimulus::random(net, ROWS, seed, 3);
+    let Ok(program) = c::compile_text(&multi_harness(&[(net, &package)]), &["-std=c99", "-O0"]) else { return false };
+    let input = c::lines(net, &stimulus);
+    let Ok(run) = tools::run(&program.path, &["0"], program.folder.path(), input.as_bytes(), LIMIT) else { return false };
+    c::parse(net, &run.stdout).is_ok_and(|got| compare(&net_trace(net, &stimulus), &got).is_some())
+}
+
+/// A circuit and every text of it that can be written, read back, do what the net does.
+#[test]
+fn circuits_and_their_texts_do_what_the_net_does() {
+    let total = rounds(60, 2_000);
+    let (mut n_plain, mut n_circuits, mut n_texts) = (0, 0, 0);
+    for seed in 0..total {
+        // Every other net may have everything: stable evolution, statecharts, calls. Those a chip may refuse by name.
+        let is_plain = seed % 2 == 0;
+        let net = random_net(seed, &if is_plain { Features::chip() } else { Features::everything() });
+        let stimulus = Stimulus::random(&net, ROWS, seed, 1);
+        let expected = net_trace(&net, &stimulus);
+        let Ok(logic) = pipeline::logic(&net, &structural_facts(&net)) else { continue };
+        n_circuits += 1;
+        n_plain += u64::from(is_plain);
+        let got = logic_trace(&net, &logic, &stimulus).expect("the stimulus is for a chip");
+        if let Some(difference) = compare(&expected, &got) {
+            let small = shrink(&net, |net| differs_as_circuit(net, seed));
+            panic!("seed {seed}: {difference:?}\nshrunk:\n{}", readable(&small));
+        }
+        // Texts of every net at home would take too long: each language gets every fifth.
+        let dialect = grafsynth_backend_pld::Dialect::ALL[(seed / 2 % 5) as usize];
+        let options = pipeline::emit_options(&net, None, None);
+        if let Ok(through) = pipeline::through(&logic, dialect, &options) {
+            n_texts += 1;
+            let got = logic_trace(&net, &through.read_back, &stimulus).expect("the stimulus is for a chip");
+            if let Some(difference) = compare(&expected, &got) {
+                panic!("seed {seed}, {}: {difference:?}\n{}\n{}", dialect.name(), readable(&net), through.emitted.text);
+            }
+        }
+    }
+    println!("{n_circuits} circuits ({n_plain} of plain nets) and {n_texts} texts of {total} nets");
+    assert!(n_plain * 20 >= total * 9, "only {n_plain} of {} plain nets became circuits", total / 2);
+    assert!(n_texts * 10 >= total * 3, "only {n_texts} of {total} nets became texts");
+}
+
+fn differs_as_circuit(net: &Valid<Net>, seed: u64) -> bool {
+    let stimulus = Stimulus::random(net, ROWS, seed, 1);
+    pipeline::logic(net, &structural_facts(net)).is_ok_and(|logic| {
+        logic_trace(net, &logic, &stimulus).is_ok_and(|got| compare(&net_trace(net, &stimulus), &got).is_some())
+    })
+}
+
+#[test]
+fn icarus_runs_the_verilog_as_the_net() {
+    let engine = grafsynth_engines::named("verilog").expect("there is an engine of that name");
+    if !is_here("iverilog", engine.availability() == Availability::Here) {
+        return;
+    }
+    let wanted = rounds(5, 200);
+    let (mut n_run, mut seed) = (0, 0);
+    while n_run < wanted {
+        assert!(seed < wanted * 4, "only {n_run} of {seed} nets became Verilog");
+        let net = random_net(seed, &Features::chip());
+        let stimulus = Stimulus::random(&net, ROWS, seed, 1);
+        let facts = structural_facts(&net);
+        match engine.run(&Job { net: &net, facts: &facts, stimulus: &stimulus }) {
+            Ok(got) => {
+                n_run += 1;
+                if let Some(difference) = compare(&net_trace(&net, &stimulus), &got) {
+                    panic!("seed {seed}: {difference:?}\n{}", readable(&net));
+                }
+            }
+            Err(EngineError::Refused(_)) => {}
+            Err(EngineError::Failed(why)) => panic!("seed {seed}: {why}\n{}", readable(&net)),
+        }
+        seed += 1;
+    }
+}
+
+/// What a compiled package answers for single reactions is what a walk through a trace shows.
+#[test]
+fn exhaustive_comparison_proves_random_nets() {
+    if !is_here("a C compiler", tools::c_compiler().is_some()) {
+        return;
+    }
+    let mut n_proved = 0;
+    for seed in 0..rounds(8, 60) {
+        let net = random_net(seed, &Features::plain());
+        let facts = facts(&net);
+        let package = package(&net, Style::Auto, 0);
+        let line = grafsynth_engines::exhaustive::check("n0.c", &net, &facts, &package, &Limits::default());
+        assert_ne!(line.outcome, grafsynth_driver::report::Outcome::Refuted, "seed {seed}: {line}\n{}", readable(&net));
+        n_proved += u32::from(line.outcome == grafsynth_driver::report::Outcome::Proved);
+    }
+    assert!(n_proved > 0, "no net was proved");
+}
+
+/// A trace that was changed in one cell is told apart: the comparison itself can fail.
+#[test]
+fn a_changed_cell_is_a_difference() {
+    let net = random_net(3, &Features::plain());
+    let stimulus = Stimulus::random(&net, 20, 3, 1);
+    let trace = net_trace(&net, &stimulus);
+    let mut lines: Vec<String> = trace.to_csv().lines().map(str::to_owned).collect();
+    let last = lines.last_mut().expect("a trace has rows");
+    let changed = if last.ends_with('1') { "0" } else { "1" };
+    last.replace_range(last.len() - 1.., changed);
+    let layout = trace.layout.clone();
+    let other = Trace::parse_csv(&layout, Default::default(), &(lines.join("\n") + "\n"));
+    assert!(other.map_or(true, |other| compare(&trace, &other).is_some()));
+    let inputs = net.inputs.values().filter(|input| input.kind != InputKind::InternalEvent).count();
+    assert_eq!(InputRow::zero(&net).values.len(), inputs);
+}
