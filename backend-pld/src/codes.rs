@@ -3,13 +3,15 @@
 use grafsynth_ir::Code;
 
 /// A sum needs more products than allowed.
-pub const TOO_MANY_PRODUCTS: Code = Code { id: "G0710", title: "function too large for a sum of products" };
+pub const TOO_MANY_PRODUCTS: Code =
+    Code { id: "G0710", title: "function too large for a sum of products" };
 /// The device has too few pins or macrocells.
 pub const DOES_NOT_FIT: Code = Code { id: "G0711", title: "design does not fit the device" };
 /// The device is not in the tables.
 pub const UNKNOWN_DEVICE: Code = Code { id: "G0712", title: "unknown device" };
 /// The device wakes with the wrong value on a pin.
-pub const POWER_UP: Code = Code { id: "G0713", title: "registered output with the wrong value at power-up" };
+pub const POWER_UP: Code =
+    Code { id: "G0713", title: "registered output with the wrong value at power-up" };
 /// A pin number or signal name of the board does not exist or is used twice.
 pub const BAD_PIN: Code = Code { id: "G0714", title: "impossible pin" };
 /// The test vectors don't belong to the circuit.
@@ -24,7 +26,8 @@ pub const DEFINED_TWICE: Code = Code { id: "G0722", title: "signal defined twice
 /// Combinational functions need each other.
 pub const LOOP: Code = Code { id: "G0723", title: "combinational loop" };
 /// Something that the language has and a synchronous circuit cannot say.
-pub const UNSUPPORTED: Code = Code { id: "G0724", title: "equations beyond one synchronous circuit" };
+pub const UNSUPPORTED: Code =
+    Code { id: "G0724", title: "equations beyond one synchronous circuit" };
 /// Read, but not in full.
 pub const TAKEN_AS: Code = Code { id: "G0725", title: "feature read in a simpler sense" };
 /// Something the named device does not have.

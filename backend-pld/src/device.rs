@@ -213,7 +213,8 @@ impl Device {
     #[must_use]
     pub fn find(name: &str) -> Option<&'static Device> {
         let name = name.to_ascii_lowercase();
-        let name = ALIASES.iter().find(|(alias, _)| *alias == name).map_or(name.as_str(), |(_, own)| own);
+        let name =
+            ALIASES.iter().find(|(alias, _)| *alias == name).map_or(name.as_str(), |(_, own)| own);
         DEVICES.iter().find(|device| device.name == name)
     }
 
@@ -252,7 +253,8 @@ mod tests {
     #[test]
     fn every_pin_of_a_device_has_one_use() {
         for device in DEVICES {
-            let mut pins: Vec<u32> = device.inputs.iter().chain(device.control_pins).copied().collect();
+            let mut pins: Vec<u32> =
+                device.inputs.iter().chain(device.control_pins).copied().collect();
             pins.extend(device.macrocells.iter().map(|cell| cell.pin));
             pins.extend([device.gnd(), device.n_pins]);
             if let Clock::Pin(pin) = device.clock {

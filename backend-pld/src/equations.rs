@@ -15,7 +15,9 @@ use crate::device::{Clock, Device, PowerUp};
 use crate::{Dialect, EmitOptions, Named, Object};
 use grafsynth_ir::arena::IdMap;
 use grafsynth_ir::diag::{Diagnostic, nearest};
-use grafsynth_ir::logic::{Flop, FlopId, Logic, NodeId, PinInput, PinInputId, PinOutput, PinOutputId};
+use grafsynth_ir::logic::{
+    Flop, FlopId, Logic, NodeId, PinInput, PinInputId, PinOutput, PinOutputId,
+};
 use grafsynth_ir::names::{CUPL, GALASM, Namer, PALASM, PALASM_CHIP};
 use grafsynth_ir::net::Meta;
 use grafsynth_logic::minimise::{Budget, Product, Refused, sum_of_products};
@@ -95,7 +97,11 @@ impl Equations {
     /// # Errors
     /// Sums over budget, power-up values that the device cannot give, pins that do not exist, and, where the language needs pin numbers, a design that
     /// does not fit.
-    pub fn new(logic: &Logic, dialect: Dialect, options: &EmitOptions) -> Result<Self, Vec<Diagnostic>> {
+    pub fn new(
+        logic: &Logic,
+        dialect: Dialect,
+        options: &EmitOptions,
+    ) -> Result<Self, Vec<Diagnostic>> {
         let mut findings = Vec::new();
         let device = find_device(options, &mut findings);
         let target = match dialect {
@@ -104,7 +110,8 @@ impl Equations {
             Dialect::Galasm | Dialect::Verilog | Dialect::Blif => &GALASM,
         };
         let mut signals = name_signals(logic, &mut Namer::new(target));
-        let place = |source: Source| signals.iter().position(|signal| signal.source == source).unwrap_or(0);
+        let place =
+            |source: Source| signals.iter().position(|signal| signal.source == source).unwrap_or(0);
         // Signals lie in the order of their kinds, so the first of a kind gives the place of all.
         let first_input = logic.inputs.ids().next().map_or(0, |id| place(Source::Input(id)));
         let first_output = logic.outputs.ids().next().map_or(0, |id| place(Source::Output(id)));
@@ -119,8 +126,15 @@ impl Equations {
         let forms = FormChoice { logic, device, budget, dont_cares: options.dont_cares };
         for (id, flop) in logic.flops.iter() {
             match forms.registered(flop.next, flop.init) {
-                Ok(form) => equations.push(equation(&mut signals, flops[id], true, form, &inputs, &flops)),
-                Err(why) => large.push(TooLarge { kind: "flip-flop", name: &flop.name, meta: &flop.meta, why }),
+                Ok(form) => {
+                    equations.push(equation(&mut signals, flops[id], true, form, &inputs, &flops))
+                }
+                Err(why) => large.push(TooLarge {
+                    kind: "flip-flop",
+                    name: &flop.name,
+                    meta: &flop.meta,
+                    why,
+                }),
             }
         }
         for (id, output) in logic.outputs.iter() {
@@ -136,8 +150,20 @@ impl Equations {
             };
             let is_clocked = output.registered.is_some();
             match form {
-                Ok(form) => equations.push(equation(&mut signals, outputs[id], is_clocked, form, &inputs, &flops)),
-                Err(why) => large.push(TooLarge { kind: "output", name: &output.name, meta: &output.meta, why }),
+                Ok(form) => equations.push(equation(
+                    &mut signals,
+                    outputs[id],
+                    is_clocked,
+                    form,
+                    &inputs,
+                    &flops,
+                )),
+                Err(why) => large.push(TooLarge {
+                    kind: "output",
+                    name: &output.name,
+                    meta: &output.meta,
+                    why,
+                }),
             }
         }
         if !large.is_empty() {
@@ -189,28 +215,45 @@ impl Equations {
     }
 
     /// Numbers the pins; gives the reason where the design does not fit. Impossible wishes of the board are findings.
-    fn assign_pins(&mut self, logic: &Logic, options: &EmitOptions, findings: &mut Vec<Diagnostic>) -> Option<Misfit> {
+    fn assign_pins(
+        &mut self,
+        logic: &Logic,
+        options: &EmitOptions,
+        findings: &mut Vec<Diagnostic>,
+    ) -> Option<Misfit> {
         let device = self.device;
-        let mut free: Vec<u32> = (1..=device.n_pins).filter(|pin| *pin != device.gnd() && *pin != device.n_pins).collect();
+        let mut free: Vec<u32> = (1..=device.n_pins)
+            .filter(|pin| *pin != device.gnd() && *pin != device.n_pins)
+            .collect();
         let mut needs: Vec<(SignalIndex, Need)> = Vec::new();
         let mut equation_of: Vec<Option<&Equation>> = vec![None; self.signals.len()];
         for equation in &self.equations {
             equation_of[equation.signal] = Some(equation);
         }
         for (index, signal) in self.signals.iter().enumerate() {
-            needs.push((index, match (signal.source, equation_of[index]) {
-                (Source::Clock, _) => Need::Clock,
-                (_, Some(equation)) => Need::Macrocell { terms: equation.products.len(), is_registered: equation.is_registered },
-                (Source::Input(_) | Source::Flop(_) | Source::Output(_), None) => Need::Input,
-            }));
+            needs.push((
+                index,
+                match (signal.source, equation_of[index]) {
+                    (Source::Clock, _) => Need::Clock,
+                    (_, Some(equation)) => Need::Macrocell {
+                        terms: equation.products.len(),
+                        is_registered: equation.is_registered,
+                    },
+                    (Source::Input(_) | Source::Flop(_) | Source::Output(_), None) => Need::Input,
+                },
+            ));
         }
         let has_registers = self.equations.iter().any(|equation| equation.is_registered);
         let before = findings.len();
         for (name, pin) in &options.pins {
             let Some(index) = self.find_source(logic, name) else {
                 let known = self.signals.iter().map(|signal| source_name(logic, signal.source));
-                let mut finding =
-                    Diagnostic::error(codes::BAD_PIN, format!("the board gives pin {pin} to `{name}`, and the circuit has no such signal"));
+                let mut finding = Diagnostic::error(
+                    codes::BAD_PIN,
+                    format!(
+                        "the board gives pin {pin} to `{name}`, and the circuit has no such signal"
+                    ),
+                );
                 if let Some(near) = nearest(name, known) {
                     finding = finding.help(format!("did you mean `{near}`?"));
                 }
@@ -219,11 +262,21 @@ impl Equations {
             };
             let need = needs[index].1;
             if let Some(other) = self.signals.iter().find(|signal| signal.pin == Some(*pin)) {
-                let message = format!("pin {pin} is given to `{}` and to `{name}`", source_name(logic, other.source));
-                findings.push(Diagnostic::error(codes::BAD_PIN, message).help("give each signal a pin of its own"));
+                let message = format!(
+                    "pin {pin} is given to `{}` and to `{name}`",
+                    source_name(logic, other.source)
+                );
+                findings.push(
+                    Diagnostic::error(codes::BAD_PIN, message)
+                        .help("give each signal a pin of its own"),
+                );
             } else if let Some(reason) = need.refuses(device, has_registers, *pin) {
-                let message = format!("pin {pin} of a {} cannot be `{name}`: {reason}", device.name);
-                findings.push(Diagnostic::error(codes::BAD_PIN, message).help(format!("possible pins: {}", need.possible(device, has_registers))));
+                let message =
+                    format!("pin {pin} of a {} cannot be `{name}`: {reason}", device.name);
+                findings.push(
+                    Diagnostic::error(codes::BAD_PIN, message)
+                        .help(format!("possible pins: {}", need.possible(device, has_registers))),
+                );
             } else {
                 free.retain(|other| other != pin);
                 self.signals[index].pin = Some(*pin);
@@ -241,11 +294,16 @@ impl Equations {
         });
         let mut misfit = Misfit::default();
         for (index, need) in needs {
-            let best = free.iter().copied().filter(|pin| need.refuses(device, has_registers, *pin).is_none());
+            let best = free
+                .iter()
+                .copied()
+                .filter(|pin| need.refuses(device, has_registers, *pin).is_none());
             let rank = |pin: &u32| match (need, device.macrocell(*pin)) {
                 (Need::Macrocell { .. }, Some(cell)) => (cell.registered_terms, *pin),
                 (Need::Macrocell { .. } | Need::Input | Need::Clock, None) => (0, *pin),
-                (Need::Input | Need::Clock, Some(_)) => (u32::from(device.deaf_pins.contains(pin)) + 1, *pin),
+                (Need::Input | Need::Clock, Some(_)) => {
+                    (u32::from(device.deaf_pins.contains(pin)) + 1, *pin)
+                }
             };
             match best.min_by_key(rank) {
                 Some(pin) => {
@@ -260,7 +318,11 @@ impl Equations {
             return None;
         }
         for signal in &mut self.signals {
-            signal.pin = options.pins.iter().find(|(name, _)| source_matches(logic, signal.source, name)).map(|(_, pin)| *pin);
+            signal.pin = options
+                .pins
+                .iter()
+                .find(|(name, _)| source_matches(logic, signal.source, name))
+                .map(|(_, pin)| *pin);
         }
         Some(misfit)
     }
@@ -272,12 +334,28 @@ impl Equations {
 
 /// All signals with their names. Pins are named before flip-flops (a board's drawing shows them), the clock last (nobody chose its name).
 fn name_signals(logic: &Logic, namer: &mut Namer) -> Vec<Signal> {
-    let inputs = logic.inputs.iter().map(|(id, input)| (input.name.as_str(), Source::Input(id), &input.meta));
-    let outputs = logic.outputs.iter().map(|(id, output)| (output.name.as_str(), Source::Output(id), &output.meta));
+    let inputs = logic
+        .inputs
+        .iter()
+        .map(|(id, input)| (input.name.as_str(), Source::Input(id), &input.meta));
+    let outputs = logic
+        .outputs
+        .iter()
+        .map(|(id, output)| (output.name.as_str(), Source::Output(id), &output.meta));
     let pins: Vec<_> = inputs.chain(outputs).collect();
-    let signal = |name, source, meta: &Meta| Signal { name, source, pin: None, is_pin_inverted: false, meta: meta.clone() };
+    let signal = |name, source, meta: &Meta| Signal {
+        name,
+        source,
+        pin: None,
+        is_pin_inverted: false,
+        meta: meta.clone(),
+    };
     let names = namer.assign(pins.iter().map(|pin| pin.0));
-    let mut signals: Vec<Signal> = names.into_iter().zip(pins).map(|(name, (_, source, meta))| signal(name, source, meta)).collect();
+    let mut signals: Vec<Signal> = names
+        .into_iter()
+        .zip(pins)
+        .map(|(name, (_, source, meta))| signal(name, source, meta))
+        .collect();
     for (id, flop) in logic.flops.iter() {
         signals.push(signal(register_name(namer, &flop.name), Source::Flop(id), &flop.meta));
     }
@@ -308,7 +386,8 @@ fn source_matches(logic: &Logic, source: Source, name: &str) -> bool {
 fn find_device(options: &EmitOptions, findings: &mut Vec<Diagnostic>) -> &'static Device {
     let Some(name) = &options.device else { return Device::default_device() };
     Device::find(name).unwrap_or_else(|| {
-        let mut finding = Diagnostic::error(codes::UNKNOWN_DEVICE, format!("the device `{name}` is not known"));
+        let mut finding =
+            Diagnostic::error(codes::UNKNOWN_DEVICE, format!("the device `{name}` is not known"));
         let known: Vec<&str> = crate::device::DEVICES.iter().map(|device| device.name).collect();
         finding = finding.help(match nearest(name, Device::names()) {
             Some(near) => format!("did you mean `{near}`? known are {}", known.join(", ")),
@@ -334,28 +413,39 @@ impl FormChoice<'_> {
 
     fn registered(&self, node: NodeId, init: bool) -> Result<Form, Refused> {
         match self.device.power_up {
-            PowerUp::ByPolarity => {
-                Ok(Form { is_complemented: init, is_pin_inverted: false, products: self.sum(node, init)? })
-            }
+            PowerUp::ByPolarity => Ok(Form {
+                is_complemented: init,
+                is_pin_inverted: false,
+                products: self.sum(node, init)?,
+            }),
             PowerUp::PinsHigh => Ok(Form { is_pin_inverted: !init, ..self.combinational(node)? }),
         }
     }
 
     /// The shorter of both; the signal itself where they are equal.
     fn combinational(&self, node: NodeId) -> Result<Form, Refused> {
-        let cost = |products: &[Product]| (products.len(), products.iter().map(Vec::len).sum::<usize>());
+        let cost =
+            |products: &[Product]| (products.len(), products.iter().map(Vec::len).sum::<usize>());
         let plain = self.sum(node, false);
         if let Ok(products) = &plain
             && products.len() <= 1
         {
-            return plain.map(|products| Form { is_complemented: false, is_pin_inverted: false, products });
+            return plain.map(|products| Form {
+                is_complemented: false,
+                is_pin_inverted: false,
+                products,
+            });
         }
         match (plain, self.sum(node, true)) {
             (Ok(plain), Ok(complement)) if cost(&complement) >= cost(&plain) => {
                 Ok(Form { is_complemented: false, is_pin_inverted: false, products: plain })
             }
-            (Ok(_) | Err(_), Ok(complement)) => Ok(Form { is_complemented: true, is_pin_inverted: false, products: complement }),
-            (Ok(plain), Err(_)) => Ok(Form { is_complemented: false, is_pin_inverted: false, products: plain }),
+            (Ok(_) | Err(_), Ok(complement)) => {
+                Ok(Form { is_complemented: true, is_pin_inverted: false, products: complement })
+            }
+            (Ok(plain), Err(_)) => {
+                Ok(Form { is_complemented: false, is_pin_inverted: false, products: plain })
+            }
             (Err(refused), Err(_)) => Err(refused),
         }
     }
@@ -374,8 +464,16 @@ fn equation(
         Var::Input(id) => inputs[id],
         Var::Flop(id) => flops[id],
     };
-    let products = form.products.into_iter().map(|product| product.into_iter().map(|(var, value)| (index(var), value)).collect());
-    Equation { signal, is_complemented: form.is_complemented, is_registered, products: products.collect() }
+    let products = form
+        .products
+        .into_iter()
+        .map(|product| product.into_iter().map(|(var, value)| (index(var), value)).collect());
+    Equation {
+        signal,
+        is_complemented: form.is_complemented,
+        is_registered,
+        products: products.collect(),
+    }
 }
 
 /// A function without a sum of products.
@@ -389,13 +487,23 @@ struct TooLarge<'a> {
 /// All functions that are too large, in one finding: they mostly have one cause.
 fn too_large(all: &[TooLarge<'_>]) -> Diagnostic {
     const SHOWN: usize = 6;
-    let mut names: Vec<String> = all.iter().take(SHOWN).map(|one| format!("{} `{}` ({})", one.kind, one.name, one.why)).collect();
+    let mut names: Vec<String> = all
+        .iter()
+        .take(SHOWN)
+        .map(|one| format!("{} `{}` ({})", one.kind, one.name, one.why))
+        .collect();
     if all.len() > SHOWN {
         names.push(format!("and {} more", all.len() - SHOWN));
     }
-    let functions = if all.len() == 1 { "1 function is".to_owned() } else { format!("{} functions are", all.len()) };
-    let mut finding =
-        Diagnostic::error(codes::TOO_MANY_PRODUCTS, format!("{functions} too large for a sum of products: {}", names.join(", ")));
+    let functions = if all.len() == 1 {
+        "1 function is".to_owned()
+    } else {
+        format!("{} functions are", all.len())
+    };
+    let mut finding = Diagnostic::error(
+        codes::TOO_MANY_PRODUCTS,
+        format!("{functions} too large for a sum of products: {}", names.join(", ")),
+    );
     let mut spans: Vec<grafsynth_ir::Span> = Vec::new();
     for one in all {
         if !spans.contains(&one.meta.span) && spans.len() < SHOWN {
@@ -434,7 +542,8 @@ impl Need {
             return Some("it is a supply pin".to_owned());
         }
         let is_clock_pin = device.clock == Clock::Pin(pin);
-        let is_reserved = device.control_pins.contains(&pin) && (has_registers || !device.free_when_combinational);
+        let is_reserved = device.control_pins.contains(&pin)
+            && (has_registers || !device.free_when_combinational);
         match self {
             Need::Clock => match device.clock {
                 Clock::Pin(own) => (own != pin).then(|| format!("its clock is pin {own}")),
@@ -445,16 +554,24 @@ impl Need {
             Need::Macrocell { terms, is_registered } => match device.macrocell(pin) {
                 None => Some("it has no output macrocell".to_owned()),
                 Some(cell) => {
-                    let limit = if is_registered { cell.registered_terms } else { cell.combinational_terms };
-                    (terms > limit as usize).then(|| format!("the function has {terms} product terms, the macrocell {limit}"))
+                    let limit = if is_registered {
+                        cell.registered_terms
+                    } else {
+                        cell.combinational_terms
+                    };
+                    (terms > limit as usize).then(|| {
+                        format!("the function has {terms} product terms, the macrocell {limit}")
+                    })
                 }
             },
         }
     }
 
     fn possible(self, device: &Device, has_registers: bool) -> String {
-        let pins: Vec<String> =
-            (1..=device.n_pins).filter(|pin| self.refuses(device, has_registers, *pin).is_none()).map(|pin| pin.to_string()).collect();
+        let pins: Vec<String> = (1..=device.n_pins)
+            .filter(|pin| self.refuses(device, has_registers, *pin).is_none())
+            .map(|pin| pin.to_string())
+            .collect();
         if pins.is_empty() { "none".to_owned() } else { pins.join(", ") }
     }
 }
@@ -486,20 +603,32 @@ impl Misfit {
     fn parts(&self, device: &Device) -> Vec<String> {
         let mut parts = Vec::new();
         if self.macrocells > 0 {
-            parts.push(format!("{} of its registers and outputs find no macrocell", self.macrocells));
+            parts.push(format!(
+                "{} of its registers and outputs find no macrocell",
+                self.macrocells
+            ));
         }
         if self.inputs > 0 {
             parts.push(format!("{} of its inputs find no pin", self.inputs));
         }
         for (name, terms, _) in &self.wide {
-            parts.push(format!("`{name}` needs {terms} product terms and the largest macrocell has {}", widest(device)));
+            parts.push(format!(
+                "`{name}` needs {terms} product terms and the largest macrocell has {}",
+                widest(device)
+            ));
         }
         parts
     }
 
     fn diagnostic(&self, logic: &Logic, device: &Device) -> Diagnostic {
-        let message = format!("`{}` does not fit one {}: {}", logic.name, device.name, self.parts(device).join("; "));
-        let mut finding = Diagnostic::error(codes::DOES_NOT_FIT, message).at(logic.name.span, "this chart");
+        let message = format!(
+            "`{}` does not fit one {}: {}",
+            logic.name,
+            device.name,
+            self.parts(device).join("; ")
+        );
+        let mut finding =
+            Diagnostic::error(codes::DOES_NOT_FIT, message).at(logic.name.span, "this chart");
         for (_, _, meta) in &self.wide {
             finding = finding.at(meta.span, "too wide");
         }
@@ -512,9 +641,19 @@ fn widest(device: &Device) -> usize {
 }
 
 /// The comment at the head.
-fn head(logic: &Logic, dialect: Dialect, options: &EmitOptions, device: &Device, misfit: Option<&Misfit>) -> Vec<String> {
+fn head(
+    logic: &Logic,
+    dialect: Dialect,
+    options: &EmitOptions,
+    device: &Device,
+    misfit: Option<&Misfit>,
+) -> Vec<String> {
     let mut head = vec![
-        format!("{} - equations made by grafsynth {}", one_line(&logic.name.text), env!("CARGO_PKG_VERSION")),
+        format!(
+            "{} - equations made by grafsynth {}",
+            one_line(&logic.name.text),
+            env!("CARGO_PKG_VERSION")
+        ),
         match &options.device {
             Some(_) => format!("device {}", device.name),
             None => format!("device {} (none was named)", device.name),
@@ -525,7 +664,11 @@ fn head(logic: &Logic, dialect: Dialect, options: &EmitOptions, device: &Device,
         PowerUp::PinsHigh => "power-up: every registered pin wakes high, so what is false at the start lies on its pin inverted".to_owned(),
     });
     if let Some(misfit) = misfit {
-        head.push(format!("does not fit one {}, so pins are left open: {}", device.name, misfit.parts(device).join("; ")));
+        head.push(format!(
+            "does not fit one {}, so pins are left open: {}",
+            device.name,
+            misfit.parts(device).join("; ")
+        ));
     }
     if logic.outputs.values().any(|output| output.mealy) {
         head.push("mealy outputs are valid just before the clock".to_owned());

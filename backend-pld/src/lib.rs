@@ -31,13 +31,13 @@ pub mod read;
 pub mod vectors;
 
 mod rebind;
-mod write;
 #[cfg(test)]
 mod tests;
+mod write;
 
 use equations::Equations;
 use grafsynth_ir::diag::Diagnostic;
-use grafsynth_ir::logic::{Logic, PinRole};
+use grafsynth_ir::logic::Logic;
 use grafsynth_ir::span::{FileId, Span};
 use grafsynth_logic::minimise::Budget;
 pub use rebind::rebind;
@@ -60,7 +60,8 @@ pub enum Dialect {
 
 impl Dialect {
     /// All of them.
-    pub const ALL: [Dialect; 5] = [Dialect::Palasm, Dialect::Cupl, Dialect::Galasm, Dialect::Verilog, Dialect::Blif];
+    pub const ALL: [Dialect; 5] =
+        [Dialect::Palasm, Dialect::Cupl, Dialect::Galasm, Dialect::Verilog, Dialect::Blif];
 
     /// Its name on the command line.
     #[must_use]
@@ -163,7 +164,11 @@ pub struct MapLine {
 ///
 /// # Errors
 /// What the language or the device cannot take, each with the signal and the numbers.
-pub fn emit(logic: &Logic, dialect: Dialect, options: &EmitOptions) -> Result<Emitted, Vec<Diagnostic>> {
+pub fn emit(
+    logic: &Logic,
+    dialect: Dialect,
+    options: &EmitOptions,
+) -> Result<Emitted, Vec<Diagnostic>> {
     if let Some(vectors) = &options.vectors {
         vectors.check(logic)?;
     }
@@ -173,7 +178,9 @@ pub fn emit(logic: &Logic, dialect: Dialect, options: &EmitOptions) -> Result<Em
             let sheet = match dialect {
                 Dialect::Palasm => write::palasm::write(&equations, options.vectors.as_ref()),
                 Dialect::Cupl => write::cupl::write(&equations),
-                Dialect::Galasm | Dialect::Verilog | Dialect::Blif => write::galasm::write(&equations),
+                Dialect::Galasm | Dialect::Verilog | Dialect::Blif => {
+                    write::galasm::write(&equations)
+                }
             };
             let names = equations.named(logic);
             Ok(Emitted { dialect, text: sheet.text, bench: None, names, map: sheet.map })
@@ -186,10 +193,18 @@ pub fn emit(logic: &Logic, dialect: Dialect, options: &EmitOptions) -> Result<Em
                 write::blif::write(logic, &netlist)
             };
             let bench = match (&options.vectors, dialect) {
-                (Some(vectors), Dialect::Verilog) => Some(write::bench::write(logic, &netlist, vectors)),
+                (Some(vectors), Dialect::Verilog) => {
+                    Some(write::bench::write(logic, &netlist, vectors))
+                }
                 (Some(_) | None, _) => None,
             };
-            Ok(Emitted { dialect, text: sheet.text, bench, names: netlist.named(logic), map: sheet.map })
+            Ok(Emitted {
+                dialect,
+                text: sheet.text,
+                bench,
+                names: netlist.named(logic),
+                map: sheet.map,
+            })
         }
     }
 }
@@ -200,10 +215,4 @@ pub fn emit(logic: &Logic, dialect: Dialect, options: &EmitOptions) -> Result<Em
 #[must_use]
 pub fn read(dialect: Dialect, file: FileId, text: &str) -> (Option<Logic>, Vec<Diagnostic>) {
     read::read(dialect, file, text)
-}
-
-/// True for a pin that a text calls neither an input of the net nor a clock.
-#[must_use]
-pub fn is_reset(role: PinRole) -> bool {
-    role == PinRole::Reset
 }

@@ -44,17 +44,27 @@ impl Netlist {
         let is_blif = dialect == Dialect::Blif;
         let mut names = Namer::new(if is_blif { &BLIF } else { &VERILOG });
         let title = names.name(&logic.name.text);
-        let is_registered =
-            !logic.flops.is_empty() || logic.outputs.values().any(|output| output.registered.is_some());
+        let is_registered = !logic.flops.is_empty()
+            || logic.outputs.values().any(|output| output.registered.is_some());
         let pins = logic.inputs.values().map(|input| input.name.as_str());
-        let mut pins = names.assign(pins.chain(logic.outputs.values().map(|output| output.name.as_str()))).into_iter();
+        let mut pins = names
+            .assign(pins.chain(logic.outputs.values().map(|output| output.name.as_str())))
+            .into_iter();
         let inputs = IdMap::build(&logic.inputs, |_, _| pins.next().unwrap_or_default());
         let outputs = IdMap::build(&logic.outputs, |_, _| pins.next().unwrap_or_default());
         let flops = IdMap::build(&logic.flops, |_, flop| register_name(&mut names, &flop.name));
         let clock = is_registered.then(|| names.name("clk"));
-        let reset = options.reset.as_ref().filter(|_| is_registered && !is_blif).map(|reset| names.name(reset));
+        let reset = options
+            .reset
+            .as_ref()
+            .filter(|_| is_registered && !is_blif)
+            .map(|reset| names.name(reset));
         let (wires, meta) = choose_wires(logic, is_blif, &mut names);
-        let mut head = vec![format!("{} - made by grafsynth {}", one_line(&logic.name.text), env!("CARGO_PKG_VERSION"))];
+        let mut head = vec![format!(
+            "{} - made by grafsynth {}",
+            one_line(&logic.name.text),
+            env!("CARGO_PKG_VERSION")
+        )];
         if logic.outputs.values().any(|output| output.mealy) {
             head.push("mealy outputs are valid just before the clock".to_owned());
         }
@@ -68,9 +78,16 @@ impl Netlist {
         let named = |name: &String, object| Named { name: name.clone(), pin: None, object };
         let clock = self.clock.iter().map(|name| named(name, Object::Clock));
         let reset = self.reset.iter().map(|name| named(name, Object::Reset));
-        let inputs = logic.inputs.iter().map(|(id, input)| named(&self.inputs[id], Object::Input(input.clone())));
-        let outputs = logic.outputs.iter().map(|(id, output)| named(&self.outputs[id], Object::Output(output.clone())));
-        let flops = logic.flops.iter().map(|(id, flop)| named(&self.flops[id], Object::Flop(flop.clone())));
+        let inputs = logic
+            .inputs
+            .iter()
+            .map(|(id, input)| named(&self.inputs[id], Object::Input(input.clone())));
+        let outputs = logic
+            .outputs
+            .iter()
+            .map(|(id, output)| named(&self.outputs[id], Object::Output(output.clone())));
+        let flops =
+            logic.flops.iter().map(|(id, flop)| named(&self.flops[id], Object::Flop(flop.clone())));
         clock.chain(reset).chain(inputs).chain(outputs).chain(flops).collect()
     }
 
@@ -80,18 +97,27 @@ impl Netlist {
         match &logic.nodes[node] {
             Node::Input(input) => Some(&self.inputs[*input]),
             Node::Flop(flop) => Some(&self.flops[*flop]),
-            Node::Const(_) | Node::Not(_) | Node::And(_) | Node::Or(_) | Node::Xor(..) | Node::Mux(..) => {
-                self.wires[node].as_deref()
-            }
+            Node::Const(_)
+            | Node::Not(_)
+            | Node::And(_)
+            | Node::Or(_)
+            | Node::Xor(..)
+            | Node::Mux(..) => self.wires[node].as_deref(),
         }
     }
 }
 
 /// A function becomes a wire if it has a name, if several need it, or if it lies deep inside an expression; in BLIF every gate does.
-fn choose_wires(logic: &Logic, is_blif: bool, names: &mut Namer) -> (WireNames, Vec<(NodeId, Meta)>) {
+fn choose_wires(
+    logic: &Logic,
+    is_blif: bool,
+    names: &mut Namer,
+) -> (WireNames, Vec<(NodeId, Meta)>) {
     let roots = || {
         let flops = logic.flops.values().map(|flop| (flop.next, format!("next_{}", flop.name)));
-        flops.chain(logic.outputs.values().map(|output| (output.value, format!("{}_d", output.name))))
+        flops.chain(
+            logic.outputs.values().map(|output| (output.value, format!("{}_d", output.name))),
+        )
     };
     let keep = needed(logic, roots().map(|(node, _)| node));
     let is_gate = |node: NodeId| match logic.nodes[node] {

@@ -28,8 +28,14 @@ const MAX_FINDINGS: usize = 1000;
 
 pub(crate) fn read(dialect: Dialect, file: FileId, text: &str) -> (Option<Logic>, Vec<Diagnostic>) {
     if text.len() > MAX_BYTES {
-        let message = format!("the text has {} bytes, and at most {MAX_BYTES} are read", text.len());
-        return (None, vec![Diagnostic::error(codes::TOO_LONG, message).at(Span::new(file, 0, 0), "this file")]);
+        let message =
+            format!("the text has {} bytes, and at most {MAX_BYTES} are read", text.len());
+        return (
+            None,
+            vec![
+                Diagnostic::error(codes::TOO_LONG, message).at(Span::new(file, 0, 0), "this file"),
+            ],
+        );
     }
     let mut draft = draft::Draft::new(file, dialect);
     match dialect {

@@ -22,12 +22,18 @@ pub fn rebind(logic: &mut Logic, emitted: &Emitted) -> Vec<Diagnostic> {
         Dialect::Galasm | Dialect::Verilog | Dialect::Blif => false,
     };
     let key = |name: &str| if folds_case { name.to_ascii_lowercase() } else { name.to_owned() };
-    let find_inputs: BTreeMap<String, _> = read.inputs.iter().map(|(id, input)| (key(&input.name), id)).collect();
-    let find_flops: BTreeMap<String, FlopId> = read.flops.iter().map(|(id, flop)| (key(&flop.name), id)).collect();
-    let find_outputs: BTreeMap<String, _> = read.outputs.iter().map(|(id, output)| (key(&output.name), id)).collect();
+    let find_inputs: BTreeMap<String, _> =
+        read.inputs.iter().map(|(id, input)| (key(&input.name), id)).collect();
+    let find_flops: BTreeMap<String, FlopId> =
+        read.flops.iter().map(|(id, flop)| (key(&flop.name), id)).collect();
+    let find_outputs: BTreeMap<String, _> =
+        read.outputs.iter().map(|(id, output)| (key(&output.name), id)).collect();
     let mut missing = |name: &str| {
         let message = format!("`{name}` was written and is not in the text that was read back");
-        findings.push(Diagnostic::error(codes::NOT_READ_BACK, message).help("this is a fault of the tool: please report it with the chart"));
+        findings.push(
+            Diagnostic::error(codes::NOT_READ_BACK, message)
+                .help("this is a fault of the tool: please report it with the chart"),
+        );
     };
 
     let mut new = Logic { name: read.name.clone(), ..Logic::default() };
@@ -44,7 +50,11 @@ pub fn rebind(logic: &mut Logic, emitted: &Emitted) -> Vec<Diagnostic> {
                     let input = match &named.object {
                         Object::Input(input) => input.clone(),
                         Object::Reset | Object::Clock | Object::Flop(_) | Object::Output(_) => {
-                            PinInput { name: named.name.clone(), role: PinRole::Reset, meta: Default::default() }
+                            PinInput {
+                                name: named.name.clone(),
+                                role: PinRole::Reset,
+                                meta: Default::default(),
+                            }
                         }
                     };
                     input_image[id] = Some(new.inputs.push(input));
@@ -78,7 +88,8 @@ pub fn rebind(logic: &mut Logic, emitted: &Emitted) -> Vec<Diagnostic> {
     }
     // Registers of outputs have no flip-flop of the state, unless somebody reads them.
     let mut is_read: IdMap<_, bool> = IdMap::filled(&read.flops, false);
-    let nodes_in_use = grafsynth_logic::build::needed(&read, read.flops.values().map(|flop| flop.next));
+    let nodes_in_use =
+        grafsynth_logic::build::needed(&read, read.flops.values().map(|flop| flop.next));
     for (id, node) in read.nodes.iter() {
         if let (true, Node::Flop(flop)) = (nodes_in_use[id], node) {
             is_read[*flop] = true;
@@ -102,7 +113,9 @@ pub fn rebind(logic: &mut Logic, emitted: &Emitted) -> Vec<Diagnostic> {
     let registers_of_outputs: std::collections::BTreeSet<String> = emitted
         .names
         .iter()
-        .filter(|named| matches!(&named.object, Object::Output(output) if output.registered.is_some()))
+        .filter(
+            |named| matches!(&named.object, Object::Output(output) if output.registered.is_some()),
+        )
         .map(|named| key(&named.name))
         .collect();
     for (id, flop) in read.flops.iter() {
@@ -131,9 +144,12 @@ fn renumbered(
     let image = |node: &Node| match node {
         Node::Input(input) => inputs[*input].map_or(Node::Const(false), Node::Input),
         Node::Flop(flop) => flops[*flop].map_or(Node::Const(false), Node::Flop),
-        Node::Const(_) | Node::Not(_) | Node::And(_) | Node::Or(_) | Node::Xor(..) | Node::Mux(..) => {
-            map_operands(node, |operand: NodeId| operand)
-        }
+        Node::Const(_)
+        | Node::Not(_)
+        | Node::And(_)
+        | Node::Or(_)
+        | Node::Xor(..)
+        | Node::Mux(..) => map_operands(node, |operand: NodeId| operand),
     };
     read.nodes.values().map(image).collect()
 }

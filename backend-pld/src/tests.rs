@@ -26,15 +26,25 @@ pub(crate) fn truck() -> Logic {
     for (k, label) in ["waiting", "", "", ""].iter().enumerate() {
         let flop = &mut builder.logic.flops[steps[k].0];
         flop.meta = meta(label);
-        flop.holds = Some(FlopBit { origin: Origin::Step(Id::from_index(k)), element: 0, bit: 0, inverted: false });
+        flop.holds = Some(FlopBit {
+            origin: Origin::Step(Id::from_index(k)),
+            element: 0,
+            bit: 0,
+            inverted: false,
+        });
     }
-    let pins = [("m", "loading request"), ("b", "right limit"), ("p", "loaded"), ("a", "left limit")];
+    let pins =
+        [("m", "loading request"), ("b", "right limit"), ("p", "loaded"), ("a", "left limit")];
     let inputs: Vec<NodeId> = pins
         .iter()
         .enumerate()
         .map(|(k, (name, label))| {
             let role = PinRole::Input(Id::from_index(k), 0);
-            let pin = builder.logic.inputs.push(PinInput { name: (*name).into(), role, meta: meta(label) });
+            let pin = builder.logic.inputs.push(PinInput {
+                name: (*name).into(),
+                role,
+                meta: meta(label),
+            });
             builder.input(pin)
         })
         .collect();
@@ -47,7 +57,9 @@ pub(crate) fn truck() -> Logic {
         let hold = builder.and([steps[k].1, not]);
         builder.logic.flops[steps[k].0].next = builder.or([fires[(k + 3) % 4], hold]);
     }
-    for (k, (name, label)) in [("R", "move right"), ("Z", "load"), ("L", "move left")].iter().enumerate() {
+    for (k, (name, label)) in
+        [("R", "move right"), ("Z", "load"), ("L", "move left")].iter().enumerate()
+    {
         let role = PinRole::Output(Id::from_index(k), 0);
         builder.logic.outputs.push(PinOutput {
             name: (*name).into(),
@@ -66,9 +78,17 @@ pub(crate) fn truck() -> Logic {
 /// Checks that both circuits show the same pins and flip-flops over pseudo-random inputs, in 64 runs at once.
 pub(crate) fn same_behaviour(a: &Logic, b: &Logic, clocks: usize) {
     assert_eq!(a.inputs, b.inputs);
-    let named = |logic: &Logic| logic.outputs.values().map(|o| (o.name.clone(), o.role, o.registered, o.mealy)).collect::<Vec<_>>();
+    let named = |logic: &Logic| {
+        logic
+            .outputs
+            .values()
+            .map(|o| (o.name.clone(), o.role, o.registered, o.mealy))
+            .collect::<Vec<_>>()
+    };
     assert_eq!(named(a), named(b));
-    let held = |logic: &Logic| logic.flops.values().map(|f| (f.name.clone(), f.holds, f.init)).collect::<Vec<_>>();
+    let held = |logic: &Logic| {
+        logic.flops.values().map(|f| (f.name.clone(), f.holds, f.init)).collect::<Vec<_>>()
+    };
     assert_eq!(held(a), held(b));
     assert_eq!(difference(a, b, clocks), None);
 }

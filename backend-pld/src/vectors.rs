@@ -48,12 +48,20 @@ impl Vectors {
     /// When a row has more than one tick.
     pub fn of(net: &Net, logic: &Logic, rows: &[TraceRow]) -> Result<Self, Vec<Diagnostic>> {
         let mut findings = Vec::new();
-        let bit_of = |value: i64, lo: i64, bit: u32| value.abs_diff(lo).checked_shr(bit).unwrap_or(0) & 1 == 1;
+        let bit_of = |value: i64, lo: i64, bit: u32| {
+            value.abs_diff(lo).checked_shr(bit).unwrap_or(0) & 1 == 1
+        };
         let mut made = Vec::with_capacity(rows.len());
         for (index, row) in rows.iter().enumerate() {
             if row.dt > 1 {
-                let message = format!("row {index} has dt {}, and a chip takes one tick a clock at most", row.dt);
-                findings.push(Diagnostic::error(codes::BAD_VECTORS, message).help("use a stimulus with dt 0 or 1"));
+                let message = format!(
+                    "row {index} has dt {}, and a chip takes one tick a clock at most",
+                    row.dt
+                );
+                findings.push(
+                    Diagnostic::error(codes::BAD_VECTORS, message)
+                        .help("use a stimulus with dt 0 or 1"),
+                );
             }
             let input = |role: PinRole| match role {
                 PinRole::Input(id, bit) => {
@@ -62,15 +70,27 @@ impl Vectors {
                     bit_of(value, ty.bounds().0, bit)
                 }
                 PinRole::Tick => row.dt == 1,
-                PinRole::Reset | PinRole::Output(..) | PinRole::Busy | PinRole::Fault | PinRole::Unknown => false,
+                PinRole::Reset
+                | PinRole::Output(..)
+                | PinRole::Busy
+                | PinRole::Fault
+                | PinRole::Unknown => false,
             };
             let output = |role: PinRole| match role {
                 PinRole::Output(id, bit) => {
                     let lo = net.outputs[id].ty.bounds().0;
-                    row.outputs.get(id.index()).copied().flatten().map(|value| bit_of(value, lo, bit))
+                    row.outputs
+                        .get(id.index())
+                        .copied()
+                        .flatten()
+                        .map(|value| bit_of(value, lo, bit))
                 }
                 PinRole::Fault => Some(row.fault),
-                PinRole::Input(..) | PinRole::Tick | PinRole::Reset | PinRole::Busy | PinRole::Unknown => None,
+                PinRole::Input(..)
+                | PinRole::Tick
+                | PinRole::Reset
+                | PinRole::Busy
+                | PinRole::Unknown => None,
             };
             let flops = logic.flops.values().map(|flop| {
                 let holds = flop.holds?;
@@ -84,7 +104,10 @@ impl Vectors {
             });
         }
         if findings.is_empty() {
-            Ok(Vectors { rows: made, mealy: logic.outputs.values().map(|output| output.mealy).collect() })
+            Ok(Vectors {
+                rows: made,
+                mealy: logic.outputs.values().map(|output| output.mealy).collect(),
+            })
         } else {
             Err(findings)
         }
@@ -107,6 +130,9 @@ impl Vectors {
             logic.outputs.len(),
             logic.name
         );
-        Err(vec![Diagnostic::error(codes::BAD_VECTORS, message).help("make the vectors from this circuit's trace")])
+        Err(vec![
+            Diagnostic::error(codes::BAD_VECTORS, message)
+                .help("make the vectors from this circuit's trace"),
+        ])
     }
 }

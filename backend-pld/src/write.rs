@@ -30,7 +30,12 @@ impl Sheet {
     /// Adds a line that comes from something in the source.
     pub(crate) fn line_of(&mut self, line: &str, name: &str, meta: &Meta) {
         self.line(line);
-        self.map.push(MapLine { line: self.lines, name: name.to_owned(), span: meta.span, req: meta.req.clone() });
+        self.map.push(MapLine {
+            line: self.lines,
+            name: name.to_owned(),
+            span: meta.span,
+            req: meta.req.clone(),
+        });
     }
 }
 
@@ -57,14 +62,24 @@ impl Signs {
             if product.is_empty() {
                 return self.yes.to_owned();
             }
-            let literals: Vec<String> = product.iter().map(|&(signal, value)| self.literal(&equations.signals[signal].name, value)).collect();
+            let literals: Vec<String> = product
+                .iter()
+                .map(|&(signal, value)| self.literal(&equations.signals[signal].name, value))
+                .collect();
             literals.join(self.and)
         };
         equation.products.iter().map(text).collect()
     }
 
     /// Prints `head sum`, on one line where it is short, else one product a line.
-    pub(crate) fn print(&self, sheet: &mut Sheet, equations: &Equations, equation: &Equation, head: &str, end: &str) {
+    pub(crate) fn print(
+        &self,
+        sheet: &mut Sheet,
+        equations: &Equations,
+        equation: &Equation,
+        head: &str,
+        end: &str,
+    ) {
         let signal = &equations.signals[equation.signal];
         let products = self.products(equations, equation);
         let flat = format!("{head} {}{end}", products.join(&format!(" {} ", self.or)));

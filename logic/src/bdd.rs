@@ -159,7 +159,9 @@ impl Bdd {
         if low == high {
             return Ok(low);
         }
-        debug_assert!(self.nodes[low.0 as usize].level > level && self.nodes[high.0 as usize].level > level);
+        debug_assert!(
+            self.nodes[low.0 as usize].level > level && self.nodes[high.0 as usize].level > level
+        );
         let mask = self.unique.len() - 1;
         let mut place = mix(level, low.0, high.0, 0) as usize & mask;
         loop {
@@ -206,7 +208,8 @@ impl Bdd {
 
     fn recall(&self, (op, a, b, c): (u32, Ref, Ref, Ref)) -> Option<Ref> {
         let memo = self.memo[mix(a.0, b.0, c.0, op) as usize & (self.memo.len() - 1)];
-        (memo.op == op && memo.a == a.0 && memo.b == b.0 && memo.c == c.0).then_some(Ref(memo.answer))
+        (memo.op == op && memo.a == a.0 && memo.b == b.0 && memo.c == c.0)
+            .then_some(Ref(memo.answer))
     }
 
     fn note(&mut self, (op, a, b, c): (u32, Ref, Ref, Ref), answer: Ref) {
@@ -429,7 +432,8 @@ impl Bdd {
     /// The levels that `f` depends on, ascending.
     #[must_use]
     pub fn support(&self, f: Ref) -> Vec<u32> {
-        let mut levels: Vec<u32> = self.reached(f).into_iter().map(|node| self.nodes[node.0 as usize].level).collect();
+        let mut levels: Vec<u32> =
+            self.reached(f).into_iter().map(|node| self.nodes[node.0 as usize].level).collect();
         levels.sort_unstable();
         levels.dedup();
         levels
@@ -466,7 +470,9 @@ impl Bdd {
     /// that number and all larger ones.
     #[must_use]
     pub fn sat_count(&self, f: Ref, levels: &[u32]) -> u128 {
-        let rank = |level: u32| if level == LEAF { levels.len() } else { levels.partition_point(|&l| l < level) };
+        let rank = |level: u32| {
+            if level == LEAF { levels.len() } else { levels.partition_point(|&l| l < level) }
+        };
         let scaled = |count: u128, by: usize| {
             if count == 0 {
                 0
@@ -480,7 +486,9 @@ impl Bdd {
         let count_of = |counts: &[(Ref, u128)], child: Ref| match child {
             Ref::FALSE => 0,
             Ref::TRUE => 1,
-            inner => counts.binary_search_by_key(&inner, |entry| entry.0).map_or(0, |at| counts[at].1),
+            inner => {
+                counts.binary_search_by_key(&inner, |entry| entry.0).map_or(0, |at| counts[at].1)
+            }
         };
         for node_ref in self.reached(f) {
             let node = self.nodes[node_ref.0 as usize];
@@ -536,7 +544,12 @@ impl Bdd {
         outcome.map(|()| value)
     }
 
-    fn work(&mut self, task: Task, tasks: &mut Vec<Task>, values: &mut Vec<Ref>) -> Result<(), Full> {
+    fn work(
+        &mut self,
+        task: Task,
+        tasks: &mut Vec<Task>,
+        values: &mut Vec<Ref>,
+    ) -> Result<(), Full> {
         let mut pop = || values.pop().unwrap_or_else(|| unreachable!("each task leaves one value"));
         match task {
             Task::Ite(f, g, h) => match ite_at_once(f, g, h) {
@@ -548,7 +561,8 @@ impl Bdd {
                         return Ok(());
                     }
                     let level = self.top(f).min(self.top(g)).min(self.top(h));
-                    let ((f0, f1), (g0, g1), (h0, h1)) = (self.at(f, level), self.at(g, level), self.at(h, level));
+                    let ((f0, f1), (g0, g1), (h0, h1)) =
+                        (self.at(f, level), self.at(g, level), self.at(h, level));
                     tasks.push(Task::Join(level, key));
                     tasks.push(Task::Ite(f1, g1, h1));
                     tasks.push(Task::Ite(f0, g0, h0));
@@ -691,7 +705,9 @@ mod tests {
     }
 
     fn table(bdd: &Bdd, f: Ref) -> u32 {
-        (0..32).filter(|row| bdd.eval(f, |level| row >> level & 1 == 1)).fold(0, |table, row| table | 1 << row)
+        (0..32)
+            .filter(|row| bdd.eval(f, |level| row >> level & 1 == 1))
+            .fold(0, |table, row| table | 1 << row)
     }
 
     proptest! {

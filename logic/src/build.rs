@@ -54,7 +54,9 @@ impl Builder {
         let mask = self.table.len() - 1;
         let mut place = hash(node) as usize & mask;
         loop {
-            let Some(index) = (self.table[place] as usize).checked_sub(1) else { return Err(place) };
+            let Some(index) = (self.table[place] as usize).checked_sub(1) else {
+                return Err(place);
+            };
             let id = NodeId::from_index(index);
             if self.logic.nodes[id] == *node {
                 return Ok(id);
@@ -90,7 +92,11 @@ impl Builder {
     /// A new input bit of this name and unknown role, and its value.
     pub fn input_named(&mut self, name: &str) -> NodeId {
         let role = grafsynth_ir::logic::PinRole::Unknown;
-        let input = self.logic.inputs.push(PinInput { name: name.to_owned(), role, meta: Default::default() });
+        let input = self.logic.inputs.push(PinInput {
+            name: name.to_owned(),
+            role,
+            meta: Default::default(),
+        });
         self.input(input)
     }
 
@@ -103,7 +109,13 @@ impl Builder {
     pub fn flop_named(&mut self, name: &str, init: bool) -> (FlopId, NodeId) {
         let id = Id::from_index(self.logic.flops.len());
         let value = self.flop(id);
-        self.logic.flops.push(Flop { name: name.to_owned(), init, next: value, holds: None, meta: Default::default() });
+        self.logic.flops.push(Flop {
+            name: name.to_owned(),
+            init,
+            next: value,
+            holds: None,
+            meta: Default::default(),
+        });
         (id, value)
     }
 
@@ -112,7 +124,13 @@ impl Builder {
     pub fn as_constant(&self, node: NodeId) -> Option<bool> {
         match self.logic.nodes[node] {
             Node::Const(value) => Some(value),
-            Node::Input(_) | Node::Flop(_) | Node::Not(_) | Node::And(_) | Node::Or(_) | Node::Xor(..) | Node::Mux(..) => None,
+            Node::Input(_)
+            | Node::Flop(_)
+            | Node::Not(_)
+            | Node::And(_)
+            | Node::Or(_)
+            | Node::Xor(..)
+            | Node::Mux(..) => None,
         }
     }
 
@@ -121,9 +139,12 @@ impl Builder {
         match self.logic.nodes[a] {
             Node::Const(value) => self.constant(!value),
             Node::Not(inner) => inner,
-            Node::Input(_) | Node::Flop(_) | Node::And(_) | Node::Or(_) | Node::Xor(..) | Node::Mux(..) => {
-                self.make(Node::Not(a))
-            }
+            Node::Input(_)
+            | Node::Flop(_)
+            | Node::And(_)
+            | Node::Or(_)
+            | Node::Xor(..)
+            | Node::Mux(..) => self.make(Node::Not(a)),
         }
     }
 
@@ -145,8 +166,16 @@ impl Builder {
             match self.logic.nodes[operand] {
                 Node::Const(value) if value == is_and => {}
                 Node::Const(_) => return operand,
-                Node::Not(inner) if operands.binary_search(&inner).is_ok() => return self.constant(!is_and),
-                Node::Not(_) | Node::Input(_) | Node::Flop(_) | Node::And(_) | Node::Or(_) | Node::Xor(..) | Node::Mux(..) => {
+                Node::Not(inner) if operands.binary_search(&inner).is_ok() => {
+                    return self.constant(!is_and);
+                }
+                Node::Not(_)
+                | Node::Input(_)
+                | Node::Flop(_)
+                | Node::And(_)
+                | Node::Or(_)
+                | Node::Xor(..)
+                | Node::Mux(..) => {
                     kept.push(operand);
                 }
             }
@@ -228,7 +257,13 @@ impl Builder {
     pub fn strip(&self, node: NodeId) -> (NodeId, bool) {
         match self.logic.nodes[node] {
             Node::Not(inner) => (inner, true),
-            Node::Const(_) | Node::Input(_) | Node::Flop(_) | Node::And(_) | Node::Or(_) | Node::Xor(..) | Node::Mux(..) => (node, false),
+            Node::Const(_)
+            | Node::Input(_)
+            | Node::Flop(_)
+            | Node::And(_)
+            | Node::Or(_)
+            | Node::Xor(..)
+            | Node::Mux(..) => (node, false),
         }
     }
 
@@ -370,11 +405,17 @@ mod tests {
         let product = builder.and([a, b]);
         let (flop, _) = builder.flop_named("q", false);
         builder.logic.flops[flop].next = product;
-        let wire = |name: &str, node| grafsynth_ir::logic::Wire { name: name.into(), node, meta: Default::default() };
+        let wire = |name: &str, node| grafsynth_ir::logic::Wire {
+            name: name.into(),
+            node,
+            meta: Default::default(),
+        };
         builder.logic.wires = vec![wire("kept", product), wire("gone", unused)];
         let logic = builder.finish();
         assert_eq!(logic.wires.len(), 1);
         assert_eq!(logic.nodes.len(), 3);
-        assert!(matches!(&logic.nodes[logic.flops[flop].next], Node::And(operands) if operands.len() == 2));
+        assert!(
+            matches!(&logic.nodes[logic.flops[flop].next], Node::And(operands) if operands.len() == 2)
+        );
     }
 }

@@ -49,7 +49,11 @@ impl<'a> ChipSim<'a> {
             match input.role {
                 PinRole::Input(id, bit) => inputs.push((pin, id, bit)),
                 PinRole::Tick => ticks.push(pin),
-                PinRole::Reset | PinRole::Output(..) | PinRole::Busy | PinRole::Fault | PinRole::Unknown => {}
+                PinRole::Reset
+                | PinRole::Output(..)
+                | PinRole::Busy
+                | PinRole::Fault
+                | PinRole::Unknown => {}
             }
         }
         let mut outputs: BTreeMap<OutputId, Vec<(PinOutputId, u32)>> = BTreeMap::new();
@@ -58,18 +62,34 @@ impl<'a> ChipSim<'a> {
             match output.role {
                 PinRole::Output(id, bit) => outputs.entry(id).or_default().push((pin, bit)),
                 PinRole::Fault => faults.push(pin),
-                PinRole::Input(..) | PinRole::Tick | PinRole::Reset | PinRole::Busy | PinRole::Unknown => {}
+                PinRole::Input(..)
+                | PinRole::Tick
+                | PinRole::Reset
+                | PinRole::Busy
+                | PinRole::Unknown => {}
             }
         }
         let mut holders: BTreeMap<(Origin, u32), Vec<Holder>> = BTreeMap::new();
         for (id, flop) in logic.flops.iter() {
             if let Some(FlopBit { origin, element, bit, inverted }) = flop.holds {
-                holders.entry((origin, element)).or_default().push(Holder { flop: id, bit, inverted });
+                holders.entry((origin, element)).or_default().push(Holder {
+                    flop: id,
+                    bit,
+                    inverted,
+                });
             }
         }
         let sampled = IdMap::filled(&net.outputs, None);
-        let mut chip =
-            ChipSim { net, sim: LogicSim::new(logic), inputs, ticks, outputs, faults, holders, sampled };
+        let mut chip = ChipSim {
+            net,
+            sim: LogicSim::new(logic),
+            inputs,
+            ticks,
+            outputs,
+            faults,
+            holders,
+            sampled,
+        };
         chip.reset();
         chip
     }

@@ -68,7 +68,9 @@ impl Cube {
     /// True when every point of `other` lies in this one too.
     #[must_use]
     pub fn contains(&self, other: &Cube) -> bool {
-        let within = |own: &[u64], others: &[u64]| own.iter().zip(others).all(|(own, other)| own & !other == 0);
+        let within = |own: &[u64], others: &[u64]| {
+            own.iter().zip(others).all(|(own, other)| own & !other == 0)
+        };
         within(&self.positive, &other.positive) && within(&self.negative, &other.negative)
     }
 
@@ -87,8 +89,11 @@ impl Cube {
         let mut product = Ref::TRUE;
         for (var, value) in literals {
             let level = u32::try_from(var).unwrap_or(u32::MAX - 1);
-            product =
-                if value { bdd.node(level, Ref::FALSE, product)? } else { bdd.node(level, product, Ref::FALSE)? };
+            product = if value {
+                bdd.node(level, Ref::FALSE, product)?
+            } else {
+                bdd.node(level, product, Ref::FALSE)?
+            };
         }
         Ok(product)
     }
@@ -120,7 +125,8 @@ impl Cover {
     /// # Errors
     /// When the manager is full.
     pub fn to_bdd(&self, bdd: &mut Bdd) -> Result<Ref, Full> {
-        let products = self.cubes.iter().map(|cube| cube.to_bdd(bdd)).collect::<Result<Vec<_>, _>>()?;
+        let products =
+            self.cubes.iter().map(|cube| cube.to_bdd(bdd)).collect::<Result<Vec<_>, _>>()?;
         bdd.or_all(products)
     }
 

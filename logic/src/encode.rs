@@ -20,7 +20,9 @@ use grafsynth_ir::arena::IdMap;
 use grafsynth_ir::diag::{Diagnostic, any_error};
 use grafsynth_ir::expr::{Expr, ExprKind, Type};
 use grafsynth_ir::facts::Facts;
-use grafsynth_ir::logic::{Flop, FlopBit, Logic, Node, NodeId, PinInput, PinInputId, PinOutput, PinRole};
+use grafsynth_ir::logic::{
+    Flop, FlopBit, Logic, Node, NodeId, PinInput, PinInputId, PinOutput, PinRole,
+};
 use grafsynth_ir::net::{self, Driver, InputKind, Meta, Net, PropertyLeaf, PropertyRole};
 use grafsynth_ir::program::{Leaf, Origin, Program, ResetEffect, Stmt};
 use grafsynth_ir::{Span, Valid};
@@ -49,7 +51,12 @@ impl Default for EncodeOptions {
 /// # Errors
 /// What a chip cannot do, each with its place: verbatim code, calls with arguments, an action that may be called twice in one reaction, and a circuit
 /// of more than [`EncodeOptions::max_nodes`] nodes.
-pub fn encode(net: &Valid<Net>, program: &Program, facts: &Facts, options: &EncodeOptions) -> Result<Logic, Vec<Diagnostic>> {
+pub fn encode(
+    net: &Valid<Net>,
+    program: &Program,
+    facts: &Facts,
+    options: &EncodeOptions,
+) -> Result<Logic, Vec<Diagnostic>> {
     let mut encoder = Encoder::new(net, program, facts, options);
     encoder.refuse_reset_effects();
     encoder.block(&program.body, 0);
@@ -140,7 +147,12 @@ fn has_pin(kind: InputKind) -> bool {
 }
 
 impl<'a> Encoder<'a> {
-    fn new(net: &'a Net, program: &'a Program, facts: &'a Facts, options: &'a EncodeOptions) -> Self {
+    fn new(
+        net: &'a Net,
+        program: &'a Program,
+        facts: &'a Facts,
+        options: &'a EncodeOptions,
+    ) -> Self {
         let mut builder = Builder::default();
         builder.logic.name = net.name.clone();
         // Flip-flops come first, so that a product reads state first, then inputs.
@@ -153,7 +165,8 @@ impl<'a> Encoder<'a> {
             first
         });
         let first_temp = registers.len();
-        let values = registers.iter().cloned().map(Some).chain(program.temps.ids().map(|_| None)).collect();
+        let values =
+            registers.iter().cloned().map(Some).chain(program.temps.ids().map(|_| None)).collect();
         let inputs = IdMap::build(&net.inputs, |id, input| {
             if !has_pin(input.kind) {
                 return Value::Bool(builder.constant(false));
@@ -163,13 +176,15 @@ impl<'a> Encoder<'a> {
             for bit in 0..count {
                 let name = bit_name(&input.name.text, count, bit);
                 let role = PinRole::Input(id, u32::try_from(bit).unwrap_or(u32::MAX));
-                let pin = builder.logic.inputs.push(PinInput { name, role, meta: input.meta.clone() });
+                let pin =
+                    builder.logic.inputs.push(PinInput { name, role, meta: input.meta.clone() });
                 bits.push(builder.input(pin));
             }
             value_of(&mut builder, input.ty, bits)
         });
         let tick = uses_time(&program.body).then(|| {
-            let pin = PinInput { name: "tick".to_owned(), role: PinRole::Tick, meta: Meta::default() };
+            let pin =
+                PinInput { name: "tick".to_owned(), role: PinRole::Tick, meta: Meta::default() };
             let pin = builder.logic.inputs.push(pin);
             (pin, builder.input(pin))
         });
@@ -221,7 +236,10 @@ impl<'a> Encoder<'a> {
         for (output, times) in called {
             if times > 1 {
                 let output = &self.net.outputs[output];
-                let message = format!("`{}` is called {times} times at reset, and a chip has one strobe pin for it", output.name);
+                let message = format!(
+                    "`{}` is called {times} times at reset, and a chip has one strobe pin for it",
+                    output.name
+                );
                 self.diagnostics.push(
                     Diagnostic::error(codes::CALLED_TWICE, message)
                         .at(output.meta.span, "this action")
@@ -233,7 +251,8 @@ impl<'a> Encoder<'a> {
 
     fn refuse_arguments(&mut self, output: net::OutputId, span: Span) {
         let name = &self.net.outputs[output].name;
-        let message = format!("the call of `{name}` has arguments, and a strobe pin of a chip carries none");
+        let message =
+            format!("the call of `{name}` has arguments, and a strobe pin of a chip carries none");
         let finding = Diagnostic::error(codes::CALL_ARGUMENTS, message)
             .at(span, "called with arguments")
             .help("store the value in an output of its own and call the action without arguments, or keep it on the CPU");
@@ -249,9 +268,11 @@ impl<'a> Encoder<'a> {
         }
         self.code_reported = true;
         let spans = code_places(self.net);
-        let mut diagnostic =
-            Diagnostic::error(codes::VERBATIM, "the chart holds verbatim code, which a chip cannot run".to_owned())
-                .help("write the action with assignments, make it an `extern action`, or build for `c`");
+        let mut diagnostic = Diagnostic::error(
+            codes::VERBATIM,
+            "the chart holds verbatim code, which a chip cannot run".to_owned(),
+        )
+        .help("write the action with assignments, make it an `extern action`, or build for `c`");
         for span in spans {
             diagnostic = diagnostic.at(span, "verbatim code");
         }
@@ -278,7 +299,9 @@ impl<'a> Encoder<'a> {
             self.builder.logic.flops[flop].next = bit;
         }
         self.output_pins()?;
-        let can_fault = |value: NodeId| self.builder.as_constant(value) != Some(false) || self.program.reset_fault;
+        let can_fault = |value: NodeId| {
+            self.builder.as_constant(value) != Some(false) || self.program.reset_fault
+        };
         if let Some(value) = self.fault.filter(|&value| can_fault(value)) {
             self.builder.logic.outputs.push(PinOutput {
                 name: "fault".to_owned(),
@@ -313,7 +336,10 @@ impl<'a> Encoder<'a> {
             }
             let sites = self.calls.remove(&id).unwrap_or_default();
             if !self.exclusive(&sites) {
-                let message = format!("`{}` may be called twice in one reaction, and a chip has one strobe pin for it", output.name);
+                let message = format!(
+                    "`{}` may be called twice in one reaction, and a chip has one strobe pin for it",
+                    output.name
+                );
                 self.diagnostics.push(
                     Diagnostic::error(codes::CALLED_TWICE, message)
                         .at(output.meta.span, "this action")
@@ -321,8 +347,10 @@ impl<'a> Encoder<'a> {
                 );
                 continue;
             }
-            let is_called_at_reset =
-                program.reset_effects.iter().any(|effect| matches!(effect, ResetEffect::Call(called, _) if *called == id));
+            let is_called_at_reset = program
+                .reset_effects
+                .iter()
+                .any(|effect| matches!(effect, ResetEffect::Call(called, _) if *called == id));
             let after: Option<Vec<NodeId>> = sites.iter().map(|site| site.after).collect();
             let after = after.map(|after| vec![self.builder.or(after)]);
             let before = vec![self.builder.or(sites.iter().map(|site| site.before))];
@@ -355,7 +383,9 @@ impl<'a> Encoder<'a> {
             let output = &net.outputs[id];
             let reset = |bit: usize| shown.reset >> bit & 1 == 1;
             // A form that is right after each reaction may still be wrong after reset: a call at the end of an action list that always runs.
-            let after = shown.after.filter(|bits| bits.iter().enumerate().all(|(bit, &node)| at_reset[node] == reset(bit)));
+            let after = shown.after.filter(|bits| {
+                bits.iter().enumerate().all(|(bit, &node)| at_reset[node] == reset(bit))
+            });
             let is_mealy = matches!(output.driver, Driver::Mealy(_));
             let (bits, is_registered, mealy) = match after {
                 _ if output.registered => (shown.before, true, false),
@@ -387,14 +417,21 @@ impl<'a> Encoder<'a> {
                 let (lo, hi) = input.ty.bounds();
                 let full = Word { hi: i128::from(lo) + (1 << word.bits.len()) - 1, ..word.clone() };
                 let limit = Word::constant(hi);
-                never.push(word::compare(&mut self.builder, grafsynth_ir::expr::CompareOp::Gt, &full, &limit));
+                never.push(word::compare(
+                    &mut self.builder,
+                    grafsynth_ir::expr::CompareOp::Gt,
+                    &full,
+                    &limit,
+                ));
             }
         }
         if net.settings.events_exclusive {
             let mut seen = self.builder.constant(false);
             let mut twice = Vec::new();
             for (id, input) in net.inputs.iter() {
-                if let (InputKind::Event, Value::Bool(event)) = (input.kind, self.inputs[id].clone()) {
+                if let (InputKind::Event, Value::Bool(event)) =
+                    (input.kind, self.inputs[id].clone())
+                {
                     twice.push(self.builder.and([seen, event]));
                     seen = self.builder.or([seen, event]);
                 }
@@ -415,7 +452,12 @@ impl<'a> Encoder<'a> {
 }
 
 /// Makes the flip-flops of one element of a cell.
-fn register(net: &Net, builder: &mut Builder, cell: &grafsynth_ir::program::Cell, element: u32) -> Value {
+fn register(
+    net: &Net,
+    builder: &mut Builder,
+    cell: &grafsynth_ir::program::Cell,
+    element: u32,
+) -> Value {
     let name = match cell.len {
         Some(_) => format!("{}_{element}", cell.name),
         None => cell.name.clone(),
@@ -455,7 +497,9 @@ fn to_bits(builder: &mut Builder, value: Value, ty: Type) -> Vec<NodeId> {
             let zero = Word::constant(0);
             vec![word::compare(builder, grafsynth_ir::expr::CompareOp::Ne, &word, &zero)]
         }
-        (Value::Int(word), Type::Int { lo, hi }) => word.saturated(builder, lo, hi).register_bits(builder, lo, hi),
+        (Value::Int(word), Type::Int { lo, hi }) => {
+            word.saturated(builder, lo, hi).register_bits(builder, lo, hi)
+        }
     }
 }
 
@@ -470,7 +514,9 @@ fn meta_of(net: &Net, origin: Origin) -> Meta {
         | Origin::Recorded(_, step) => net.steps[step].meta.clone(),
         Origin::Var(var) => net.vars[var].meta.clone(),
         Origin::Timer(timer) | Origin::TimerCondition(timer) => net.timers[timer].meta.clone(),
-        Origin::ActionQ(action) | Origin::ActionLatch(action, _) | Origin::ActionTimer(action, _) => net.actions[action].meta.clone(),
+        Origin::ActionQ(action)
+        | Origin::ActionLatch(action, _)
+        | Origin::ActionTimer(action, _) => net.actions[action].meta.clone(),
         Origin::Pending(event) => net.inputs[event].meta.clone(),
         Origin::SendTimer(send) | Origin::SendRuns(send) => net.sends[send].meta.clone(),
         Origin::HeldOutput(output, _) => net.outputs[output].meta.clone(),
@@ -530,7 +576,11 @@ fn over_inputs(expr: &net::PropertyExpr) -> Option<Expr<Leaf>> {
         PropertyLeaf::Net(net::Leaf::Input(input)) => Ok(Leaf::Input(*input)),
         PropertyLeaf::Net(_) | PropertyLeaf::Output(_) => Err(()),
     };
-    expr.try_map(&mut |leaf, span| input(leaf).map(|leaf| Expr::leaf(leaf, span)), &mut |leaf, _| input(leaf)).ok()
+    expr.try_map(
+        &mut |leaf, span| input(leaf).map(|leaf| Expr::leaf(leaf, span)),
+        &mut |leaf, _| input(leaf),
+    )
+    .ok()
 }
 
 /// True when some expression reads `dt`.
@@ -543,7 +593,9 @@ fn uses_time(block: &[Stmt]) -> bool {
     block.iter().any(|stmt| match stmt {
         Stmt::Set(_, expr) | Stmt::Output(_, expr) | Stmt::Fault(expr) => reads(expr),
         Stmt::Store(_, index, expr) => index.as_ref().is_some_and(reads) || reads(expr),
-        Stmt::If(condition, then, otherwise) => reads(condition) || uses_time(then) || uses_time(otherwise),
+        Stmt::If(condition, then, otherwise) => {
+            reads(condition) || uses_time(then) || uses_time(otherwise)
+        }
         Stmt::Repeat { condition, body, .. } => reads(condition) || uses_time(body),
         Stmt::Call(_, arguments) => arguments.iter().any(reads),
         Stmt::Code(_) => false,
@@ -567,7 +619,10 @@ fn note_stores(block: &[Stmt], at: usize, last: &mut IdMap<grafsynth_ir::program
 
 /// True for an expression worth handing to the algebra: some Boolean operator has an operand that occurs again.
 fn is_compound(expr: &Expr<Leaf>) -> bool {
-    matches!(expr.kind, ExprKind::And(_) | ExprKind::Or(_) | ExprKind::Not(_) | ExprKind::Select(..))
+    matches!(
+        expr.kind,
+        ExprKind::And(_) | ExprKind::Or(_) | ExprKind::Not(_) | ExprKind::Select(..)
+    )
 }
 
 #[cfg(test)]

@@ -1,4 +1,15 @@
-//! Boolean functions and the encodings net to logic.
+//! Boolean functions, and the encodings net to logic.
+//!
+//! ```text
+//! net ─ ir::lower::program ─► program ─ encode (word, receptivity) ─► Logic
+//!                                                                      │ build   nodes shared and simplified
+//!                                                                      │ sim     clock by clock; chip: as the net it was made from
+//!                                                                      │ support the functions as diagrams (bdd)
+//!                                                                      ▼ minimise  small sums of products (cover)
+//! ```
+//! [`encode()`] makes a circuit of a net; [`chip::ChipSim`] runs it as that net; [`minimise::sum_of_products`] writes one of its functions as a PAL
+//! wants it. The verifier writes the reaction a second time and shares none of this but the diagrams.
+
 pub mod bdd;
 pub mod build;
 pub mod chip;

@@ -8,9 +8,9 @@
 //! result lies anywhere between a lower and an upper function. Whatever the loop does, the result is compared with both before it is returned.
 
 use crate::bdd::{Bdd, Full, Ref};
+use crate::build::for_each_operand;
 use crate::cover::{Cover, Cube};
 use crate::support::{Functions, Var};
-use crate::build::for_each_operand;
 use grafsynth_ir::logic::{Logic, Node, NodeId};
 
 /// What a question may cost.
@@ -67,7 +67,13 @@ pub type Product = Vec<(Var, bool)>;
 ///
 /// # Errors
 /// When the budget does not suffice.
-pub fn sum_of_products(logic: &Logic, node: NodeId, negated: bool, dont_cares: bool, budget: Budget) -> Result<Vec<Product>, Refused> {
+pub fn sum_of_products(
+    logic: &Logic,
+    node: NodeId,
+    negated: bool,
+    dont_cares: bool,
+    budget: Budget,
+) -> Result<Vec<Product>, Refused> {
     // Variables in the order of the circuit, flip-flops first: products come out as people write them.
     let vars = vars_of(logic, node);
     sum_of_products_over(logic, node, &vars, negated, dont_cares, budget)
@@ -83,7 +89,12 @@ fn vars_of(logic: &Logic, node: NodeId) -> Vec<Var> {
             match &logic.nodes[next] {
                 Node::Input(input) => vars.push(Var::Input(*input)),
                 Node::Flop(flop) => vars.push(Var::Flop(*flop)),
-                node @ (Node::Const(_) | Node::Not(_) | Node::And(_) | Node::Or(_) | Node::Xor(..) | Node::Mux(..)) => {
+                node @ (Node::Const(_)
+                | Node::Not(_)
+                | Node::And(_)
+                | Node::Or(_)
+                | Node::Xor(..)
+                | Node::Mux(..)) => {
                     for_each_operand(node, |operand| open.push(operand));
                 }
             }
@@ -122,14 +133,24 @@ fn sum_of_products_over(
     }
     let cover = minimise(&mut bdd, lower, upper, functions.vars().len(), budget)?;
     let vars = functions.vars();
-    Ok(cover.cubes.iter().map(|cube| cube.literals().map(|(level, value)| (vars[level], value)).collect()).collect())
+    Ok(cover
+        .cubes
+        .iter()
+        .map(|cube| cube.literals().map(|(level, value)| (vars[level], value)).collect())
+        .collect())
 }
 
 /// A small sum of products between `lower` and `upper` over levels `0..n_vars`.
 ///
 /// # Errors
 /// When the budget does not suffice.
-pub fn minimise(bdd: &mut Bdd, lower: Ref, upper: Ref, n_vars: usize, budget: Budget) -> Result<Cover, Refused> {
+pub fn minimise(
+    bdd: &mut Bdd,
+    lower: Ref,
+    upper: Ref,
+    n_vars: usize,
+    budget: Budget,
+) -> Result<Cover, Refused> {
     if bdd.support(lower).len().max(bdd.support(upper).len()) > MAX_VARIABLES {
         return Err(Refused::Variables(MAX_VARIABLES));
     }
@@ -165,7 +186,13 @@ pub fn minimise(bdd: &mut Bdd, lower: Ref, upper: Ref, n_vars: usize, budget: Bu
 ///
 /// # Errors
 /// When the diagram or the sum grows beyond its limit.
-pub fn isop(bdd: &mut Bdd, lower: Ref, upper: Ref, n_vars: usize, max_products: usize) -> Result<Cover, Refused> {
+pub fn isop(
+    bdd: &mut Bdd,
+    lower: Ref,
+    upper: Ref,
+    n_vars: usize,
+    max_products: usize,
+) -> Result<Cover, Refused> {
     let mut search = Isop { bdd, n_vars, max_products, path: Vec::new(), cubes: Vec::new() };
     search.run(lower, upper)?;
     Ok(Cover { n_vars, cubes: search.cubes })
@@ -193,8 +220,11 @@ impl Isop<'_> {
             return Ok(Ref::TRUE);
         }
         let (top_lower, top_upper) = (self.bdd.level(lower), self.bdd.level(upper));
-        let Some(level) = top_lower.into_iter().chain(top_upper).min() else { return Ok(Ref::TRUE) };
-        let half = |bdd: &Bdd, f: Ref| if bdd.level(f) == Some(level) { bdd.branches(f) } else { (f, f) };
+        let Some(level) = top_lower.into_iter().chain(top_upper).min() else {
+            return Ok(Ref::TRUE);
+        };
+        let half =
+            |bdd: &Bdd, f: Ref| if bdd.level(f) == Some(level) { bdd.branches(f) } else { (f, f) };
         let (lower0, lower1) = half(self.bdd, lower);
         let (upper0, upper1) = half(self.bdd, upper);
         // What only the negative, what only the positive literal can cover.
@@ -235,8 +265,10 @@ fn expand(bdd: &Bdd, upper: Ref, cover: &mut Cover) {
         literals.sort_by_key(|&literal| (uses[slot(literal)], literal));
         for (var, value) in literals {
             cube.set(var, None);
-            let pairs: Vec<(u32, bool)> =
-                cube.literals().map(|(var, value)| (u32::try_from(var).unwrap_or(u32::MAX), value)).collect();
+            let pairs: Vec<(u32, bool)> = cube
+                .literals()
+                .map(|(var, value)| (u32::try_from(var).unwrap_or(u32::MAX), value))
+                .collect();
             if !bdd.covers_cube(upper, &pairs) {
                 cube.set(var, Some(value));
             }
@@ -270,7 +302,8 @@ fn irredundant(bdd: &mut Bdd, lower: Ref, cover: &mut Cover) -> Result<(), Refus
 
 /// Shrinks each product to what only it covers, so that the next expansion can go another way.
 fn reduce(bdd: &mut Bdd, lower: Ref, cover: &mut Cover) -> Result<(), Refused> {
-    let mut products = cover.cubes.iter().map(|cube| cube.to_bdd(bdd)).collect::<Result<Vec<_>, _>>()?;
+    let mut products =
+        cover.cubes.iter().map(|cube| cube.to_bdd(bdd)).collect::<Result<Vec<_>, _>>()?;
     let mut later = vec![Ref::FALSE; products.len() + 1];
     for index in (0..products.len()).rev() {
         later[index] = bdd.or(later[index + 1], products[index])?;
@@ -310,13 +343,17 @@ mod tests {
     fn build(bdd: &mut Bdd, table: u64) -> Ref {
         let rows: Vec<Ref> = (0..64usize)
             .filter(|row| table >> row & 1 == 1)
-            .map(|row| Cube::of(N, (0..N).map(|var| (var, row >> var & 1 == 1))).to_bdd(bdd).unwrap())
+            .map(|row| {
+                Cube::of(N, (0..N).map(|var| (var, row >> var & 1 == 1))).to_bdd(bdd).unwrap()
+            })
             .collect();
         bdd.or_all(rows).unwrap()
     }
 
     fn table(cover: &Cover) -> u64 {
-        (0..64usize).filter(|row| cover.eval(|var| row >> var & 1 == 1)).fold(0, |table, row| table | 1 << row)
+        (0..64usize)
+            .filter(|row| cover.eval(|var| row >> var & 1 == 1))
+            .fold(0, |table, row| table | 1 << row)
     }
 
     proptest! {
@@ -371,9 +408,15 @@ mod tests {
             parity = builder.xor(parity, input);
         }
         let budget = Budget { products: 100, nodes: 10_000 };
-        assert_eq!(sum_of_products(&builder.logic, parity, false, false, budget), Err(Refused::Products(100)));
+        assert_eq!(
+            sum_of_products(&builder.logic, parity, false, false, budget),
+            Err(Refused::Products(100))
+        );
         let enough = Budget { products: 512, nodes: 10_000 };
-        assert_eq!(sum_of_products(&builder.logic, parity, true, false, enough).unwrap().len(), 512);
+        assert_eq!(
+            sum_of_products(&builder.logic, parity, true, false, enough).unwrap().len(),
+            512
+        );
     }
 
     #[test]
@@ -386,9 +429,11 @@ mod tests {
         let both = builder.and([a, b]);
         builder.logic.never.push(both);
         let pins: Vec<Var> = builder.logic.inputs.ids().map(Var::Input).collect();
-        let as_written = sum_of_products(&builder.logic, value, false, false, Budget::default()).unwrap();
+        let as_written =
+            sum_of_products(&builder.logic, value, false, false, Budget::default()).unwrap();
         assert_eq!(as_written, vec![vec![(pins[0], true), (pins[1], false)]]);
-        let relaxed = sum_of_products(&builder.logic, value, false, true, Budget::default()).unwrap();
+        let relaxed =
+            sum_of_products(&builder.logic, value, false, true, Budget::default()).unwrap();
         assert_eq!(relaxed, vec![vec![(pins[0], true)]]);
     }
 }

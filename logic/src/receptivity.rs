@@ -91,7 +91,10 @@ pub fn equivalent<L: Clone + PartialEq>(a: &Expr<L>, b: &Expr<L>) -> Option<bool
     Some(bdd.from_expr(&a) == bdd.from_expr(&b))
 }
 
-fn formula<L: Clone + PartialEq>(expr: &Expr<L>, conditions: &mut Vec<Expr<L>>) -> Option<algebra::Expr<usize>> {
+fn formula<L: Clone + PartialEq>(
+    expr: &Expr<L>,
+    conditions: &mut Vec<Expr<L>>,
+) -> Option<algebra::Expr<usize>> {
     Some(match &expr.kind {
         ExprKind::Bool(value) => algebra::Expr::Const(*value),
         ExprKind::Not(a) => !formula(a, conditions)?,
@@ -117,7 +120,11 @@ fn formula<L: Clone + PartialEq>(expr: &Expr<L>, conditions: &mut Vec<Expr<L>>) 
     })
 }
 
-fn junction<L: Clone + PartialEq>(all: &[Expr<L>], conditions: &mut Vec<Expr<L>>, is_and: bool) -> Option<algebra::Expr<usize>> {
+fn junction<L: Clone + PartialEq>(
+    all: &[Expr<L>],
+    conditions: &mut Vec<Expr<L>>,
+    is_and: bool,
+) -> Option<algebra::Expr<usize>> {
     // A long list has many conditions or many repetitions; the crate nests it, so its length is bounded too.
     if all.len() > 4 * MAX_CONDITIONS {
         return None;
@@ -139,12 +146,15 @@ fn alike<L: PartialEq>(a: &Expr<L>, b: &Expr<L>) -> bool {
     let heads = match (&a.kind, &b.kind) {
         (ExprKind::Bool(a), ExprKind::Bool(b)) => a == b,
         (ExprKind::Int(a), ExprKind::Int(b)) => a == b,
-        (ExprKind::Leaf(a), ExprKind::Leaf(b)) | (ExprKind::Element(a, _), ExprKind::Element(b, _)) => a == b,
+        (ExprKind::Leaf(a), ExprKind::Leaf(b))
+        | (ExprKind::Element(a, _), ExprKind::Element(b, _)) => a == b,
         (ExprKind::Compare(a, ..), ExprKind::Compare(b, ..)) => a == b,
         (ExprKind::Arith(a, ..), ExprKind::Arith(b, ..)) => a == b,
         (a, b) => std::mem::discriminant(a) == std::mem::discriminant(b),
     };
-    heads && a.operands().count() == b.operands().count() && a.operands().zip(b.operands()).all(|(a, b)| alike(a, b))
+    heads
+        && a.operands().count() == b.operands().count()
+        && a.operands().zip(b.operands()).all(|(a, b)| alike(a, b))
 }
 
 fn literals(formula: &algebra::Expr<usize>) -> usize {
@@ -187,12 +197,17 @@ mod tests {
     }
 
     fn formula() -> impl Strategy<Value = E> {
-        let atom = prop_oneof![(0u8..5, 0usize..100).prop_map(|(name, at)| leaf(name, at)), any::<bool>().prop_map(E::bool)];
+        let atom = prop_oneof![
+            (0u8..5, 0usize..100).prop_map(|(name, at)| leaf(name, at)),
+            any::<bool>().prop_map(E::bool)
+        ];
         atom.prop_recursive(4, 24, 3, |inner| {
             prop_oneof![
                 inner.clone().prop_map(|a| Expr::new(ExprKind::Not(Box::new(a)), Span::default())),
-                proptest::collection::vec(inner.clone(), 0..3).prop_map(|all| Expr::new(ExprKind::And(all), Span::default())),
-                proptest::collection::vec(inner, 0..3).prop_map(|all| Expr::new(ExprKind::Or(all), Span::default())),
+                proptest::collection::vec(inner.clone(), 0..3)
+                    .prop_map(|all| Expr::new(ExprKind::And(all), Span::default())),
+                proptest::collection::vec(inner, 0..3)
+                    .prop_map(|all| Expr::new(ExprKind::Or(all), Span::default())),
             ]
         })
     }

@@ -1,7 +1,9 @@
 //! The equation simulator: a [`Logic`] executed as it stands, clock by clock, 64 independent runs at once.
 
 use grafsynth_ir::arena::IdMap;
-use grafsynth_ir::logic::{Flop, FlopId, Logic, Node, PinInput, PinInputId, PinOutput, PinOutputId};
+use grafsynth_ir::logic::{
+    Flop, FlopId, Logic, Node, PinInput, PinInputId, PinOutput, PinOutputId,
+};
 
 /// A circuit in some state.
 ///
@@ -44,7 +46,8 @@ impl<'a> LogicSim<'a> {
     pub fn reset(&mut self) {
         self.inputs = IdMap::filled(&self.logic.inputs, 0);
         self.flops = IdMap::build(&self.logic.flops, |_, flop| all(flop.init));
-        self.registers = IdMap::build(&self.logic.outputs, |_, output| all(output.registered.unwrap_or(false)));
+        self.registers =
+            IdMap::build(&self.logic.outputs, |_, output| all(output.registered.unwrap_or(false)));
         self.stale = true;
     }
 

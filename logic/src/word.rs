@@ -96,7 +96,8 @@ impl Word {
     #[must_use]
     pub fn register_bits(self, builder: &mut Builder, lo: i64, hi: i64) -> Vec<NodeId> {
         let n = width(i128::from(hi) - i128::from(lo));
-        let word = if self.offset == i128::from(lo) { self } else { self.rebased(builder, lo.into()) };
+        let word =
+            if self.offset == i128::from(lo) { self } else { self.rebased(builder, lo.into()) };
         let mut bits = word.bits;
         let no = builder.constant(false);
         bits.resize(n, no);
@@ -146,7 +147,11 @@ impl Word {
         let mut result = builder.constant(true);
         for (index, &a) in self.bits.iter().enumerate() {
             let not = builder.not(a);
-            result = if bit(limit, index) { builder.or([not, result]) } else { builder.and([not, result]) };
+            result = if bit(limit, index) {
+                builder.or([not, result])
+            } else {
+                builder.and([not, result])
+            };
         }
         result
     }
@@ -184,7 +189,10 @@ pub fn select(builder: &mut Builder, condition: NodeId, then: &Word, otherwise: 
     let no = builder.constant(false);
     let bits = (0..width(hi - offset))
         .map(|index| {
-            let (a, b) = (a.bits.get(index).copied().unwrap_or(no), b.bits.get(index).copied().unwrap_or(no));
+            let (a, b) = (
+                a.bits.get(index).copied().unwrap_or(no),
+                b.bits.get(index).copied().unwrap_or(no),
+            );
             builder.mux(condition, a, b)
         })
         .collect();
@@ -221,7 +229,9 @@ fn equal(builder: &mut Builder, a: &Word, b: &Word) -> NodeId {
     let pairs: Vec<NodeId> = match b.as_constant() {
         Some(value) => {
             let value = value - a.offset;
-            let flip = |builder: &mut Builder, (index, &a): (usize, &NodeId)| if bit(value, index) { a } else { builder.not(a) };
+            let flip = |builder: &mut Builder, (index, &a): (usize, &NodeId)| {
+                if bit(value, index) { a } else { builder.not(a) }
+            };
             a.bits.iter().enumerate().map(|pair| flip(builder, pair)).collect()
         }
         None => {
@@ -262,7 +272,11 @@ fn aligned(builder: &mut Builder, a: &Word, b: &Word) -> (Vec<NodeId>, Vec<NodeI
     let n = width(a.hi.max(b.hi) - offset);
     let no = builder.constant(false);
     let mut bring = |word: &Word| {
-        let word = if word.offset == offset { word.clone() } else { word.clone().rebased(builder, offset) };
+        let word = if word.offset == offset {
+            word.clone()
+        } else {
+            word.clone().rebased(builder, offset)
+        };
         let mut bits = word.bits;
         bits.resize(n, no);
         bits
@@ -316,7 +330,8 @@ fn scaled(builder: &mut Builder, a: &Word, factor: i128) -> Word {
         if size >> shift & 1 == 1 {
             let no = builder.constant(false);
             let bits = std::iter::repeat_n(no, shift).chain(a.bits.iter().copied()).collect();
-            let part = Word { bits, offset: a.offset << shift, lo: a.lo << shift, hi: a.hi << shift };
+            let part =
+                Word { bits, offset: a.offset << shift, lo: a.lo << shift, hi: a.hi << shift };
             total = add(builder, &total, &part);
         }
     }
@@ -360,11 +375,16 @@ fn magnitude(builder: &mut Builder, a: Word) -> (Word, NodeId) {
     // Either is negative in the case in which it is not taken; modulo 2^n the bits of the other case are right.
     let n = width(largest);
     let take = |builder: &mut Builder, word: Word| {
-        let by: Vec<NodeId> = (0..n).map(|index| builder.constant(bit(word.offset, index))).collect();
+        let by: Vec<NodeId> =
+            (0..n).map(|index| builder.constant(bit(word.offset, index))).collect();
         add_bits(builder, &word.bits, &by, n)
     };
     let (plus, minus) = (take(builder, a), take(builder, minus));
-    let bits = plus.into_iter().zip(minus).map(|(plus, minus)| builder.mux(negative, minus, plus)).collect();
+    let bits = plus
+        .into_iter()
+        .zip(minus)
+        .map(|(plus, minus)| builder.mux(negative, minus, plus))
+        .collect();
     (Word { bits, offset: 0, lo: 0, hi: largest }, negative)
 }
 
@@ -403,7 +423,8 @@ fn div_mod(builder: &mut Builder, a: Word, b: Word) -> (Word, Word) {
             let through = builder.and([half, carry]);
             carry = builder.or([both, through]);
         }
-        rest = rest.iter().zip(&difference).map(|(&old, &new)| builder.mux(carry, new, old)).collect();
+        rest =
+            rest.iter().zip(&difference).map(|(&old, &new)| builder.mux(carry, new, old)).collect();
         quotient.push(carry);
     }
     quotient.reverse();
@@ -464,7 +485,9 @@ mod tests {
     }
 
     fn range_with() -> impl Strategy<Value = (i64, i64, i64)> {
-        (-40i64..40, 0i64..60).prop_flat_map(|(lo, span)| (lo..=lo + span).prop_map(move |value| (value, lo, lo + span)))
+        (-40i64..40, 0i64..60).prop_flat_map(|(lo, span)| {
+            (lo..=lo + span).prop_map(move |value| (value, lo, lo + span))
+        })
     }
 
     proptest! {

@@ -54,7 +54,8 @@ impl<'a> Parser<'a, '_> {
             let line = line.trim_end().trim_end_matches('\\');
             let mut from = 0;
             for word in line.split_whitespace() {
-                let start = line.get(from..).and_then(|rest| rest.find(word)).map_or(from, |at| from + at);
+                let start =
+                    line.get(from..).and_then(|rest| rest.find(word)).map_or(from, |at| from + at);
                 words.push((word, line_start + start));
                 from = start + word.len();
             }
@@ -101,10 +102,20 @@ impl<'a> Parser<'a, '_> {
             ".latch" => self.latch(first, rest),
             ".names" => self.names(first, rest),
             ".end" | ".exdc" => return false,
-            ".default_input_arrival" | ".default_output_required" | ".area" | ".delay" | ".wire_load_slope" | ".wire" | ".cycle" | ".clock_event" => {}
+            ".default_input_arrival"
+            | ".default_output_required"
+            | ".area"
+            | ".delay"
+            | ".wire_load_slope"
+            | ".wire"
+            | ".cycle"
+            | ".clock_event" => {}
             _ => {
                 let span = self.span(first);
-                let message = format!("`{}` is not supported by this reader: it reads one flat model", first.0.chars().take(30).collect::<String>());
+                let message = format!(
+                    "`{}` is not supported by this reader: it reads one flat model",
+                    first.0.chars().take(30).collect::<String>()
+                );
                 self.draft.error(codes::UNSUPPORTED, span, message);
             }
         }
@@ -151,7 +162,8 @@ impl<'a> Parser<'a, '_> {
         if let [kind, control, after @ ..] = rest {
             if ["fe", "ah", "al", "as"].contains(&kind.0) {
                 let span = self.span(*kind);
-                let message = format!("a latch of type `{}` is no register of one rising clock", kind.0);
+                let message =
+                    format!("a latch of type `{}` is no register of one rising clock", kind.0);
                 self.draft.error(codes::UNSUPPORTED, span, message);
             } else if kind.0 != "re" {
                 self.error(*kind, format!("expected the type of the latch, found `{}`", kind.0));
@@ -195,15 +207,27 @@ impl<'a> Parser<'a, '_> {
         for input in inputs {
             let span = self.span(*input);
             let id = self.draft.signal(input.0, span);
-            self.draft.at(id).is_read = true;
+            self.draft.at(id).n_reads += 1;
             ids.push(id);
         }
-        self.table = Some(Table { inputs: ids, output: *output, products: Vec::new(), gives: None, end: output.1 + output.0.len() });
+        self.table = Some(Table {
+            inputs: ids,
+            output: *output,
+            products: Vec::new(),
+            gives: None,
+            end: output.1 + output.0.len(),
+        });
     }
 
     fn row(&mut self, words: &[Word<'a>]) {
         let Some(mut table) = self.table.take() else {
-            self.error(words[0], format!("expected a directive such as `.names`, found `{}`", words[0].0.chars().take(30).collect::<String>()));
+            self.error(
+                words[0],
+                format!(
+                    "expected a directive such as `.names`, found `{}`",
+                    words[0].0.chars().take(30).collect::<String>()
+                ),
+            );
             return;
         };
         let (plane, value) = match words {
@@ -219,7 +243,13 @@ impl<'a> Parser<'a, '_> {
             "1" => true,
             "0" => false,
             _ => {
-                self.error(value, format!("expected 0 or 1, found `{}`", value.0.chars().take(30).collect::<String>()));
+                self.error(
+                    value,
+                    format!(
+                        "expected 0 or 1, found `{}`",
+                        value.0.chars().take(30).collect::<String>()
+                    ),
+                );
                 self.table = Some(table);
                 return;
             }
@@ -228,7 +258,14 @@ impl<'a> Parser<'a, '_> {
             self.error(value, "the rows of one table give either 1 or 0");
         }
         if plane.len() != table.inputs.len() {
-            self.error(words[0], format!("the row has {} places, and the table {} inputs", plane.len(), table.inputs.len()));
+            self.error(
+                words[0],
+                format!(
+                    "the row has {} places, and the table {} inputs",
+                    plane.len(),
+                    table.inputs.len()
+                ),
+            );
         }
         let mut literals = Vec::new();
         for (sign, &input) in plane.chars().zip(&table.inputs) {
@@ -256,8 +293,14 @@ impl<'a> Parser<'a, '_> {
         }
         let span = Span::new(self.draft.file, table.output.1, table.end);
         let terms = u32::try_from(table.products.len()).unwrap_or(u32::MAX);
-        let definition =
-            Definition { value, is_registered: false, is_complemented: false, init: false, span, terms };
+        let definition = Definition {
+            value,
+            is_registered: false,
+            is_complemented: false,
+            init: false,
+            span,
+            terms,
+        };
         self.draft.define(id, definition);
     }
 }

@@ -22,7 +22,9 @@ const GRAMMAR: Grammar = Grammar {
 /// `'b'0`, `'h'1` and so on: one bit.
 fn constant(lexer: &mut Lexer<'_>) -> Option<bool> {
     let token = lexer.token;
-    if token.kind != Kind::Quoted || !["'b'", "'d'", "'h'", "'o'"].iter().any(|base| token.text.eq_ignore_ascii_case(base)) {
+    if token.kind != Kind::Quoted
+        || !["'b'", "'d'", "'h'", "'o'"].iter().any(|base| token.text.eq_ignore_ascii_case(base))
+    {
         return None;
     }
     let mut ahead = lexer.clone();
@@ -38,12 +40,15 @@ fn constant(lexer: &mut Lexer<'_>) -> Option<bool> {
 }
 
 /// Fields of the header; their text ends with `;`.
-const HEADER: [&str; 12] =
-    ["name", "partno", "date", "revision", "rev", "designer", "company", "assembly", "assy", "location", "loc", "format"];
+const HEADER: [&str; 12] = [
+    "name", "partno", "date", "revision", "rev", "designer", "company", "assembly", "assy",
+    "location", "loc", "format",
+];
 
 pub(crate) fn parse(text: &str, draft: &mut Draft) {
     let lexer = Lexer::new(text, draft.file, Comments::Block, true);
-    let mut parser = Parser { lexer, draft, device: None, clock: None, clock_span: Span::default() };
+    let mut parser =
+        Parser { lexer, draft, device: None, clock: None, clock_span: Span::default() };
     parser.file();
     let (device, clock) = (parser.device, parser.clock);
     finish(draft, device, clock);
@@ -70,12 +75,26 @@ impl Parser<'_, '_> {
                 self.device()
             } else if token.is_word("pin") || token.is_word("pinnode") || token.is_word("node") {
                 self.pin()
-            } else if ["field", "sequence", "table", "condition", "function", "append", "group", "min", "fuse", "property"]
-                .iter()
-                .any(|word| token.is_word(word))
+            } else if [
+                "field",
+                "sequence",
+                "table",
+                "condition",
+                "function",
+                "append",
+                "group",
+                "min",
+                "fuse",
+                "property",
+            ]
+            .iter()
+            .any(|word| token.is_word(word))
                 || token.is("$")
             {
-                let message = format!("`{}` is not supported by this reader yet: write equations", token.text);
+                let message = format!(
+                    "`{}` is not supported by this reader yet: write equations",
+                    token.text
+                );
                 self.draft.error(codes::UNSUPPORTED, self.lexer.span(), message);
                 None
             } else {
@@ -139,22 +158,35 @@ impl Parser<'_, '_> {
             let is_inverted = self.lexer.eat("!") != is_all_inverted;
             let (span, token) = (self.lexer.span(), self.lexer.token);
             if token.kind != Kind::Word {
-                self.draft.error(codes::SYNTAX, span, format!("expected a pin's name, found {}", token.shown()));
+                self.draft.error(
+                    codes::SYNTAX,
+                    span,
+                    format!("expected a pin's name, found {}", token.shown()),
+                );
                 return None;
             }
             self.lexer.advance();
-            let id = self.draft.declare(token.text, span, if is_node { Role::Internal } else { Role::Pin });
+            let id = self.draft.declare(
+                token.text,
+                span,
+                if is_node { Role::Internal } else { Role::Pin },
+            );
             let number = numbers.get(count).copied();
             if let (Some(number), Some(device), false) = (number, self.device, is_node)
                 && (number == 0 || number > device.n_pins)
             {
-                let message = format!("a {} has no pin {number}: it has {}", device.name, device.n_pins);
+                let message =
+                    format!("a {} has no pin {number}: it has {}", device.name, device.n_pins);
                 self.draft.error(codes::DEVICE_LIMIT, span, message);
             }
-            let taken = number.filter(|_| !is_node).and_then(|_| self.draft.signals.iter().find(|signal| signal.pin == number));
+            let taken = number
+                .filter(|_| !is_node)
+                .and_then(|_| self.draft.signals.iter().find(|signal| signal.pin == number));
             if let Some(other) = taken {
                 let message = format!("pin {} is `{}` already", number.unwrap_or(0), other.name);
-                let finding = Diagnostic::error(codes::DEFINED_TWICE, message).at(span, "here").at(other.span, "and here");
+                let finding = Diagnostic::error(codes::DEFINED_TWICE, message)
+                    .at(span, "here")
+                    .at(other.span, "and here");
                 self.draft.report(finding);
             }
             let signal = self.draft.at(id);
@@ -189,8 +221,14 @@ impl Parser<'_, '_> {
         loop {
             let (span, token) = (self.lexer.span(), self.lexer.token);
             // `1..4` is two numbers with two dots between them.
-            let Some(number) = token.text.parse::<u32>().ok().filter(|_| token.kind == Kind::Number) else {
-                self.draft.error(codes::SYNTAX, span, format!("expected a pin number, found {}", token.shown()));
+            let Some(number) =
+                token.text.parse::<u32>().ok().filter(|_| token.kind == Kind::Number)
+            else {
+                self.draft.error(
+                    codes::SYNTAX,
+                    span,
+                    format!("expected a pin number, found {}", token.shown()),
+                );
                 return None;
             };
             self.lexer.advance();
@@ -198,7 +236,11 @@ impl Parser<'_, '_> {
                 self.lexer.eat(".");
                 let last = self.lexer.advance().text.parse::<u32>().unwrap_or(0);
                 if last < number || last - number > 1000 {
-                    self.draft.error(codes::SYNTAX, span, "expected a range of pin numbers such as `2..5`");
+                    self.draft.error(
+                        codes::SYNTAX,
+                        span,
+                        "expected a range of pin numbers such as `2..5`",
+                    );
                     return None;
                 }
                 numbers.extend(number..=last);
@@ -221,11 +263,19 @@ impl Parser<'_, '_> {
         let is_complemented = self.lexer.eat("!");
         let (span, name) = (self.lexer.span(), self.lexer.token);
         if name.kind != Kind::Word {
-            self.draft.error(codes::SYNTAX, span, format!("expected the name of an output, found {}", name.shown()));
+            self.draft.error(
+                codes::SYNTAX,
+                span,
+                format!("expected the name of an output, found {}", name.shown()),
+            );
             return None;
         }
         self.lexer.advance();
-        let extension = if self.lexer.eat(".") { Some((self.lexer.span(), self.lexer.advance().text.to_ascii_lowercase())) } else { None };
+        let extension = if self.lexer.eat(".") {
+            Some((self.lexer.span(), self.lexer.advance().text.to_ascii_lowercase()))
+        } else {
+            None
+        };
         if !self.lexer.eat("=") {
             let message = format!("expected `=`, found {}", self.lexer.token.shown());
             self.draft.error(codes::SYNTAX, self.lexer.span(), message);
@@ -257,7 +307,10 @@ impl Parser<'_, '_> {
                 if let (Some(device), Some(pin)) = (self.device, signal.pin)
                     && device.macrocell(pin).is_none()
                 {
-                    let message = format!("`{}` is pin {pin} of a {}, which is no output", name.text, device.name);
+                    let message = format!(
+                        "`{}` is pin {pin} of a {}, which is no output",
+                        name.text, device.name
+                    );
                     self.draft.error(codes::DEVICE_LIMIT, span, message);
                 }
                 self.draft.define(id, definition);
@@ -265,7 +318,13 @@ impl Parser<'_, '_> {
             Some("oe") => enable(self.draft, name.text, &definition),
             Some("ck") => {
                 if let Some(clock) = clock_of(self.draft, &definition) {
-                    one_clock(self.draft, &mut self.clock, &mut self.clock_span, clock, definition.span);
+                    one_clock(
+                        self.draft,
+                        &mut self.clock,
+                        &mut self.clock_span,
+                        clock,
+                        definition.span,
+                    );
                 }
             }
             Some("ar") => preset(self.draft, Some(id), false, definition),
@@ -273,12 +332,19 @@ impl Parser<'_, '_> {
                 // Synchronous here, so nothing is lost.
                 let before = self.draft.findings.len();
                 preset(self.draft, Some(id), true, definition);
-                if self.draft.findings.get(before).is_some_and(|finding| finding.severity == Severity::Warning) {
+                if self
+                    .draft
+                    .findings
+                    .get(before)
+                    .is_some_and(|finding| finding.severity == Severity::Warning)
+                {
                     self.draft.findings.remove(before);
                 }
             }
             Some(other) => {
-                let message = format!("`.{other}` is not supported by this reader: known are .d .ck .ar .sp .oe");
+                let message = format!(
+                    "`.{other}` is not supported by this reader: known are .d .ck .ar .sp .oe"
+                );
                 let at = extension.as_ref().map_or(span, |(span, _)| *span);
                 self.draft.error(codes::UNSUPPORTED, at, message);
             }

@@ -42,8 +42,10 @@ pub(crate) struct Signal {
     pub(crate) pin: Option<u32>,
     /// Declared as the complement of its pin.
     pub(crate) is_pin_inverted: bool,
-    /// Some function reads it.
-    pub(crate) is_read: bool,
+    /// How often functions read it.
+    pub(crate) n_reads: u32,
+    /// The expressions of the signal and of its complement, once some function has asked for them.
+    literals: [Option<ExprId>; 2],
     pub(crate) definition: Option<Definition>,
 }
 
@@ -143,7 +145,8 @@ impl Draft {
                 role: Role::Unknown,
                 pin: None,
                 is_pin_inverted: false,
-                is_read: false,
+                n_reads: 0,
+                literals: [None; 2],
                 definition: None,
             });
         }
@@ -170,7 +173,9 @@ impl Draft {
         } else {
             let first = signal.span;
             self.report(
-                Diagnostic::error(codes::DEFINED_TWICE, format!("`{name}` is declared twice")).at(span, "here").at(first, "and here"),
+                Diagnostic::error(codes::DEFINED_TWICE, format!("`{name}` is declared twice"))
+                    .at(span, "here")
+                    .at(first, "and here"),
             );
         }
         id
@@ -184,7 +189,9 @@ impl Draft {
             Some(first) => {
                 let message = format!("`{}` has two functions", signal.name);
                 self.report(
-                    Diagnostic::error(codes::DEFINED_TWICE, message).at(definition.span, "here").at(first.span, "and here"),
+                    Diagnostic::error(codes::DEFINED_TWICE, message)
+                        .at(definition.span, "here")
+                        .at(first.span, "and here"),
                 );
             }
         }
@@ -202,12 +209,23 @@ impl Draft {
     }
 
     pub(crate) fn read(&mut self, signal: SignalId) -> ExprId {
-        self.at(signal).is_read = true;
-        self.expr(Expr::Signal(signal))
+        self.at(signal).n_reads += 1;
+        if let Some(known) = self.at(signal).literals[1] {
+            return known;
+        }
+        let made = self.expr(Expr::Signal(signal));
+        self.at(signal).literals[1] = Some(made);
+        made
     }
 
     pub(crate) fn not(&mut self, a: ExprId) -> ExprId {
-        self.expr(Expr::Not(a))
+        let Expr::Signal(signal) = self.kind(a) else { return self.expr(Expr::Not(a)) };
+        if let Some(known) = self.at(signal).literals[0] {
+            return known;
+        }
+        let made = self.expr(Expr::Not(a));
+        self.at(signal).literals[0] = Some(made);
+        made
     }
 
     pub(crate) fn list(&mut self, all: &[ExprId], is_and: bool) -> ExprId {
@@ -248,35 +266,58 @@ impl Draft {
     fn check_names(&mut self) {
         let mut found = Vec::new();
         for signal in &self.signals {
-            let declared = || self.signals.iter().filter(|other| other.role != Role::Unknown).map(|other| other.name.as_str());
+            let declared = || {
+                self.signals
+                    .iter()
+                    .filter(|other| other.role != Role::Unknown)
+                    .map(|other| other.name.as_str())
+            };
             match (signal.role, signal.definition) {
                 (Role::Unknown, _) => {
                     if found.len() >= MAX_FINDINGS {
                         self.unreported += 1;
                         continue;
                     }
-                    let mut finding = Diagnostic::error(codes::UNKNOWN_NAME, format!("`{}` is not declared", signal.name))
-                        .at(signal.span, "first used here");
+                    let mut finding = Diagnostic::error(
+                        codes::UNKNOWN_NAME,
+                        format!("`{}` is not declared", signal.name),
+                    )
+                    .at(signal.span, "first used here");
                     // Looking for the nearest name costs as much as there are names.
                     if found.len() < 100
                         && let Some(near) = nearest(&signal.name, declared())
                     {
-                        finding = finding.help(format!("did you mean `{near}`?")).fix(signal.span, near);
+                        finding =
+                            finding.help(format!("did you mean `{near}`?")).fix(signal.span, near);
                     }
                     found.push(finding);
                 }
-                (Role::Output | Role::Internal, None) if signal.role == Role::Output || signal.is_read => found.push(
-                    Diagnostic::error(codes::UNDEFINED, format!("`{}` has no function", signal.name)).at(signal.span, "declared here"),
-                ),
-                (Role::Input | Role::Clock, Some(definition)) => found.push(
-                    Diagnostic::error(codes::DEFINED_TWICE, format!("`{}` is an input and has a function too", signal.name))
-                        .at(definition.span, "given here")
+                (Role::Output | Role::Internal, None)
+                    if signal.role == Role::Output || (signal.n_reads > 0) =>
+                {
+                    found.push(
+                        Diagnostic::error(
+                            codes::UNDEFINED,
+                            format!("`{}` has no function", signal.name),
+                        )
                         .at(signal.span, "declared here"),
+                    )
+                }
+                (Role::Input | Role::Clock, Some(definition)) => found.push(
+                    Diagnostic::error(
+                        codes::DEFINED_TWICE,
+                        format!("`{}` is an input and has a function too", signal.name),
+                    )
+                    .at(definition.span, "given here")
+                    .at(signal.span, "declared here"),
                 ),
-                (Role::Clock, None) if signal.is_read => found.push(
-                    Diagnostic::error(codes::UNSUPPORTED, format!("the clock `{}` is read as a signal too", signal.name))
-                        .at(signal.span, "this clock")
-                        .help("use an input of its own for it"),
+                (Role::Clock, None) if (signal.n_reads > 0) => found.push(
+                    Diagnostic::error(
+                        codes::UNSUPPORTED,
+                        format!("the clock `{}` is read as a signal too", signal.name),
+                    )
+                    .at(signal.span, "this clock")
+                    .help("use an input of its own for it"),
                 ),
                 (Role::Pin | Role::Input | Role::Output | Role::Internal | Role::Clock, _) => {}
             }
@@ -298,7 +339,9 @@ impl Draft {
                 Expr::Const(_) => {}
                 Expr::Signal(signal) => found.push(signal),
                 Expr::Not(a) => open.push(a),
-                Expr::And(start, count) | Expr::Or(start, count) => open.extend(self.operands(start, count)),
+                Expr::And(start, count) | Expr::Or(start, count) => {
+                    open.extend(self.operands(start, count))
+                }
                 Expr::Xor(a, b) => open.extend([a, b]),
                 Expr::Mux(a, b, c) => open.extend([a, b, c]),
             }
@@ -315,14 +358,20 @@ impl Draft {
             Done,
         }
         let combinational = |signal: SignalId| {
-            self.signals[signal as usize].definition.filter(|definition| !definition.is_registered).map(|definition| definition.value)
+            self.signals[signal as usize]
+                .definition
+                .filter(|definition| !definition.is_registered)
+                .map(|definition| definition.value)
         };
         let mut seen = vec![SignalId::MAX; self.exprs.len()];
         let mut state = vec![State::New; self.signals.len()];
         let mut order = Vec::new();
         let mut loops = Vec::new();
         for start in (0..SignalId::MAX).take(self.signals.len()) {
-            let Some(value) = combinational(start).filter(|_| state[start as usize] == State::New) else { continue };
+            let Some(value) = combinational(start).filter(|_| state[start as usize] == State::New)
+            else {
+                continue;
+            };
             // The stack holds each open signal with what it still has to look at.
             let mut stack = vec![(start, self.reads(value, start, &mut seen))];
             state[start as usize] = State::Open;
@@ -342,18 +391,24 @@ impl Draft {
                         stack.push((other, reads));
                     }
                     State::Open => {
-                        let members: Vec<usize> =
-                            stack.iter().map(|entry| entry.0 as usize).skip_while(|member| *member != other as usize).collect();
+                        let members: Vec<usize> = stack
+                            .iter()
+                            .map(|entry| entry.0 as usize)
+                            .skip_while(|member| *member != other as usize)
+                            .collect();
                         loops.push(members);
                     }
                 }
             }
         }
         for members in &loops {
-            let names: Vec<&str> = members.iter().take(6).map(|&member| self.signals[member].name.as_str()).collect();
+            let names: Vec<&str> =
+                members.iter().take(6).map(|&member| self.signals[member].name.as_str()).collect();
             let dots = if members.len() > 6 { ", .." } else { "" };
-            let message = format!("combinational functions need each other: {}{dots}", names.join(", "));
-            let mut finding = Diagnostic::error(codes::LOOP, message).help("a circuit with one clock has no such loop: register one of them");
+            let message =
+                format!("combinational functions need each other: {}{dots}", names.join(", "));
+            let mut finding = Diagnostic::error(codes::LOOP, message)
+                .help("a circuit with one clock has no such loop: register one of them");
             for &member in members.iter().take(6) {
                 if let Some(definition) = self.signals[member].definition {
                     finding = finding.at(definition.span, "");
@@ -386,7 +441,11 @@ impl Draft {
                 Role::Unknown | Role::Output | Role::Internal | Role::Clock => false,
             };
             if is_input {
-                let pin = PinInput { name: signal.name.clone(), role: PinRole::Unknown, meta: meta(signal) };
+                let pin = PinInput {
+                    name: signal.name.clone(),
+                    role: PinRole::Unknown,
+                    meta: meta(signal),
+                };
                 let pin = builder.logic.inputs.push(pin);
                 values[index] = Some(builder.input(pin));
             }
@@ -398,7 +457,11 @@ impl Draft {
                 let value = self.value(&mut builder, definition.value, &values, &mut made);
                 values[id as usize] = Some(value);
                 if signal.role == Role::Internal {
-                    builder.logic.wires.push(Wire { name: signal.name.clone(), node: value, meta: meta(signal) });
+                    builder.logic.wires.push(Wire {
+                        name: signal.name.clone(),
+                        node: value,
+                        meta: meta(signal),
+                    });
                 }
             }
         }
@@ -438,7 +501,13 @@ impl Draft {
     }
 
     /// The node of an expression; `made` remembers those of all expressions.
-    fn value(&self, builder: &mut Builder, value: ExprId, values: &[Option<NodeId>], made: &mut [Option<NodeId>]) -> NodeId {
+    fn value(
+        &self,
+        builder: &mut Builder,
+        value: ExprId,
+        values: &[Option<NodeId>],
+        made: &mut [Option<NodeId>],
+    ) -> NodeId {
         let mut cone = std::collections::BTreeSet::new();
         let mut open = vec![value];
         while let Some(next) = open.pop() {
@@ -448,14 +517,18 @@ impl Draft {
             match self.exprs[next as usize] {
                 Expr::Const(_) | Expr::Signal(_) => {}
                 Expr::Not(a) => open.push(a),
-                Expr::And(start, count) | Expr::Or(start, count) => open.extend(self.operands(start, count)),
+                Expr::And(start, count) | Expr::Or(start, count) => {
+                    open.extend(self.operands(start, count))
+                }
                 Expr::Xor(a, b) => open.extend([a, b]),
                 Expr::Mux(a, b, c) => open.extend([a, b, c]),
             }
         }
         // Operands have smaller numbers than what needs them.
         for id in cone {
-            let node = |expr: ExprId| made[expr as usize].unwrap_or_else(|| unreachable!("operands come first"));
+            let node = |expr: ExprId| {
+                made[expr as usize].unwrap_or_else(|| unreachable!("operands come first"))
+            };
             let new = match self.exprs[id as usize] {
                 Expr::Const(value) => builder.constant(value),
                 Expr::Signal(signal) => match values[signal as usize] {
@@ -467,11 +540,13 @@ impl Draft {
                     builder.not(a)
                 }
                 Expr::And(start, count) => {
-                    let all: Vec<NodeId> = self.operands(start, count).iter().map(|&operand| node(operand)).collect();
+                    let all: Vec<NodeId> =
+                        self.operands(start, count).iter().map(|&operand| node(operand)).collect();
                     builder.and(all)
                 }
                 Expr::Or(start, count) => {
-                    let all: Vec<NodeId> = self.operands(start, count).iter().map(|&operand| node(operand)).collect();
+                    let all: Vec<NodeId> =
+                        self.operands(start, count).iter().map(|&operand| node(operand)).collect();
                     builder.or(all)
                 }
                 Expr::Xor(a, b) => {

@@ -124,10 +124,15 @@ impl Parser<'_, '_> {
                 return None;
             }
             value
-        } else if self.lexer.token.kind == Kind::Word && !(self.lexer.token.is_first && self.is_next_statement()) {
+        } else if self.lexer.token.kind == Kind::Word
+            && !(self.lexer.token.is_first && self.is_next_statement())
+        {
             let name = self.lexer.advance();
             if self.lexer.token.is(".") {
-                let message = format!("`{}` is read with an extension, which only left sides have here", name.text);
+                let message = format!(
+                    "`{}` is read with an extension, which only left sides have here",
+                    name.text
+                );
                 self.draft.error(codes::UNSUPPORTED, span, message);
                 self.lexer.advance();
                 self.lexer.advance();

@@ -74,14 +74,23 @@ impl<'a> Parser<'a, '_> {
         let file = self.draft.file;
         let start = text.find(name).unwrap_or(0);
         let span = Span::new(file, start, start + name.len());
-        let Some(device) = DEVICES.iter().find(|device| device.name.eq_ignore_ascii_case(name)) else {
+        let Some(device) = DEVICES.iter().find(|device| device.name.eq_ignore_ascii_case(name))
+        else {
             let mut finding = if name.is_empty() {
-                Diagnostic::error(codes::SYNTAX, "the first line names the device, and it is empty").at(span, "")
+                Diagnostic::error(codes::SYNTAX, "the first line names the device, and it is empty")
+                    .at(span, "")
             } else {
-                Diagnostic::error(codes::UNKNOWN_DEVICE, format!("the device `{}` is not known", name.chars().take(30).collect::<String>()))
-                    .at(span, "the first line names the device")
+                Diagnostic::error(
+                    codes::UNKNOWN_DEVICE,
+                    format!(
+                        "the device `{}` is not known",
+                        name.chars().take(30).collect::<String>()
+                    ),
+                )
+                .at(span, "the first line names the device")
             };
-            let known: Vec<String> = DEVICES.iter().map(|device| device.name.to_ascii_uppercase()).collect();
+            let known: Vec<String> =
+                DEVICES.iter().map(|device| device.name.to_ascii_uppercase()).collect();
             finding = match nearest(name, known.iter().map(String::as_str)) {
                 Some(near) => finding.help(format!("did you mean `{near}`?")).fix(span, near),
                 None => finding.help(format!("known are {}", known.join(", "))),
@@ -111,7 +120,11 @@ impl<'a> Parser<'a, '_> {
             let is_inverted = self.lexer.eat("/");
             let (span, token) = (self.lexer.span(), self.lexer.token);
             if is_inverted && span.start != slash.end {
-                self.draft.error(codes::SYNTAX, slash, "expected a pin's name after `/`, found a blank");
+                self.draft.error(
+                    codes::SYNTAX,
+                    slash,
+                    "expected a pin's name after `/`, found a blank",
+                );
                 continue;
             }
             if token.kind != Kind::Word {
@@ -119,7 +132,10 @@ impl<'a> Parser<'a, '_> {
                 self.draft.error(codes::SYNTAX, span, message);
                 self.lexer.advance();
                 // What hangs on it without a blank is part of the same bad name.
-                while !self.lexer.token.is_first && self.lexer.token.start == self.lexer.end && self.lexer.token.kind != Kind::End {
+                while !self.lexer.token.is_first
+                    && self.lexer.token.start == self.lexer.end
+                    && self.lexer.token.kind != Kind::End
+                {
                     self.lexer.advance();
                 }
                 continue;
@@ -130,8 +146,15 @@ impl<'a> Parser<'a, '_> {
         if found == count {
             return Some(());
         }
-        let span = if found == 0 { Span::new(self.draft.file, start, start) } else { self.lexer.span_from(start) };
-        let message = format!("the {row} row of pins has {found} names, and a {} has {count} pins on each side", self.device.name);
+        let span = if found == 0 {
+            Span::new(self.draft.file, start, start)
+        } else {
+            self.lexer.span_from(start)
+        };
+        let message = format!(
+            "the {row} row of pins has {found} names, and a {} has {count} pins on each side",
+            self.device.name
+        );
         self.draft.error(codes::DEVICE_LIMIT, span, message);
         None
     }
@@ -149,7 +172,9 @@ impl<'a> Parser<'a, '_> {
         if needs.is_some() || is_supply {
             if needs != Some(name) || is_inverted {
                 let message = match needs {
-                    Some(supply) => format!("pin {pin} of a {} is `{supply}`, not `{name}`", device.name),
+                    Some(supply) => {
+                        format!("pin {pin} of a {} is `{supply}`, not `{name}`", device.name)
+                    }
                     None => format!("`{name}` is not on pin {pin} of a {}", device.name),
                 };
                 self.draft.error(codes::DEVICE_LIMIT, span, message);
@@ -160,7 +185,11 @@ impl<'a> Parser<'a, '_> {
             return;
         }
         if device.has_global_reset && (name == "AR" || name == "SP") {
-            let message = format!("`{name}` is the {} of all registers of a {}, and no pin", if name == "AR" { "reset" } else { "preset" }, device.name);
+            let message = format!(
+                "`{name}` is the {} of all registers of a {}, and no pin",
+                if name == "AR" { "reset" } else { "preset" },
+                device.name
+            );
             self.draft.error(codes::DEVICE_LIMIT, span, message);
             return;
         }
@@ -171,7 +200,10 @@ impl<'a> Parser<'a, '_> {
     }
 
     fn equations(&mut self) {
-        while self.lexer.token.kind != Kind::End && !self.lexer.token.is_word("DESCRIPTION") && !self.draft.is_hopeless() {
+        while self.lexer.token.kind != Kind::End
+            && !self.lexer.token.is_word("DESCRIPTION")
+            && !self.draft.is_hopeless()
+        {
             let before = self.lexer.token.start;
             if self.equation().is_none() {
                 // A stray operator begins no equation, so the rest of its line belongs to the error.
@@ -189,7 +221,11 @@ impl<'a> Parser<'a, '_> {
         let is_complemented = self.lexer.eat("/");
         let (span, name) = (self.lexer.span(), self.lexer.token);
         if name.kind != Kind::Word {
-            self.draft.error(codes::SYNTAX, span, format!("expected the name of an output, found {}", name.shown()));
+            self.draft.error(
+                codes::SYNTAX,
+                span,
+                format!("expected the name of an output, found {}", name.shown()),
+            );
             return None;
         }
         self.lexer.advance();
@@ -200,14 +236,18 @@ impl<'a> Parser<'a, '_> {
             None
         };
         if self.lexer.token.is_first || !self.lexer.eat("=") {
-            let message = format!("expected `=` after `{}`, found {}", name.text, self.lexer.token.shown());
+            let message =
+                format!("expected `=` after `{}`, found {}", name.text, self.lexer.token.shown());
             let span = self.lexer.span_from(start);
             self.draft.error(codes::SYNTAX, span, message);
             return None;
         }
         let read = sum(&mut self.lexer, self.draft, &GRAMMAR)?;
         if !self.lexer.token.is_first {
-            let message = format!("expected an operator or the end of the line, found {}", self.lexer.token.shown());
+            let message = format!(
+                "expected an operator or the end of the line, found {}",
+                self.lexer.token.shown()
+            );
             self.draft.error(codes::SYNTAX, self.lexer.span(), message);
             return None;
         }
@@ -224,7 +264,11 @@ impl<'a> Parser<'a, '_> {
         let control = match extension {
             _ if is_global => {
                 if let Some((span, extension)) = extension {
-                    self.draft.error(codes::SYNTAX, span, format!("`{}` takes no extension, here `.{extension}`", name.text));
+                    self.draft.error(
+                        codes::SYNTAX,
+                        span,
+                        format!("`{}` takes no extension, here `.{extension}`", name.text),
+                    );
                 }
                 None
             }
@@ -235,8 +279,13 @@ impl<'a> Parser<'a, '_> {
             Some((_, "APRST")) => Some(Control::Preset),
             Some((span, other)) => {
                 let shown: String = other.chars().take(30).collect();
-                let finding = Diagnostic::error(codes::SYNTAX, format!("unknown extension `.{shown}`"));
-                self.draft.report(finding.at(span, "").help("known are .R .T .E, and on a gal20ra10 .CLK .ARST .APRST"));
+                let finding =
+                    Diagnostic::error(codes::SYNTAX, format!("unknown extension `.{shown}`"));
+                self.draft.report(
+                    finding
+                        .at(span, "")
+                        .help("known are .R .T .E, and on a gal20ra10 .CLK .ARST .APRST"),
+                );
                 return Some(());
             }
         };
@@ -249,19 +298,30 @@ impl<'a> Parser<'a, '_> {
             return Some(());
         }
         if ["NC", "VCC", "GND"].contains(&name.text) {
-            self.draft.error(codes::DEVICE_LIMIT, span, format!("`{}` cannot have a function", name.text));
+            self.draft.error(
+                codes::DEVICE_LIMIT,
+                span,
+                format!("`{}` cannot have a function", name.text),
+            );
             return Some(());
         }
         let id = self.draft.signal(name.text, span);
         let pin = self.draft.at(id).pin;
         if let Some(pin) = pin.filter(|pin| self.device.macrocell(*pin).is_none()) {
-            let message = format!("`{}` is pin {pin} of a {}, which is no output", name.text, self.device.name);
+            let message = format!(
+                "`{}` is pin {pin} of a {}, which is no output",
+                name.text, self.device.name
+            );
             self.draft.error(codes::DEVICE_LIMIT, span, message);
         }
         if let Some(control) = control {
-            if let Some((_, _, first)) = self.controls.iter().find(|(other, kind, _)| *other == id && *kind == control) {
+            if let Some((_, _, first)) =
+                self.controls.iter().find(|(other, kind, _)| *other == id && *kind == control)
+            {
                 let message = format!("`{}` has this control twice", name.text);
-                let finding = Diagnostic::error(codes::DEFINED_TWICE, message).at(whole, "here").at(first.span, "and here");
+                let finding = Diagnostic::error(codes::DEFINED_TWICE, message)
+                    .at(whole, "here")
+                    .at(first.span, "and here");
                 self.draft.report(finding);
             } else {
                 self.controls.push((id, control, definition));
@@ -279,10 +339,17 @@ impl<'a> Parser<'a, '_> {
 
     fn check_control_form(&mut self, name: &str, is_complemented: bool, definition: &Definition) {
         if is_complemented {
-            self.draft.error(codes::DEVICE_LIMIT, definition.span, format!("this control of `{name}` cannot be complemented"));
+            self.draft.error(
+                codes::DEVICE_LIMIT,
+                definition.span,
+                format!("this control of `{name}` cannot be complemented"),
+            );
         }
         if definition.terms > 1 {
-            let message = format!("this control of `{name}` has {} product terms, and the device has one for it", definition.terms);
+            let message = format!(
+                "this control of `{name}` has {} product terms, and the device has one for it",
+                definition.terms
+            );
             self.draft.error(codes::DEVICE_LIMIT, definition.span, message);
         }
     }
@@ -296,19 +363,33 @@ impl<'a> Parser<'a, '_> {
             let has_clocks = device.clock == Clock::Term;
             let wrong = match (control, signal.definition) {
                 (Control::Clock | Control::Reset | Control::Preset, _) if !has_clocks => {
-                    Some(format!("a {} has no clock, reset or preset for a single register", device.name))
+                    Some(format!(
+                        "a {} has no clock, reset or preset for a single register",
+                        device.name
+                    ))
                 }
                 (_, None) => Some(format!("`{name}` has a control and no function")),
-                (Control::Clock | Control::Reset | Control::Preset, Some(function)) if !function.is_registered => {
+                (Control::Clock | Control::Reset | Control::Preset, Some(function))
+                    if !function.is_registered =>
+                {
                     Some(format!("`{name}` is not registered, so this control does nothing"))
                 }
-                (Control::Enable, Some(function)) if function.is_registered && device.power_up == PowerUp::PinsHigh => {
-                    Some(format!("all registered pins of a {} are enabled by one pin, not by a term", device.name))
+                (Control::Enable, Some(function))
+                    if function.is_registered && device.power_up == PowerUp::PinsHigh =>
+                {
+                    Some(format!(
+                        "all registered pins of a {} are enabled by one pin, not by a term",
+                        device.name
+                    ))
                 }
-                (Control::Enable, Some(function)) if !function.is_registered && !self.is_tristate(&function) => {
+                (Control::Enable, Some(function))
+                    if !function.is_registered && !self.is_tristate(&function) =>
+                {
                     Some(format!("`{name}` has an enable, so its function is written `{name}.T`"))
                 }
-                (Control::Enable | Control::Clock | Control::Reset | Control::Preset, Some(_)) => None,
+                (Control::Enable | Control::Clock | Control::Reset | Control::Preset, Some(_)) => {
+                    None
+                }
             };
             if let Some(message) = wrong {
                 self.draft.error(codes::DEVICE_LIMIT, definition.span, message);
@@ -319,7 +400,13 @@ impl<'a> Parser<'a, '_> {
                 Control::Clock => {
                     self.clocked.push(id);
                     if let Some(clock) = clock_of(self.draft, &definition) {
-                        one_clock(self.draft, &mut self.clock, &mut self.clock_span, clock, definition.span);
+                        one_clock(
+                            self.draft,
+                            &mut self.clock,
+                            &mut self.clock_span,
+                            clock,
+                            definition.span,
+                        );
                     }
                 }
                 Control::Reset => preset(self.draft, Some(id), false, definition),
@@ -339,45 +426,79 @@ impl<'a> Parser<'a, '_> {
         let device = self.device;
         let mut found: Vec<(Span, String)> = Vec::new();
         let signals = &self.draft.signals;
-        let registered = |signal: &&super::draft::Signal| signal.definition.is_some_and(|definition| definition.is_registered);
+        let registered = |signal: &&super::draft::Signal| {
+            signal.definition.is_some_and(|definition| definition.is_registered)
+        };
         let has_registers = signals.iter().any(|signal| registered(&signal));
         let is_v8 = device.power_up == PowerUp::PinsHigh;
         for (index, signal) in signals.iter().enumerate() {
             let Some(pin) = signal.pin else { continue };
-            let has_clock = device.clock != Clock::Term || self.clocked.iter().any(|id| *id as usize == index);
-            if let Some(function) = signal.definition.filter(|function| function.is_registered && !has_clock) {
+            let has_clock =
+                device.clock != Clock::Term || self.clocked.iter().any(|id| *id as usize == index);
+            if let Some(function) =
+                signal.definition.filter(|function| function.is_registered && !has_clock)
+            {
                 let name = &signal.name;
-                let message = format!("`{name}` is registered and has no clock: a {} takes it from `{name}.CLK`", device.name);
+                let message = format!(
+                    "`{name}` is registered and has no clock: a {} takes it from `{name}.CLK`",
+                    device.name
+                );
                 found.push((function.span, message));
             }
             let is_control = device.control_pins.contains(&pin);
             let is_clock_pin = device.clock == Clock::Pin(pin);
-            if signal.is_read && is_v8 && has_registers && (is_control || is_clock_pin) {
+            if signal.n_reads > 0 && is_v8 && has_registers && (is_control || is_clock_pin) {
                 found.push((signal.span, format!("pin {pin} of a {} with registers is its clock or enable, and no input: `{}`", device.name, signal.name)));
-            } else if signal.is_read && is_control && !device.free_when_combinational {
-                found.push((signal.span, format!("pin {pin} of a {} controls all outputs and is no input: `{}`", device.name, signal.name)));
+            } else if signal.n_reads > 0 && is_control && !device.free_when_combinational {
+                found.push((
+                    signal.span,
+                    format!(
+                        "pin {pin} of a {} controls all outputs and is no input: `{}`",
+                        device.name, signal.name
+                    ),
+                ));
             }
         }
         // Without registers a 16V8 or 20V8 is in its simple mode, unless a pin is read back or switched; then one term of each pin is its enable.
         let is_complex = is_v8
             && !has_registers
             && signals.iter().any(|signal| {
-                let Some(cell) = signal.pin.and_then(|pin| device.macrocell(pin)) else { return false };
-                let is_switched = signal.definition.is_some_and(|function| self.is_tristate(&function));
+                let Some(cell) = signal.pin.and_then(|pin| device.macrocell(pin)) else {
+                    return false;
+                };
+                let is_switched =
+                    signal.definition.is_some_and(|function| self.is_tristate(&function));
                 let middle = device.macrocells.len() / 2;
-                let is_middle = device.macrocells[middle - 1].pin == cell.pin || device.macrocells[middle].pin == cell.pin;
-                is_switched || signal.is_read && (signal.definition.is_some() || is_middle)
+                let is_middle = device.macrocells[middle - 1].pin == cell.pin
+                    || device.macrocells[middle].pin == cell.pin;
+                is_switched || signal.n_reads > 0 && (signal.definition.is_some() || is_middle)
             });
         for signal in signals {
             let Some(pin) = signal.pin else { continue };
-            if is_complex && signal.is_read && device.deaf_pins.contains(&pin) {
-                found.push((signal.span, format!("pin {pin} of a {} cannot be read back when another pin is: `{}`", device.name, signal.name)));
+            if is_complex && signal.n_reads > 0 && device.deaf_pins.contains(&pin) {
+                found.push((
+                    signal.span,
+                    format!(
+                        "pin {pin} of a {} cannot be read back when another pin is: `{}`",
+                        device.name, signal.name
+                    ),
+                ));
             }
             if let (Some(function), Some(cell)) = (signal.definition, device.macrocell(pin)) {
                 let is_simple = is_v8 && !has_registers && !is_complex;
-                let limit = if function.is_registered || is_simple { cell.registered_terms } else { cell.combinational_terms };
+                let limit = if function.is_registered || is_simple {
+                    cell.registered_terms
+                } else {
+                    cell.combinational_terms
+                };
                 if function.terms > limit {
-                    found.push((function.span, format!("`{}` has {} product terms, and the macrocell of pin {pin} has {limit}", signal.name, function.terms)));
+                    found.push((
+                        function.span,
+                        format!(
+                            "`{}` has {} product terms, and the macrocell of pin {pin} has {limit}",
+                            signal.name, function.terms
+                        ),
+                    ));
                 }
             }
         }

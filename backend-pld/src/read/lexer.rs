@@ -50,7 +50,9 @@ impl Token<'_> {
 
     /// How a message calls it.
     pub(crate) fn shown(&self) -> String {
-        if self.kind == Kind::End { return "the end of the text".to_owned() }
+        if self.kind == Kind::End {
+            return "the end of the text".to_owned();
+        }
         let cut: String = self.text.chars().take(30).collect();
         if cut.len() < self.text.len() { format!("`{cut}..`") } else { format!("`{cut}`") }
     }
@@ -81,7 +83,13 @@ impl<'a> Lexer<'a> {
     }
 
     /// The same from a byte on.
-    pub(crate) fn starting_at(text: &'a str, file: FileId, comments: Comments, quotes: bool, at: usize) -> Self {
+    pub(crate) fn starting_at(
+        text: &'a str,
+        file: FileId,
+        comments: Comments,
+        quotes: bool,
+        at: usize,
+    ) -> Self {
         let token = Token { kind: Kind::End, text: "", start: 0, is_first: true };
         let mut lexer = Lexer { text, file, comments, quotes, at, fresh_line: true, token, end: 0 };
         lexer.advance();
@@ -150,7 +158,11 @@ impl<'a> Lexer<'a> {
         self.at = start + length;
         self.end = self.at;
         self.token = self.scan();
-        if self.comments == Comments::Semicolon { line.split(';').next().unwrap_or_default().trim() } else { line.trim() }
+        if self.comments == Comments::Semicolon {
+            line.split(';').next().unwrap_or_default().trim()
+        } else {
+            line.trim()
+        }
     }
 
     fn skip_blanks(&mut self) {
@@ -162,11 +174,16 @@ impl<'a> Lexer<'a> {
                 self.at += 1;
             } else if next.is_whitespace() || next == '\u{feff}' || next == '\u{1a}' {
                 self.at += next.len_utf8();
-            } else if self.comments == Comments::Semicolon && next == ';' || self.comments == Comments::Verilog && rest.starts_with("//") {
+            } else if self.comments == Comments::Semicolon && next == ';'
+                || self.comments == Comments::Verilog && rest.starts_with("//")
+            {
                 self.at += rest.find('\n').unwrap_or(rest.len());
             } else if self.comments != Comments::Semicolon && rest.starts_with("/*") {
                 self.skip_block(rest, "*/");
-            } else if self.comments == Comments::Verilog && rest.starts_with("(*") && !rest.starts_with("(*)") {
+            } else if self.comments == Comments::Verilog
+                && rest.starts_with("(*")
+                && !rest.starts_with("(*)")
+            {
                 self.skip_block(rest, "*)");
             } else {
                 return;
@@ -175,7 +192,8 @@ impl<'a> Lexer<'a> {
     }
 
     fn skip_block(&mut self, rest: &str, close: &str) {
-        let length = rest.get(2..).and_then(|inner| inner.find(close)).map_or(rest.len(), |at| at + 4);
+        let length =
+            rest.get(2..).and_then(|inner| inner.find(close)).map_or(rest.len(), |at| at + 4);
         self.fresh_line |= rest.get(..length).is_some_and(|comment| comment.contains('\n'));
         self.at += length;
     }

@@ -20,7 +20,8 @@ const GRAMMAR: Grammar = Grammar {
 
 pub(crate) fn parse(text: &str, draft: &mut Draft) {
     let lexer = Lexer::new(text, draft.file, Comments::Semicolon, true);
-    let mut parser = Parser { lexer, draft, device: None, clock: None, clock_span: Span::default() };
+    let mut parser =
+        Parser { lexer, draft, device: None, clock: None, clock_span: Span::default() };
     parser.file();
     let (device, clock) = (parser.device, parser.clock);
     finish(draft, device, clock);
@@ -28,7 +29,10 @@ pub(crate) fn parse(text: &str, draft: &mut Draft) {
 
 /// The clock's signal and the power-up values, once the whole text is known; `clock` where the text names it.
 pub(crate) fn finish(draft: &mut Draft, device: Option<&'static Device>, clock: Option<SignalId>) {
-    let is_registered = draft.signals.iter().any(|signal| signal.definition.is_some_and(|definition| definition.is_registered));
+    let is_registered = draft
+        .signals
+        .iter()
+        .any(|signal| signal.definition.is_some_and(|definition| definition.is_registered));
     if !is_registered {
         return;
     }
@@ -39,9 +43,12 @@ pub(crate) fn finish(draft: &mut Draft, device: Option<&'static Device>, clock: 
     for index in 0..draft.signals.len() {
         let signal = &mut draft.signals[index];
         let id = SignalId::try_from(index).unwrap_or(SignalId::MAX);
-        let is_named = ["clk", "clock", "ck"].iter().any(|name| signal.name.eq_ignore_ascii_case(name));
+        let is_named =
+            ["clk", "clock", "ck"].iter().any(|name| signal.name.eq_ignore_ascii_case(name));
         let is_clock = clock == Some(id)
-            || clock.is_none() && (signal.pin.is_some() && signal.pin == clock_pin || signal.pin.is_none() && is_named);
+            || clock.is_none()
+                && (signal.pin.is_some() && signal.pin == clock_pin
+                    || signal.pin.is_none() && is_named);
         if is_clock && signal.role == Role::Pin && signal.definition.is_none() {
             signal.role = Role::Clock;
         }
@@ -61,7 +68,9 @@ pub(crate) fn finish(draft: &mut Draft, device: Option<&'static Device>, clock: 
 pub(crate) fn find_device(draft: &mut Draft, name: &str, span: Span) -> Option<&'static Device> {
     let device = Device::find(name);
     if device.is_none() {
-        let message = format!("the device `{name}` is not in the tables: its registers are taken to wake at 0, with pins by polarity");
+        let message = format!(
+            "the device `{name}` is not in the tables: its registers are taken to wake at 0, with pins by polarity"
+        );
         draft.report(Diagnostic::warning(codes::UNKNOWN_DEVICE, message).at(span, "this device"));
     }
     device
@@ -76,7 +85,8 @@ struct Parser<'a, 'd> {
 }
 
 /// Words that begin a section or a statement of the declarations.
-const SECTIONS: [&str; 8] = ["equations", "simulation", "string", "pin", "node", "state", "conditions", "group"];
+const SECTIONS: [&str; 8] =
+    ["equations", "simulation", "string", "pin", "node", "state", "conditions", "group"];
 
 impl Parser<'_, '_> {
     fn file(&mut self) {
@@ -85,7 +95,10 @@ impl Parser<'_, '_> {
             let word = token.text.to_ascii_lowercase();
             let span = self.lexer.span();
             match word.as_str() {
-                "title" | "pattern" | "revision" | "author" | "company" | "date" | "option" | "options" if token.is_first => {
+                "title" | "pattern" | "revision" | "author" | "company" | "date" | "option"
+                | "options"
+                    if token.is_first =>
+                {
                     self.lexer.advance();
                     if !self.lexer.token.is_first {
                         self.lexer.rest_of_line();
@@ -100,12 +113,18 @@ impl Parser<'_, '_> {
                 }
                 "simulation" => return,
                 "state" | "conditions" => {
-                    let message = format!("the {} section is not supported by this reader yet: write its functions as equations", token.text);
+                    let message = format!(
+                        "the {} section is not supported by this reader yet: write its functions as equations",
+                        token.text
+                    );
                     self.draft.error(codes::UNSUPPORTED, span, message);
                     self.skip_section();
                 }
                 _ => {
-                    let message = format!("expected a statement of the declarations, found {}", token.shown());
+                    let message = format!(
+                        "expected a statement of the declarations, found {}",
+                        token.shown()
+                    );
                     self.draft.error(codes::SYNTAX, span, message);
                     self.lexer.advance();
                     self.lexer.skip_line();
@@ -117,7 +136,9 @@ impl Parser<'_, '_> {
     fn skip_section(&mut self) {
         self.lexer.advance();
         while self.lexer.token.kind != Kind::End
-            && !(self.lexer.token.is_first && (self.lexer.token.is_word("equations") || self.lexer.token.is_word("simulation")))
+            && !(self.lexer.token.is_first
+                && (self.lexer.token.is_word("equations")
+                    || self.lexer.token.is_word("simulation")))
         {
             self.lexer.advance();
         }
@@ -127,11 +148,16 @@ impl Parser<'_, '_> {
     fn chip(&mut self) {
         self.lexer.advance();
         if !self.lexer.token.is_first {
-            self.draft.name = Name::new(self.lexer.token.text.trim_matches('\''), self.lexer.span());
+            self.draft.name =
+                Name::new(self.lexer.token.text.trim_matches('\''), self.lexer.span());
             self.lexer.advance();
         }
         if self.lexer.token.is_first {
-            self.draft.error(codes::SYNTAX, self.lexer.span_from(self.lexer.end), "expected the device after the chip's name");
+            self.draft.error(
+                codes::SYNTAX,
+                self.lexer.span_from(self.lexer.end),
+                "expected the device after the chip's name",
+            );
             return;
         }
         let start = self.lexer.token.start;
@@ -156,7 +182,8 @@ impl Parser<'_, '_> {
         if let (Some(device), true) = (self.device, pin > 0)
             && !(device.n_pins..=device.n_pins + 1).contains(&pin)
         {
-            let message = format!("{pin} pins are named, and a {} has {}", device.name, device.n_pins);
+            let message =
+                format!("{pin} pins are named, and a {} has {}", device.name, device.n_pins);
             self.draft.error(codes::DEVICE_LIMIT, self.draft.name.span, message);
         }
     }
@@ -178,7 +205,11 @@ impl Parser<'_, '_> {
             Kind::Word | Kind::Sign | Kind::Quoted | Kind::End => None,
         };
         if pin.is_none() && !number.is("?") {
-            self.draft.error(codes::SYNTAX, number_span, format!("expected a pin number or `?`, found {}", number.shown()));
+            self.draft.error(
+                codes::SYNTAX,
+                number_span,
+                format!("expected a pin number or `?`, found {}", number.shown()),
+            );
             self.lexer.skip_line();
             return;
         }
@@ -195,22 +226,28 @@ impl Parser<'_, '_> {
             if let (Some(device), Some(pin)) = (self.device, pin)
                 && (pin == 0 || pin > device.n_pins)
             {
-                let message = format!("a {} has no pin {pin}: it has {}", device.name, device.n_pins);
+                let message =
+                    format!("a {} has no pin {pin}: it has {}", device.name, device.n_pins);
                 self.draft.error(codes::DEVICE_LIMIT, number_span, message);
             }
-            let taken = pin.and_then(|_| self.draft.signals.iter().find(|signal| signal.pin == pin));
+            let taken =
+                pin.and_then(|_| self.draft.signals.iter().find(|signal| signal.pin == pin));
             if let Some(other) = taken {
                 let message = format!("pin {} is `{}` already", number.text, other.name);
-                let finding = Diagnostic::error(codes::DEFINED_TWICE, message).at(number_span, "here").at(other.span, "and here");
+                let finding = Diagnostic::error(codes::DEFINED_TWICE, message)
+                    .at(number_span, "here")
+                    .at(other.span, "and here");
                 self.draft.report(finding);
             }
         }
         self.declare(token.text, span, pin.filter(|_| !is_node), is_inverted);
         while !self.lexer.token.is_first && self.lexer.token.kind != Kind::End {
             let token = self.lexer.token;
-            let known = ["registered", "combinatorial", "latched", "reg", "comb", "lat", "output", "input"];
+            let known =
+                ["registered", "combinatorial", "latched", "reg", "comb", "lat", "output", "input"];
             if !known.iter().any(|word| token.is_word(word)) {
-                let message = format!("expected `REGISTERED` or `COMBINATORIAL`, found {}", token.shown());
+                let message =
+                    format!("expected `REGISTERED` or `COMBINATORIAL`, found {}", token.shown());
                 self.draft.error(codes::SYNTAX, self.lexer.span(), message);
                 self.lexer.skip_line();
                 return;
@@ -236,38 +273,69 @@ impl Parser<'_, '_> {
         let span = self.lexer.span();
         let text = self.lexer.token;
         if name.kind != Kind::Word || text.kind != Kind::Quoted {
-            self.draft.error(codes::SYNTAX, span, "expected a name and a text in quotes after `STRING`");
+            self.draft.error(
+                codes::SYNTAX,
+                span,
+                "expected a name and a text in quotes after `STRING`",
+            );
             self.lexer.skip_line();
             return;
         }
         self.lexer.advance();
         // A string is a signal in between whose function is its text: the same, since no operator of the text can bind outside it but `*`.
         let id = self.draft.declare(name.text, span, Role::Internal);
-        let mut lexer = Lexer::starting_at(self.lexer.upto(text.start + text.text.len() - 1), self.draft.file, Comments::Semicolon, true, text.start + 1);
+        let mut lexer = Lexer::starting_at(
+            self.lexer.upto(text.start + text.text.len() - 1),
+            self.draft.file,
+            Comments::Semicolon,
+            true,
+            text.start + 1,
+        );
         if let Some(read) = sum(&mut lexer, self.draft, &GRAMMAR) {
             if lexer.token.kind != Kind::End {
                 let message = format!("expected an operator, found {}", lexer.token.shown());
                 self.draft.error(codes::SYNTAX, lexer.span(), message);
             }
             if read.terms > 1 {
-                let message = format!("the string `{}` is a sum; it is read as if it stood in parentheses", name.text);
-                self.draft.report(Diagnostic::warning(codes::TAKEN_AS, message).at(span, "this text"));
+                let message = format!(
+                    "the string `{}` is a sum; it is read as if it stood in parentheses",
+                    name.text
+                );
+                self.draft
+                    .report(Diagnostic::warning(codes::TAKEN_AS, message).at(span, "this text"));
             }
             self.define(id, read, false, false, span);
         }
     }
 
-    fn define(&mut self, id: SignalId, read: Sum, is_complemented: bool, is_registered: bool, span: Span) {
+    fn define(
+        &mut self,
+        id: SignalId,
+        read: Sum,
+        is_complemented: bool,
+        is_registered: bool,
+        span: Span,
+    ) {
         let value = if is_complemented { self.draft.not(read.value) } else { read.value };
-        let definition =
-            Definition { value, is_registered, is_complemented, init: false, span, terms: read.terms };
+        let definition = Definition {
+            value,
+            is_registered,
+            is_complemented,
+            init: false,
+            span,
+            terms: read.terms,
+        };
         self.draft.define(id, definition);
     }
 
     fn equations(&mut self) {
         while self.lexer.token.kind != Kind::End && !self.draft.is_hopeless() {
             let token = self.lexer.token;
-            if token.is_first && (token.is_word("simulation") || token.is_word("state") || token.is_word("conditions")) {
+            if token.is_first
+                && (token.is_word("simulation")
+                    || token.is_word("state")
+                    || token.is_word("conditions"))
+            {
                 return;
             }
             if token.is_word("minimize_on") || token.is_word("minimize_off") {
@@ -290,11 +358,19 @@ impl Parser<'_, '_> {
         let is_complemented = self.lexer.eat("/");
         let (span, name) = (self.lexer.span(), self.lexer.token);
         if name.kind != Kind::Word {
-            self.draft.error(codes::SYNTAX, span, format!("expected the name of an output, found {}", name.shown()));
+            self.draft.error(
+                codes::SYNTAX,
+                span,
+                format!("expected the name of an output, found {}", name.shown()),
+            );
             return None;
         }
         if name.is_word("if") || name.is_word("case") {
-            self.draft.error(codes::UNSUPPORTED, span, "`IF` and `CASE` are not supported by this reader yet: write sums of products");
+            self.draft.error(
+                codes::UNSUPPORTED,
+                span,
+                "`IF` and `CASE` are not supported by this reader yet: write sums of products",
+            );
             return None;
         }
         self.lexer.advance();
@@ -306,12 +382,17 @@ impl Parser<'_, '_> {
             ":=" => true,
             "=" => false,
             "*=" => {
-                let message = format!("`{}` is a latch, and a synchronous circuit has none", name.text);
+                let message =
+                    format!("`{}` is a latch, and a synchronous circuit has none", name.text);
                 self.draft.error(codes::UNSUPPORTED, self.lexer.span(), message);
                 return None;
             }
             _ => {
-                self.draft.error(codes::SYNTAX, self.lexer.span(), format!("expected `:=` or `=`, found {}", sign.shown()));
+                self.draft.error(
+                    codes::SYNTAX,
+                    self.lexer.span(),
+                    format!("expected `:=` or `=`, found {}", sign.shown()),
+                );
                 return None;
             }
         };
@@ -330,7 +411,8 @@ impl Parser<'_, '_> {
         if let (Some(device), Some(pin)) = (self.device, signal.pin)
             && device.macrocell(pin).is_none()
         {
-            let message = format!("`{}` is pin {pin} of a {}, which is no output", signal.name, device.name);
+            let message =
+                format!("`{}` is pin {pin} of a {}, which is no output", signal.name, device.name);
             self.draft.error(codes::DEVICE_LIMIT, span, message);
         }
     }
@@ -339,7 +421,10 @@ impl Parser<'_, '_> {
         if self.lexer.token.is_first || self.lexer.token.kind == Kind::End {
             return Some(());
         }
-        let message = format!("expected an operator or the next equation, found {}", self.lexer.token.shown());
+        let message = format!(
+            "expected an operator or the next equation, found {}",
+            self.lexer.token.shown()
+        );
         self.draft.error(codes::SYNTAX, self.lexer.span(), message);
         None
     }
@@ -348,13 +433,21 @@ impl Parser<'_, '_> {
     fn control(&mut self, name: &str, span: Span, start: usize) -> Option<()> {
         let (suffix_span, suffix) = (self.lexer.span(), self.lexer.advance());
         if !self.lexer.eat("=") {
-            self.draft.error(codes::SYNTAX, self.lexer.span(), format!("expected `=`, found {}", self.lexer.token.shown()));
+            self.draft.error(
+                codes::SYNTAX,
+                self.lexer.span(),
+                format!("expected `=`, found {}", self.lexer.token.shown()),
+            );
             return None;
         }
         let read = sum(&mut self.lexer, self.draft, &GRAMMAR)?;
         self.end_of_statement()?;
         let whole = self.lexer.span_from(start);
-        let of = if name.eq_ignore_ascii_case("global") { None } else { Some(self.draft.signal(name, span)) };
+        let of = if name.eq_ignore_ascii_case("global") {
+            None
+        } else {
+            Some(self.draft.signal(name, span))
+        };
         let definition = Definition {
             value: read.value,
             is_registered: false,
@@ -374,7 +467,10 @@ impl Parser<'_, '_> {
             "setf" => preset(self.draft, of, true, definition),
             "rstf" => preset(self.draft, of, false, definition),
             _ => {
-                let message = format!("`.{}` is not supported by this reader: known are .TRST .CLKF .SETF .RSTF", suffix.text);
+                let message = format!(
+                    "`.{}` is not supported by this reader: known are .TRST .CLKF .SETF .RSTF",
+                    suffix.text
+                );
                 self.draft.error(codes::UNSUPPORTED, suffix_span, message);
             }
         }
@@ -385,24 +481,38 @@ impl Parser<'_, '_> {
 /// An output enable that is always on says nothing; any other is dropped aloud.
 pub(crate) fn enable(draft: &mut Draft, name: &str, definition: &Definition) {
     if !matches!(draft.kind(definition.value), super::draft::Expr::Const(true)) {
-        let message = format!("the output enable of `{name}` is dropped: the pin is taken as always driven");
-        draft.report(Diagnostic::warning(codes::TAKEN_AS, message).at(definition.span, "this enable"));
+        let message =
+            format!("the output enable of `{name}` is dropped: the pin is taken as always driven");
+        draft.report(
+            Diagnostic::warning(codes::TAKEN_AS, message).at(definition.span, "this enable"),
+        );
     }
 }
 
 /// The signal that a clock equation names; anything else is an error.
 pub(crate) fn clock_of(draft: &mut Draft, definition: &Definition) -> Option<SignalId> {
     if let super::draft::Expr::Signal(signal) = draft.kind(definition.value) {
-        draft.at(signal).is_read = false;
+        draft.at(signal).n_reads -= 1;
         return Some(signal);
     }
-    let message = "this clock is no plain pin: one synchronous circuit has one clock, its rising edge";
-    draft.report(Diagnostic::error(codes::UNSUPPORTED, message).at(definition.span, "").help("gate the function instead of the clock"));
+    let message =
+        "this clock is no plain pin: one synchronous circuit has one clock, its rising edge";
+    draft.report(
+        Diagnostic::error(codes::UNSUPPORTED, message)
+            .at(definition.span, "")
+            .help("gate the function instead of the clock"),
+    );
     None
 }
 
 /// All registers have one clock.
-pub(crate) fn one_clock(draft: &mut Draft, known: &mut Option<SignalId>, known_span: &mut Span, clock: SignalId, span: Span) {
+pub(crate) fn one_clock(
+    draft: &mut Draft,
+    known: &mut Option<SignalId>,
+    known_span: &mut Span,
+    clock: SignalId,
+    span: Span,
+) {
     match *known {
         None => {
             *known = Some(clock);
@@ -432,11 +542,16 @@ pub(crate) fn preset(draft: &mut Draft, of: Option<SignalId>, to: bool, definiti
     let what = if to { "set" } else { "reset" };
     // The preset of a 22V10 is synchronous; everything else acts at once.
     if !(to && of.is_none()) {
-        let message = format!("this {what} acts at once on the device and is taken to act at the next clock");
+        let message =
+            format!("this {what} acts at once on the device and is taken to act at the next clock");
         draft.report(Diagnostic::warning(codes::TAKEN_AS, message).at(definition.span, ""));
     }
     if let Some(first) = draft.controls.insert((of, to), definition) {
         let message = format!("there are two conditions for one {what}");
-        draft.report(Diagnostic::error(codes::DEFINED_TWICE, message).at(definition.span, "here").at(first.span, "and here"));
+        draft.report(
+            Diagnostic::error(codes::DEFINED_TWICE, message)
+                .at(definition.span, "here")
+                .at(first.span, "and here"),
+        );
     }
 }

@@ -51,10 +51,14 @@ impl<'a> Parser<'a, '_> {
         while self.lexer.token.kind != Kind::End && !self.draft.is_hopeless() {
             if self.lexer.eat_word("endmodule") {
                 if self.lexer.token.is_word("module") {
-                    let message = "a second module is not supported by this reader: it reads one flat module";
+                    let message =
+                        "a second module is not supported by this reader: it reads one flat module";
                     self.draft.error(codes::UNSUPPORTED, self.lexer.span(), message);
                 } else if self.lexer.token.kind != Kind::End {
-                    let message = format!("expected the end of the text after `endmodule`, found {}", self.lexer.token.shown());
+                    let message = format!(
+                        "expected the end of the text after `endmodule`, found {}",
+                        self.lexer.token.shown()
+                    );
                     self.draft.error(codes::SYNTAX, self.lexer.span(), message);
                 }
                 return;
@@ -74,7 +78,9 @@ impl<'a> Parser<'a, '_> {
     /// After an error: past the next `;` or to a word that begins an item.
     fn recover(&mut self) {
         let starts = ["assign", "wire", "reg", "always", "initial", "endmodule"];
-        while self.lexer.token.kind != Kind::End && !starts.iter().any(|word| self.lexer.token.is_word(word)) {
+        while self.lexer.token.kind != Kind::End
+            && !starts.iter().any(|word| self.lexer.token.is_word(word))
+        {
             if self.lexer.eat(";") {
                 return;
             }
@@ -102,7 +108,11 @@ impl<'a> Parser<'a, '_> {
 
     fn no_vector(&mut self) -> Option<()> {
         if self.lexer.token.is("[") {
-            self.draft.error(codes::UNSUPPORTED, self.lexer.span(), "vectors are not supported by this reader: every signal has one bit");
+            self.draft.error(
+                codes::UNSUPPORTED,
+                self.lexer.span(),
+                "vectors are not supported by this reader: every signal has one bit",
+            );
             return None;
         }
         Some(())
@@ -126,7 +136,7 @@ impl<'a> Parser<'a, '_> {
                 }
                 self.no_vector()?;
                 let (name, span) = self.name()?;
-                    // The old style lists bare names here and declares them below.
+                // The old style lists bare names here and declares them below.
                 if role == Role::Unknown {
                     self.draft.signal(name, span);
                 } else {
@@ -147,7 +157,12 @@ impl<'a> Parser<'a, '_> {
             self.lexer.advance();
             return Some(());
         }
-        for (word, role) in [("input", Role::Input), ("output", Role::Output), ("wire", Role::Internal), ("reg", Role::Internal)] {
+        for (word, role) in [
+            ("input", Role::Input),
+            ("output", Role::Output),
+            ("wire", Role::Internal),
+            ("reg", Role::Internal),
+        ] {
             if self.lexer.eat_word(word) {
                 if role == Role::Output || role == Role::Input {
                     let _ = self.lexer.eat_word("wire") || self.lexer.eat_word("reg");
@@ -169,7 +184,10 @@ impl<'a> Parser<'a, '_> {
         if self.lexer.eat_word("always") {
             return self.always();
         }
-        let message = format!("{} is not supported by this reader: it reads `wire`, `reg`, `assign`, `initial` and one clocked `always`", token.shown());
+        let message = format!(
+            "{} is not supported by this reader: it reads `wire`, `reg`, `assign`, `initial` and one clocked `always`",
+            token.shown()
+        );
         self.draft.error(codes::UNSUPPORTED, self.lexer.span(), message);
         None
     }
@@ -181,7 +199,8 @@ impl<'a> Parser<'a, '_> {
             let (name, span) = self.name()?;
             // A port may be declared as wire or reg once more.
             let known = self.draft.find(name).filter(|&id| {
-                role == Role::Internal && matches!(self.draft.signals[id as usize].role, Role::Output | Role::Input)
+                role == Role::Internal
+                    && matches!(self.draft.signals[id as usize].role, Role::Output | Role::Input)
             });
             let id = match known {
                 Some(id) => id,
@@ -204,7 +223,14 @@ impl<'a> Parser<'a, '_> {
     }
 
     fn define(&mut self, id: SignalId, value: ExprId, is_registered: bool, span: Span) {
-        let definition = Definition { value, is_registered, is_complemented: false, init: false, span, terms: 0 };
+        let definition = Definition {
+            value,
+            is_registered,
+            is_complemented: false,
+            init: false,
+            span,
+            terms: 0,
+        };
         self.draft.define(id, definition);
     }
 
@@ -214,7 +240,8 @@ impl<'a> Parser<'a, '_> {
             return;
         };
         if self.inits.insert(id, (init, span)).is_some() {
-            let message = format!("`{}` has two first values", self.draft.signals[id as usize].name);
+            let message =
+                format!("`{}` has two first values", self.draft.signals[id as usize].name);
             self.draft.error(codes::DEFINED_TWICE, span, message);
         }
     }
@@ -252,14 +279,21 @@ impl<'a> Parser<'a, '_> {
         self.expect("@")?;
         self.expect("(")?;
         if !self.lexer.eat_word("posedge") {
-            let message = format!("expected `posedge`, found {}: only blocks with one rising clock are read", self.lexer.token.shown());
+            let message = format!(
+                "expected `posedge`, found {}: only blocks with one rising clock are read",
+                self.lexer.token.shown()
+            );
             self.draft.error(codes::UNSUPPORTED, self.lexer.span(), message);
             return None;
         }
         let (name, span) = self.name()?;
         let clock = self.draft.signal(name, span);
         if self.clock.is_some_and(|known| known != clock) {
-            self.draft.error(codes::UNSUPPORTED, span, "a second clock: one synchronous circuit has one");
+            self.draft.error(
+                codes::UNSUPPORTED,
+                span,
+                "a second clock: one synchronous circuit has one",
+            );
         }
         self.clock = Some(clock);
         let signal = self.draft.at(clock);
@@ -431,7 +465,9 @@ impl<'a> Parser<'a, '_> {
         match value {
             Some(value) => Some(self.draft.expr(Expr::Const(value))),
             None => {
-                let finding = Diagnostic::error(codes::UNSUPPORTED, "constants are 1'b0 and 1'b1 here").at(span, "");
+                let finding =
+                    Diagnostic::error(codes::UNSUPPORTED, "constants are 1'b0 and 1'b1 here")
+                        .at(span, "");
                 self.draft.report(finding);
                 None
             }

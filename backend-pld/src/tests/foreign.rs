@@ -21,10 +21,12 @@ fn findings(dialect: Dialect, text: &str) -> Vec<(&'static str, usize)> {
 fn output(logic: &Logic, name: &str, inputs: &[(&str, bool)]) -> bool {
     let mut sim = LogicSim::new(logic);
     for (name, value) in inputs {
-        let pin = logic.inputs.iter().find(|(_, input)| input.name == *name).map(|(id, _)| id).unwrap();
+        let pin =
+            logic.inputs.iter().find(|(_, input)| input.name == *name).map(|(id, _)| id).unwrap();
         sim.set_input(pin, u64::from(*value));
     }
-    let pin = logic.outputs.iter().find(|(_, output)| output.name == name).map(|(id, _)| id).unwrap();
+    let pin =
+        logic.outputs.iter().find(|(_, output)| output.name == name).map(|(id, _)| id).unwrap();
     sim.output(pin) & 1 == 1
 }
 
@@ -64,7 +66,9 @@ fn palasm_errors_come_all_at_once() {
 
 #[test]
 fn galasm_errors_name_what_the_device_lacks() {
-    let chip = |device: &str, rows: &str, equations: &str| format!("{device}\nSIG\n\n{rows}\n\n{equations}\n");
+    let chip = |device: &str, rows: &str, equations: &str| {
+        format!("{device}\nSIG\n\n{rows}\n\n{equations}\n")
+    };
     let rows = "Clock I0 I1 I2 I3 I4 I5 NC NC GND\n/OE O0 O1 O2 O3 O4 NC NC NC VCC";
     let v8 = |equations: &str| findings(Dialect::Galasm, &chip("GAL16V8", rows, equations));
     assert_eq!(v8("O0 = I0 * I1\n/O4 = I0 + I1"), []);
@@ -78,11 +82,17 @@ fn galasm_errors_name_what_the_device_lacks() {
     assert_eq!(v8("O0.UNK = I0"), [("G0720", 7)]);
     assert_eq!(v8("I0 = I1"), [("G0726", 7)]);
     assert_eq!(v8("O0 = I0\nO0.T = I1"), [("G0722", 8)]);
-    assert_eq!(v8("O0 = I0 + I1 + I2 + I3 + I4 + I5 + /I0 + /I1\nO1 = O0"), [("G0726", 5), ("G0726", 7)]);
+    assert_eq!(
+        v8("O0 = I0 + I1 + I2 + I3 + I4 + I5 + /I0 + /I1\nO1 = O0"),
+        [("G0726", 5), ("G0726", 7)]
+    );
     assert_eq!(v8("O0 = Io"), [("G0721", 7)]);
     assert_eq!(v8("O0 = I4 * /I5 *\n   + /I4\nO1 = I0"), [("G0720", 8)]);
     assert_eq!(findings(Dialect::Galasm, "GAL16V9\nSIG\n"), [("G0712", 1)]);
-    assert_eq!(findings(Dialect::Galasm, &chip("GAL16V8", "Clock I0 / GND\nNC VCC", "O0 = I0")), [("G0720", 4), ("G0726", 4), ("G0726", 4)]);
+    assert_eq!(
+        findings(Dialect::Galasm, &chip("GAL16V8", "Clock I0 / GND\nNC VCC", "O0 = I0")),
+        [("G0720", 4), ("G0726", 4), ("G0726", 4)]
+    );
     let ra = "/PL I0 I1 I2 I3 I4 I5 I6 I7 I8 Clock GND\n/OE O0 O1 O2 O3 O4 O5 O6 O7 NC NC VCC";
     let ra = |equations: &str| findings(Dialect::Galasm, &chip("GAL20RA10", ra, equations));
     assert_eq!(ra("O0.R = I0\nO0.CLK = Clock"), []);
@@ -101,12 +111,18 @@ fn galasm_errors_name_what_the_device_lacks() {
 
 #[test]
 fn inverted_pins_and_inverted_equations_are_two_ways_to_say_one_thing() {
-    let rows = |a: &str, b: &str| format!("GAL22V10\nInv\nclk A B NC NC NC NC NC NC NC NC GND\n/CS {a} {b} NC NC NC NC NC NC NC NC VCC\n");
+    let rows = |a: &str, b: &str| {
+        format!(
+            "GAL22V10\nInv\nclk A B NC NC NC NC NC NC NC NC GND\n/CS {a} {b} NC NC NC NC NC NC NC NC VCC\n"
+        )
+    };
     let plain = accepted(Dialect::Galasm, &format!("{}/P.R = A * B\n/Q.R = /P\n", rows("Q", "P")));
     let turned = accepted(Dialect::Galasm, &format!("{}P.R = A * B\n/Q.R = P\n", rows("Q", "/P")));
     // P of the second text is the complement of its pin, so it is not P of the first one.
     let (mut x, mut y) = (LogicSim::new(&plain), LogicSim::new(&turned));
-    let flop = |logic: &Logic, name: &str| logic.flops.iter().find(|(_, flop)| flop.name == name).map(|(id, _)| id).unwrap();
+    let flop = |logic: &Logic, name: &str| {
+        logic.flops.iter().find(|(_, flop)| flop.name == name).map(|(id, _)| id).unwrap()
+    };
     for row in 0..4u64 {
         for pin in plain.inputs.ids().take(2) {
             x.set_input(pin, row >> pin.index() & 1);
@@ -135,7 +151,10 @@ fn cupl_as_wincupl_users_write_it() {
         assert!(output(&logic, "z", &pins));
     }
     assert_eq!(logic.flops.len(), 1);
-    let found = findings(Dialect::Cupl, "Device g22v10;\nPIN 1 = clk\nPIN 2 = a;\nPIN 14 = x;\nx = a &;\nx.j = a;\nFIELD f = [a];\n");
+    let found = findings(
+        Dialect::Cupl,
+        "Device g22v10;\nPIN 1 = clk\nPIN 2 = a;\nPIN 14 = x;\nx = a &;\nx.j = a;\nFIELD f = [a];\n",
+    );
     let codes: Vec<&str> = found.iter().map(|entry| entry.0).collect();
     assert_eq!(codes, ["G0720", "G0720", "G0724", "G0724", "G0721"], "{found:?}");
 }
@@ -151,7 +170,7 @@ fn verilog_with_ports_below_and_conditions() {
     assert_eq!(logic.flops.len(), 1);
     for bits in 0..4u8 {
         let (a, b) = (bits & 1 == 1, bits & 2 == 2);
-        let n = !a != b;
+        let n = a == b;
         let o = if a { b } else { n };
         assert_eq!(output(&logic, "y", &[("a", a), ("b", b)]), !(o || a && b));
         let mut sim = LogicSim::new(&logic);
@@ -184,7 +203,14 @@ fn blif_with_joined_lines_and_both_kinds_of_rows() {
         assert_eq!(output(&logic, "x", &[("a", a), ("b", b)]), a && b);
     }
     assert_eq!(logic.flops.values().map(|flop| flop.init).collect::<Vec<_>>(), [true, false]);
-    let found = findings(Dialect::Blif, ".model m\n.inputs a\n.outputs x\n.names a x\n2 1\n11 1\n0 2\n.gate and2 a=b\n.latch\n01\n.end\n");
-    assert_eq!(found.iter().map(|entry| entry.1).collect::<Vec<_>>(), [5, 6, 7, 8, 9, 10], "{found:?}");
+    let found = findings(
+        Dialect::Blif,
+        ".model m\n.inputs a\n.outputs x\n.names a x\n2 1\n11 1\n0 2\n.gate and2 a=b\n.latch\n01\n.end\n",
+    );
+    assert_eq!(
+        found.iter().map(|entry| entry.1).collect::<Vec<_>>(),
+        [5, 6, 7, 8, 9, 10],
+        "{found:?}"
+    );
     assert!(found.contains(&(codes::UNSUPPORTED.id, 8)));
 }

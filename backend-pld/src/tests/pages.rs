@@ -16,8 +16,10 @@ fn build(source: &str, words: &[&str]) -> Vec<Diagnostic> {
     let net = validate(net.unwrap()).unwrap();
     let program = program(&net, &ProgramOptions::default()).unwrap();
     let logic = encode(&net, &program, &Facts::default(), &EncodeOptions::default()).unwrap();
-    let after = |option: &str| words.iter().position(|word| *word == option).map(|at| words[at + 1]);
-    let dialect = Dialect::ALL.into_iter().find(|dialect| after("--target") == Some(dialect.name())).unwrap();
+    let after =
+        |option: &str| words.iter().position(|word| *word == option).map(|at| words[at + 1]);
+    let dialect =
+        Dialect::ALL.into_iter().find(|dialect| after("--target") == Some(dialect.name())).unwrap();
     if words.contains(&"--stimulus") {
         let rows = [TraceRow { dt: 5, inputs: vec![1], ..TraceRow::default() }];
         return Vectors::of(&net, &logic, &rows).unwrap_err();
@@ -52,7 +54,9 @@ fn each_page_has_an_example_that_shows_its_code() {
                 found.dedup_by_key(|finding| finding.code);
                 found
             }
-            (Some(dialect), ["65", "MiB"]) => read(dialect, FileId(0), &source.repeat((65 << 20) / source.len())).1,
+            (Some(dialect), ["65", "MiB"]) => {
+                read(dialect, FileId(0), &source.repeat((65 << 20) / source.len())).1
+            }
             (Some(dialect), _) => read(dialect, FileId(0), source).1,
         };
         let found: Vec<_> = found.iter().map(|finding| finding.code.id).collect();

@@ -4,7 +4,7 @@ use super::{difference, there_and_back, truck};
 use crate::device::DEVICES;
 use crate::vectors::{VectorRow, Vectors};
 use crate::{Dialect, EmitOptions, codes, emit, read, rebind};
-use grafsynth_ir::logic::Logic;
+use grafsynth_ir::logic::{Logic, PinRole};
 use grafsynth_ir::span::FileId;
 use grafsynth_logic::sim::LogicSim;
 
@@ -44,7 +44,8 @@ fn vectors(logic: &Logic, n_rows: usize) -> Vectors {
     };
     let mut rows = vec![row(&mut sim, vec![false; logic.inputs.len()])];
     for k in 0..n_rows {
-        let inputs: Vec<bool> = logic.inputs.ids().map(|id| (k * 7 + id.index() * 3) % 5 < 2).collect();
+        let inputs: Vec<bool> =
+            logic.inputs.ids().map(|id| (k * 7 + id.index() * 3) % 5 < 2).collect();
         for (id, value) in logic.inputs.ids().zip(&inputs) {
             sim.set_input(id, u64::from(*value));
         }
@@ -100,12 +101,24 @@ fn icarus(design: &str, bench: &str, name: &str) -> Option<String> {
 #[test]
 fn the_bench_passes_and_catches_each_wrong_literal() {
     let logic = truck();
-    let options = EmitOptions { vectors: Some(vectors(&logic, 60)), reset: Some("reset".into()), ..EmitOptions::default() };
+    let options = EmitOptions {
+        vectors: Some(vectors(&logic, 60)),
+        reset: Some("reset".into()),
+        ..EmitOptions::default()
+    };
     let emitted = emit(&logic, Dialect::Verilog, &options).unwrap();
     let bench = emitted.bench.unwrap();
     let Some(said) = icarus(&emitted.text, &bench, "right") else { return };
     assert!(said.contains("PASS 61 rows"), "{said}");
-    for (index, (from, to)) in [("p1 & m", "p1 & ~m"), ("p4 & a", "p3 & a"), ("R = p2", "R = ~p2"), ("p1 = 1'b1", "p1 = 1'b0")].into_iter().enumerate() {
+    for (index, (from, to)) in [
+        ("p1 & m", "p1 & ~m"),
+        ("p4 & a", "p3 & a"),
+        ("R = p2", "R = ~p2"),
+        ("p1 = 1'b1", "p1 = 1'b0"),
+    ]
+    .into_iter()
+    .enumerate()
+    {
         let wrong = emitted.text.replace(from, to);
         assert_ne!(wrong, emitted.text, "{from}");
         let said = icarus(&wrong, &bench, &format!("wrong{index}")).unwrap();
@@ -122,7 +135,12 @@ fn a_reset_input_comes_back_as_one() {
     assert_eq!(findings, []);
     let mut back = back.unwrap();
     assert_eq!(rebind(&mut back, &emitted), []);
-    let reset = back.inputs.iter().find(|(_, input)| crate::is_reset(input.role)).map(|(id, _)| id).unwrap();
+    let reset = back
+        .inputs
+        .iter()
+        .find(|(_, input)| input.role == PinRole::Reset)
+        .map(|(id, _)| id)
+        .unwrap();
     let mut sim = LogicSim::new(&back);
     // In p2 after m; then reset.
     let m = back.inputs.iter().find(|(_, input)| input.name == "m").map(|(id, _)| id).unwrap();
@@ -140,10 +158,17 @@ fn the_board_gives_pins_and_wrong_wishes_are_told_all_at_once() {
         pins: list.iter().map(|(name, pin)| ((*name).to_owned(), *pin)).collect(),
         ..EmitOptions::default()
     };
-    let good = emit(&truck(), Dialect::Galasm, &pins(&[("clock", 1), ("m", 11), ("R", 23), ("p1", 18)])).unwrap();
-    let pin = |name: &str| good.names.iter().find(|named| named.name == name).and_then(|named| named.pin);
-    assert_eq!([pin("clk"), pin("m"), pin("R"), pin("p1")], [Some(1), Some(11), Some(23), Some(18)]);
-    let wrong = pins(&[("clock", 2), ("m", 12), ("R", 3), ("Z", 20), ("L", 20), ("n", 5), ("b", 99)]);
+    let good =
+        emit(&truck(), Dialect::Galasm, &pins(&[("clock", 1), ("m", 11), ("R", 23), ("p1", 18)]))
+            .unwrap();
+    let pin =
+        |name: &str| good.names.iter().find(|named| named.name == name).and_then(|named| named.pin);
+    assert_eq!(
+        [pin("clk"), pin("m"), pin("R"), pin("p1")],
+        [Some(1), Some(11), Some(23), Some(18)]
+    );
+    let wrong =
+        pins(&[("clock", 2), ("m", 12), ("R", 3), ("Z", 20), ("L", 20), ("n", 5), ("b", 99)]);
     let found = emit(&truck(), Dialect::Galasm, &wrong).unwrap_err();
     let messages: Vec<&str> = found.iter().map(|finding| finding.message.as_str()).collect();
     insta::assert_snapshot!(messages.join("\n"));
@@ -166,13 +191,19 @@ fn a_flipped_literal_is_another_circuit() {
     let emitted = emit(&logic, Dialect::Palasm, &on("gal16v8")).unwrap();
     let at = emitted.text.find("EQUATIONS").unwrap();
     let mut n_flipped = 0;
-    for (start, word) in words(&emitted.text[at + 10..]).into_iter().map(|(start, word)| (start + at + 10, word)) {
+    for (start, word) in
+        words(&emitted.text[at + 10..]).into_iter().map(|(start, word)| (start + at + 10, word))
+    {
         let line_start = emitted.text[..start].rfind('\n').unwrap() + 1;
         if !emitted.text[line_start..start].contains('=') {
             continue;
         }
         let mut wrong = emitted.text.clone();
-        if wrong[..start].ends_with('/') { wrong.replace_range(start - 1..start, "") } else { wrong.insert(start, '/') }
+        if wrong[..start].ends_with('/') {
+            wrong.replace_range(start - 1..start, "")
+        } else {
+            wrong.insert(start, '/')
+        }
         let (back, findings) = read(Dialect::Palasm, FileId(0), &wrong);
         assert_eq!(findings, []);
         let mut back = back.unwrap();

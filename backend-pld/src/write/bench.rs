@@ -21,7 +21,10 @@ pub(crate) fn write(logic: &Logic, netlist: &Netlist, vectors: &Vectors) -> Stri
         text.push_str(&line);
         text.push('\n');
     };
-    line(format!("// Test bench of {title}: {} rows; row 0 is the state after power-up.", vectors.rows.len()));
+    line(format!(
+        "// Test bench of {title}: {} rows; row 0 is the state after power-up.",
+        vectors.rows.len()
+    ));
     line("`timescale 1ns / 1ps".to_owned());
     line(format!("module {title}_tb;"));
     line("    reg tb_clock = 1'b0;".to_owned());
@@ -36,7 +39,9 @@ pub(crate) fn write(logic: &Logic, netlist: &Netlist, vectors: &Vectors) -> Stri
     ports.extend(netlist.clock.iter().map(|name| format!(".{name}(tb_clock)")));
     ports.extend(netlist.reset.iter().map(|name| format!(".{name}(1'b0)")));
     ports.extend(inputs.iter().enumerate().map(|(index, name)| format!(".{name}(tb_in[{index}])")));
-    ports.extend(outputs.iter().enumerate().map(|(index, name)| format!(".{name}(tb_out[{index}])")));
+    ports.extend(
+        outputs.iter().enumerate().map(|(index, name)| format!(".{name}(tb_out[{index}])")),
+    );
     line(format!("    {title} dut (\n        {}\n    );", ports.join(",\n        ")));
     if outputs.is_empty() {
         line("    assign tb_out = 1'b0;".to_owned());
@@ -60,7 +65,9 @@ pub(crate) fn write(logic: &Logic, netlist: &Netlist, vectors: &Vectors) -> Stri
     if netlist.clock.is_some() {
         line("            if (tb_row > 0) tb_clock = 1'b1;".to_owned());
     }
-    line(format!("            #1 tb_seen = (tb_seen & {n_out}'b{mealy}) | (tb_out & ~{n_out}'b{mealy});"));
+    line(format!(
+        "            #1 tb_seen = (tb_seen & {n_out}'b{mealy}) | (tb_out & ~{n_out}'b{mealy});"
+    ));
     line("            if (((tb_seen ^ want) & known) !== 0 || ((tb_flops ^ held) & known_held) !== 0) begin".to_owned());
     line("                tb_errors = tb_errors + 1;".to_owned());
     line("                $display(\"row %0d: in %b gives out %b state %b, expected out %b state %b\",".to_owned());

@@ -64,11 +64,18 @@ impl Writer<'_> {
         let (bare, is_negated) = match self.logic.nodes[node] {
             Node::Not(inner) => (inner, true),
             Node::Const(value) => return Err(value),
-            Node::Input(_) | Node::Flop(_) | Node::And(_) | Node::Or(_) | Node::Xor(..) | Node::Mux(..) => (node, false),
+            Node::Input(_)
+            | Node::Flop(_)
+            | Node::And(_)
+            | Node::Or(_)
+            | Node::Xor(..)
+            | Node::Mux(..) => (node, false),
         };
         match self.netlist.name(self.logic, bare) {
             Some(name) => Ok((name, is_negated)),
-            None => unreachable!("every gate has a wire here, and constants are operands of nothing"),
+            None => {
+                unreachable!("every gate has a wire here, and constants are operands of nothing")
+            }
         }
     }
 
@@ -83,7 +90,11 @@ impl Writer<'_> {
             }
         };
         let clock = self.netlist.clock.clone().unwrap_or_default();
-        self.sheet.line_of(&format!(".latch {data} {name} re {clock} {}", u8::from(init)), name, meta);
+        self.sheet.line_of(
+            &format!(".latch {data} {name} re {clock} {}", u8::from(init)),
+            name,
+            meta,
+        );
     }
 
     fn buffer(&mut self, name: &str, node: NodeId, meta: &Meta) {
@@ -120,8 +131,15 @@ impl Writer<'_> {
             .filter_map(|&operand| self.literal(operand).ok())
             .map(|(signal, is_negated)| (signal.to_owned(), is_negated))
             .collect();
-        list(&mut self.sheet, ".names", literals.iter().map(|(signal, _)| signal.as_str()).chain([name]));
-        let row: String = literals.iter().map(|(_, is_negated)| if *is_negated == is_and { '0' } else { '1' }).collect();
+        list(
+            &mut self.sheet,
+            ".names",
+            literals.iter().map(|(signal, _)| signal.as_str()).chain([name]),
+        );
+        let row: String = literals
+            .iter()
+            .map(|(_, is_negated)| if *is_negated == is_and { '0' } else { '1' })
+            .collect();
         self.sheet.line(&format!("{row} {}", u8::from(is_and)));
     }
 
@@ -131,7 +149,11 @@ impl Writer<'_> {
             .filter_map(|&operand| self.literal(operand).ok())
             .map(|(signal, is_negated)| (signal.to_owned(), is_negated))
             .collect();
-        list(&mut self.sheet, ".names", literals.iter().map(|(signal, _)| signal.as_str()).chain([name]));
+        list(
+            &mut self.sheet,
+            ".names",
+            literals.iter().map(|(signal, _)| signal.as_str()).chain([name]),
+        );
         for row in rows {
             let (inputs, value) = row.split_once(' ').unwrap_or((row, "1"));
             let turned: String = inputs

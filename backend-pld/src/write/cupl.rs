@@ -23,11 +23,14 @@ pub(crate) fn write(equations: &Equations) -> Sheet {
     }
     sheet.line("");
     let mut order: Vec<usize> = (0..equations.signals.len()).collect();
-    order.sort_by_key(|&index| (equations.signals[index].pin.is_none(), equations.signals[index].pin, index));
+    order.sort_by_key(|&index| {
+        (equations.signals[index].pin.is_none(), equations.signals[index].pin, index)
+    });
     for index in order {
         let signal = &equations.signals[index];
         let pin = signal.pin.map_or_else(|| "   ".to_owned(), |pin| format!("{pin:<3}"));
-        let name = if signal.is_pin_inverted { format!("!{}", signal.name) } else { signal.name.clone() };
+        let name =
+            if signal.is_pin_inverted { format!("!{}", signal.name) } else { signal.name.clone() };
         let remark = remark(&signal.meta);
         let remark = if remark.is_empty() { remark } else { format!(" /* {remark} */") };
         sheet.line_of(&format!("PIN {pin} = {name} ;{remark}"), &signal.name, &signal.meta);
@@ -38,7 +41,9 @@ pub(crate) fn write(equations: &Equations) -> Sheet {
         let not = if equation.is_complemented { "!" } else { "" };
         let suffix = if equation.is_registered { ".d" } else { "" };
         SIGNS.print(&mut sheet, equations, equation, &format!("{not}{name}{suffix} ="), " ;");
-        if let (true, Clock::Term, Some(clock)) = (equation.is_registered, equations.device.clock, equations.clock()) {
+        if let (true, Clock::Term, Some(clock)) =
+            (equation.is_registered, equations.device.clock, equations.clock())
+        {
             sheet.line(&format!("{name}.ck = {} ;", clock.name));
         }
     }

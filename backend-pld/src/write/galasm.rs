@@ -10,16 +10,22 @@ pub(crate) fn write(equations: &Equations) -> Sheet {
     let device = equations.device;
     let mut sheet = Sheet::default();
     sheet.line(&device.name.to_ascii_uppercase());
-    let signature: String = equations.title.chars().filter(char::is_ascii_alphanumeric).take(8).collect();
+    let signature: String =
+        equations.title.chars().filter(char::is_ascii_alphanumeric).take(8).collect();
     sheet.line(&signature);
     sheet.line("");
     let half = device.n_pins / 2;
     for row in 0..2 {
         let mut line = String::new();
         for pin in row * half + 1..=(row + 1) * half {
-            let name = equations.signals.iter().find(|signal| signal.pin == Some(pin)).map(|signal| {
-                if signal.is_pin_inverted { format!("/{}", signal.name) } else { signal.name.clone() }
-            });
+            let name =
+                equations.signals.iter().find(|signal| signal.pin == Some(pin)).map(|signal| {
+                    if signal.is_pin_inverted {
+                        format!("/{}", signal.name)
+                    } else {
+                        signal.name.clone()
+                    }
+                });
             let name = name.unwrap_or_else(|| {
                 let fixed = if pin == device.gnd() {
                     "GND"
@@ -49,7 +55,9 @@ pub(crate) fn write(equations: &Equations) -> Sheet {
         let not = if equation.is_complemented { "/" } else { "" };
         let suffix = if equation.is_registered { ".R" } else { "" };
         SIGNS.print(&mut sheet, equations, equation, &format!("{not}{name}{suffix} ="), "");
-        if let (true, Clock::Term, Some(clock)) = (equation.is_registered, device.clock, equations.clock()) {
+        if let (true, Clock::Term, Some(clock)) =
+            (equation.is_registered, device.clock, equations.clock())
+        {
             sheet.line(&format!("{name}.CLK = {}", clock.name));
         }
         sheet.line("");

@@ -27,15 +27,22 @@ pub(crate) fn write(equations: &Equations, vectors: Option<&Vectors>) -> Sheet {
         is_registered[equation.signal] = equation.is_registered;
     }
     let mut order: Vec<usize> = (0..equations.signals.len()).collect();
-    order.sort_by_key(|&index| (equations.signals[index].pin.is_none(), equations.signals[index].pin, index));
+    order.sort_by_key(|&index| {
+        (equations.signals[index].pin.is_none(), equations.signals[index].pin, index)
+    });
     for index in order {
         let signal = &equations.signals[index];
         let pin = signal.pin.map_or_else(|| "?".to_owned(), |pin| pin.to_string());
-        let name = if signal.is_pin_inverted { format!("/{}", signal.name) } else { signal.name.clone() };
+        let name =
+            if signal.is_pin_inverted { format!("/{}", signal.name) } else { signal.name.clone() };
         let kind = if is_registered[index] { "REGISTERED" } else { "COMBINATORIAL" };
         let remark = remark(&signal.meta);
         let remark = if remark.is_empty() { remark } else { format!(" ; {remark}") };
-        sheet.line_of(&format!("PIN {pin:<3} {name:<15} {kind:<13}{remark}"), &signal.name, &signal.meta);
+        sheet.line_of(
+            &format!("PIN {pin:<3} {name:<15} {kind:<13}{remark}"),
+            &signal.name,
+            &signal.meta,
+        );
     }
     sheet.line("");
     sheet.line("EQUATIONS");
@@ -45,7 +52,9 @@ pub(crate) fn write(equations: &Equations, vectors: Option<&Vectors>) -> Sheet {
         let not = if equation.is_complemented { "/" } else { "" };
         let sign = if equation.is_registered { ":=" } else { "=" };
         SIGNS.print(&mut sheet, equations, equation, &format!("{not}{name} {sign}"), "");
-        if let (true, Clock::Term, Some(clock)) = (equation.is_registered, equations.device.clock, equations.clock()) {
+        if let (true, Clock::Term, Some(clock)) =
+            (equation.is_registered, equations.device.clock, equations.clock())
+        {
             sheet.line(&format!("{name}.CLKF = {}", clock.name));
         }
     }
@@ -85,8 +94,15 @@ fn simulation(sheet: &mut Sheet, equations: &Equations, vectors: &Vectors) {
         let check = |mealy: bool| -> Vec<String> {
             (equations.signals.iter().enumerate())
                 .filter_map(|(index, signal)| match signal.source {
-                    Source::Output(id) if vectors.mealy[id.index()] == mealy => row.outputs[id.index()].map(|value| literal(index, value)),
-                    Source::Flop(id) if !mealy => row.flops.get(id.index()).copied().flatten().map(|value| literal(index, value)),
+                    Source::Output(id) if vectors.mealy[id.index()] == mealy => {
+                        row.outputs[id.index()].map(|value| literal(index, value))
+                    }
+                    Source::Flop(id) if !mealy => row
+                        .flops
+                        .get(id.index())
+                        .copied()
+                        .flatten()
+                        .map(|value| literal(index, value)),
                     Source::Output(_) | Source::Flop(_) | Source::Clock | Source::Input(_) => None,
                 })
                 .collect()

@@ -21,7 +21,8 @@ pub(crate) fn write(logic: &Logic, netlist: &Netlist) -> Sheet {
     let nothing = Meta::default();
     for (id, name) in netlist.wires.iter() {
         if let Some(name) = name {
-            let meta = metas.binary_search_by_key(&id, |entry| entry.0).map_or(&nothing, |at| metas[at].1);
+            let meta =
+                metas.binary_search_by_key(&id, |entry| entry.0).map_or(&nothing, |at| metas[at].1);
             let mut expr = String::new();
             writer.gate(id, Level::Loose, &mut expr);
             wrapped(&mut sheet, "    ", &format!("wire {name} = {expr};"), name, meta);
@@ -32,7 +33,13 @@ pub(crate) fn write(logic: &Logic, netlist: &Netlist) -> Sheet {
         if output.registered.is_none() {
             let mut expr = String::new();
             writer.operand(output.value, Level::Loose, &mut expr);
-            wrapped(&mut sheet, "    ", &format!("assign {} = {expr};", netlist.outputs[id]), &output.name, &output.meta);
+            wrapped(
+                &mut sheet,
+                "    ",
+                &format!("assign {} = {expr};", netlist.outputs[id]),
+                &output.name,
+                &output.meta,
+            );
         }
     }
     sheet.line("endmodule");
@@ -44,7 +51,12 @@ fn ports(sheet: &mut Sheet, logic: &Logic, netlist: &Netlist) {
     let mut ports: Vec<(String, &Meta)> = Vec::new();
     ports.extend(netlist.clock.iter().map(|name| (format!("input wire {name}"), &nothing)));
     ports.extend(netlist.reset.iter().map(|name| (format!("input wire {name}"), &nothing)));
-    ports.extend(logic.inputs.iter().map(|(id, input)| (format!("input wire {}", netlist.inputs[id]), &input.meta)));
+    ports.extend(
+        logic
+            .inputs
+            .iter()
+            .map(|(id, input)| (format!("input wire {}", netlist.inputs[id]), &input.meta)),
+    );
     for (id, output) in logic.outputs.iter() {
         let kind = if output.registered.is_some() { "output reg " } else { "output wire" };
         ports.push((format!("{kind} {}", netlist.outputs[id]), &output.meta));
@@ -78,7 +90,10 @@ fn clocked(sheet: &mut Sheet, writer: &Expressions<'_>) {
     sheet.line("");
     sheet.line(&format!("    always @(posedge {clock}) begin"));
     let registers = || {
-        let flops = logic.flops.iter().map(|(id, flop)| (&netlist.flops[id], flop.init, flop.next, &flop.meta));
+        let flops = logic
+            .flops
+            .iter()
+            .map(|(id, flop)| (&netlist.flops[id], flop.init, flop.next, &flop.meta));
         let outputs = logic.outputs.iter().filter_map(|(id, output)| {
             output.registered.map(|init| (&netlist.outputs[id], init, output.value, &output.meta))
         });
@@ -163,7 +178,9 @@ impl Expressions<'_> {
             }
             Node::And(all) => self.list(all, " & ", Level::Tight, level == Level::Tight, text),
             Node::Or(all) => self.list(all, " | ", Level::Sum, level != Level::Loose, text),
-            Node::Xor(a, b) => self.list(&[*a, *b], " ^ ", Level::Tight, level != Level::Loose, text),
+            Node::Xor(a, b) => {
+                self.list(&[*a, *b], " ^ ", Level::Tight, level != Level::Loose, text)
+            }
             Node::Mux(a, b, c) => {
                 let parens = level != Level::Loose;
                 text.push_str(if parens { "(" } else { "" });

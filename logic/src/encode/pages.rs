@@ -13,7 +13,8 @@ fn each_page_has_an_example_that_shows_its_code() {
         #[expect(clippy::disallowed_methods, reason = "a test reads the book")]
         let page = std::fs::read_to_string(&path).unwrap();
         assert!(page.starts_with(&format!("# {}: {}\n", code.id, code.title)), "{path}");
-        let example = page.split("```net").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
+        let example =
+            page.split("```net").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
         let (_, source) = example.split_once('\n').unwrap();
         let (net, findings) = text::parse(FileId(0), source);
         assert_eq!(findings, [], "{path}");

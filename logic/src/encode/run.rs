@@ -57,7 +57,11 @@ impl Encoder<'_> {
                 self.store(*cell, index, value);
             }
             Stmt::If(condition, then, otherwise) => {
-                let after = if depth == 0 || self.path_after.is_some() { self.eval_bool(condition, true) } else { None };
+                let after = if depth == 0 || self.path_after.is_some() {
+                    self.eval_bool(condition, true)
+                } else {
+                    None
+                };
                 let Some(condition) = self.eval_bool(condition, false) else { return };
                 self.branch(condition, after, then, otherwise, depth);
             }
@@ -95,7 +99,8 @@ impl Encoder<'_> {
     /// Evolution ends within the proved depth, and there is no queue to overflow.
     fn never_faults(&self) -> bool {
         let Evolution::Stable { limit } = self.net.settings.evolution else { return false };
-        self.net.settings.queue.is_none() && self.facts.stable_depth.as_ref().is_some_and(|depth| depth.value <= limit)
+        self.net.settings.queue.is_none()
+            && self.facts.stable_depth.as_ref().is_some_and(|depth| depth.value <= limit)
     }
 
     fn set(&mut self, temp: TempId, expr: &Expr<Leaf>, depth: u32) {
@@ -105,10 +110,14 @@ impl Encoder<'_> {
         let Some(value) = self.eval(expr, false) else { return };
         let ty = self.program.temps[temp].ty;
         let value = match (value, ty) {
-            (Value::Int(word), Type::Int { lo, hi }) => Value::Int(word.saturated(&mut self.builder, lo, hi)),
+            (Value::Int(word), Type::Int { lo, hi }) => {
+                Value::Int(word.saturated(&mut self.builder, lo, hi))
+            }
             (value @ (Value::Bool(_) | Value::Int(_)), Type::Bool | Type::Int { .. }) => value,
         };
-        if let (TempRole::Fire(transition), Value::Bool(node)) = (self.program.temps[temp].role, &value) {
+        if let (TempRole::Fire(transition), Value::Bool(node)) =
+            (self.program.temps[temp].role, &value)
+        {
             let transition = &self.net.transitions[transition];
             self.wire(format!("fire_{}", transition.name.text), *node, &transition.meta);
         }
@@ -138,9 +147,16 @@ impl Encoder<'_> {
         let index = self.as_word(index);
         for element in 0..declared.len.unwrap_or(1) {
             let number = Word::constant(element.into());
-            let here = word::compare(&mut self.builder, grafsynth_ir::expr::CompareOp::Eq, &index, &number);
+            let here = word::compare(
+                &mut self.builder,
+                grafsynth_ir::expr::CompareOp::Eq,
+                &index,
+                &number,
+            );
             let place = first + element as usize;
-            let Some(old) = self.values[place].clone() else { unreachable!("a cell always has a value") };
+            let Some(old) = self.values[place].clone() else {
+                unreachable!("a cell always has a value")
+            };
             let new = self.choose(here, value.clone(), old);
             self.write(place, new);
         }
@@ -153,7 +169,14 @@ impl Encoder<'_> {
         }
     }
 
-    fn branch(&mut self, condition: NodeId, after: Option<NodeId>, then: &[Stmt], otherwise: &[Stmt], depth: u32) {
+    fn branch(
+        &mut self,
+        condition: NodeId,
+        after: Option<NodeId>,
+        then: &[Stmt],
+        otherwise: &[Stmt],
+        depth: u32,
+    ) {
         if let Some(value) = self.builder.as_constant(condition) {
             // A branch that always runs still hides what it sets from the new state: its conditions were those of the old one.
             let outer = self.path_after;
@@ -193,7 +216,12 @@ impl Encoder<'_> {
         frame
     }
 
-    fn merge(&mut self, condition: NodeId, mut taken: BTreeMap<Place, Option<Value>>, mut skipped: BTreeMap<Place, Option<Value>>) {
+    fn merge(
+        &mut self,
+        condition: NodeId,
+        mut taken: BTreeMap<Place, Option<Value>>,
+        mut skipped: BTreeMap<Place, Option<Value>>,
+    ) {
         let mut places: Vec<Place> = taken.keys().chain(skipped.keys()).copied().collect();
         places.sort_unstable();
         places.dedup();
@@ -213,7 +241,9 @@ impl Encoder<'_> {
 
     fn choose(&mut self, condition: NodeId, then: Value, otherwise: Value) -> Value {
         match (then, otherwise) {
-            (Value::Bool(then), Value::Bool(otherwise)) => Value::Bool(self.builder.mux(condition, then, otherwise)),
+            (Value::Bool(then), Value::Bool(otherwise)) => {
+                Value::Bool(self.builder.mux(condition, then, otherwise))
+            }
             (then, otherwise) => {
                 let (then, otherwise) = (self.as_word(then), self.as_word(otherwise));
                 Value::Int(word::select(&mut self.builder, condition, &then, &otherwise))
@@ -226,7 +256,8 @@ impl Encoder<'_> {
     fn repeat(&mut self, limit: u32, condition: &Expr<Leaf>, body: &[Stmt], depth: u32) {
         // A bound on the micro-steps bounds the rounds outside statecharts (there a round may also take an event from a queue). One more round than
         // steps: the last one may find that nothing fires.
-        let proved = self.facts.stable_depth.as_ref().filter(|_| !self.net.settings.policy.is_statechart());
+        let proved =
+            self.facts.stable_depth.as_ref().filter(|_| !self.net.settings.policy.is_statechart());
         let rounds = proved.map_or(limit, |depth| limit.min(depth.value.saturating_add(1)));
         for _ in 0..rounds {
             let Some(goes_on) = self.eval_bool(condition, false) else { return };
@@ -279,11 +310,13 @@ impl Encoder<'_> {
                 Value::Bool(self.builder.not(a))
             }
             ExprKind::And(all) => {
-                let all = all.iter().map(|a| self.eval_bool(a, after)).collect::<Option<Vec<_>>>()?;
+                let all =
+                    all.iter().map(|a| self.eval_bool(a, after)).collect::<Option<Vec<_>>>()?;
                 Value::Bool(self.builder.and(all))
             }
             ExprKind::Or(all) => {
-                let all = all.iter().map(|a| self.eval_bool(a, after)).collect::<Option<Vec<_>>>()?;
+                let all =
+                    all.iter().map(|a| self.eval_bool(a, after)).collect::<Option<Vec<_>>>()?;
                 Value::Bool(self.builder.or(all))
             }
             ExprKind::Compare(op, a, b) => {
@@ -306,7 +339,8 @@ impl Encoder<'_> {
                     Some(true) => self.eval(then, after)?,
                     Some(false) => self.eval(otherwise, after)?,
                     None => {
-                        let (then, otherwise) = (self.eval(then, after)?, self.eval(otherwise, after)?);
+                        let (then, otherwise) =
+                            (self.eval(then, after)?, self.eval(otherwise, after)?);
                         self.choose(condition, then, otherwise)
                     }
                 }
@@ -338,8 +372,14 @@ impl Encoder<'_> {
         let Leaf::Cell(cell) = leaf else { return None };
         let first = self.places[cell];
         let count = self.program.cells[cell].len.unwrap_or(1) as usize;
-        let mut row = (0..count).map(|element| self.place(first + element, cell, after)).collect::<Option<Vec<_>>>()?;
-        let bits = index.clone().register_bits(&mut self.builder, 0, i64::try_from(count).unwrap_or(i64::MAX).saturating_sub(1).max(0));
+        let mut row = (0..count)
+            .map(|element| self.place(first + element, cell, after))
+            .collect::<Option<Vec<_>>>()?;
+        let bits = index.clone().register_bits(
+            &mut self.builder,
+            0,
+            i64::try_from(count).unwrap_or(i64::MAX).saturating_sub(1).max(0),
+        );
         // Each bit of the index halves the row; what lies beyond the end is never asked for.
         for bit in bits {
             let mut half = Vec::with_capacity(row.len().div_ceil(2));
@@ -366,7 +406,9 @@ impl Encoder<'_> {
             // At most one step of a component with one token.
             let mut possible = crate::bdd::Ref::TRUE;
             let step_flop = |step| {
-                let holds = |flop: &grafsynth_ir::logic::Flop| flop.holds.is_some_and(|bit| bit.origin == Origin::Step(step));
+                let holds = |flop: &grafsynth_ir::logic::Flop| {
+                    flop.holds.is_some_and(|bit| bit.origin == Origin::Step(step))
+                };
                 self.builder.logic.flops.iter().find(|(_, flop)| holds(flop)).map(|(id, _)| id)
             };
             for invariant in self.facts.invariants.iter().filter(|invariant| invariant.count == 1) {

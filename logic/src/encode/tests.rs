@@ -11,7 +11,9 @@ use grafsynth_ir::expr::{ArithOp, CompareOp, Expr, Type};
 use grafsynth_ir::facts::{Facts, Invariant, Proof, Proved};
 use grafsynth_ir::logic::{Logic, PinRole};
 use grafsynth_ir::net::*;
-use grafsynth_ir::program::{Cell, Leaf, Origin, Program, ResetEffect, Stmt, Temp, TempId, TempRole};
+use grafsynth_ir::program::{
+    Cell, Leaf, Origin, Program, ResetEffect, Stmt, Temp, TempId, TempRole,
+};
 use grafsynth_ir::span::Name;
 use grafsynth_ir::validate::{Valid, validate};
 
@@ -22,7 +24,13 @@ fn name(text: &str) -> Name {
 }
 
 fn input(text: &str) -> Input {
-    Input { name: name(text), ty: Type::Bool, kind: InputKind::Pin, synchronous: true, meta: Meta::default() }
+    Input {
+        name: name(text),
+        ty: Type::Bool,
+        kind: InputKind::Pin,
+        synchronous: true,
+        meta: Meta::default(),
+    }
 }
 
 fn output(text: &str, ty: Type, driver: Driver) -> Output {
@@ -95,12 +103,16 @@ fn ring(n: usize) -> (Valid<Net>, Program) {
         program.cells.push(bool_cell(&format!("p{k}"), k == 0, Origin::Step(Id::from_index(k))));
     }
     program.reset_outputs[0] = 1;
-    let temp = |program: &mut Program, role| program.temps.push(Temp { name: "t".into(), ty: Type::Bool, role });
+    let temp = |program: &mut Program, role| {
+        program.temps.push(Temp { name: "t".into(), ty: Type::Bool, role })
+    };
     let mut fires: Vec<TempId> = Vec::new();
     for k in 0..n {
         let fire = temp(&mut program, TempRole::Fire(Id::from_index(k)));
         fires.push(fire);
-        program.body.push(Stmt::Set(fire, Expr::and([at(cell(k)), at(Leaf::Input(Id::from_index(k)))])));
+        program
+            .body
+            .push(Stmt::Set(fire, Expr::and([at(cell(k)), at(Leaf::Input(Id::from_index(k)))])));
     }
     for k in 0..n {
         let next = temp(&mut program, TempRole::NextActive(Id::from_index(k)));
@@ -109,7 +121,11 @@ fn ring(n: usize) -> (Valid<Net>, Program) {
         program.body.push(Stmt::Set(next, Expr::or([enter, hold])));
     }
     for k in 0..n {
-        program.body.push(Stmt::Store(Id::from_index(k), None, at(Leaf::Temp(Id::from_index(n + k)))));
+        program.body.push(Stmt::Store(
+            Id::from_index(k),
+            None,
+            at(Leaf::Temp(Id::from_index(n + k))),
+        ));
     }
     for k in 0..n {
         program.body.push(Stmt::Output(Id::from_index(k), at(cell(k))));
@@ -146,9 +162,18 @@ fn the_truck_has_the_equations_of_the_paper() {
         assert_eq!(sum, vec![vec![(Var::Flop(Id::from_index(id.index())), true)]]);
     }
     let mut chip = ChipSim::new(&net, &logic);
-    let situation = |chip: &ChipSim<'_>| (0..4).filter(|&k| chip.is_active(Id::from_index(k)) == Some(true)).collect::<Vec<_>>();
+    let situation = |chip: &ChipSim<'_>| {
+        (0..4).filter(|&k| chip.is_active(Id::from_index(k)) == Some(true)).collect::<Vec<_>>()
+    };
     assert_eq!(situation(&chip), [0]);
-    for (row, want) in [([0, 0, 0, 0], 0), ([1, 1, 0, 0], 1), ([1, 0, 1, 1], 1), ([0, 1, 0, 0], 2), ([0, 0, 1, 0], 3), ([0, 0, 0, 1], 0)] {
+    for (row, want) in [
+        ([0, 0, 0, 0], 0),
+        ([1, 1, 0, 0], 1),
+        ([1, 0, 1, 1], 1),
+        ([0, 1, 0, 0], 2),
+        ([0, 0, 1, 0], 3),
+        ([0, 0, 0, 1], 0),
+    ] {
         chip.react(&row, 1).unwrap();
         assert_eq!(situation(&chip), [want]);
         assert_eq!(chip.output(Id::from_index(want)), Some(1));
@@ -172,15 +197,33 @@ fn counter() -> (Valid<Net>, Program) {
     net.inputs.push(input("up"));
     net.inputs.push(Input { ty: Type::Int { lo: -1, hi: 3 }, ..input("by") });
     let ty = Type::Int { lo: 2, hi: 7 };
-    let var = net.vars.push(grafsynth_ir::net::Var { name: name("n"), ty, len: None, init: vec![4], origin: VarOrigin::StoredOutput, meta: Meta::default() });
+    let var = net.vars.push(grafsynth_ir::net::Var {
+        name: name("n"),
+        ty,
+        len: None,
+        init: vec![4],
+        origin: VarOrigin::StoredOutput,
+        meta: Meta::default(),
+    });
     net.outputs.push(output("n", ty, Driver::Stored(var)));
     net.outputs.push(output("beep", Type::Bool, Driver::Extern { params: vec![], calls: vec![] }));
     let mut program = Program { reset_outputs: vec![4, 0], ..Program::default() };
-    program.cells.push(Cell { name: "n".into(), ty, len: None, init: vec![4], origin: Origin::Var(var) });
+    program.cells.push(Cell {
+        name: "n".into(),
+        ty,
+        len: None,
+        init: vec![4],
+        origin: Origin::Var(var),
+    });
     let timer = Type::Int { lo: 0, hi: 3 };
     let origin = Origin::Elapsed(Id::from_index(0));
     program.cells.push(Cell { name: "s_t".into(), ty: timer, len: None, init: vec![0], origin });
-    let arith = |op, a, b| Expr::new(grafsynth_ir::expr::ExprKind::Arith(op, Box::new(a), Box::new(b)), Span::default());
+    let arith = |op, a, b| {
+        Expr::new(
+            grafsynth_ir::expr::ExprKind::Arith(op, Box::new(a), Box::new(b)),
+            Span::default(),
+        )
+    };
     let grown = arith(ArithOp::Add, at(cell(1)), at(Leaf::Dt));
     program.body.push(Stmt::Store(Id::from_index(1), None, grown));
     let add = arith(ArithOp::Add, at(cell(0)), at(Leaf::Input(Id::from_index(1))));
@@ -190,7 +233,11 @@ fn counter() -> (Valid<Net>, Program) {
         vec![Stmt::Store(Id::from_index(0), None, add)],
         vec![Stmt::If(
             Expr::compare(CompareOp::Ge, at(cell(1)), Expr::int(2)),
-            vec![Stmt::Store(Id::from_index(0), None, sub), Stmt::Store(Id::from_index(1), None, Expr::int(0)), Stmt::Call(Id::from_index(1), vec![])],
+            vec![
+                Stmt::Store(Id::from_index(0), None, sub),
+                Stmt::Store(Id::from_index(1), None, Expr::int(0)),
+                Stmt::Call(Id::from_index(1), vec![]),
+            ],
             vec![],
         )],
     ));
@@ -207,7 +254,10 @@ fn counters_saturate_and_strobes_show_the_call() {
     assert_eq!(logic.never.len(), 1);
     let mut chip = ChipSim::new(&net, &logic);
     let (n, beep) = (Id::from_index(0), Id::from_index(1));
-    assert_eq!((chip.output(n), chip.output(beep), chip.var(Id::from_index(0), 0)), (Some(4), Some(0), Some(4)));
+    assert_eq!(
+        (chip.output(n), chip.output(beep), chip.var(Id::from_index(0), 0)),
+        (Some(4), Some(0), Some(4))
+    );
     let (mut value, mut timer) = (4i64, 0i64);
     for row in 0..200i64 {
         let (up, by, dt) = (i64::from(row % 7 < 2), row % 5 - 1, row % 3 % 2);
@@ -230,7 +280,8 @@ fn counters_saturate_and_strobes_show_the_call() {
 fn outputs_of_the_new_situation_are_combinational_and_others_get_a_register() {
     let (net, program) = counter();
     let logic = encoded(&net, &program);
-    let registered: Vec<(&str, Option<bool>)> = logic.outputs.values().map(|o| (o.name.as_str(), o.registered)).collect();
+    let registered: Vec<(&str, Option<bool>)> =
+        logic.outputs.values().map(|o| (o.name.as_str(), o.registered)).collect();
     assert_eq!(registered, [("n_0", None), ("n_1", None), ("n_2", None), ("beep", Some(false))]);
 }
 
@@ -244,16 +295,43 @@ fn arrays_are_bits_and_their_index_a_choice() {
     net.inputs.push(Input { ty: index, ..input("i") });
     net.inputs.push(Input { ty: index, ..input("j") });
     let ty = Type::Int { lo: 0, hi: 5 };
-    net.vars.push(grafsynth_ir::net::Var { name: name("v"), ty, len: Some(4), init: vec![0, 1, 2, 3], origin: VarOrigin::Declared, meta: Meta::default() });
+    net.vars.push(grafsynth_ir::net::Var {
+        name: name("v"),
+        ty,
+        len: Some(4),
+        init: vec![0, 1, 2, 3],
+        origin: VarOrigin::Declared,
+        meta: Meta::default(),
+    });
     let net = validate(net).unwrap();
     let mut program = Program::default();
-    program.cells.push(Cell { name: "v".into(), ty, len: Some(4), init: vec![0, 1, 2, 3], origin: Origin::Var(Id::from_index(0)) });
+    program.cells.push(Cell {
+        name: "v".into(),
+        ty,
+        len: Some(4),
+        init: vec![0, 1, 2, 3],
+        origin: Origin::Var(Id::from_index(0)),
+    });
     let element = Expr::new(
-        grafsynth_ir::expr::ExprKind::Element(cell(0), Box::new(at(Leaf::Input(Id::from_index(1))))),
+        grafsynth_ir::expr::ExprKind::Element(
+            cell(0),
+            Box::new(at(Leaf::Input(Id::from_index(1)))),
+        ),
         Span::default(),
     );
-    let sum = Expr::new(grafsynth_ir::expr::ExprKind::Arith(ArithOp::Add, Box::new(element), Box::new(Expr::int(1))), Span::default());
-    program.body.push(Stmt::Store(Id::from_index(0), Some(at(Leaf::Input(Id::from_index(0)))), sum));
+    let sum = Expr::new(
+        grafsynth_ir::expr::ExprKind::Arith(
+            ArithOp::Add,
+            Box::new(element),
+            Box::new(Expr::int(1)),
+        ),
+        Span::default(),
+    );
+    program.body.push(Stmt::Store(
+        Id::from_index(0),
+        Some(at(Leaf::Input(Id::from_index(0)))),
+        sum,
+    ));
     let logic = encoded(&net, &program);
     let mut chip = ChipSim::new(&net, &logic);
     let mut model = [0i64, 1, 2, 3];
@@ -276,12 +354,36 @@ fn micro_steps_are_unrolled_as_deep_as_proved() {
     net.steps.push(step("s", true));
     net.inputs.push(Input { ty: Type::Int { lo: 0, hi: 3 }, ..input("start") });
     let ty = Type::Int { lo: 0, hi: 3 };
-    net.vars.push(grafsynth_ir::net::Var { name: name("n"), ty, len: None, init: vec![0], origin: VarOrigin::Declared, meta: Meta::default() });
+    net.vars.push(grafsynth_ir::net::Var {
+        name: name("n"),
+        ty,
+        len: None,
+        init: vec![0],
+        origin: VarOrigin::Declared,
+        meta: Meta::default(),
+    });
     let net = validate(net).unwrap();
     let mut program = Program::default();
-    program.cells.push(Cell { name: "n".into(), ty, len: None, init: vec![0], origin: Origin::Var(Id::from_index(0)) });
-    program.cells.push(Cell { name: "rounds".into(), ty, len: None, init: vec![0], origin: Origin::Helper });
-    let plus = |a: PExpr, by| Expr::new(grafsynth_ir::expr::ExprKind::Arith(ArithOp::Add, Box::new(a), Box::new(Expr::int(by))), Span::default());
+    program.cells.push(Cell {
+        name: "n".into(),
+        ty,
+        len: None,
+        init: vec![0],
+        origin: Origin::Var(Id::from_index(0)),
+    });
+    program.cells.push(Cell {
+        name: "rounds".into(),
+        ty,
+        len: None,
+        init: vec![0],
+        origin: Origin::Helper,
+    });
+    let plus = |a: PExpr, by| {
+        Expr::new(
+            grafsynth_ir::expr::ExprKind::Arith(ArithOp::Add, Box::new(a), Box::new(Expr::int(by))),
+            Span::default(),
+        )
+    };
     let more = Expr::compare(CompareOp::Gt, at(cell(0)), Expr::int(0));
     program.body = vec![
         Stmt::Store(Id::from_index(0), None, at(Leaf::Input(Id::from_index(0)))),
@@ -297,7 +399,8 @@ fn micro_steps_are_unrolled_as_deep_as_proved() {
         Stmt::Fault(more),
     ];
     let unproved = encoded(&net, &program);
-    let facts = Facts { stable_depth: Some(Proved { value: 3, by: Proof::Explicit }), ..Facts::default() };
+    let facts =
+        Facts { stable_depth: Some(Proved { value: 3, by: Proof::Explicit }), ..Facts::default() };
     let proved = encode(&net, &program, &facts, &EncodeOptions::default()).unwrap();
     assert!(proved.outputs.is_empty() && !unproved.outputs.is_empty());
     assert!(proved.nodes.len() < unproved.nodes.len());
@@ -305,18 +408,28 @@ fn micro_steps_are_unrolled_as_deep_as_proved() {
         let mut chip = ChipSim::new(&net, logic);
         for start in [3, 0, 2, 1] {
             chip.react(&[start], 1).unwrap();
-            assert_eq!((chip.var(Id::from_index(0), 0), chip.code(Origin::Helper, 0), chip.fault()), (Some(0), Some(start.unsigned_abs()), false));
+            assert_eq!(
+                (chip.var(Id::from_index(0), 0), chip.code(Origin::Helper, 0), chip.fault()),
+                (Some(0), Some(start.unsigned_abs()), false)
+            );
         }
     }
     let small = EncodeOptions { max_nodes: 50, ..EncodeOptions::default() };
-    assert_eq!(encode(&net, &program, &Facts::default(), &small).unwrap_err()[0].code, codes::TOO_LARGE);
+    assert_eq!(
+        encode(&net, &program, &Facts::default(), &small).unwrap_err()[0].code,
+        codes::TOO_LARGE
+    );
 }
 
 /// Two steps that call one action each.
 fn two_calls() -> (Valid<Net>, Program) {
     let (net, mut program) = ring(2);
     let mut net = net.into_inner();
-    let beep = net.outputs.push(output("beep", Type::Bool, Driver::Extern { params: vec![], calls: vec![] }));
+    let beep = net.outputs.push(output(
+        "beep",
+        Type::Bool,
+        Driver::Extern { params: vec![], calls: vec![] },
+    ));
     program.reset_outputs.push(0);
     program.reset_effects.push(ResetEffect::Call(beep, vec![]));
     for k in 0..2 {
@@ -332,7 +445,10 @@ fn a_strobe_may_pulse_once_only() {
     assert_eq!(twice[0].code, codes::CALLED_TWICE);
     // With the invariant it is clear that one of them calls. The pin is then a function of the new situation.
     let steps = vec![Id::from_index(0), Id::from_index(1)];
-    let facts = Facts { invariants: vec![Invariant { steps, count: 1, by: Proof::Structural }], ..Facts::default() };
+    let facts = Facts {
+        invariants: vec![Invariant { steps, count: 1, by: Proof::Structural }],
+        ..Facts::default()
+    };
     let logic = encode(&net, &program, &facts, &EncodeOptions::default()).unwrap();
     let pin = logic.outputs.values().find(|output| output.name == "beep").unwrap();
     assert_eq!(pin.registered, None);
@@ -348,7 +464,11 @@ fn what_a_chip_cannot_do_is_refused_all_at_once() {
     let mut net = net.into_inner();
     let text = Verbatim { language: "c".into(), text: "x();".into() };
     net.steps[Id::from_index(0)].code.push(text.clone());
-    let speed = net.outputs.push(output("speed", Type::Bool, Driver::Extern { params: vec![], calls: vec![] }));
+    let speed = net.outputs.push(output(
+        "speed",
+        Type::Bool,
+        Driver::Extern { params: vec![], calls: vec![] },
+    ));
     let net = validate(net).unwrap();
     program.body.push(Stmt::Call(speed, vec![Expr::int(3)]));
     program.body.push(Stmt::Code(text));
