@@ -32,7 +32,10 @@ pub fn lints(net: &Valid<Net>, facts: &Facts) -> Vec<Diagnostic> {
 #[must_use]
 pub fn lints_with(net: &Valid<Net>, facts: &Facts, limits: &Limits) -> Vec<Diagnostic> {
     let mut out = Vec::new();
-    out.extend(check_assumption(net));
+    if let Some(warning) = check_assumption(net) {
+        // Where no input is possible nothing ever happens, and whatever else could be said follows from that.
+        return vec![warning];
+    }
     unreachable(net, facts, &mut out);
     let overlaps: Vec<Overlap> =
         compatible_pairs(net).into_iter().filter(|overlap| overlap.is_certain).collect();
