@@ -39,7 +39,11 @@ fn each_page_shows_its_finding() {
     for ((id, page), code) in PAGES.iter().zip(grafsynth_verify::codes::ALL) {
         assert_eq!(*id, code.id);
         assert!(page.starts_with(&format!("# {id}: {}\n", code.title)), "{id}");
-        let example = page.split("```").nth(1).and_then(|fence| fence.strip_prefix("graf\n")).expect("an example");
+        let example = page
+            .split("```")
+            .nth(1)
+            .and_then(|fence| fence.strip_prefix("graf\n"))
+            .expect("an example");
         let found = codes(example);
         assert!(found.contains(id), "{id}: found {found:?}");
         assert!(found.iter().all(|one| one == id), "{id}: found {found:?}");
