@@ -28,7 +28,7 @@ impl Callee<'_> {
             })
             .collect();
         Node::line(format!("{}({});", self.names.outputs[self.output], values.join(", ")))
-            .from(Object::Output(self.output))
+            .about(Object::Output(self.output))
     }
 }
 
@@ -104,7 +104,7 @@ pub(crate) fn initial_outputs(net: &Net, names: &Names, values: &[i64]) -> Vec<N
         .map(|(id, output)| {
             let value = values.get(id.index()).copied().unwrap_or(0);
             Node::line(format!("out->{} = {};", names.outputs[id], constant(value, output.ty)))
-                .from(Object::Output(id))
+                .about(Object::Output(id))
         })
         .collect()
 }

@@ -72,6 +72,40 @@ pub(crate) struct CExpr {
     pub(crate) lo: i64,
     /// Largest value.
     pub(crate) hi: i64,
+    /// For the comparison of something with a constant: what is compared, so that two of them can be seen to be always or never true together.
+    pub(crate) asks: Option<Box<Question>>,
+}
+
+/// A comparison with a constant.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Question {
+    /// The text of what is compared.
+    subject: String,
+    /// Its interval.
+    interval: (i64, i64),
+    op: CompareOp,
+    constant: i64,
+}
+
+impl Question {
+    /// What the conjunction (or disjunction) of two questions about one thing always is, if it is always the same.
+    fn together(&self, other: &Question, is_and: bool) -> Option<bool> {
+        if self.subject != other.subject {
+            return None;
+        }
+        // Between these points neither answer changes.
+        let (lo, hi) = self.interval;
+        let near = |c: i64| [c.saturating_sub(1), c, c.saturating_add(1)];
+        let mut points =
+            [lo, hi].into_iter().chain(near(self.constant)).chain(near(other.constant));
+        let differs = points.any(|point| {
+            let answers =
+                (self.op.apply(point, self.constant), other.op.apply(point, other.constant));
+            (lo..=hi).contains(&point)
+                && if is_and { answers.0 && answers.1 } else { !(answers.0 || answers.1) }
+        });
+        (!differs).then_some(!is_and)
+    }
 }
 
 impl CExpr {
@@ -84,6 +118,7 @@ impl CExpr {
             class: Class::Bool,
             lo: number,
             hi: number,
+            asks: None,
         }
     }
 
@@ -91,12 +126,17 @@ impl CExpr {
     pub(crate) fn int(value: i64) -> Self {
         let class = Class::of(value, value);
         let (text, prec) = literal(value, class);
-        CExpr { text, prec, class, lo: value, hi: value }
+        CExpr { text, prec, class, lo: value, hi: value, asks: None }
+    }
+
+    /// A number of this interval that has this type in C.
+    pub(crate) fn exact(text: String, prec: Prec, class: Class, (lo, hi): (i64, i64)) -> Self {
+        CExpr { text, prec, class, lo, hi, asks: None }
     }
 
     /// A Boolean expression.
     pub(crate) fn condition(text: impl Into<String>, prec: Prec) -> Self {
-        CExpr { text: text.into(), prec, class: Class::Bool, lo: 0, hi: 1 }
+        CExpr { text: text.into(), prec, class: Class::Bool, lo: 0, hi: 1, asks: None }
     }
 
     /// A name or member that holds a value of this type, stored as [`storage`] says.
@@ -108,13 +148,23 @@ impl CExpr {
                 let class = Class::of(lo, hi);
                 match storage(ty) {
                     // An unsigned type as wide as the class would drag the other operand along, so it is widened at once.
-                    "uint16_t" if class == Class::Wide => {
-                        CExpr { text: format!("(int32_t){text}"), prec: Prec::Unary, class, lo, hi }
-                    }
-                    "uint32_t" => {
-                        CExpr { text: format!("(int64_t){text}"), prec: Prec::Unary, class, lo, hi }
-                    }
-                    _ => CExpr { text, prec: Prec::Atom, class, lo, hi },
+                    "uint16_t" if class == Class::Wide => CExpr {
+                        text: format!("(int32_t){text}"),
+                        prec: Prec::Unary,
+                        class,
+                        lo,
+                        hi,
+                        asks: None,
+                    },
+                    "uint32_t" => CExpr {
+                        text: format!("(int64_t){text}"),
+                        prec: Prec::Unary,
+                        class,
+                        lo,
+                        hi,
+                        asks: None,
+                    },
+                    _ => CExpr { text, prec: Prec::Atom, class, lo, hi, asks: None },
                 }
             }
         }
@@ -172,10 +222,22 @@ impl CExpr {
             if if is_and { operand.is_false() } else { operand.is_true() } {
                 return CExpr::bool(!is_and);
             }
-            // The same question twice is asked once; looking is quadratic, so only short lists are looked through.
-            if rest.len() > 32 || rest.iter().all(|earlier| earlier.text != operand.text) {
-                rest.push(operand);
+            // Looking at pairs is quadratic, so only short lists are looked through.
+            if rest.len() <= 32 {
+                // The same question twice is asked once.
+                if rest.iter().any(|earlier| earlier.text == operand.text) {
+                    continue;
+                }
+                let known = operand.asks.as_ref().and_then(|question| {
+                    rest.iter()
+                        .filter_map(|earlier| earlier.asks.as_ref())
+                        .find_map(|earlier| earlier.together(question, is_and))
+                });
+                if let Some(value) = known {
+                    return CExpr::bool(value);
+                }
             }
+            rest.push(operand);
         }
         if rest.len() == 1
             && let Some(only) = rest.pop()
@@ -235,7 +297,19 @@ impl CExpr {
             return CExpr::bool(known);
         }
         let text = format!("{} {} {}", a.within(Prec::Sum), c_sign(op), b.within(Prec::Sum));
-        CExpr::condition(text, Prec::Compare)
+        let asks = match (a.constant(), b.constant()) {
+            (None, Some(constant)) => {
+                Some(Question { interval: (a.lo, a.hi), subject: a.text, op, constant })
+            }
+            (Some(constant), None) => Some(Question {
+                interval: (b.lo, b.hi),
+                subject: b.text,
+                op: mirrored(op),
+                constant,
+            }),
+            (Some(_), Some(_)) | (None, None) => None,
+        };
+        CExpr { asks: asks.map(Box::new), ..CExpr::condition(text, Prec::Compare) }
     }
 
     /// One or the other.
@@ -246,14 +320,14 @@ impl CExpr {
         if condition.is_false() {
             return b;
         }
-        if a.class == Class::Bool {
-            if let (Some(x), Some(y)) = (a.constant(), b.constant()) {
-                return match (x == 1, y == 1) {
-                    (true, false) => condition,
-                    (false, true) => condition.not(),
-                    (value, _) => CExpr::bool(value),
-                };
-            }
+        if a.class == Class::Bool
+            && let (Some(x), Some(y)) = (a.constant(), b.constant())
+        {
+            return match (x == 1, y == 1) {
+                (true, false) => condition,
+                (false, true) => condition.not(),
+                (value, _) => CExpr::bool(value),
+            };
         }
         let text = format!(
             "{} ? {} : {}",
@@ -267,6 +341,7 @@ impl CExpr {
             class: a.class.max(b.class),
             lo: a.lo.min(b.lo),
             hi: a.hi.max(b.hi),
+            asks: None,
         }
     }
 
@@ -297,7 +372,7 @@ impl CExpr {
             a.within(prec)
         };
         let text = format!("{left} {sign} {}", b.within(right));
-        CExpr { text, prec, class, lo, hi }
+        CExpr { text, prec, class, lo, hi, asks: None }
     }
 
     /// Arithmetic negation.
@@ -314,13 +389,13 @@ impl CExpr {
         } else {
             inner.within(Prec::Unary)
         };
-        CExpr { text: format!("-{inner}"), prec: Prec::Unary, class, lo, hi }
+        CExpr { text: format!("-{inner}"), prec: Prec::Unary, class, lo, hi, asks: None }
     }
 
     /// The same value in a wider class.
     pub(crate) fn cast(self, class: Class) -> Self {
         let text = format!("({}){}", class.name(), self.within(Prec::Unary));
-        CExpr { text, prec: Prec::Unary, class, lo: self.lo, hi: self.hi }
+        CExpr { text, prec: Prec::Unary, class, lo: self.lo, hi: self.hi, asks: None }
     }
 
     /// The value converted to the type that stores `ty`; the value must lie within it (see [`saturated`]).
@@ -385,6 +460,18 @@ fn decided(op: CompareOp, a: &CExpr, b: &CExpr) -> Option<bool> {
         | CompareOp::Le
         | CompareOp::Gt
         | CompareOp::Ge => None,
+    }
+}
+
+/// The comparison with its sides exchanged.
+fn mirrored(op: CompareOp) -> CompareOp {
+    match op {
+        CompareOp::Eq => CompareOp::Eq,
+        CompareOp::Ne => CompareOp::Ne,
+        CompareOp::Lt => CompareOp::Gt,
+        CompareOp::Le => CompareOp::Ge,
+        CompareOp::Gt => CompareOp::Lt,
+        CompareOp::Ge => CompareOp::Le,
     }
 }
 
@@ -504,7 +591,7 @@ pub(crate) fn saturated(value: CExpr, ty: Type, prefix: &str, helpers: &mut Help
     let class = value.class;
     let bound = |value: i64| literal(value, Class::of(value, value)).0;
     let text = format!("{prefix}_clamp{width}({}, {}, {})", value.text, bound(lo), bound(hi));
-    CExpr { text, prec: Prec::Atom, class, lo, hi }
+    CExpr { text, prec: Prec::Atom, class, lo, hi, asks: None }
 }
 
 #[cfg(test)]
@@ -541,6 +628,18 @@ mod tests {
         assert!(CExpr::compare(CompareOp::Ge, var("n", 0, 9), CExpr::int(0)).is_true());
         assert!(CExpr::compare(CompareOp::Gt, var("n", 0, 9), CExpr::int(9)).is_false());
         assert_eq!(CExpr::compare(CompareOp::Gt, var("n", 0, 9), CExpr::int(8)).text, "n > 8");
+    }
+
+    #[test]
+    fn contradictions_are_constants() {
+        let n = || var("n", 0, 99);
+        let ask = |op, constant| CExpr::compare(op, n(), CExpr::int(constant));
+        assert!(CExpr::and([ask(CompareOp::Lt, 3), ask(CompareOp::Gt, 10)]).is_false());
+        assert!(CExpr::or([ask(CompareOp::Ne, 3), ask(CompareOp::Ge, 3)]).is_true());
+        assert_eq!(
+            CExpr::and([ask(CompareOp::Gt, 3), ask(CompareOp::Lt, 5)]).text,
+            "n > 3 && n < 5"
+        );
     }
 
     #[test]

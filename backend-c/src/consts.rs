@@ -48,9 +48,11 @@ pub(crate) fn reset(net: &Net) -> Reset {
             Driver::Stored(var) => state.var(*var, 0),
             Driver::Controlled(_) => 0,
             Driver::Extern { calls, params } => {
-                let first = calls.iter().find(|it| {
+                // The first active step in declaration order gives the arguments.
+                let active = calls.iter().filter(|it| {
                     state.active.contains(&it.step) && state.holds(it.condition.as_ref())
                 });
+                let first = active.min_by_key(|it| it.step);
                 if let Some(call) = first {
                     let arguments = call
                         .arguments

@@ -135,13 +135,13 @@ impl Node {
     }
 
     /// The same with one more thing that it comes from.
-    pub(crate) fn from(mut self, object: Object) -> Self {
+    pub(crate) fn about(mut self, object: Object) -> Self {
         self.objects.push(object);
         self
     }
 
     /// The same with more things that it comes from.
-    pub(crate) fn from_all(mut self, objects: impl IntoIterator<Item = Object>) -> Self {
+    pub(crate) fn about_all(mut self, objects: impl IntoIterator<Item = Object>) -> Self {
         self.objects.extend(objects);
         self
     }

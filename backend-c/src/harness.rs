@@ -10,6 +10,7 @@ use crate::Package;
 use crate::cexpr::storage;
 use crate::ctext::{Arm, Kind, Node, Writer};
 use crate::header::{Interface, shown};
+use crate::names::library;
 use grafsynth_ir::Valid;
 use grafsynth_ir::net::{Driver, InputKind, Net, VarOrigin};
 
@@ -131,9 +132,14 @@ static size_t bench_instance(const {prefix}_t *self)
 /// The packages must have been emitted with prefixes that differ ([`crate::Options::prefix`]); functions of their libraries may have equal names.
 #[must_use]
 pub fn multi_harness(all: &[(&Valid<Net>, &Package)]) -> String {
-    let mut text = Writer::write(&common()).0;
+    // What is a header elsewhere is part of the one file here, so unused inline functions are no oversight.
+    let mut text =
+        "#if defined(__clang__)\n#pragma clang diagnostic ignored \"-Wunused-function\"\n#endif\n"
+            .to_string();
+    text.push_str(&Writer::write(&common()).0);
     for (net, package) in all {
-        let (library, prefix) = (library(net, &package.interface), &package.interface.names.prefix);
+        let (library, prefix) =
+            (library(net, &package.interface.names), &package.interface.names.prefix);
         for name in &library {
             text.push_str(&format!("#define {name} {prefix}_lib_{name}\n"));
         }
@@ -191,16 +197,6 @@ pub fn multi_harness(all: &[(&Valid<Net>, &Package)]) -> String {
 
 fn has_library(package: &Package) -> bool {
     package.files.iter().any(|file| file.name.ends_with("_user.h"))
-}
-
-/// The functions of the library, by their names in C.
-fn library(net: &Net, interface: &Interface) -> Vec<String> {
-    let conditions = net.inputs.iter().filter(|(_, it)| it.kind == InputKind::Extern);
-    let actions = net.outputs.iter().filter(|(_, it)| crate::names::is_extern(it));
-    conditions
-        .map(|(id, _)| interface.names.inputs[id].clone())
-        .chain(actions.map(|(id, _)| interface.names.outputs[id].clone()))
-        .collect()
 }
 
 /// What every harness needs: numbers in, text out.

@@ -191,7 +191,7 @@ impl Layout<'_> {
             body.push(
                 Node::line(format!("{} {};", storage(input.ty), self.names.inputs[id]))
                     .note(note)
-                    .from(Object::Input(id)),
+                    .about(Object::Input(id)),
             );
         }
         nodes.push(Node::comment("What the chart reads, once, at the start of a reaction."));
@@ -224,7 +224,7 @@ impl Layout<'_> {
                 );
                 Node::line(format!("{} {};", storage(output.ty), self.names.outputs[id]))
                     .note(note)
-                    .from(Object::Output(id))
+                    .about(Object::Output(id))
             })
             .collect();
         nodes.push(Node::comment("What the chart gives at the end of a reaction."));
@@ -246,7 +246,7 @@ impl Layout<'_> {
             if shown(step.kind, step.hidden) {
                 steps.push(
                     Node::line(format!("{upper}_STEP_{},", self.names.steps[id]))
-                        .from(Object::Step(id)),
+                        .about(Object::Step(id)),
                 );
             }
         }
@@ -261,7 +261,7 @@ impl Layout<'_> {
             .iter()
             .map(|(id, _)| {
                 Node::line(format!("{upper}_T_{},", self.names.transitions[id]))
-                    .from(Object::Transition(id))
+                    .about(Object::Transition(id))
             })
             .collect();
         transitions.push(Node::line(format!("{upper}_TRANSITIONS")));
@@ -287,7 +287,7 @@ impl Layout<'_> {
             .map(|Member { declaration, note, objects }| {
                 Node::line(format!("{declaration};"))
                     .note(note.clone())
-                    .from_all(objects.iter().copied())
+                    .about_all(objects.iter().copied())
             })
             .collect();
         nodes.push(Node::comment("One instance of the chart. Its layout is part of the interface: copy it, save it, keep several."));
@@ -309,7 +309,7 @@ impl Layout<'_> {
                     self.names.outputs[id],
                     calls::constant(off, output.ty)
                 ))
-                .from(Object::Output(id)),
+                .about(Object::Output(id)),
             );
         }
         if i.has_instance {
@@ -351,7 +351,7 @@ impl Layout<'_> {
             } else {
                 step.name.text.clone()
             };
-            nodes.push(Node::function(head, body).note(note).from(Object::Step(id)));
+            nodes.push(Node::function(head, body).note(note).about(Object::Step(id)));
         }
         if any_step {
             nodes.push(Node::blank());
@@ -367,7 +367,7 @@ impl Layout<'_> {
             );
             nodes.push(
                 Node::function(head, vec![Node::line(format!("return self->{name}{access};"))])
-                    .from(Object::Var(id)),
+                    .about(Object::Var(id)),
             );
         }
         if self.program.has_fault {
@@ -418,7 +418,7 @@ impl Layout<'_> {
                 self.names.macros[index]
             );
             nodes.push(
-                Node::function(head, body).from_all(steps.iter().map(|step| Object::Step(*step))),
+                Node::function(head, body).about_all(steps.iter().map(|step| Object::Step(*step))),
             );
         }
         nodes.push(Node::blank());
@@ -488,7 +488,7 @@ impl Layout<'_> {
     fn helpers(&self, nodes: &mut Vec<Node>) {
         let prefix = &self.names.prefix;
         for (slot, width, ty) in [(0, 16, "int"), (1, 32, "int32_t"), (2, 64, "int64_t")] {
-            if self.program.helpers.clamp[slot] {
+            if self.program.helpers.clamp[slot] && self.calls(&format!("{prefix}_clamp{width}")) {
                 nodes.push(Node::comment("The value, or the nearest bound."));
                 nodes.push(Node::function(
                     format!("static {ty} {prefix}_clamp{width}({ty} value, {ty} lo, {ty} hi)"),
@@ -497,7 +497,8 @@ impl Layout<'_> {
                 nodes.push(Node::blank());
             }
         }
-        if let (true, Some(ticks)) = (self.program.helpers.later, self.interface.ticks) {
+        let later = self.program.helpers.later && self.calls(&format!("{prefix}_later"));
+        if let (true, Some(ticks)) = (later, self.interface.ticks) {
             let ty = ticks.name();
             nodes.push(Node::comment("A timer dt ticks later; it stays at its cap."));
             nodes.push(Node::function(
@@ -508,6 +509,14 @@ impl Layout<'_> {
             ));
             nodes.push(Node::blank());
         }
+    }
+
+    /// Whether a helper is called in the text that was kept.
+    fn calls(&self, helper: &str) -> bool {
+        let program = &self.program;
+        [&program.functions, &program.step, &program.init]
+            .into_iter()
+            .any(|nodes| mentions(nodes, helper))
     }
 
     /// The callbacks of seed 000: what changed in a reaction is told at its end.
@@ -530,7 +539,7 @@ impl Layout<'_> {
                     &format!("({now}) != ({was})"),
                     vec![Node::line(format!("{prefix}_activated({name}, {now});"))],
                 )
-                .from(Object::Step(id)),
+                .about(Object::Step(id)),
             );
         }
         for (id, it) in self.net.transitions.iter() {
@@ -552,7 +561,7 @@ impl Layout<'_> {
             let name = format!("{upper}_T_{}", self.names.transitions[id]);
             body.push(
                 Node::when(&condition, vec![Node::line(format!("{prefix}_enabled({name});"))])
-                    .from(Object::Transition(id)),
+                    .about(Object::Transition(id)),
             );
         }
         nodes.push(Node::comment("Tells the library what a reaction changed."));
@@ -623,7 +632,7 @@ impl Layout<'_> {
             body.push(
                 Node::line(format!("{upper}_EVENT_{}{comma}", self.names.inputs[*id]))
                     .note(input.meta.label.clone())
-                    .from(Object::Input(*id)),
+                    .about(Object::Input(*id)),
             );
         }
         nodes.push(Node::directive(format!("#include \"{prefix}.h\"")));
@@ -787,7 +796,7 @@ impl Layout<'_> {
             Node::blank(),
         ]);
         for (signature, note, _, object) in self.library() {
-            nodes.push(Node::line(format!("{signature};")).note(note).from(object));
+            nodes.push(Node::line(format!("{signature};")).note(note).about(object));
         }
         for (signature, note) in self.callbacks() {
             nodes.push(Node::comment(note));
@@ -820,7 +829,7 @@ impl Layout<'_> {
             if !note.is_empty() {
                 nodes.push(Node::comment(note));
             }
-            nodes.push(Node::function(signature, body).from(object));
+            nodes.push(Node::function(signature, body).about(object));
             nodes.push(Node::blank());
         }
         for (signature, note) in self.callbacks() {

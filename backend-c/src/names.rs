@@ -113,6 +113,16 @@ fn assigned<T>(arena: &grafsynth_ir::Arena<T>, names: Vec<String>) -> IdMap<T, S
     IdMap::build(arena, |_, _| names.next().unwrap_or_default())
 }
 
+/// The functions of the user's library.
+pub(crate) fn library(net: &Net, names: &Names) -> Vec<String> {
+    let conditions = net.inputs.iter().filter(|(_, it)| it.kind == InputKind::Extern);
+    let actions = net.outputs.iter().filter(|(_, it)| is_extern(it));
+    conditions
+        .map(|(id, _)| names.inputs[id].clone())
+        .chain(actions.map(|(id, _)| names.outputs[id].clone()))
+        .collect()
+}
+
 /// True for an output that is a function of the user's library.
 pub(crate) fn is_extern(output: &Output) -> bool {
     matches!(output.driver, grafsynth_ir::net::Driver::Extern { .. })

@@ -72,7 +72,7 @@ pub(crate) fn timer_place(text: &str, cap: i64) -> CExpr {
         return CExpr::place(text, Type::Int { lo: 0, hi: cap });
     }
     let class = Class::of(0, cap);
-    CExpr { text: format!("({}){text}", class.name()), prec: Prec::Unary, class, lo: 0, hi: cap }
+    CExpr::exact(format!("({}){text}", class.name()), Prec::Unary, class, (0, cap))
 }
 
 /// A constant of an unsigned type.

@@ -3,6 +3,7 @@
     clippy::disallowed_methods,
     reason = "these tests try the text on real compilers and measure"
 )]
+#![allow(clippy::print_stdout, reason = "tests say what they measured")]
 
 mod support;
 

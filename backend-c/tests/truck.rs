@@ -1,5 +1,7 @@
 //! The truck of seed 004: the golden text, every compiler without a warning, and the sizes that are promised.
 
+#![allow(clippy::print_stdout, reason = "tests say what they measured")]
+
 mod support;
 
 use grafsynth_backend_c::{Options, emit};

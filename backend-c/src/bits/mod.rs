@@ -67,6 +67,8 @@ struct Emit<'a> {
     function: usize,
     /// Loops so far, to name their counters.
     loops: usize,
+    /// Some reaction may leave a fault.
+    sets_fault: bool,
 }
 
 impl<'a> Emit<'a> {
@@ -77,24 +79,15 @@ impl<'a> Emit<'a> {
             if let Origin::Step(step) = cell.origin {
                 step_cells.insert(step, id);
             }
-            match cell.origin {
-                Origin::Var(var) => names.vars[var].clone(),
-                origin => {
-                    let _ = origin;
-                    members.name(&cell.name)
-                }
+            if let Origin::Var(var) = cell.origin {
+                names.vars[var].clone()
+            } else {
+                members.name(&cell.name)
             }
         });
         let mut locals = namer();
-        for (id, input) in net.inputs.iter().filter(|(_, input)| input.kind == InputKind::Extern) {
-            let _ = input;
-            locals.reserve(&names.inputs[id]);
-        }
-        for (id, output) in net.outputs.iter().filter(|(_, output)| crate::names::is_extern(output))
-        {
-            let _ = output;
-            locals.reserve(&names.outputs[id]);
-        }
+        // Locals must not hide the functions that they are given by.
+        crate::names::library(net, names).iter().for_each(|function| locals.reserve(function));
         let temps = IdMap::build(&program.temps, |_, temp| locals.name(&temp.name));
         let mut emit = Emit {
             net,
@@ -111,6 +104,8 @@ impl<'a> Emit<'a> {
             is_split: false,
             function: 0,
             loops: 0,
+            sets_fault: net.settings.evolution != Evolution::Single
+                && (program.reset_fault || program.body.iter().any(gives_fault)),
         };
         emit.inputs_and_time();
         emit
@@ -189,10 +184,12 @@ impl<'a> Emit<'a> {
         step.extend(self.locals());
         step.extend(self.conditions());
         step.extend(self.pieces(main, &calls));
-        let step = without_unused(step);
+        let mut step = without_unused(step);
+        if !self.shared_members().is_empty() && !mentions(&step, "&scan") {
+            step.push(Node::line("(void)scan;"));
+        }
         let has_fault = self.net.settings.evolution != Evolution::Single;
-        let sets_fault =
-            has_fault && (self.program.reset_fault || self.program.body.iter().any(gives_fault));
+        let sets_fault = self.sets_fault;
         CProgram {
             style: "bits",
             instance: self.instance(sets_fault),
@@ -254,7 +251,7 @@ impl<'a> Emit<'a> {
                 // On the stack of a small machine a bit each matters more than the cycles to reach it.
                 let bits = if temp.ty.is_bool() { " : 1" } else { "" };
                 let declaration = format!("{} {}{bits};", storage(temp.ty), self.temps[id]);
-                nodes.push(Node::line(declaration).from_all(objects_of_role(temp.role)));
+                nodes.push(Node::line(declaration).about_all(objects_of_role(temp.role)));
             }
         }
         if self.is_split {
@@ -298,7 +295,7 @@ impl<'a> Emit<'a> {
             };
             if self.eager.contains(input) {
                 let call =
-                    Node::line(format!("{declare}{cond} = {name}();")).from(Object::Input(*input));
+                    Node::line(format!("{declare}{cond} = {name}();")).about(Object::Input(*input));
                 nodes.push(call.defining_by(&cond, format!("(void){name}();")));
             } else {
                 let declare_asked = if self.is_split { "" } else { "bool " };
@@ -387,7 +384,7 @@ impl<'a> Emit<'a> {
                     Home::Shared => format!("{} = {text};", self.shared(name)),
                     Home::Nowhere => return,
                 };
-                let node = Node::line(line).from_all(objects_of_role(role));
+                let node = Node::line(line).about_all(objects_of_role(role));
                 nodes.push(if self.homes[*temp] == Home::Shared {
                     node
                 } else {
@@ -406,7 +403,8 @@ impl<'a> Emit<'a> {
                     .map(|index| format!("[{}]", self.expr(index).text))
                     .unwrap_or_default();
                 let line = format!("self->{}{index} = {value};", self.cells[*cell]);
-                nodes.push(Node::line(line).from_all(objects_of(self.program.cells[*cell].origin)));
+                nodes
+                    .push(Node::line(line).about_all(objects_of(self.program.cells[*cell].origin)));
             }
             Stmt::If(condition, then, otherwise) => {
                 nodes.extend(self.ask(&[condition], &[]));
@@ -429,7 +427,7 @@ impl<'a> Emit<'a> {
                     saturated(value, ty, &self.names.prefix, &mut self.helpers).stored_as(ty);
                 nodes.push(
                     Node::line(format!("out->{} = {value};", self.names.outputs[*output]))
-                        .from(Object::Output(*output)),
+                        .about(Object::Output(*output)),
                 );
             }
             Stmt::Call(output, arguments) => {
@@ -441,7 +439,7 @@ impl<'a> Emit<'a> {
             }
             Stmt::Code(text) => nodes.extend(calls::verbatim(text)),
             Stmt::Fault(value) => {
-                if self.net.settings.evolution != Evolution::Single {
+                if self.sets_fault {
                     let value = self.expr(value);
                     nodes.push(Node::line(format!("self->fault = {};", value.text)));
                 }
@@ -564,7 +562,7 @@ impl<'a> Emit<'a> {
                             .defining_by(place("cond"), format!("(void){name}();")),
                     ],
                 )
-                .from(Object::Input(input)),
+                .about(Object::Input(input)),
             );
         }
         nodes
@@ -577,7 +575,7 @@ impl<'a> Emit<'a> {
         for (id, cell) in self.program.cells.iter() {
             let name = format!("self->{}", self.cells[id]);
             let set = calls::initial(&name, cell.ty, cell.len, &cell.init);
-            nodes.extend(set.into_iter().map(|node| node.from_all(objects_of(cell.origin))));
+            nodes.extend(set.into_iter().map(|node| node.about_all(objects_of(cell.origin))));
         }
         if fault {
             nodes.push(Node::line(format!("self->fault = {};", self.program.reset_fault)));
@@ -710,13 +708,7 @@ impl Scope<Leaf> for Reader<'_, '_> {
             }
             Leaf::Dt => {
                 let most = emit.ticks.map_or(i64::from(i32::MAX), Ticks::max);
-                CExpr {
-                    text: "(int32_t)dt".to_string(),
-                    prec: Prec::Unary,
-                    class: Class::Wide,
-                    lo: 0,
-                    hi: most,
-                }
+                CExpr::exact("(int32_t)dt".to_string(), Prec::Unary, Class::Wide, (0, most))
             }
         }
     }

@@ -7,9 +7,9 @@
 use super::plan::{Latch, Machine, Plan, receptivity, used_edges};
 use super::table::Tables;
 use crate::calls::{self, Callee};
-use crate::cexpr::{CExpr, Class, Helpers, Prec, Scope, c_expr, saturated, storage};
+use crate::cexpr::{CExpr, Helpers, Prec, Scope, c_expr, saturated, storage};
 use crate::consts::{self, Effect};
-use crate::cprogram::{CProgram, Member, mentions, without_unused};
+use crate::cprogram::{CProgram, Member, mentions, with_unused, without_unused};
 use crate::ctext::{Arm, Kind, Node, comment_text};
 use crate::names::Names;
 use crate::times::{Ticks, timer_place, timer_type, unsigned};
@@ -18,8 +18,8 @@ use grafsynth_ir::IdMap;
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::{
-    Block, Driver, EdgeId, Evolution, Expr, InputId, InputKind, Leaf, Net, OutputId, StepId,
-    StmtKind, TransitionId,
+    Block, Driver, EdgeId, Evolution, Expr, ExternCall, InputId, InputKind, Leaf, Net, OutputId,
+    StepId, StmtKind, TransitionId,
 };
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -315,7 +315,7 @@ impl<'a> Emit<'a> {
                 body.push(
                     Node::line(format!("{} = {code}{comma}", self.step_code(*step)))
                         .note(self.step_note(*step))
-                        .from(Object::Step(*step)),
+                        .about(Object::Step(*step)),
                 );
             }
             let member = self.vars[index].clone();
@@ -528,9 +528,9 @@ impl<'a> Emit<'a> {
                 group_weight = 0;
             }
             if weight > self.options.max_transitions && !self.locals {
-                let split = self.split_machine(index, functions);
-                group.push(split);
                 self.close_group(&mut group, &mut calls, functions);
+                group_weight = 0;
+                calls.push(self.split_machine(index, functions));
             } else {
                 let body = self.machine(index, None);
                 group.extend(body);
@@ -666,7 +666,7 @@ impl<'a> Emit<'a> {
             let mut case: Node =
                 Kind::Case(vec![format!("case {}:", self.step_code(*step))], body).into();
             case.note = self.step_note(*step);
-            cases.push(case.from(Object::Step(*step)));
+            cases.push(case.about(Object::Step(*step)));
         }
         if cases.is_empty() {
             return Vec::new();
@@ -677,7 +677,7 @@ impl<'a> Emit<'a> {
             let note = self.step_note(*step);
             let condition = format!("{} == {}", self.var(index), self.step_code(*step));
             let mut node =
-                Node::when(&condition, std::mem::take(&mut body)).from(Object::Step(*step));
+                Node::when(&condition, std::mem::take(&mut body)).about(Object::Step(*step));
             node.note = note;
             return vec![node];
         }
@@ -724,7 +724,7 @@ impl<'a> Emit<'a> {
         }
         if arms.is_empty() {
             if let Some(arm) = settled {
-                nodes.push(Node::comment(arm.note.clone()).from_all(arm.objects.clone()));
+                nodes.push(Node::comment(arm.note.clone()).about_all(arm.objects.clone()));
                 nodes.extend(arm.body);
             }
             return nodes;
@@ -756,7 +756,7 @@ impl<'a> Emit<'a> {
                     let cond = format!("cond_{name}");
                     nodes.push(
                         Node::line(format!("{cond} = {name}();"))
-                            .from(Object::Input(input))
+                            .about(Object::Input(input))
                             .defining_by(cond, format!("(void){name}();")),
                     );
                 }
@@ -780,7 +780,7 @@ impl<'a> Emit<'a> {
         let call =
             if self.locals { call.defining_by(&value, format!("(void){name}();")) } else { call };
         Node::when(&condition.text, vec![Node::line(format!("{asked} = true;")), call])
-            .from(Object::Input(input))
+            .about(Object::Input(input))
     }
 
     /// Calls, where they are not called yet, the conditions that a list or an output mentions.
@@ -973,7 +973,7 @@ impl<'a> Emit<'a> {
                     };
                     nodes.push(
                         Node::line(format!("{target} = {};", value.stored_as(ty)))
-                            .from(Object::Var(*var)),
+                            .about(Object::Var(*var)),
                     );
                 }
                 StmtKind::Call { output, arguments } => {
@@ -1055,7 +1055,7 @@ impl<'a> Emit<'a> {
                 let active =
                     format!("{} == {}", self.var(self.plan.place[id].0), self.step_code(id));
                 body.push(
-                    Node::when(&active, texts).note(self.step_note(id)).from(Object::Step(id)),
+                    Node::when(&active, texts).note(self.step_note(id)).about(Object::Step(id)),
                 );
             }
         }
@@ -1068,7 +1068,11 @@ impl<'a> Emit<'a> {
                 self.in_step(&now.text)
             )));
         }
-        without_unused(body)
+        let mut body = without_unused(body);
+        if !self.locals && !self.scratch.is_empty() && !mentions(&body, "&scan") {
+            body.push(Node::line("(void)scan;"));
+        }
+        body
     }
 
     /// In the function `NAME_step` the shared structure is a local, everywhere else a parameter.
@@ -1104,7 +1108,7 @@ impl<'a> Emit<'a> {
         let Evolution::Stable { limit } = self.net.settings.evolution else { return moves };
         let mut micro = self.scratch_values(true, false);
         micro.extend(moves);
-        let mut micro = without_unused(micro);
+        let mut micro = with_unused(&["self", "scan"], without_unused(micro));
         micro.push(Node::line("return scan->fired;"));
         let mut parameters = vec![format!("{prefix}_t *self")];
         let mut arguments = vec!["self"];
@@ -1193,7 +1197,7 @@ impl<'a> Emit<'a> {
                         let (machine, _) = self.plan.place[emission.step];
                         if self.by_case(machine) {
                             let set =
-                                Node::line(format!("{name} = true;")).from(Object::Output(id));
+                                Node::line(format!("{name} = true;")).about(Object::Output(id));
                             let demands = self.demand_all(&expressions, &[]);
                             let list = by_step.entry(emission.step).or_default();
                             list.extend(demands.into_iter().map(|it| self.node_in_step(it)));
@@ -1213,13 +1217,13 @@ impl<'a> Emit<'a> {
                     let value = CExpr::or(terms);
                     nodes.push(
                         Node::line(format!("{name} = {};", self.in_step(&value.text)))
-                            .from(Object::Output(id)),
+                            .about(Object::Output(id)),
                     );
                 }
                 Driver::Stored(var) if !mealy => {
                     nodes.push(
                         Node::line(format!("{name} = self->{};", self.names.vars[*var]))
-                            .from(Object::Output(id)),
+                            .about(Object::Output(id)),
                     );
                 }
                 Driver::Extern { calls, .. } if !mealy && !calls.is_empty() => {
@@ -1227,8 +1231,12 @@ impl<'a> Emit<'a> {
                     // Where one variable asks for all calls, at most one step does at a time.
                     let machines: BTreeSet<usize> =
                         calls.iter().map(|it| self.plan.place[it.step].0).collect();
-                    let by_case =
-                        machines.len() == 1 && machines.iter().all(|it| self.by_case(*it));
+                    let mut calls: Vec<&ExternCall> = calls.iter().collect();
+                    // The first active step in declaration order gives the arguments.
+                    calls.sort_by_key(|call| call.step);
+                    let by_case = machines.len() == 1
+                        && machines.iter().all(|it| self.by_case(*it))
+                        && calls.windows(2).all(|pair| pair[0].step != pair[1].step);
                     for call in calls {
                         let place = Place::Output { step: call.step };
                         let active = self.now_active(call.step);
@@ -1288,7 +1296,7 @@ impl<'a> Emit<'a> {
                 return Vec::new();
             }
             let mut node = Node::when(&self.in_step(&any.text), vec![statement.clone()])
-                .from(Object::Output(output));
+                .about(Object::Output(output));
             node.objects.extend(objects);
             return vec![node];
         }
@@ -1331,7 +1339,7 @@ impl<'a> Emit<'a> {
                 let heads =
                     steps.iter().map(|step| format!("case {}:", self.step_code(*step))).collect();
                 let case: Node = Kind::Case(heads, list).into();
-                cases.push(case.from_all(steps.iter().map(|step| Object::Step(*step))));
+                cases.push(case.about_all(steps.iter().map(|step| Object::Step(*step))));
             }
             cases.push(Kind::Case(vec!["default:".to_string()], vec![Node::line("break;")]).into());
             nodes.push(Node::block(format!("switch ({})", self.var(machine)), cases));
@@ -1391,7 +1399,7 @@ impl<'a> Emit<'a> {
             };
             nodes.push(
                 Node::line(format!("self->{} = {code};", self.vars[index]))
-                    .from_all(initial.map(Object::Step)),
+                    .about_all(initial.map(Object::Step)),
             );
         }
         for (index, machine) in self.plan.machines.iter().enumerate() {
@@ -1556,9 +1564,7 @@ impl Scope<Leaf> for Reader<'_, '_> {
                 }
             }
             // The plan refuses these.
-            Leaf::LastElapsed(_) | Leaf::Timer(_) => {
-                CExpr { text: "0".into(), prec: Prec::Atom, class: Class::Int, lo: 0, hi: 0 }
-            }
+            Leaf::LastElapsed(_) | Leaf::Timer(_) => CExpr::int(0),
             Leaf::Controlled(_) => CExpr::bool(false),
         }
     }

@@ -178,7 +178,7 @@ pub(crate) fn plan(net: &Net, facts: &Facts) -> Result<Plan, Refusal> {
     };
     competition(net, &plan, &order)?;
     timers(net, &mut plan);
-    lists(net, &mut plan)?;
+    lists(net, facts, &mut plan)?;
     reads(net, &mut plan)?;
     latches(net, &mut plan);
     Ok(plan)
@@ -422,7 +422,7 @@ pub(crate) fn receptivity(net: &Net, id: TransitionId) -> Cow<'_, Expr> {
 }
 
 /// Everything of a net that is evaluated, with where it stands.
-pub(crate) fn each_guard<'a>(net: &'a Net) -> impl Iterator<Item = (TransitionId, &'a Expr)> {
+pub(crate) fn each_guard(net: &Net) -> impl Iterator<Item = (TransitionId, &Expr)> {
     net.transitions.iter().map(|(id, transition)| (id, &transition.guard))
 }
 
@@ -491,7 +491,7 @@ fn timers(net: &Net, plan: &mut Plan) {
 }
 
 /// Who runs lists, and that no two variables' lists get in each other's way.
-fn lists(net: &Net, plan: &mut Plan) -> Result<(), Refusal> {
+fn lists(net: &Net, facts: &Facts, plan: &mut Plan) -> Result<(), Refusal> {
     let mut writer: IdMap<Var, Option<usize>> = IdMap::filled(&net.vars, None);
     let mut all: Vec<(usize, &Block, Span)> = Vec::new();
     for (id, step) in net.steps.iter() {
@@ -521,6 +521,12 @@ fn lists(net: &Net, plan: &mut Plan) -> Result<(), Refusal> {
                 return refuse("a variable that parallel branches write", *span);
             }
         }
+    }
+    if let (true, Evolution::Stable { limit }) = (caller.is_some(), net.settings.evolution)
+        && facts.stable_depth.as_ref().is_none_or(|depth| depth.value > limit)
+    {
+        // Whether the limit was too small is asked by trying once more, on a copy; a call can't be tried.
+        return refuse("calls in a stable evolution that may reach its limit", net.name.span);
     }
     if net.settings.assign_simultaneous
         && let Some((_, _, span)) = all.first()

@@ -247,7 +247,7 @@ impl Tables {
                     };
                     nodes.push(
                         Node::line(format!("word{0} = ({ty})(word{0} | {shifted});", bank.suffix))
-                            .from(Object::Input(*input)),
+                            .about(Object::Input(*input)),
                     );
                 }
             }
@@ -449,7 +449,7 @@ impl Bank {
                         rows.push(
                             Node::line(format!("{{ {words}{} }},", emit.step_code(*target)))
                                 .note(emit.net.transitions[*id].name.text.clone())
-                                .from(Object::Transition(*id)),
+                                .about(Object::Transition(*id)),
                         );
                     }
                     done += mine.len();

@@ -1,6 +1,10 @@
 //! Small nets written by hand, and C compilers to try them on.
 #![allow(dead_code, reason = "each test file uses its part")]
-#![allow(clippy::disallowed_methods, reason = "tests try the text on real compilers")]
+#![allow(
+    clippy::disallowed_methods,
+    clippy::print_stdout,
+    reason = "tests try the text on real compilers and say what they skip"
+)]
 
 pub(crate) mod random_net;
 
@@ -47,7 +51,10 @@ impl Build {
     pub(crate) fn output(&mut self, text: &str, driver: Driver) -> OutputId {
         let ty = match &driver {
             Driver::Stored(var) => self.net.vars[*var].ty,
-            _ => Type::Bool,
+            Driver::Continuous(_)
+            | Driver::Mealy(_)
+            | Driver::Controlled(_)
+            | Driver::Extern { .. } => Type::Bool,
         };
         self.net.outputs.push(Output {
             name: name(text),
@@ -436,7 +443,7 @@ pub(crate) fn program_trace(net: &Valid<Net>, rows: &[(u32, Vec<i64>)]) -> Strin
                             .map(|(it, param)| param.ty.saturate(*it))
                             .collect(),
                     ),
-                    _ => None,
+                    ResetEffect::Call(..) | ResetEffect::Code(_) => None,
                 })
                 .collect();
             cells.push(if params.is_empty() {
