@@ -1,0 +1,727 @@
+//! A plan as C.
+//!
+//! Small charts are one function whose state variables are locals; larger ones are several static functions, each with at most
+//! [`Options::max_transitions`] transitions, that share what lives within a reaction in a structure on the stack. A variable with more transitions than
+//! that is itself split: its values are dealt to functions by their upper bits.
+
+mod moves;
+mod outputs;
+mod read;
+
+use super::plan::{self, Latch, Machine, Plan, used_edges};
+use super::table::Tables;
+use crate::calls;
+use crate::cexpr::{CExpr, Helpers, Prec, c_expr, storage};
+use crate::consts::{self, Effect};
+use crate::cprogram::{CProgram, Member, mentions, with_unused, without_unused};
+use crate::ctext::{Kind, Node, comment_text};
+use crate::names::Names;
+use crate::times::{Ticks, timer_type, unsigned};
+use crate::{Object, Options};
+use grafsynth_ir::IdMap;
+use grafsynth_ir::expr::Type;
+use grafsynth_ir::facts::Facts;
+use grafsynth_ir::net::{
+    EdgeId, Evolution, Expr, InputId, InputKind, Leaf, Net, StepId, TransitionId,
+};
+use moves::weight;
+use read::{Place, Reader};
+use std::collections::BTreeSet;
+
+/// Everything that is needed to print.
+pub(super) struct Emit<'a> {
+    pub(super) net: &'a Net,
+    pub(super) names: &'a Names,
+    pub(super) plan: &'a Plan,
+    pub(super) tables: &'a Tables,
+    options: &'a Options,
+    /// Member (and local) that holds each variable; for a table the element.
+    vars: Vec<String>,
+    timers: Vec<String>,
+    edges: BTreeSet<EdgeId>,
+    ticks: Option<Ticks>,
+    /// State variables are locals of the one function.
+    locals: bool,
+    /// `Evolution::Stable`.
+    stable: bool,
+    helpers: Helpers,
+    /// What lives within a reaction: type, name, value at its start or at the start of each micro-step, and a comment.
+    scratch: Vec<Scratch>,
+    /// Locals of one function: conditions that are asked in one case only.
+    case_conditions: BTreeSet<InputId>,
+}
+
+/// A value that lives within a reaction.
+struct Scratch {
+    ty: &'static str,
+    name: String,
+    init: String,
+    /// Set anew in each micro-step.
+    each_step: bool,
+    note: String,
+}
+
+pub(super) fn emit(
+    net: &Net,
+    facts: &Facts,
+    names: &Names,
+    plan: &Plan,
+    tables: &Tables,
+    options: &Options,
+) -> CProgram {
+    let mut emit = Emit::new(net, names, plan, tables, options);
+    emit.program(facts)
+}
+
+impl<'a> Emit<'a> {
+    fn new(
+        net: &'a Net,
+        names: &'a Names,
+        plan: &'a Plan,
+        tables: &'a Tables,
+        options: &'a Options,
+    ) -> Self {
+        let mut members = names.member_namer();
+        let coded = (0..plan.machines.len()).filter(|index| !tables.holds(*index)).count();
+        let mut vars = Vec::with_capacity(plan.machines.len());
+        for (index, machine) in plan.machines.iter().enumerate() {
+            vars.push(match tables.element(index) {
+                Some(element) => element,
+                None if coded == 1 => "state".to_string(),
+                None => {
+                    let initial = machine.steps.iter().find(|step| net.steps[**step].is_initial);
+                    let named = initial.or(machine.steps.first());
+                    let word = named.map_or("none", |step| names.steps[*step].as_str());
+                    members.name(&format!("state_{word}"))
+                }
+            });
+        }
+        let timers = vars
+            .iter()
+            .map(|var| {
+                if var == "state" {
+                    members.name("time")
+                } else {
+                    members.name(&var.replacen("state", "time", 1))
+                }
+            })
+            .collect();
+        let cap = plan.machines.iter().filter_map(|machine| machine.timer_cap).max();
+        let stable = net.settings.evolution != Evolution::Single;
+        let weight: usize = (0..plan.machines.len())
+            .filter(|index| !tables.holds(*index))
+            .map(|index| weight(plan, &plan.machines[index]))
+            .sum();
+        let locals = !stable && weight <= options.max_transitions;
+        Emit {
+            net,
+            names,
+            plan,
+            tables,
+            options,
+            vars,
+            timers,
+            edges: used_edges(net),
+            ticks: cap.map(Ticks::for_cap),
+            locals,
+            stable,
+            helpers: Helpers::default(),
+            scratch: Vec::new(),
+            case_conditions: BTreeSet::new(),
+        }
+    }
+
+    fn program(&mut self, facts: &Facts) -> CProgram {
+        self.plan_scratch();
+        let mut functions = Vec::new();
+        let moves = self.moves(&mut functions);
+        let step = self.step_body(facts, moves, &mut functions);
+        let init = self.init_body(self.fault_possible(facts));
+        let mut tables = self.tables.definitions(self);
+        if !self.locals && !self.scratch.is_empty() {
+            tables.push(self.scratch_type());
+        }
+        let fault_possible = self.fault_possible(facts);
+        CProgram {
+            style: if self.tables.is_empty() { "switch" } else { "switch with tables" },
+            instance: self.instance(fault_possible),
+            enumerators: self.enumerators(),
+            active: IdMap::build(&self.net.steps, |id, _| {
+                let (machine, _) = self.plan.place[id];
+                format!("self->{} == {}", self.vars[machine], self.step_code(id))
+            }),
+            fault: fault_possible.then(|| "self->fault".to_string()),
+            has_fault: self.stable,
+            ticks: self.ticks,
+            tables,
+            functions,
+            init,
+            step,
+            helpers: self.helpers.clone(),
+        }
+    }
+
+    // --- names and types -------------------------------------------------------------------------------------------------------------------
+
+    /// The enumerator of a step.
+    pub(super) fn step_code(&self, step: StepId) -> String {
+        format!("{}_{}", self.names.upper, self.names.steps[step])
+    }
+
+    fn none_code(&self) -> String {
+        format!("{}_NONE", self.names.upper)
+    }
+
+    fn state_type(machine: &Machine) -> &'static str {
+        let last = i64::try_from(machine.values().saturating_sub(1)).unwrap_or(i64::MAX);
+        storage(Type::Int { lo: 0, hi: last })
+    }
+
+    /// How the state variable is read and written where the transitions stand.
+    fn var(&self, machine: usize) -> String {
+        let name = &self.vars[machine];
+        if self.locals && !self.tables.holds(machine) {
+            name.clone()
+        } else {
+            format!("self->{name}")
+        }
+    }
+
+    fn scan(&self, name: &str) -> String {
+        if self.locals { name.to_string() } else { format!("scan->{name}") }
+    }
+
+    fn fire_flag(&self, transition: TransitionId) -> String {
+        format!("fire_{}", self.names.transitions[transition])
+    }
+
+    fn transition_note(&self, transition: TransitionId) -> String {
+        let it = &self.net.transitions[transition];
+        let mut note = it.name.text.clone();
+        if !it.meta.label.is_empty() {
+            note.push_str(": ");
+            note.push_str(&it.meta.label);
+        }
+        for req in &it.meta.req {
+            note.push_str(" [");
+            note.push_str(req);
+            note.push(']');
+        }
+        note
+    }
+
+    pub(super) fn step_note(&self, step: StepId) -> String {
+        let it = &self.net.steps[step];
+        let mut note = String::new();
+        if it.name.text != self.names.steps[step] {
+            note.push_str(&it.name.text);
+        }
+        if !it.meta.label.is_empty() {
+            note.push_str(if note.is_empty() { "" } else { ": " });
+            note.push_str(&it.meta.label);
+        }
+        for req in &it.meta.req {
+            note.push_str(if note.is_empty() { "[" } else { " [" });
+            note.push_str(req);
+            note.push(']');
+        }
+        note
+    }
+
+    // --- declarations ----------------------------------------------------------------------------------------------------------------------
+
+    fn instance(&self, fault: bool) -> Vec<Member> {
+        let mut members = Vec::new();
+        let member = |declaration: String, note: String, objects: Vec<Object>| Member {
+            declaration,
+            note,
+            objects,
+        };
+        members.extend(self.tables.members(self.plan));
+        for (index, machine) in self.plan.machines.iter().enumerate() {
+            if self.tables.holds(index) {
+                continue;
+            }
+            let note = match machine.steps.as_slice() {
+                [only] => format!("whether {} is active", self.net.steps[*only].name),
+                [first, .., last] => format!(
+                    "the active step of {} .. {}",
+                    self.net.steps[*first].name, self.net.steps[*last].name
+                ),
+                [] => String::new(),
+            };
+            let objects = machine.steps.iter().map(|step| Object::Step(*step)).collect();
+            members.push(member(
+                format!("{} {}", Self::state_type(machine), self.vars[index]),
+                note,
+                objects,
+            ));
+        }
+        for (index, machine) in self.plan.machines.iter().enumerate() {
+            if let Some(cap) = machine.timer_cap {
+                let ty = timer_type(cap);
+                members.push(member(
+                    format!("{ty} {}", self.timers[index]),
+                    "ticks in that step, where they are asked for".to_string(),
+                    Vec::new(),
+                ));
+            }
+        }
+        for (id, var) in self.net.vars.iter() {
+            let len = var.len.map(|len| format!("[{len}]")).unwrap_or_default();
+            let note = if var.meta.label.is_empty() {
+                var.name.text.clone()
+            } else {
+                var.meta.label.clone()
+            };
+            members.push(member(
+                format!("{} {}{len}", storage(var.ty), self.names.vars[id]),
+                note,
+                vec![Object::Var(id)],
+            ));
+        }
+        for edge in &self.edges {
+            members.push(member(
+                format!("bool {}", self.names.edges[*edge]),
+                "its value in the previous reaction".to_string(),
+                Vec::new(),
+            ));
+        }
+        if fault {
+            members.push(member(
+                "bool fault".to_string(),
+                "the last reaction did not settle".to_string(),
+                Vec::new(),
+            ));
+        }
+        members
+    }
+
+    fn enumerators(&self) -> Vec<Node> {
+        let mut nodes = Vec::new();
+        for (index, machine) in self.plan.machines.iter().enumerate() {
+            let mut body = Vec::new();
+            for (position, step) in machine.steps.iter().enumerate() {
+                let (_, code) = self.plan.place[*step];
+                let comma = if position + 1 == machine.steps.len() { "" } else { "," };
+                body.push(
+                    Node::line(format!("{} = {code}{comma}", self.step_code(*step)))
+                        .note(self.step_note(*step))
+                        .about(Object::Step(*step)),
+                );
+            }
+            let member = self.vars[index].clone();
+            nodes.push(
+                Kind::Braces("enum".to_string(), body, ";".to_string())
+                    .into_note(&format!("values of {member}")),
+            );
+        }
+        if self.plan.machines.iter().any(|machine| machine.has_none) {
+            nodes.push(
+                Kind::Braces(
+                    "enum".to_string(),
+                    vec![Node::line(format!("{} = 0", self.none_code()))],
+                    ";".to_string(),
+                )
+                .into_note("no step of that variable is active"),
+            );
+        }
+        nodes
+    }
+
+    /// What lives within a reaction.
+    fn plan_scratch(&mut self) {
+        let mut scratch = Vec::new();
+        let mut add = |ty, name: String, init: &str, each_step, note: &str| {
+            scratch.push(Scratch {
+                ty,
+                name,
+                init: init.to_string(),
+                each_step,
+                note: note.to_string(),
+            });
+        };
+        let conditions: Vec<(InputId, Latch)> =
+            self.plan.latches.iter().map(|(id, latch)| (*id, *latch)).collect();
+        for (id, latch) in conditions {
+            let name = &self.names.inputs[id];
+            let ty = storage(self.net.inputs[id].ty);
+            let call = format!("{name}()");
+            match latch {
+                Latch::Always => {
+                    add(ty, format!("cond_{name}"), &call, false, "asked once, at the start")
+                }
+                Latch::OnDemand => {
+                    add("bool", format!("asked_{name}"), "false", false, "");
+                    add(
+                        ty,
+                        format!("cond_{name}"),
+                        &zero(self.net, id),
+                        false,
+                        "asked at the first need",
+                    );
+                }
+                Latch::InCase => {}
+            }
+        }
+        let edges: Vec<EdgeId> = self.edges.iter().copied().collect();
+        for edge in edges {
+            let now =
+                c_expr(&self.net.edges[edge].expr, &mut Reader { emit: self, place: Place::Free });
+            let was = format!("self->{}", self.names.edges[edge]);
+            let name = self.names.edges[edge].trim_start_matches("was_").to_string();
+            let (rises, falls) = self.edge_uses(edge);
+            if rises {
+                let rise =
+                    CExpr::and([now.clone(), CExpr::condition(was.clone(), Prec::Atom).not()]);
+                add("bool", format!("rise_{name}"), &rise.text, false, "");
+            }
+            if falls {
+                let fall = CExpr::and([now.not(), CExpr::condition(was, Prec::Atom)]);
+                add("bool", format!("fall_{name}"), &fall.text, false, "");
+            }
+        }
+        if self.stable {
+            if self.net.inputs.values().any(|input| input.kind == InputKind::Event) {
+                add(
+                    "bool",
+                    "first".to_string(),
+                    "true",
+                    false,
+                    "events hold in the first micro-step",
+                );
+            }
+            add("bool", "fired".to_string(), "false", true, "something fired in this micro-step");
+        }
+        for (id, _) in self.net.transitions.iter() {
+            if self.plan.is_wide[id] && self.needs_flag(id) {
+                add("bool", self.fire_flag(id), "false", true, &self.transition_note(id));
+            }
+        }
+        for (index, machine) in self.plan.machines.iter().enumerate() {
+            let var = &self.vars[index];
+            if machine.is_entered {
+                add(
+                    Self::state_type(machine),
+                    format!("enter_{var}"),
+                    &self.none_code(),
+                    true,
+                    "the step that a fork adds",
+                );
+            }
+            if machine.needs_old || (machine.is_entered && machine.timer_cap.is_some()) {
+                let value = format!("self->{var}");
+                add(
+                    Self::state_type(machine),
+                    format!("old_{var}"),
+                    &value,
+                    true,
+                    "as it was at the start",
+                );
+            }
+        }
+        self.scratch = scratch;
+    }
+
+    /// True where another variable than the owner loses a step to the transition.
+    fn needs_flag(&self, transition: TransitionId) -> bool {
+        let owner = self.plan.owner[transition];
+        let others = self.net.transitions[transition]
+            .requires
+            .iter()
+            .any(|step| Some(self.plan.place[*step].0) != owner);
+        owner.is_some() && others
+    }
+
+    fn edge_uses(&self, wanted: EdgeId) -> (bool, bool) {
+        let mut uses = (false, false);
+        let mut expressions: Vec<&Expr> =
+            self.net.transitions.values().map(|it| &it.guard).collect();
+        for step in self.net.steps.values() {
+            plan::block_expressions(&step.entry, &mut expressions);
+            plan::block_expressions(&step.exit, &mut expressions);
+        }
+        for transition in self.net.transitions.values() {
+            plan::block_expressions(&transition.actions, &mut expressions);
+        }
+        for expr in expressions {
+            expr.for_each_leaf(&mut |leaf| match *leaf {
+                Leaf::Rise(edge) => uses.0 |= edge == wanted,
+                Leaf::Fall(edge) => uses.1 |= edge == wanted,
+                Leaf::Input(_)
+                | Leaf::Var(_)
+                | Leaf::Active(_)
+                | Leaf::Elapsed(_)
+                | Leaf::LastElapsed(_)
+                | Leaf::TasksDone(_)
+                | Leaf::Timer(_)
+                | Leaf::Fireable(_)
+                | Leaf::Controlled(_) => {}
+            });
+        }
+        uses
+    }
+
+    fn scratch_type(&self) -> Node {
+        let body = self
+            .scratch
+            .iter()
+            .map(|it| Node::line(format!("{} {};", it.ty, it.name)).note(it.note.clone()))
+            .collect();
+        let name = format!("{}_scan_t", self.names.prefix);
+        Kind::Braces("typedef struct".to_string(), body, format!(" {name};"))
+            .into_note("what lives within one reaction")
+    }
+
+    /// Sets what lives within a reaction, or within a micro-step.
+    fn scratch_values(&self, each_step: bool, in_step: bool) -> Vec<Node> {
+        self.scratch
+            .iter()
+            .filter(|it| it.each_step == each_step)
+            .map(|it| {
+                let init = if in_step { self.in_step(&it.init) } else { it.init.clone() };
+                if self.locals {
+                    let is_const =
+                        !it.each_step && !it.name.starts_with("asked_") && !it.init.eq("false");
+                    let qualifier =
+                        if is_const || it.name.starts_with("old_") { "const " } else { "" };
+                    let node = Node::line(format!("{qualifier}{} {} = {init};", it.ty, it.name))
+                        .note(it.note.clone());
+                    if init.ends_with("()") {
+                        node.defining_by(&it.name, format!("(void){init};"))
+                    } else {
+                        node.defining(&it.name)
+                    }
+                } else {
+                    let access = if in_step { "scan." } else { "scan->" };
+                    Node::line(format!("{access}{} = {init};", it.name))
+                }
+            })
+            .collect()
+    }
+
+    // --- the whole step --------------------------------------------------------------------------------------------------------------------
+
+    fn step_body(
+        &mut self,
+        facts: &Facts,
+        moves: Vec<Node>,
+        functions: &mut Vec<Node>,
+    ) -> Vec<Node> {
+        let mut body = Vec::new();
+        if !self.locals && !self.scratch.is_empty() {
+            body.push(Node::line(format!("{}_scan_t scan;", self.names.prefix)));
+        }
+        for (index, machine) in self.plan.machines.iter().enumerate() {
+            if self.locals && !self.tables.holds(index) {
+                body.push(Node::line(format!(
+                    "{} {1} = self->{1};",
+                    Self::state_type(machine),
+                    self.vars[index]
+                )));
+            }
+        }
+        for input in std::mem::take(&mut self.case_conditions) {
+            body.push(self.case_condition(input));
+        }
+        body.extend(self.tables.words(self));
+        body.extend(self.scratch_values(false, true));
+        if !self.stable && self.locals {
+            body.extend(self.scratch_values(true, true));
+        }
+        body.extend(self.timer_updates());
+        if !self.stable && !self.locals {
+            body.extend(self.scratch_values(true, true));
+        }
+        body.extend(self.outputs(true));
+        if self.stable {
+            body.extend(self.settle(facts, moves, functions));
+        } else {
+            body.extend(moves);
+        }
+        if self.locals {
+            for index in 0..self.plan.machines.len() {
+                if !self.tables.holds(index) {
+                    body.push(Node::line(format!("self->{0} = {0};", self.vars[index])));
+                }
+            }
+        }
+        body.extend(self.outputs(false));
+        for (id, step) in self.net.steps.iter() {
+            let texts: Vec<Node> = step.code.iter().flat_map(calls::verbatim).collect();
+            if !texts.is_empty() {
+                let active =
+                    format!("{} == {}", self.var(self.plan.place[id].0), self.step_code(id));
+                body.push(
+                    Node::when(&active, texts).note(self.step_note(id)).about(Object::Step(id)),
+                );
+            }
+        }
+        for edge in self.edges.clone() {
+            let now =
+                c_expr(&self.net.edges[edge].expr, &mut Reader { emit: self, place: Place::Free });
+            body.push(Node::line(format!(
+                "self->{} = {};",
+                self.names.edges[edge],
+                self.in_step(&now.text)
+            )));
+        }
+        let mut body = without_unused(body);
+        if !self.locals && !self.scratch.is_empty() && !mentions(&body, "&scan") {
+            body.push(Node::line("(void)scan;"));
+        }
+        body
+    }
+
+    /// In the function `NAME_step` the shared structure is a local, everywhere else a parameter.
+    fn in_step(&self, text: &str) -> String {
+        if self.locals { text.to_string() } else { text.replace("scan->", "scan.") }
+    }
+
+    /// Time passes for the active steps.
+    fn timer_updates(&mut self) -> Vec<Node> {
+        let mut nodes = Vec::new();
+        for (index, machine) in self.plan.machines.iter().enumerate() {
+            let Some(cap) = machine.timer_cap else { continue };
+            self.helpers.later = true;
+            let timer = &self.timers[index];
+            let ticks = self.ticks.map_or("", Ticks::name);
+            let cast = if timer_type(cap) == ticks {
+                String::new()
+            } else {
+                format!("({})", timer_type(cap))
+            };
+            let prefix = &self.names.prefix;
+            let cap = unsigned(cap);
+            nodes.push(Node::line(format!(
+                "self->{timer} = {cast}{prefix}_later(self->{timer}, dt, {cap});"
+            )));
+        }
+        nodes
+    }
+
+    /// The loop of a stable evolution.
+    fn settle(&mut self, facts: &Facts, moves: Vec<Node>, functions: &mut Vec<Node>) -> Vec<Node> {
+        let prefix = &self.names.prefix;
+        let Evolution::Stable { limit } = self.net.settings.evolution else { return moves };
+        let mut micro = self.scratch_values(true, false);
+        micro.extend(moves);
+        let mut micro = with_unused(&["self", "scan"], without_unused(micro));
+        micro.push(Node::line("return scan->fired;"));
+        let mut parameters = vec![format!("{prefix}_t *self")];
+        let mut arguments = vec!["self"];
+        if mentions(&micro, "in") {
+            parameters.push(format!("const {prefix}_in_t *in"));
+            arguments.push("in");
+        }
+        parameters.push(format!("{prefix}_scan_t *scan"));
+        arguments.push("&scan");
+        let call = format!("{prefix}_fire({})", arguments.join(", "));
+        functions.push(Node::comment("One micro-step; false when nothing fires."));
+        functions.push(Node::function(
+            format!("static bool {prefix}_fire({})", parameters.join(", ")),
+            micro,
+        ));
+        functions.push(Node::blank());
+        let counter = storage(Type::Int { lo: 0, hi: i64::from(limit) });
+        let bound = unsigned(i64::from(limit));
+        let mut round = vec![Node::line("++rounds;")];
+        for it in &self.scratch {
+            let ends =
+                it.name == "first" || it.name.starts_with("rise_") || it.name.starts_with("fall_");
+            if !it.each_step && ends {
+                round.push(Node::line(format!("scan.{} = false;", it.name)));
+            }
+        }
+        let mut nodes = vec![
+            Node::line(format!("{counter} rounds = 0;")),
+            Node::block(format!("while (rounds < {bound} && {call})"), round),
+        ];
+        if self.fault_possible(facts) {
+            nodes.push(Node::line("self->fault = false;"));
+            let trial = call.replacen("self", "&trial", 1);
+            nodes.push(Node::when(
+                &format!("rounds == {bound}"),
+                vec![
+                    Node::comment("The limit: what would fire next is only asked, on a copy."),
+                    Node::line(format!("{prefix}_t trial = *self;")),
+                    Node::line(format!("self->fault = {trial};")),
+                ],
+            ));
+        }
+        nodes
+    }
+
+    /// Whether a reaction may reach the limit with something left to fire.
+    fn fault_possible(&self, facts: &Facts) -> bool {
+        match self.net.settings.evolution {
+            Evolution::Single => false,
+            Evolution::Stable { limit } => {
+                facts.stable_depth.as_ref().is_none_or(|depth| depth.value > limit)
+            }
+        }
+    }
+
+    // --- reset -----------------------------------------------------------------------------------------------------------------------------
+
+    fn init_body(&mut self, fault: bool) -> Vec<Node> {
+        let net = self.net;
+        let reset = consts::reset(net);
+        let mut nodes = self.tables.init(self);
+        for (index, machine) in self.plan.machines.iter().enumerate() {
+            if self.tables.holds(index) {
+                continue;
+            }
+            let initial = machine.steps.iter().copied().find(|step| net.steps[*step].is_initial);
+            let code = match (initial, machine.has_none) {
+                (Some(step), _) => self.step_code(step),
+                (None, true) => self.none_code(),
+                (None, false) => "0".to_string(),
+            };
+            nodes.push(
+                Node::line(format!("self->{} = {code};", self.vars[index]))
+                    .about_all(initial.map(Object::Step)),
+            );
+        }
+        for (index, machine) in self.plan.machines.iter().enumerate() {
+            if machine.timer_cap.is_some() {
+                nodes.push(Node::line(format!("self->{} = 0;", self.timers[index])));
+            }
+        }
+        for (id, var) in net.vars.iter() {
+            let name = format!("self->{}", self.names.vars[id]);
+            nodes.extend(calls::initial(&name, var.ty, var.len, &reset.vars[id.index()]));
+        }
+        for edge in &self.edges {
+            nodes.push(Node::line(format!("self->{} = false;", self.names.edges[*edge])));
+        }
+        if fault {
+            nodes.push(Node::line("self->fault = false;"));
+        }
+        nodes.extend(calls::initial_outputs(net, self.names, &reset.outputs));
+        for effect in reset.effects {
+            match effect {
+                Effect::Call(output, values) => {
+                    nodes.push(self.call(output, values.into_iter().map(CExpr::int).collect()));
+                }
+                Effect::Code(text) => nodes.extend(calls::verbatim(&text)),
+            }
+        }
+        nodes
+    }
+}
+
+impl Kind {
+    /// As a node with a comment.
+    pub(super) fn into_note(self, note: &str) -> Node {
+        let mut node: Node = self.into();
+        node.note = comment_text(note);
+        node
+    }
+}
+
+/// What an input has before it is read.
+fn zero(net: &Net, input: InputId) -> String {
+    let ty = net.inputs[input].ty;
+    calls::constant(ty.saturate(0), ty)
+}

@@ -1,0 +1,236 @@
+//! Outputs: questions about the variables where there are few steps, a `switch` of their own where there are many.
+
+use super::Emit;
+use super::read::{Place, Reader};
+use crate::Object;
+use crate::cexpr::{CExpr, Prec, c_expr};
+use crate::ctext::{Arm, Kind, Node};
+use crate::switch::plan::Plan;
+use grafsynth_ir::net::{Driver, Expr, ExternCall, OutputId, StepId};
+use std::collections::{BTreeMap, BTreeSet};
+
+impl Emit<'_> {
+    /// The assignments of the outputs: those before the micro-step (`mealy`), or all others.
+    pub(super) fn outputs(&mut self, mealy: bool) -> Vec<Node> {
+        let net = self.net;
+        let mut nodes = Vec::new();
+        let mut by_step: BTreeMap<StepId, Vec<Node>> = BTreeMap::new();
+        for (id, output) in net.outputs.iter() {
+            let name = format!("out->{}", self.names.outputs[id]);
+            match &output.driver {
+                Driver::Continuous(emissions) | Driver::Mealy(emissions) => {
+                    if matches!(output.driver, Driver::Mealy(_)) != mealy {
+                        continue;
+                    }
+                    let mut terms: Vec<CExpr> =
+                        self.tables.output_bit(id, mealy).into_iter().collect();
+                    for emission in emissions {
+                        if self.tables.emits(emission.step) && !mealy {
+                            continue;
+                        }
+                        let expressions: Vec<&Expr> = emission.condition.iter().collect();
+                        let active = self.now_active(emission.step);
+                        let place = Place::Output { step: emission.step };
+                        let condition = emission.condition.as_ref().map_or_else(
+                            || CExpr::bool(true),
+                            |it| c_expr(it, &mut Reader { emit: self, place }),
+                        );
+                        if condition.is_false() {
+                            continue;
+                        }
+                        let (machine, _) = self.plan.place[emission.step];
+                        if self.by_case(machine) {
+                            let set =
+                                Node::line(format!("{name} = true;")).about(Object::Output(id));
+                            let demands = self.demand_all(&expressions, &[]);
+                            let list = by_step.entry(emission.step).or_default();
+                            list.extend(demands.into_iter().map(|it| self.node_in_step(it)));
+                            let text = self.in_step(&condition.text);
+                            list.push(if condition.is_true() {
+                                set
+                            } else {
+                                Node::when(&text, vec![set])
+                            });
+                        } else {
+                            let demands =
+                                self.demand_all(&expressions, std::slice::from_ref(&active));
+                            nodes.extend(demands.into_iter().map(|it| self.node_in_step(it)));
+                            terms.push(CExpr::and([active, condition]));
+                        }
+                    }
+                    let value = CExpr::or(terms);
+                    nodes.push(
+                        Node::line(format!("{name} = {};", self.in_step(&value.text)))
+                            .about(Object::Output(id)),
+                    );
+                }
+                Driver::Stored(var) if !mealy => {
+                    nodes.push(
+                        Node::line(format!("{name} = self->{};", self.names.vars[*var]))
+                            .about(Object::Output(id)),
+                    );
+                }
+                Driver::Extern { calls, .. } if !mealy && !calls.is_empty() => {
+                    let mut arms = Vec::new();
+                    // Where one variable asks for all calls, at most one step does at a time.
+                    let machines: BTreeSet<usize> =
+                        calls.iter().map(|it| self.plan.place[it.step].0).collect();
+                    let mut calls: Vec<&ExternCall> = calls.iter().collect();
+                    // The first active step in declaration order gives the arguments.
+                    calls.sort_by_key(|call| call.step);
+                    let by_case = machines.len() == 1
+                        && machines.iter().all(|it| self.by_case(*it))
+                        && calls.windows(2).all(|pair| pair[0].step != pair[1].step);
+                    for call in calls {
+                        let place = Place::Output { step: call.step };
+                        let active = self.now_active(call.step);
+                        let expressions: Vec<&Expr> =
+                            call.condition.iter().chain(&call.arguments).collect();
+                        if by_case {
+                            let demands = self.demand_all(&expressions, &[]);
+                            let list = by_step.entry(call.step).or_default();
+                            list.extend(demands.into_iter().map(|it| self.node_in_step(it)));
+                        } else {
+                            let demands =
+                                self.demand_all(&expressions, std::slice::from_ref(&active));
+                            nodes.extend(demands.into_iter().map(|it| self.node_in_step(it)));
+                        }
+                        let condition = call.condition.as_ref().map_or_else(
+                            || CExpr::bool(true),
+                            |it| c_expr(it, &mut Reader { emit: self, place }),
+                        );
+                        let values = call
+                            .arguments
+                            .iter()
+                            .map(|it| c_expr(it, &mut Reader { emit: self, place }))
+                            .collect();
+                        let statement = self.call(id, values);
+                        let statement = self.node_in_step(statement);
+                        if by_case {
+                            let text = self.in_step(&condition.text);
+                            let list = by_step.entry(call.step).or_default();
+                            if condition.is_true() {
+                                list.push(statement);
+                            } else if !condition.is_false() {
+                                list.push(Node::when(&text, vec![statement]));
+                            }
+                            continue;
+                        }
+                        let head = CExpr::and([active, condition]);
+                        arms.push((head, statement, call.step));
+                    }
+                    nodes.extend(self.call_chain(id, arms));
+                }
+                Driver::Stored(_) | Driver::Extern { .. } | Driver::Controlled(_) => {}
+            }
+        }
+        nodes.extend(self.output_cases(by_step));
+        nodes
+    }
+
+    /// A continuous call: once, with the arguments of the first step that asks for it.
+    pub(super) fn call_chain(
+        &self,
+        output: OutputId,
+        arms: Vec<(CExpr, Node, StepId)>,
+    ) -> Vec<Node> {
+        let mut chain: Vec<Arm> = Vec::new();
+        let plain = arms.iter().all(|(_, statement, _)| statement.kind == arms[0].1.kind);
+        if plain && let Some((_, statement, _)) = arms.first() {
+            let objects: Vec<Object> =
+                arms.iter().map(|(_, _, step)| Object::Step(*step)).collect();
+            let any = CExpr::or(arms.iter().map(|(head, _, _)| head.clone()).collect::<Vec<_>>());
+            if any.is_false() {
+                return Vec::new();
+            }
+            let mut node = Node::when(&self.in_step(&any.text), vec![statement.clone()])
+                .about(Object::Output(output));
+            node.objects.extend(objects);
+            return vec![node];
+        }
+        for (head, statement, step) in arms {
+            if head.is_false() {
+                continue;
+            }
+            let word = if chain.is_empty() { "if" } else { "else if" };
+            let mut arm =
+                Arm::new(format!("{word} ({})", self.in_step(&head.text)), vec![statement]);
+            arm.objects = vec![Object::Output(output), Object::Step(step)];
+            chain.push(arm);
+        }
+        if chain.is_empty() { Vec::new() } else { vec![Kind::Block(chain).into()] }
+    }
+
+    /// Whether a variable's outputs are set in a `switch` of their own: its cost is that of one step, not of all.
+    pub(super) fn by_case(&self, machine: usize) -> bool {
+        !self.tables.holds(machine) && self.plan.machines[machine].values() > 8
+    }
+
+    pub(super) fn output_cases(&self, by_step: BTreeMap<StepId, Vec<Node>>) -> Vec<Node> {
+        let mut by_machine: BTreeMap<usize, Vec<(StepId, Vec<Node>)>> = BTreeMap::new();
+        for (step, list) in by_step {
+            by_machine.entry(self.plan.place[step].0).or_default().push((step, list));
+        }
+        let mut nodes = Vec::new();
+        for (machine, lists) in by_machine {
+            // Steps with the same outputs share their statements.
+            let mut shared: Vec<(Vec<StepId>, Vec<Node>)> = Vec::new();
+            for (step, list) in lists {
+                match shared.iter_mut().find(|(_, other)| *other == list) {
+                    Some((steps, _)) if shared_cases(self.plan, machine) => steps.push(step),
+                    Some(_) | None => shared.push((vec![step], list)),
+                }
+            }
+            let mut cases: Vec<Node> = Vec::new();
+            for (steps, mut list) in shared {
+                list.push(Node::line("break;"));
+                let heads =
+                    steps.iter().map(|step| format!("case {}:", self.step_code(*step))).collect();
+                let case: Node = Kind::Case(heads, list).into();
+                cases.push(case.about_all(steps.iter().map(|step| Object::Step(*step))));
+            }
+            cases.push(Kind::Case(vec!["default:".to_string()], vec![Node::line("break;")]).into());
+            nodes.push(Node::block(format!("switch ({})", self.var(machine)), cases));
+        }
+        nodes
+    }
+
+    /// The condition that a step is active now, in `NAME_step`.
+    pub(super) fn now_active(&self, step: StepId) -> CExpr {
+        let (machine, _) = self.plan.place[step];
+        CExpr::condition(
+            format!("{} == {}", self.var(machine), self.step_code(step)),
+            Prec::Compare,
+        )
+    }
+
+    pub(super) fn node_in_step(&self, mut node: Node) -> Node {
+        if self.locals {
+            return node;
+        }
+        match &mut node.kind {
+            Kind::Line(text) => *text = text.replace("scan->", "scan."),
+            Kind::Block(arms) => {
+                for arm in arms {
+                    arm.head = arm.head.replace("scan->", "scan.");
+                    let body = std::mem::take(&mut arm.body);
+                    arm.body = body.into_iter().map(|it| self.node_in_step(it)).collect();
+                }
+            }
+            Kind::Blank
+            | Kind::Comment(_)
+            | Kind::Verbatim(_)
+            | Kind::Directive(_)
+            | Kind::Case(..)
+            | Kind::Nested(_)
+            | Kind::Function(..)
+            | Kind::Braces(..) => {}
+        }
+        node
+    }
+}
+
+/// Looking for equal cases is quadratic, so it is done for small variables only.
+fn shared_cases(plan: &Plan, machine: usize) -> bool {
+    plan.machines[machine].steps.len() <= 256
+}
