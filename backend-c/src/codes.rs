@@ -7,11 +7,8 @@ pub const STYLE_REFUSED: Code = Code { id: "G0601", title: "the C style cannot c
 /// Text for a language that is not C.
 pub const FOREIGN_CODE: Code =
     Code { id: "G0602", title: "code for another language is left out of the C text" };
-/// A name had to be changed to be a C identifier that other text depends on.
+/// A function of the user's library can't be called what the chart calls it.
 pub const RENAMED: Code =
     Code { id: "G0603", title: "a function of the C library has another name than in the chart" };
-/// A prefix that is no C identifier.
-pub const BAD_PREFIX: Code = Code { id: "G0604", title: "the prefix is not a C identifier" };
-
 /// All of them.
-pub const ALL: &[Code] = &[STYLE_REFUSED, FOREIGN_CODE, RENAMED, BAD_PREFIX];
+pub const ALL: &[Code] = &[STYLE_REFUSED, FOREIGN_CODE, RENAMED];

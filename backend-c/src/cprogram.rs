@@ -65,12 +65,33 @@ pub(crate) fn mentions(nodes: &[Node], word: &str) -> bool {
 
 /// True when `word` stands in `text` as a whole identifier.
 fn has_word(text: &str, word: &str) -> bool {
+    match word.strip_prefix('&') {
+        // An address: the sign stands before the identifier.
+        Some(name) => {
+            text.match_indices(word).any(|(at, _)| words(&text[at + 1..]).next() == Some(name))
+        }
+        None => words(text).any(|it| it == word),
+    }
+}
+
+/// The identifiers and numbers of a line, but for members: a member of that name (`out->in`) is no use of a local or a parameter.
+fn words(text: &str) -> impl Iterator<Item = &str> {
     let is_part = |c: char| c.is_ascii_alphanumeric() || c == '_';
-    text.match_indices(word).any(|(at, _)| {
-        let before = text[..at].chars().next_back();
-        let after = text[at + word.len()..].chars().next();
-        // A member of that name (`out->in`) is no use of the parameter.
-        !before.is_some_and(|c| is_part(c) || c == '>' || c == '.') && !after.is_some_and(is_part)
+    let mut rest = text;
+    let mut before = ' ';
+    std::iter::from_fn(move || {
+        loop {
+            let start = rest.find(is_part)?;
+            before = rest[..start].chars().next_back().unwrap_or(before);
+            let word = &rest[start..];
+            let end = word.find(|c: char| !is_part(c)).unwrap_or(word.len());
+            rest = &word[end..];
+            let is_member = matches!(before, '>' | '.');
+            before = ' ';
+            if !is_member {
+                return Some(&word[..end]);
+            }
+        }
     })
 }
 
@@ -116,8 +137,7 @@ fn count_reads(nodes: &[Node], names: &mut BTreeMap<String, usize>) {
     for node in nodes {
         let own = node.defines.as_ref().map(|it| it.name.as_str());
         let mut look = |text: &str| {
-            let words = text.split(|c: char| !c.is_ascii_alphanumeric() && c != '_');
-            for word in words.filter(|word| Some(*word) != own) {
+            for word in words(text).filter(|word| Some(*word) != own) {
                 if let Some(count) = names.get_mut(word) {
                     *count += 1;
                 }
@@ -211,5 +231,7 @@ mod tests {
         assert!(has_word("if (in->a) {", "in"));
         assert!(!has_word("self->in = 1;", "in"));
         assert!(!has_word("main();", "in"));
+        assert!(!has_word("a > b;", "c") && has_word("a >b;", "a"));
+        assert!(has_word("f(self, &scan);", "&scan") && !has_word("f(&scanner);", "&scan"));
     }
 }

@@ -35,7 +35,7 @@ mod times;
 
 pub use harness::{explorer, harness, multi_harness};
 
-use grafsynth_ir::diag::{Diagnostic, any_error};
+use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::{
     ActionId, Block, InputId, Net, OutputId, StepId, StmtKind, TimerId, TransitionId, VarId,
@@ -83,7 +83,7 @@ impl Style {
 pub struct Options {
     /// The shape of the code.
     pub style: Style,
-    /// What all global names begin with, in place of the chart's name; also the names of the files.
+    /// What all global names begin with, in place of the chart's name, made a C identifier where it is none; also the names of the files.
     pub prefix: Option<String>,
     /// Call `NAME_activated` and `NAME_enabled` of the user's library when a step changes and when a transition becomes enabled (seed 000).
     pub callbacks: bool,
@@ -181,7 +181,7 @@ pub struct Package {
 /// A fact is used only as far as it is proved; without facts every chart becomes the style `bits` or variables of one step each.
 ///
 /// # Errors
-/// A prefix that is no identifier, a style that was asked for and can't carry the chart, and what the reaction program can't be made of.
+/// A style that was asked for and can't carry the chart, and what no reaction program can be made of.
 pub fn emit(
     net: &Valid<Net>,
     facts: &Facts,
@@ -189,23 +189,6 @@ pub fn emit(
 ) -> Result<Package, Vec<Diagnostic>> {
     let mut diagnostics = Vec::new();
     let wanted = options.prefix.as_deref().unwrap_or(&net.name.text);
-    if let Some(prefix) = &options.prefix
-        && names::identifier(prefix) != *prefix
-    {
-        diagnostics.push(
-            Diagnostic::error(
-                codes::BAD_PREFIX,
-                format!("`{prefix}` can't begin the names of C functions"),
-            )
-            .help(format!(
-                "use letters, digits and underscores, for example `{}`",
-                names::identifier(prefix)
-            )),
-        );
-    }
-    if any_error(&diagnostics) {
-        return Err(diagnostics);
-    }
     let names = names::Names::of(net, wanted);
     diagnostics.extend(renamed(net, &names));
     diagnostics.extend(foreign_code(net));

@@ -20,7 +20,7 @@ use grafsynth_ir::net::{
     Driver, Evolution, InputId, InputKind, Leaf as NetLeaf, Net, OutputId, StepId, TransitionId,
 };
 use grafsynth_ir::program::{
-    Cell, CellId, Expr, Leaf, Origin, Program, ResetEffect, Stmt, Temp, TempRole,
+    Cell, CellId, Expr, Leaf, Origin, Program, ResetEffect, Stmt, Temp, TempId, TempRole,
 };
 use grafsynth_ir::{IdMap, Valid};
 use homes::{Home, Piece, cut, each_expr, homes};
@@ -69,6 +69,8 @@ struct Emit<'a> {
     loops: usize,
     /// Some reaction may leave a fault.
     sets_fault: bool,
+    /// Temps whose only value turned out to be a constant.
+    constants: BTreeMap<TempId, CExpr>,
 }
 
 impl<'a> Emit<'a> {
@@ -106,6 +108,7 @@ impl<'a> Emit<'a> {
             loops: 0,
             sets_fault: net.settings.evolution != Evolution::Single
                 && (program.reset_fault || program.body.iter().any(gives_fault)),
+            constants: BTreeMap::new(),
         };
         emit.inputs_and_time();
         emit
@@ -376,7 +379,12 @@ impl<'a> Emit<'a> {
                 let role = self.program.temps[*temp].role;
                 nodes.extend(self.ask_for_role(value, role));
                 let ty = self.program.temps[*temp].ty;
-                let text = self.expr(value).stored_as(ty);
+                let value = self.expr(value);
+                if self.homes[*temp] == Home::Here && value.constant().is_some() {
+                    self.constants.insert(*temp, value);
+                    return;
+                }
+                let text = value.stored_as(ty);
                 let name = &self.temps[*temp];
                 let line = match self.homes[*temp] {
                     Home::Here => format!("const {} {name} = {text};", storage(ty)),
@@ -686,6 +694,7 @@ impl Scope<Leaf> for Reader<'_, '_> {
             Leaf::Cell(cell) => {
                 CExpr::place(format!("self->{}", emit.cells[cell]), emit.program.cells[cell].ty)
             }
+            Leaf::Temp(temp) if emit.constants.contains_key(&temp) => emit.constants[&temp].clone(),
             Leaf::Temp(temp) => {
                 let name = &emit.temps[temp];
                 let ty = emit.program.temps[temp].ty;
