@@ -608,12 +608,7 @@ impl<'a> Emit<'a> {
         micro.extend(moves);
         let mut micro = with_unused(&["self", "scan"], without_unused(micro));
         micro.push(Node::line("return scan->fired;"));
-        let mut parameters = vec![format!("{prefix}_t *self")];
-        let mut arguments = vec!["self"];
-        if mentions(&micro, "in") {
-            parameters.push(format!("const {prefix}_in_t *in"));
-            arguments.push("in");
-        }
+        let (mut parameters, mut arguments) = self.parameters(&micro);
         parameters.push(format!("{prefix}_scan_t *scan"));
         arguments.push("&scan");
         let call = format!("{prefix}_fire({})", arguments.join(", "));

@@ -7,6 +7,7 @@ use crate::cexpr::{CExpr, Prec, c_expr, storage};
 use crate::cprogram::{mentions, without_unused};
 use crate::ctext::{Arm, Kind, Node};
 use crate::switch::plan::{self, Latch, Machine, Plan, receptivity};
+use crate::times::Ticks;
 use grafsynth_ir::net::{Expr, InputId, Leaf, Policy, StepId, TransitionId};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -75,27 +76,40 @@ impl Emit<'_> {
         mut body: Vec<Node>,
         functions: &mut Vec<Node>,
     ) -> Node {
-        let prefix = &self.names.prefix;
         let mut declared: Vec<Node> = Vec::new();
         for input in std::mem::take(&mut self.case_conditions) {
             declared.push(self.case_condition(input));
         }
         declared.append(&mut body);
         let body = without_unused(declared);
-        let mut parameters = vec![format!("{prefix}_t *self")];
-        let mut arguments = vec!["self"];
-        if mentions(&body, "in") {
-            parameters.push(format!("const {prefix}_in_t *in"));
-            arguments.push("in");
-        }
+        let (mut parameters, mut arguments) = self.parameters(&body);
         if mentions(&body, "scan") {
-            parameters.push(format!("{prefix}_scan_t *scan"));
+            parameters.push(format!("{}_scan_t *scan", self.names.prefix));
             arguments.push(if self.stable { "scan" } else { "&scan" });
         }
         functions
             .push(Node::function(format!("static void {name}({})", parameters.join(", ")), body));
         functions.push(Node::blank());
         Node::line(format!("{name}({});", arguments.join(", ")))
+    }
+
+    /// The parameters that a private function needs for its body, and the arguments for them: verbatim text may use `out` and `dt` too.
+    pub(super) fn parameters(&self, body: &[Node]) -> (Vec<String>, Vec<&'static str>) {
+        let prefix = &self.names.prefix;
+        let mut parameters = vec![format!("{prefix}_t *self")];
+        let mut arguments = vec!["self"];
+        let ticks = self.ticks.map_or("uint32_t", Ticks::name);
+        for (word, parameter) in [
+            ("in", format!("const {prefix}_in_t *in")),
+            ("dt", format!("{ticks} dt")),
+            ("out", format!("{prefix}_out_t *out")),
+        ] {
+            if mentions(body, word) {
+                parameters.push(parameter);
+                arguments.push(word);
+            }
+        }
+        (parameters, arguments)
     }
 
     /// The local for a condition that is asked in one case only.
