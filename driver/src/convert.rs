@@ -24,7 +24,7 @@ pub fn convert(design: &Design, to: Format) -> Result<String, Vec<Diagnostic>> {
             Format::Palasm | Format::Cupl | Format::Galasm | Format::Verilog | Format::Blif,
         ) => {
             let net = &design.net;
-            let facts = grafsynth_verify::facts(net, &Limits::default());
+            let facts = pipeline::facts(net, &Limits::default());
             let logic = pipeline::logic(net, &facts)?;
             let options = pipeline::emit_options(net, None, None);
             Ok(pipeline::through(&logic, dialect(to), &options)?.emitted.text)

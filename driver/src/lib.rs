@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! let (design, findings) = read::read(&sources, &texts, limits);     // texts, board and properties to a net
-//! let facts = grafsynth_verify::facts(&net, &limits);
+//! let facts = pipeline::facts(&net, &limits);
 //! let built = pipeline::build(&net, &facts, &targets, &options);     // texts, each read back and proved
 //! ```
 

@@ -19,7 +19,7 @@ use grafsynth_ir::diag::any_error;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::logic::Logic;
 use grafsynth_ir::lower::program::{ProgramOptions, program};
-use grafsynth_ir::net::Net;
+use grafsynth_ir::net::{Evolution, Net};
 use grafsynth_ir::{Diagnostic, FileId, Valid};
 use grafsynth_sim::{InputRow, Row, Simulator, Stimulus};
 use grafsynth_verify::Limits;
@@ -83,6 +83,19 @@ impl Built {
     #[must_use]
     pub fn outcome(&self) -> Outcome {
         self.lines.iter().map(|line| line.outcome).max().unwrap_or(Outcome::Proved)
+    }
+}
+
+/// What the back ends need to know of a net: the structure, and for a chart that evolves until it is stable a bound on its micro-steps, which only
+/// an enumeration can give. It costs time in proportion to the net, not to its states.
+#[must_use]
+pub fn facts(net: &Valid<Net>, limits: &Limits) -> Facts {
+    match net.settings.evolution {
+        Evolution::Single => grafsynth_verify::structural_facts(net),
+        Evolution::Stable { .. } => {
+            let limits = Limits { pairs: limits.pairs.min(100_000), ..limits.clone() };
+            grafsynth_verify::facts(net, &limits)
+        }
     }
 }
 

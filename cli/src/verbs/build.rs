@@ -36,7 +36,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
             None => return Ok(Exit::Usage),
         },
     };
-    let facts = grafsynth_verify::facts(net, &limits);
+    let facts = pipeline::facts(net, &limits);
     let source = arguments.input.file.rsplit(['/', '\\']).next().unwrap_or_default().to_owned();
     let options = BuildOptions {
         device: arguments.device.clone(),

@@ -28,7 +28,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Compare) -> Result<Exit, St
     let Some(stimulus) = stimulus(session, net, arguments.stimulus.as_deref(), rows, arguments.seed, 1)? else {
         return Ok(Exit::Usage);
     };
-    let facts = grafsynth_verify::facts(net, &Limits::default());
+    let facts = grafsynth_driver::pipeline::facts(net, &Limits::default());
     let job = Job { net, facts: &facts, stimulus: &stimulus };
     let reference = match ReferenceEngine.run(&job) {
         Ok(trace) => trace,

@@ -43,7 +43,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Sim) -> Result<Exit, Stop> 
         if let Availability::Missing(tool) = engine.availability() {
             return Err(Stop::Usage(format!("engine {} needs {tool}, which is not here", engine.name())));
         }
-        let facts = grafsynth_verify::facts(net, &grafsynth_verify::Limits::default());
+        let facts = grafsynth_driver::pipeline::facts(net, &grafsynth_verify::Limits::default());
         match engine.run(&Job { net, facts: &facts, stimulus: &stimulus }) {
             Ok(trace) => trace,
             Err(EngineError::Refused(found)) => {
