@@ -420,10 +420,11 @@ pub(crate) fn storage(ty: Type) -> &'static str {
         "uint8_t"
     } else if fits(-0x80, 0x7f) {
         "int8_t"
+    } else if fits(-0x8000, 0x7fff) {
+        // Not `uint16_t`, which a 16-bit `int` does not hold: it would make all arithmetic with it unsigned there.
+        "int16_t"
     } else if fits(0, 0xffff) {
         "uint16_t"
-    } else if fits(-0x8000, 0x7fff) {
-        "int16_t"
     } else if fits(i64::from(i32::MIN), i64::from(i32::MAX)) {
         "int32_t"
     } else if fits(0, i64::from(u32::MAX)) {
@@ -612,6 +613,16 @@ mod tests {
         assert_eq!(unsigned.text, "(int32_t)n - 1");
         let huge = CExpr::arith(ArithOp::Mul, var("n", 0, 100_000), var("m", 0, 100_000));
         assert_eq!(huge.text, "(int64_t)n * m");
+    }
+
+    #[test]
+    fn nothing_that_an_int_of_16_bits_does_not_hold_is_read_as_one() {
+        for (lo, hi, text) in
+            [(0, 255, "n"), (0, 256, "n"), (0, 32767, "n"), (0, 32768, "(int32_t)n")]
+        {
+            assert_eq!(var("n", lo, hi).text, text);
+        }
+        assert_eq!(storage(Type::Int { lo: 0, hi: 300 }), "int16_t");
     }
 
     #[test]

@@ -603,7 +603,7 @@ impl Layout<'_> {
             Node::blank(),
             Node::comment("Where constant tables live: flash, on machines that have to be told."),
             Node::directive(format!("#ifndef {upper}_ROM")),
-            Node::directive("#if defined(__FLASH) && !defined(__cplusplus)"),
+            Node::directive("#if defined(__FLASH) && !defined(__STRICT_ANSI__) && !defined(__cplusplus)"),
             Node::directive(format!("#define {upper}_ROM const __flash")),
             Node::directive("#elif defined(__SDCC_mcs51)"),
             Node::directive(format!("#define {upper}_ROM const __code")),

@@ -55,8 +55,8 @@ impl Ticks {
     }
 }
 
-/// The unsigned type that counts to `cap`.
-pub(crate) fn timer_type(cap: i64) -> &'static str {
+/// The unsigned type that counts to `cap`: for timers, counters and codes of steps.
+pub(crate) fn count_type(cap: i64) -> &'static str {
     if cap <= 0xff {
         "uint8_t"
     } else if cap <= 0xffff {
@@ -66,11 +66,12 @@ pub(crate) fn timer_type(cap: i64) -> &'static str {
     }
 }
 
-/// The value of a timer of [`timer_type`], as an exact number.
+/// The value of a timer of [`count_type`], as an exact number.
 pub(crate) fn timer_place(text: &str, cap: i64) -> CExpr {
-    if cap <= 0xffff {
+    if cap <= 0xff {
         return CExpr::place(text, Type::Int { lo: 0, hi: cap });
     }
+    // Two bytes and more are unsigned where an `int` has no more, so they are widened or made signed at once.
     let class = Class::of(0, cap);
     CExpr::exact(format!("({}){text}", class.name()), Prec::Unary, class, (0, cap))
 }

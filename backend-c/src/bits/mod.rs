@@ -11,10 +11,9 @@ use crate::cexpr::{CExpr, Class, Helpers, Prec, Scope, c_expr, saturated, storag
 use crate::cprogram::{CProgram, Member, mentions, without_unused};
 use crate::ctext::{Arm, Kind, Node};
 use crate::names::{Names, namer};
-use crate::times::{Ticks, unsigned};
+use crate::times::{Ticks, count_type, unsigned};
 use crate::{Object, Options};
 use grafsynth_ir::diag::Diagnostic;
-use grafsynth_ir::expr::Type;
 use grafsynth_ir::lower::program::{ProgramOptions, program as reaction_program};
 use grafsynth_ir::net::{
     Driver, Evolution, InputId, InputKind, Leaf as NetLeaf, Net, OutputId, StepId, TransitionId,
@@ -465,7 +464,7 @@ impl<'a> Emit<'a> {
         self.loops += 1;
         let counter =
             if self.loops == 1 { "round".to_string() } else { format!("round_{}", self.loops) };
-        let ty = storage(Type::Int { lo: 0, hi: i64::from(limit) });
+        let ty = count_type(i64::from(limit));
         let bound = unsigned(i64::from(limit));
         let question = if condition.is_true() {
             String::new()

@@ -9,12 +9,13 @@
 
 use super::emit::Emit;
 use super::plan::{Plan, entered, receptivity};
-use crate::cexpr::{CExpr, Prec, storage};
+use crate::cexpr::{CExpr, Prec};
 use crate::cprogram::Member;
 use crate::ctext::{Kind, Node};
 use crate::names::Names;
+use crate::times::count_type;
 use crate::{Object, Options, Style};
-use grafsynth_ir::expr::{Expr as GenericExpr, ExprKind, Type};
+use grafsynth_ir::expr::{Expr as GenericExpr, ExprKind};
 use grafsynth_ir::net::{
     Driver, Evolution, Expr, InputId, InputKind, Leaf, Net, OutputId, StepId, TransitionId,
 };
@@ -309,7 +310,7 @@ impl Tables {
                 .filter(|(_, code)| *code != first || codes.len() == 1)
                 .collect();
             if codes.len() > 1 {
-                let ty = storage(Type::Int { lo: 0, hi: len(codes.len()) });
+                let ty = count_type(len(codes.len()));
                 nodes.push(Node::block(
                     format!("for ({ty} i = 0; i < {}U; ++i)", codes.len()),
                     vec![Node::line(format!("self->{}[i] = {first};", bank.member))],
@@ -326,7 +327,7 @@ impl Tables {
 impl Bank {
     fn state_type(&self, plan: &Plan) -> &'static str {
         let most = self.machines.iter().map(|it| plan.machines[*it].values()).max().unwrap_or(1);
-        storage(Type::Int { lo: 0, hi: len(most) - 1 })
+        count_type(len(most) - 1)
     }
 
     /// Every step waits for at most one term.
@@ -360,7 +361,7 @@ impl Bank {
             .steps(plan)
             .map(|step| tables.waiting.get(&step).map_or(0, |it| it.rows.len()))
             .sum::<usize>();
-        let first = storage(Type::Int { lo: 0, hi: len(row_count) });
+        let first = count_type(len(row_count));
         if single {
             row.extend(
                 lamps.map(|ty| Node::line(format!("{ty} lamps;")).note("the outputs of the step")),
@@ -489,7 +490,7 @@ impl Bank {
             );
         }
         if self.machines.len() > 1 {
-            let ty = storage(Type::Int { lo: 0, hi: len(self.values(plan)) });
+            let ty = count_type(len(self.values(plan)));
             let mut at = 0usize;
             let mut offsets = Vec::new();
             for (position, machine) in self.machines.iter().enumerate() {
@@ -554,7 +555,7 @@ impl Bank {
                 .steps(plan)
                 .map(|step| tables.waiting.get(&step).map_or(0, |it| it.rows.len()))
                 .sum::<usize>();
-            let counter = storage(Type::Int { lo: 0, hi: len(rows) });
+            let counter = count_type(len(rows));
             body.push(Node::line(format!(
                 "{upper}_ROM {prefix}_stand{suffix}_t *stand = &{prefix}_stands{suffix}[{begin}{state}];"
             )));
@@ -595,7 +596,7 @@ impl Bank {
             "A sequence that only waits for inputs: one row for each step."
         });
         if several {
-            let counter = storage(Type::Int { lo: 0, hi: len(self.machines.len()) });
+            let counter = count_type(len(self.machines.len()));
             let head = format!("for ({counter} i = 0; i < {}U; ++i)", self.machines.len());
             vec![comment, Node::block(head, body)]
         } else {

@@ -16,10 +16,9 @@ use crate::consts::{self, Effect};
 use crate::cprogram::{CProgram, Member, mentions, with_unused, without_unused};
 use crate::ctext::{Kind, Node, comment_text};
 use crate::names::Names;
-use crate::times::{Ticks, timer_type, unsigned};
+use crate::times::{Ticks, count_type, unsigned};
 use crate::{Object, Options};
 use grafsynth_ir::IdMap;
-use grafsynth_ir::expr::Type;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::{
     EdgeId, Evolution, Expr, InputId, InputKind, Leaf, Net, StepId, TransitionId,
@@ -174,7 +173,7 @@ impl<'a> Emit<'a> {
 
     fn state_type(machine: &Machine) -> &'static str {
         let last = i64::try_from(machine.values().saturating_sub(1)).unwrap_or(i64::MAX);
-        storage(Type::Int { lo: 0, hi: last })
+        count_type(last)
     }
 
     /// How the state variable is read and written where the transitions stand.
@@ -259,7 +258,7 @@ impl<'a> Emit<'a> {
         }
         for (index, machine) in self.plan.machines.iter().enumerate() {
             if let Some(cap) = machine.timer_cap {
-                let ty = timer_type(cap);
+                let ty = count_type(cap);
                 members.push(member(
                     format!("{ty} {}", self.timers[index]),
                     "ticks in that step, where they are asked for".to_string(),
@@ -586,10 +585,10 @@ impl<'a> Emit<'a> {
             self.helpers.later = true;
             let timer = &self.timers[index];
             let ticks = self.ticks.map_or("", Ticks::name);
-            let cast = if timer_type(cap) == ticks {
+            let cast = if count_type(cap) == ticks {
                 String::new()
             } else {
-                format!("({})", timer_type(cap))
+                format!("({})", count_type(cap))
             };
             let prefix = &self.names.prefix;
             let cap = unsigned(cap);
@@ -618,7 +617,7 @@ impl<'a> Emit<'a> {
             micro,
         ));
         functions.push(Node::blank());
-        let counter = storage(Type::Int { lo: 0, hi: i64::from(limit) });
+        let counter = count_type(i64::from(limit));
         let bound = unsigned(i64::from(limit));
         let mut round = vec![Node::line("++rounds;")];
         for it in &self.scratch {
