@@ -7,7 +7,8 @@ use std::path::PathBuf;
 use std::{env, fs};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let folder = PathBuf::from(env::var("CARGO_MANIFEST_DIR")?).join("../docs/codes").canonicalize()?;
+    let folder =
+        PathBuf::from(env::var("CARGO_MANIFEST_DIR")?).join("../docs/codes").canonicalize()?;
     println!("cargo::rerun-if-changed={}", folder.display());
     let mut pages = Vec::new();
     for entry in fs::read_dir(&folder)? {

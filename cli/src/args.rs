@@ -7,7 +7,9 @@ use std::path::PathBuf;
 /// Charts to C and programmable logic, with every output proved against the chart.
 #[derive(Debug, Parser)]
 #[command(name = "grafsynth", version, max_term_width = 100, arg_required_else_help = true)]
-#[command(after_help = "Exit codes: 0 done and true; 1 the input has errors; 2 wrong use or I/O; 3 refuted; 4 open (a limit was reached).")]
+#[command(
+    after_help = "Exit codes: 0 done and true; 1 the input has errors; 2 wrong use or I/O; 3 refuted; 4 open (a limit was reached)."
+)]
 pub(crate) struct Cli {
     #[command(flatten)]
     pub(crate) global: Global,

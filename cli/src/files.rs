@@ -1,6 +1,9 @@
 //! Reading and writing files: whole or not at all.
 
-#![expect(clippy::disallowed_methods, reason = "this module is where the command line touches files")]
+#![expect(
+    clippy::disallowed_methods,
+    reason = "this module is where the command line touches files"
+)]
 
 use std::fs;
 use std::io::{self, Read, Write};
@@ -54,14 +57,20 @@ pub(crate) fn write_all(files: &[(PathBuf, Vec<u8>)]) -> Result<(), String> {
     for (temporary, path) in &staged {
         if let Err(error) = fs::rename(temporary, path) {
             let already = if done.is_empty() { "nothing".to_owned() } else { done.join(", ") };
-            return Err(format!("cannot replace {}: {error} ({already} was replaced)", path.display()));
+            return Err(format!(
+                "cannot replace {}: {error} ({already} was replaced)",
+                path.display()
+            ));
         }
         done.push(path.display().to_string());
     }
     Ok(())
 }
 
-fn stage<'a>(files: &'a [(PathBuf, Vec<u8>)], staged: &mut Vec<(PathBuf, &'a Path)>) -> Result<(), String> {
+fn stage<'a>(
+    files: &'a [(PathBuf, Vec<u8>)],
+    staged: &mut Vec<(PathBuf, &'a Path)>,
+) -> Result<(), String> {
     for (path, bytes) in files {
         let say = |error: io::Error| format!("cannot write {}: {error}", path.display());
         let name = path.file_name().ok_or_else(|| format!("{} names no file", path.display()))?;
@@ -71,7 +80,8 @@ fn stage<'a>(files: &'a [(PathBuf, Vec<u8>)], staged: &mut Vec<(PathBuf, &'a Pat
         if let Some(folder) = path.parent() {
             fs::create_dir_all(folder).map_err(say)?;
         }
-        let temporary = path.with_file_name(format!(".{}.{}", name.to_string_lossy(), std::process::id()));
+        let temporary =
+            path.with_file_name(format!(".{}.{}", name.to_string_lossy(), std::process::id()));
         staged.push((temporary.clone(), path));
         let mut file = fs::File::create(&temporary).map_err(say)?;
         file.write_all(bytes).map_err(say)?;

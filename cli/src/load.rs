@@ -94,7 +94,11 @@ impl Session {
             Some(design) => Ok((design, found)),
             None => {
                 self.show(&found);
-                Err(if any_error(&found) { Stop::Errors } else { Stop::Usage(format!("{} is empty", input.file)) })
+                Err(if any_error(&found) {
+                    Stop::Errors
+                } else {
+                    Stop::Usage(format!("{} is empty", input.file))
+                })
             }
         }
     }
@@ -134,5 +138,6 @@ fn companion(path: &str, extension: &str) -> Option<String> {
         return None;
     }
     let beside = Path::new(path).with_extension(extension);
-    (beside != Path::new(path) && files::exists(&beside)).then(|| beside.to_string_lossy().into_owned())
+    (beside != Path::new(path) && files::exists(&beside))
+        .then(|| beside.to_string_lossy().into_owned())
 }

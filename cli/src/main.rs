@@ -49,10 +49,18 @@ fn style(cli: &Cli) -> Style {
     let color = match cli.global.color {
         When::Always => true,
         When::Never => false,
-        When::Auto => std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty()),
+        When::Auto => {
+            std::io::stderr().is_terminal()
+                && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())
+        }
     };
     let width = std::env::var("COLUMNS").ok().and_then(|value| value.parse().ok()).unwrap_or(140);
-    Style { format: cli.global.message_format, color, max_diagnostics: cli.global.max_diagnostics, width }
+    Style {
+        format: cli.global.message_format,
+        color,
+        max_diagnostics: cli.global.max_diagnostics,
+        width,
+    }
 }
 
 /// Prints what was asked for. A reader that went away (`| head`) is no error.

@@ -51,7 +51,10 @@ pub(crate) fn render(sources: &Sources, diagnostics: &[Diagnostic], style: Style
 }
 
 /// Keeps `max` findings a file, errors before warnings before notes; says for each file how many were left out.
-fn limit<'a>(sorted: &[&'a Diagnostic], max: usize) -> (Vec<&'a Diagnostic>, Vec<(Option<FileId>, usize)>) {
+fn limit<'a>(
+    sorted: &[&'a Diagnostic],
+    max: usize,
+) -> (Vec<&'a Diagnostic>, Vec<(Option<FileId>, usize)>) {
     let file = |diagnostic: &Diagnostic| diagnostic.labels.first().map(|label| label.span.file);
     let mut files: Vec<Option<FileId>> = sorted.iter().map(|diagnostic| file(diagnostic)).collect();
     files.sort_unstable();
@@ -59,8 +62,12 @@ fn limit<'a>(sorted: &[&'a Diagnostic], max: usize) -> (Vec<&'a Diagnostic>, Vec
     let mut kept = Vec::new();
     let mut hidden = Vec::new();
     for of in files {
-        let mut all: Vec<(usize, &Diagnostic)> =
-            sorted.iter().copied().enumerate().filter(|(_, diagnostic)| file(diagnostic) == of).collect();
+        let mut all: Vec<(usize, &Diagnostic)> = sorted
+            .iter()
+            .copied()
+            .enumerate()
+            .filter(|(_, diagnostic)| file(diagnostic) == of)
+            .collect();
         if all.len() > max {
             hidden.push((of, all.len() - max));
             all.sort_by_key(|(index, diagnostic)| (diagnostic.severity, *index));
@@ -93,7 +100,8 @@ fn hidden_text(sources: &Sources, hidden: &[(Option<FileId>, usize)]) -> String 
     hidden
         .iter()
         .map(|(file, count)| {
-            let path = file.and_then(|file| sources.get(file)).map_or("", |source| source.path.as_str());
+            let path =
+                file.and_then(|file| sources.get(file)).map_or("", |source| source.path.as_str());
             format!("{path}: {count} more not shown (see --max-diagnostics)\n")
         })
         .collect()
@@ -102,7 +110,8 @@ fn hidden_text(sources: &Sources, hidden: &[(Option<FileId>, usize)]) -> String 
 fn short(sources: &Sources, shown: &[&Diagnostic], hidden: &[(Option<FileId>, usize)]) -> String {
     let mut text = String::new();
     for diagnostic in shown {
-        let place = diagnostic.labels.first().map(|label| sources.describe(label.span)).unwrap_or_default();
+        let place =
+            diagnostic.labels.first().map(|label| sources.describe(label.span)).unwrap_or_default();
         let separator = if place.is_empty() { "" } else { ": " };
         let severity = severity_word(diagnostic.severity);
         let (code, message) = (diagnostic.code.id, &diagnostic.message);
@@ -116,7 +125,12 @@ const LINE_WINDOW: usize = 200;
 /// Places of one file that stand further apart than this many lines are shown in separate windows.
 const LINES_APART: usize = 8;
 
-fn human(sources: &Sources, shown: &[&Diagnostic], hidden: &[(Option<FileId>, usize)], style: Style) -> String {
+fn human(
+    sources: &Sources,
+    shown: &[&Diagnostic],
+    hidden: &[(Option<FileId>, usize)],
+    style: Style,
+) -> String {
     let renderer = if style.color { Renderer::styled() } else { Renderer::plain() }
         .decor_style(DecorStyle::Ascii)
         .term_width(style.width);
@@ -129,7 +143,9 @@ fn human(sources: &Sources, shown: &[&Diagnostic], hidden: &[(Option<FileId>, us
 }
 
 fn human_one(sources: &Sources, diagnostic: &Diagnostic, renderer: &Renderer) -> String {
-    let title = level(diagnostic.severity).primary_title(diagnostic.message.as_str()).id(diagnostic.code.id);
+    let title = level(diagnostic.severity)
+        .primary_title(diagnostic.message.as_str())
+        .id(diagnostic.code.id);
     let mut group: Group<'_> = Group::with_title(title);
     let windows = windows(sources, &diagnostic.labels);
     for window in &windows {
@@ -140,8 +156,11 @@ fn human_one(sources: &Sources, diagnostic: &Diagnostic, renderer: &Renderer) ->
         for (range, label, is_primary) in &window.annotations {
             let kind = if *is_primary { AnnotationKind::Primary } else { AnnotationKind::Context };
             let annotation = kind.span(range.clone());
-            snippet = snippet
-                .annotation(if label.is_empty() { annotation } else { annotation.label(label.as_str()) });
+            snippet = snippet.annotation(if label.is_empty() {
+                annotation
+            } else {
+                annotation.label(label.as_str())
+            });
         }
         group = group.element(snippet);
     }
@@ -211,9 +230,12 @@ fn window<'a>(source: &'a Source, labels: &[(usize, &Label)]) -> Window<'a> {
     let mut annotations = Vec::new();
     for line in first_line..=last_line {
         let range = source.line_range(line);
-        let here: Vec<_> =
-            labels.iter().filter(|(_, label)| source.line_of(label.span.start as usize) == line).collect();
-        let anchor = here.iter().map(|(_, label)| label.span.start as usize).min().unwrap_or(range.start);
+        let here: Vec<_> = labels
+            .iter()
+            .filter(|(_, label)| source.line_of(label.span.start as usize) == line)
+            .collect();
+        let anchor =
+            here.iter().map(|(_, label)| label.span.start as usize).min().unwrap_or(range.start);
         let (from, to) = if range.len() <= LINE_WINDOW {
             (range.start, range.end)
         } else {
@@ -226,9 +248,18 @@ fn window<'a>(source: &'a Source, labels: &[(usize, &Label)]) -> Window<'a> {
             let start = source.boundary((label.span.start as usize).clamp(from, to));
             let mut end = source.boundary((label.span.end as usize).clamp(start, to));
             if end == start && start < to {
-                end = start + source.text.get(start..).and_then(|s| s.chars().next()).map_or(0, char::len_utf8);
+                end = start
+                    + source
+                        .text
+                        .get(start..)
+                        .and_then(|s| s.chars().next())
+                        .map_or(0, char::len_utf8);
             }
-            annotations.push((offset + start - from..offset + end - from, label.text.clone(), *index == 0));
+            annotations.push((
+                offset + start - from..offset + end - from,
+                label.text.clone(),
+                *index == 0,
+            ));
         }
         text.push('\n');
     }
@@ -322,7 +353,8 @@ fn sarif(sources: &Sources, shown: &[&Diagnostic]) -> Value {
     let results: Vec<Value> = shown
         .iter()
         .map(|diagnostic| {
-            let mut locations = diagnostic.labels.iter().map(|label| location(label.span, &label.text));
+            let mut locations =
+                diagnostic.labels.iter().map(|label| location(label.span, &label.text));
             let text = match &diagnostic.help {
                 Some(help) => format!("{} (help: {help})", diagnostic.message),
                 None => diagnostic.message.clone(),

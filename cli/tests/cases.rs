@@ -13,7 +13,10 @@ use std::process::Command;
 
 #[test]
 fn every_case_gives_what_lies_beside_it() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/cases").canonicalize().expect("tests/cases is there");
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../tests/cases")
+        .canonicalize()
+        .expect("tests/cases is there");
     let mut cases = Vec::new();
     collect(&root, &mut cases);
     cases.sort();
@@ -49,7 +52,9 @@ fn collect(folder: &Path, cases: &mut Vec<PathBuf>) {
         let path = entry.expect("an entry").path();
         if path.is_dir() {
             collect(&path, cases);
-        } else if path.extension().is_some_and(|extension| extension != "out") && command(&path).is_some() {
+        } else if path.extension().is_some_and(|extension| extension != "out")
+            && command(&path).is_some()
+        {
             cases.push(path);
         }
     }
@@ -61,9 +66,8 @@ fn command(case: &Path) -> Option<String> {
     let first = text.split(|byte| *byte == b'\n').next()?;
     let first = String::from_utf8_lossy(first);
     let (before, after) = first.split_once("run:")?;
-    (before.trim().chars().all(|c| !c.is_alphanumeric())).then(|| {
-        after.trim().trim_end_matches("*/").trim_end_matches("-->").trim().to_owned()
-    })
+    (before.trim().chars().all(|c| !c.is_alphanumeric()))
+        .then(|| after.trim().trim_end_matches("*/").trim_end_matches("-->").trim().to_owned())
 }
 
 fn run(case: &Path) -> String {
@@ -76,8 +80,10 @@ fn run(case: &Path) -> String {
         arguments.push("{}".to_owned());
     }
     let out_path = out.path().display().to_string();
-    let arguments: Vec<String> =
-        arguments.iter().map(|argument| argument.replace("{out}", &out_path).replace("{}", &name)).collect();
+    let arguments: Vec<String> = arguments
+        .iter()
+        .map(|argument| argument.replace("{out}", &out_path).replace("{}", &name))
+        .collect();
     let output = Command::new(env!("CARGO_BIN_EXE_grafsynth"))
         .args(&arguments)
         .current_dir(folder)
@@ -98,7 +104,8 @@ fn run(case: &Path) -> String {
     files(out.path(), &mut written);
     written.sort();
     for path in written {
-        let shown = path.strip_prefix(out.path()).expect("it lies in the folder").display().to_string();
+        let shown =
+            path.strip_prefix(out.path()).expect("it lies in the folder").display().to_string();
         let bytes = fs::read(&path).expect("an output can be read");
         let _ = writeln!(text, "---- {shown}\n{}", clean(&bytes).trim_end());
     }
@@ -160,14 +167,20 @@ fn every_code_has_its_page_and_every_page_its_code() {
         .filter_map(|name| name.strip_suffix(".md").map(str::to_owned))
         .collect();
     pages.sort();
-    let list = Command::new(env!("CARGO_BIN_EXE_grafsynth")).arg("explain").output().expect("grafsynth starts");
+    let list = Command::new(env!("CARGO_BIN_EXE_grafsynth"))
+        .arg("explain")
+        .output()
+        .expect("grafsynth starts");
     let list = String::from_utf8(list.stdout).expect("explain prints text");
     let mut codes = Vec::new();
     for line in list.lines() {
         let (code, title) = line.split_once("  ").expect("a code and its title");
         codes.push(code.to_owned());
         let page = fs::read_to_string(docs.join(format!("{code}.md"))).unwrap_or_default();
-        assert!(page.starts_with(&format!("# {code}: {title}\n")), "docs/codes/{code}.md must begin with `# {code}: {title}`");
+        assert!(
+            page.starts_with(&format!("# {code}: {title}\n")),
+            "docs/codes/{code}.md must begin with `# {code}: {title}`"
+        );
         for section in ["\n## Cause\n", "\n## Example\n", "\n## Way out\n"] {
             assert!(page.contains(section), "docs/codes/{code}.md has no section{section}");
         }
@@ -175,7 +188,8 @@ fn every_code_has_its_page_and_every_page_its_code() {
             let shown = fs::read_dir(&cases).expect("tests/cases/codes is there").any(|entry| {
                 let path = entry.expect("an entry").path();
                 path.extension().is_some_and(|extension| extension == "out")
-                    && fs::read_to_string(path).is_ok_and(|text| text.contains(&format!("[{code}]")))
+                    && fs::read_to_string(path)
+                        .is_ok_and(|text| text.contains(&format!("[{code}]")))
             });
             assert!(shown, "no case under tests/cases/codes shows {code}");
         }

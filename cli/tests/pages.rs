@@ -26,7 +26,10 @@ const ELSEWHERE: [(&str, &str); 10] = [
 #[test]
 fn each_example_triggers_its_code() {
     let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/codes");
-    let mut pages: Vec<_> = fs::read_dir(docs).expect("docs/codes").map(|entry| entry.expect("an entry").path()).collect();
+    let mut pages: Vec<_> = fs::read_dir(docs)
+        .expect("docs/codes")
+        .map(|entry| entry.expect("an entry").path())
+        .collect();
     pages.sort();
     let mut silent = Vec::new();
     for page in pages {
@@ -37,7 +40,10 @@ fn each_example_triggers_its_code() {
         let text = fs::read_to_string(&page).expect("a page");
         let printed = run(&text);
         if !printed.contains(&code) {
-            silent.push(format!("{code}: {}", printed.lines().take(4).collect::<Vec<_>>().join(" | ")));
+            silent.push(format!(
+                "{code}: {}",
+                printed.lines().take(4).collect::<Vec<_>>().join(" | ")
+            ));
         }
     }
     assert!(silent.is_empty(), "these examples do not trigger their code:\n{}", silent.join("\n"));
@@ -62,7 +68,10 @@ fn run(page: &str) -> String {
     arguments.retain(|argument| argument != "--stimulus" && argument != "--restore");
     let shown = file.display().to_string();
     if arguments.iter().any(|argument| argument == "{}") {
-        arguments.iter_mut().filter(|argument| *argument == "{}").for_each(|argument| shown.clone_into(argument));
+        arguments
+            .iter_mut()
+            .filter(|argument| *argument == "{}")
+            .for_each(|argument| shown.clone_into(argument));
     } else {
         arguments.insert(1, shown);
     }

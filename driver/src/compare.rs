@@ -22,12 +22,18 @@ pub struct Outcome {
 ///
 /// # Errors
 /// When they have no column in common.
-pub fn nets(left: &Valid<Net>, right: &Valid<Net>, stimulus: &Stimulus) -> Result<Outcome, Vec<Diagnostic>> {
+pub fn nets(
+    left: &Valid<Net>,
+    right: &Valid<Net>,
+    stimulus: &Stimulus,
+) -> Result<Outcome, Vec<Diagnostic>> {
     let mut other = Stimulus::new(right);
     for row in stimulus.rows() {
         let mut taken = InputRow { dt: row.dt, ..InputRow::zero(right) };
         for (id, input) in right.inputs.iter() {
-            if let Some((from, _)) = left.inputs.iter().find(|(_, known)| known.name.text == input.name.text) {
+            if let Some((from, _)) =
+                left.inputs.iter().find(|(_, known)| known.name.text == input.name.text)
+            {
                 taken = taken.with(id, input.ty.saturate(row.value(from)));
             }
         }
@@ -47,7 +53,11 @@ pub fn nets(left: &Valid<Net>, right: &Valid<Net>, stimulus: &Stimulus) -> Resul
 ///
 /// # Errors
 /// When an input of the logic is not in the net, or no output is common, or the stimulus is not for a chip.
-pub fn with_logic(net: &Valid<Net>, logic: &Logic, stimulus: &Stimulus) -> Result<Outcome, Vec<Diagnostic>> {
+pub fn with_logic(
+    net: &Valid<Net>,
+    logic: &Logic,
+    stimulus: &Stimulus,
+) -> Result<Outcome, Vec<Diagnostic>> {
     if let Some(diagnostic) = stimulus.check_for_chip() {
         return Err(vec![diagnostic]);
     }
@@ -59,9 +69,12 @@ pub fn with_logic(net: &Valid<Net>, logic: &Logic, stimulus: &Stimulus) -> Resul
             Some((id, _)) => inputs.push((pin, id)),
             None if input.role == PinRole::Tick || fold(&input.name) == "tick" => {}
             None => found.push(
-                Diagnostic::error(codes::LOGIC_DOES_NOT_FIT, format!("the logic has an input `{}`, the chart has none", input.name))
-                    .at(input.meta.span, "")
-                    .help("inputs are found by name; letter case does not matter"),
+                Diagnostic::error(
+                    codes::LOGIC_DOES_NOT_FIT,
+                    format!("the logic has an input `{}`, the chart has none", input.name),
+                )
+                .at(input.meta.span, "")
+                .help("inputs are found by name; letter case does not matter"),
             ),
         }
     }
@@ -77,7 +90,8 @@ pub fn with_logic(net: &Valid<Net>, logic: &Logic, stimulus: &Stimulus) -> Resul
         .filter(|(_, column)| matches!(column.kind, ColumnKind::Output(_)) && column.ty.is_bool())
         .filter_map(|(at, column)| {
             let named = |name: &str| fold(name) == fold(&column.name);
-            let pin = logic.outputs.iter().find(|(_, output)| named(&output.name)).map(|(pin, _)| pin)?;
+            let pin =
+                logic.outputs.iter().find(|(_, output)| named(&output.name)).map(|(pin, _)| pin)?;
             Some((at, pin, column.name.clone()))
         })
         .collect();
@@ -86,7 +100,8 @@ pub fn with_logic(net: &Valid<Net>, logic: &Logic, stimulus: &Stimulus) -> Resul
     }
     let mut chip = LogicSim::new(logic);
     let mut difference = None;
-    let tick = logic.inputs.iter().find(|(_, input)| fold(&input.name) == "tick").map(|(pin, _)| pin);
+    let tick =
+        logic.inputs.iter().find(|(_, input)| fold(&input.name) == "tick").map(|(pin, _)| pin);
     let rows = std::iter::once(InputRow { dt: 0, ..InputRow::zero(net) }).chain(stimulus.rows());
     'rows: for (at, row) in rows.enumerate() {
         for (pin, id) in &inputs {
@@ -140,14 +155,19 @@ impl RowComparison {
     pub fn differ(&self, left: &grafsynth_sim::Row, right: &grafsynth_sim::Row) -> bool {
         let (a, b) = (self.layouts.0.row(left), self.layouts.1.row(right));
         self.common.iter().any(|(at, other)| {
-            let is_open = |row: &grafsynth_sim::TraceRow, at: usize| row.open.get(at).copied().unwrap_or(false);
+            let is_open = |row: &grafsynth_sim::TraceRow, at: usize| {
+                row.open.get(at).copied().unwrap_or(false)
+            };
             if is_open(&a, *at) || is_open(&b, *other) {
                 return false;
             }
-            let (Some(ours), Some(theirs)) = (a.values.get(*at), b.values.get(*other)) else { return false };
+            let (Some(ours), Some(theirs)) = (a.values.get(*at), b.values.get(*other)) else {
+                return false;
+            };
             match (ours, theirs) {
                 (Value::Steps(_), Value::Steps(_)) => {
-                    sorted_words(&self.layouts.0.text(ours)) != sorted_words(&self.layouts.1.text(theirs))
+                    sorted_words(&self.layouts.0.text(ours))
+                        != sorted_words(&self.layouts.1.text(theirs))
                 }
                 (ours, theirs) => ours != theirs,
             }
@@ -163,7 +183,8 @@ fn sorted_words(text: &str) -> Vec<String> {
 
 fn same_step_names(left: &Net, right: &Net) -> bool {
     let names = |net: &Net| {
-        let mut names: Vec<String> = net.steps.values().map(|step| step.name.text.clone()).collect();
+        let mut names: Vec<String> =
+            net.steps.values().map(|step| step.name.text.clone()).collect();
         names.sort();
         names
     };
@@ -186,7 +207,10 @@ fn common_columns(
     };
     let names = |layout: &grafsynth_sim::TraceLayout| -> BTreeMap<String, usize> {
         let columns = layout.columns.iter().enumerate();
-        columns.filter(|(_, column)| is_computed(column.kind)).map(|(at, column)| (column.name.clone(), at)).collect()
+        columns
+            .filter(|(_, column)| is_computed(column.kind))
+            .map(|(at, column)| (column.name.clone(), at))
+            .collect()
     };
     let (ours, theirs) = (names(left), names(right));
     let mut common: Vec<(usize, usize)> =
@@ -197,8 +221,11 @@ fn common_columns(
 
 fn nothing_in_common() -> Vec<Diagnostic> {
     vec![
-        Diagnostic::error(codes::LOGIC_DOES_NOT_FIT, "the two designs have no output and no variable of the same name")
-            .help("designs are compared by the columns that both have"),
+        Diagnostic::error(
+            codes::LOGIC_DOES_NOT_FIT,
+            "the two designs have no output and no variable of the same name",
+        )
+        .help("designs are compared by the columns that both have"),
     ]
 }
 
@@ -206,11 +233,13 @@ fn nothing_in_common() -> Vec<Diagnostic> {
 fn keep_common(left: &mut Trace, right: &mut Trace, same_steps: bool) -> usize {
     let common = common_columns(&left.layout, &right.layout, same_steps);
     let pick = |trace: &mut Trace, columns: Vec<usize>| {
-        trace.layout.columns = columns.iter().filter_map(|at| trace.layout.columns.get(*at).cloned()).collect();
+        trace.layout.columns =
+            columns.iter().filter_map(|at| trace.layout.columns.get(*at).cloned()).collect();
         for row in &mut trace.rows {
             row.values = columns.iter().filter_map(|at| row.values.get(*at).cloned()).collect();
             if !row.open.is_empty() {
-                row.open = columns.iter().map(|at| row.open.get(*at).copied().unwrap_or(false)).collect();
+                row.open =
+                    columns.iter().map(|at| row.open.get(*at).copied().unwrap_or(false)).collect();
             }
         }
     };
@@ -223,7 +252,8 @@ fn keep_common(left: &mut Trace, right: &mut Trace, same_steps: bool) -> usize {
 fn by_text(left: &Trace, right: &Trace) -> Option<Difference> {
     for (row, (ours, theirs)) in left.rows.iter().zip(&right.rows).enumerate() {
         for (at, column) in left.layout.columns.iter().enumerate() {
-            let is_open = [ours, theirs].iter().any(|row| row.open.get(at).copied().unwrap_or(false));
+            let is_open =
+                [ours, theirs].iter().any(|row| row.open.get(at).copied().unwrap_or(false));
             let (Some(a), Some(b)) = (ours.values.get(at), theirs.values.get(at)) else { continue };
             let (a, b) = (left.layout.text(a), right.layout.text(b));
             let is_equal = if column.kind == ColumnKind::Steps {

@@ -29,16 +29,24 @@ pub fn convert(design: &Design, to: Format) -> Result<String, Vec<Diagnostic>> {
             let options = pipeline::emit_options(net, None, None);
             Ok(pipeline::through(&logic, dialect(to), &options)?.emitted.text)
         }
-        (Design::Logic(logic), Format::Palasm | Format::Cupl | Format::Galasm | Format::Verilog | Format::Blif) => {
+        (
+            Design::Logic(logic),
+            Format::Palasm | Format::Cupl | Format::Galasm | Format::Verilog | Format::Blif,
+        ) => {
             let options = grafsynth_backend_pld::EmitOptions::default();
             Ok(grafsynth_backend_pld::emit(logic, dialect(to), &options)?.text)
         }
         (Design::Logic(_), Format::Graf | Format::Rules | Format::Net) => Err(vec![
             Diagnostic::error(
                 codes::NEEDS_CHART,
-                format!("logic cannot be written as {}: its flip-flops are not steps of a known chart", to.name()),
+                format!(
+                    "logic cannot be written as {}: its flip-flops are not steps of a known chart",
+                    to.name()
+                ),
             )
-            .help("convert it to palasm, cupl, galasm, verilog or blif; or compare it with a chart"),
+            .help(
+                "convert it to palasm, cupl, galasm, verilog or blif; or compare it with a chart",
+            ),
         ]),
     }
 }

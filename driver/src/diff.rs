@@ -74,7 +74,8 @@ fn blocks(net: &Net) -> Vec<(String, String)> {
                 text.push_str(line);
             }
             _ => {
-                let mut name: String = line.split_whitespace().take(2).collect::<Vec<_>>().join(" ");
+                let mut name: String =
+                    line.split_whitespace().take(2).collect::<Vec<_>>().join(" ");
                 let count = seen.entry(name.clone()).or_insert(0);
                 *count += 1;
                 if *count > 1 {
@@ -89,11 +90,16 @@ fn blocks(net: &Net) -> Vec<(String, String)> {
 
 fn parts(old: &Net, new: &Net) -> Vec<Part> {
     let (before, after) = (blocks(old), blocks(new));
-    let later: BTreeMap<&str, &str> = after.iter().map(|(name, text)| (name.as_str(), text.as_str())).collect();
+    let later: BTreeMap<&str, &str> =
+        after.iter().map(|(name, text)| (name.as_str(), text.as_str())).collect();
     let earlier: BTreeSet<&str> = before.iter().map(|(name, _)| name.as_str()).collect();
     let gone_or_changed = before.iter().filter_map(|(name, text)| match later.get(name.as_str()) {
         Some(now) if now == text => None,
-        now => Some(Part { name: name.clone(), old: Some(text.clone()), new: now.map(|now| (*now).to_owned()) }),
+        now => Some(Part {
+            name: name.clone(),
+            old: Some(text.clone()),
+            new: now.map(|now| (*now).to_owned()),
+        }),
     });
     let added = after
         .iter()
@@ -114,7 +120,11 @@ fn behaviour(old: &Valid<Net>, new: &Valid<Net>, random: usize, seed: u64) -> Be
             Some(difference) => {
                 let mut stimulus = stimulus;
                 stimulus.truncate(difference.row);
-                Behaviour::Different { stimulus: Box::new(stimulus), difference, is_shortest: false }
+                Behaviour::Different {
+                    stimulus: Box::new(stimulus),
+                    difference,
+                    is_shortest: false,
+                }
             }
         },
     }
@@ -123,22 +133,28 @@ fn behaviour(old: &Valid<Net>, new: &Valid<Net>, random: usize, seed: u64) -> Be
 /// Breadth first over pairs of states, so that the first difference is a shortest one; none if a bound is met.
 fn search(old: &Valid<Net>, new: &Valid<Net>) -> Option<Behaviour> {
     let rows = rows::all(old, &[0, 1], MAX_ROWS)?;
-    let takes_the_same = new.inputs.values().filter(|input| input.kind != InputKind::InternalEvent).all(|input| {
-        old.inputs.values().any(|known| known.name.text == input.name.text && known.ty == input.ty)
-    });
+    let takes_the_same =
+        new.inputs.values().filter(|input| input.kind != InputKind::InternalEvent).all(|input| {
+            old.inputs
+                .values()
+                .any(|known| known.name.text == input.name.text && known.ty == input.ty)
+        });
     if !takes_the_same {
         return None;
     }
     let translate = |row: &InputRow| {
         let mut taken = InputRow { dt: row.dt, ..InputRow::zero(new) };
         for (id, input) in new.inputs.iter() {
-            if let Some((from, _)) = old.inputs.iter().find(|(_, known)| known.name.text == input.name.text) {
+            if let Some((from, _)) =
+                old.inputs.iter().find(|(_, known)| known.name.text == input.name.text)
+            {
                 taken = taken.with(id, row.value(from));
             }
         }
         taken
     };
-    let pairs: Vec<(InputRow, InputRow)> = rows.into_iter().map(|row| (row.clone(), translate(&row))).collect();
+    let pairs: Vec<(InputRow, InputRow)> =
+        rows.into_iter().map(|row| (row.clone(), translate(&row))).collect();
     let (mut left, mut right) = (Simulator::new(old), Simulator::new(new));
     left.reset();
     right.reset();
@@ -153,7 +169,11 @@ fn search(old: &Valid<Net>, new: &Valid<Net>) -> Option<Behaviour> {
     match compare::nets(old, new, &empty) {
         Err(_) => return Some(Behaviour::NothingInCommon),
         Ok(compare::Outcome { difference: Some(difference), .. }) => {
-            return Some(Behaviour::Different { stimulus: Box::new(empty), difference, is_shortest: true });
+            return Some(Behaviour::Different {
+                stimulus: Box::new(empty),
+                difference,
+                is_shortest: true,
+            });
         }
         Ok(_) => {}
     }
@@ -171,9 +191,14 @@ fn search(old: &Valid<Net>, new: &Valid<Net>) -> Option<Behaviour> {
                     path.push(by);
                     back = before;
                 }
-                let stimulus = Stimulus::of_rows(old, path.iter().rev().map(|index| &pairs[*index].0));
+                let stimulus =
+                    Stimulus::of_rows(old, path.iter().rev().map(|index| &pairs[*index].0));
                 let difference = compare::nets(old, new, &stimulus).ok()?.difference?;
-                return Some(Behaviour::Different { stimulus: Box::new(stimulus), difference, is_shortest: true });
+                return Some(Behaviour::Different {
+                    stimulus: Box::new(stimulus),
+                    difference,
+                    is_shortest: true,
+                });
             }
             let next = (left.state().clone(), right.state().clone());
             if !seen.contains_key(&next) {

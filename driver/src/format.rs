@@ -32,10 +32,13 @@ impl Format {
     pub fn of(path: &str, text: &str) -> Option<Format> {
         let extension = path.rsplit(['/', '\\']).next()?.rsplit_once('.')?.1.to_ascii_lowercase();
         if extension == "pld" {
-            let first = text.lines().map(str::trim).find(|line| !line.is_empty() && !line.starts_with(';'));
+            let first =
+                text.lines().map(str::trim).find(|line| !line.is_empty() && !line.starts_with(';'));
             let is_galasm = first.is_some_and(|line| {
                 let word = line.split_whitespace().next().unwrap_or_default().to_ascii_uppercase();
-                word.starts_with("GAL") && word.bytes().any(|byte| byte.is_ascii_digit()) && !word.contains('=')
+                word.starts_with("GAL")
+                    && word.bytes().any(|byte| byte.is_ascii_digit())
+                    && !word.contains('=')
             });
             return Some(if is_galasm { Format::Galasm } else { Format::Cupl });
         }
@@ -57,7 +60,10 @@ impl Format {
     /// Its file extension.
     #[must_use]
     pub fn extension(self) -> &'static str {
-        Format::ALL.iter().find(|(format, _, _)| *format == self).map_or("", |(_, _, extension)| extension)
+        Format::ALL
+            .iter()
+            .find(|(format, _, _)| *format == self)
+            .map_or("", |(_, _, extension)| extension)
     }
 
     /// True for charts and nets, false for logic.

@@ -162,7 +162,11 @@ pub struct Through {
 ///
 /// # Errors
 /// What the language cannot say, or what the reader does not understand of our own text.
-pub fn through(logic: &Logic, dialect: Dialect, options: &EmitOptions) -> Result<Through, Vec<Diagnostic>> {
+pub fn through(
+    logic: &Logic,
+    dialect: Dialect,
+    options: &EmitOptions,
+) -> Result<Through, Vec<Diagnostic>> {
     let emitted = grafsynth_backend_pld::emit(logic, dialect, options)?;
     // The text is no file of the user's, so its findings must not point into one: a number that no source has.
     let (read_back, found) = grafsynth_backend_pld::read(dialect, FileId(u32::MAX), &emitted.text);
@@ -175,20 +179,25 @@ pub fn through(logic: &Logic, dialect: Dialect, options: &EmitOptions) -> Result
 #[must_use]
 pub fn emit_options(net: &Net, device: Option<&str>, vectors: Option<Vectors>) -> EmitOptions {
     let transitions = net.transitions.values().take(200).map(|transition| {
-        let names = |steps: Vec<&str>| if steps.is_empty() { "()".to_owned() } else { steps.join(" & ") };
-        let sources = transition.requires.iter().map(|step| net.steps[*step].name.text.as_str()).collect();
+        let names =
+            |steps: Vec<&str>| if steps.is_empty() { "()".to_owned() } else { steps.join(" & ") };
+        let sources =
+            transition.requires.iter().map(|step| net.steps[*step].name.text.as_str()).collect();
         let targets = transition
             .enters
             .iter()
             .filter_map(|enter| match enter {
                 grafsynth_ir::net::Enter::Step(step) => Some(net.steps[*step].name.text.as_str()),
-                grafsynth_ir::net::Enter::InitialContent(_) | grafsynth_ir::net::Enter::History(_) => None,
+                grafsynth_ir::net::Enter::InitialContent(_)
+                | grafsynth_ir::net::Enter::History(_) => None,
             })
             .collect();
         format!("{}: {} -> {}", transition.name.text, names(sources), names(targets))
     });
     EmitOptions {
-        device: device.map(str::to_owned).or_else(|| net.board.device.as_ref().map(|name| name.text.clone())),
+        device: device
+            .map(str::to_owned)
+            .or_else(|| net.board.device.as_ref().map(|name| name.text.clone())),
         pins: net.board.pins.iter().map(|(name, pin)| (name.text.clone(), *pin)).collect(),
         vectors,
         notes: transitions.collect(),
@@ -237,10 +246,15 @@ fn equations(
     let name = match dialect {
         Dialect::Cupl => format!("{stem}.cupl.pld"),
         Dialect::Galasm => format!("{stem}.galasm.pld"),
-        Dialect::Palasm | Dialect::Verilog | Dialect::Blif => format!("{stem}.{}", dialect.extension()),
+        Dialect::Palasm | Dialect::Verilog | Dialect::Blif => {
+            format!("{stem}.{}", dialect.extension())
+        }
     };
     let line = if options.prove {
-        Line::of_verdict(&name, &grafsynth_verify::equiv(net, facts, &through.read_back, &options.limits))
+        Line::of_verdict(
+            &name,
+            &grafsynth_verify::equiv(net, facts, &through.read_back, &options.limits),
+        )
     } else {
         Line::open(&name, "read back; not proved, as asked")
     };
@@ -253,7 +267,12 @@ fn equations(
         .emitted
         .map
         .iter()
-        .map(|line| MapEntry { line: line.line, name: line.name.clone(), span: line.span, req: line.req.clone() })
+        .map(|line| MapEntry {
+            line: line.line,
+            name: line.name.clone(),
+            span: line.span,
+            req: line.req.clone(),
+        })
         .collect();
     built.files.push(OutputFile { name, text: through.emitted.text, keep_existing: false, map });
     if let Some(bench) = through.emitted.bench {
@@ -270,7 +289,11 @@ fn equations(
 ///
 /// # Errors
 /// A stimulus with more than one tick in a row.
-pub fn vectors(net: &Valid<Net>, logic: &Logic, stimulus: &Stimulus) -> Result<Vectors, Vec<Diagnostic>> {
+pub fn vectors(
+    net: &Valid<Net>,
+    logic: &Logic,
+    stimulus: &Stimulus,
+) -> Result<Vectors, Vec<Diagnostic>> {
     let mut simulator = Simulator::new(net);
     let first = vector_row(net, &simulator.reset(), &InputRow { dt: 0, ..InputRow::zero(net) });
     let mut rows = vec![first];
@@ -304,7 +327,13 @@ fn vector_row(net: &Net, row: &Row, input: &InputRow) -> TraceRow {
     for step in &row.steps {
         steps[step.index()] = true;
     }
-    TraceRow { dt: u64::from(input.dt), inputs: input.values.clone(), outputs, steps, fault: row.fault }
+    TraceRow {
+        dt: u64::from(input.dt),
+        inputs: input.values.clone(),
+        outputs,
+        steps,
+        fault: row.fault,
+    }
 }
 
 fn c_files(net: &Net, package: &Package) -> Vec<OutputFile> {

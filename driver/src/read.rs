@@ -53,7 +53,11 @@ pub struct ReadLimits {
 
 impl ReadLimits {
     fn front(self) -> grafsynth_frontend::graf::Limits {
-        grafsynth_frontend::graf::Limits { nesting: self.nesting, source: self.source, diagnostics: self.diagnostics }
+        grafsynth_frontend::graf::Limits {
+            nesting: self.nesting,
+            source: self.source,
+            diagnostics: self.diagnostics,
+        }
     }
 }
 
@@ -65,7 +69,11 @@ impl Default for ReadLimits {
 
 /// Reads a design, its board and its properties. The design is there only if no finding is an error.
 #[must_use]
-pub fn read(sources: &Sources, texts: &Texts, limits: ReadLimits) -> (Option<Design>, Vec<Diagnostic>) {
+pub fn read(
+    sources: &Sources,
+    texts: &Texts,
+    limits: ReadLimits,
+) -> (Option<Design>, Vec<Diagnostic>) {
     let Some(source) = sources.get(texts.main) else { return (None, Vec::new()) };
     let Some(format) = texts.format.or_else(|| Format::of(&source.path, &source.text)) else {
         return (None, vec![unknown_format(texts.main, &source.path)]);
@@ -73,12 +81,14 @@ pub fn read(sources: &Sources, texts: &Texts, limits: ReadLimits) -> (Option<Des
     let mut found = Vec::new();
     let design = match format {
         Format::Graf => {
-            let parsed = grafsynth_frontend::graf::parse_within(texts.main, &source.text, &limits.front());
+            let parsed =
+                grafsynth_frontend::graf::parse_within(texts.main, &source.text, &limits.front());
             found.extend(parsed.diagnostics);
             chart_design(sources, texts, limits, parsed.design, &mut found)
         }
         Format::Rules => {
-            let parsed = grafsynth_frontend::rules::parse_within(texts.main, &source.text, &limits.front());
+            let parsed =
+                grafsynth_frontend::rules::parse_within(texts.main, &source.text, &limits.front());
             found.extend(parsed.diagnostics);
             chart_design(sources, texts, limits, parsed.design, &mut found)
         }
@@ -95,7 +105,8 @@ pub fn read(sources: &Sources, texts: &Texts, limits: ReadLimits) -> (Option<Des
             }
         }
         Format::Palasm | Format::Cupl | Format::Galasm | Format::Verilog | Format::Blif => {
-            let (logic, more) = grafsynth_backend_pld::read(dialect(format), texts.main, &source.text);
+            let (logic, more) =
+                grafsynth_backend_pld::read(dialect(format), texts.main, &source.text);
             found.extend(more);
             logic.map(|logic| Design::Logic(Box::new(logic)))
         }
@@ -118,24 +129,40 @@ pub(crate) fn dialect(format: Format) -> Dialect {
 fn unknown_format(file: FileId, path: &str) -> Diagnostic {
     let known: Vec<String> =
         Format::ALL.iter().map(|(_, name, extension)| format!(".{extension} ({name})")).collect();
-    Diagnostic::error(codes::UNKNOWN_FORMAT, format!("the name of {path} does not say what is in it"))
-        .at(Span::new(file, 0, 0), "")
-        .help(format!("give the format with --from, or use one of {}", known.join(", ")))
+    Diagnostic::error(
+        codes::UNKNOWN_FORMAT,
+        format!("the name of {path} does not say what is in it"),
+    )
+    .at(Span::new(file, 0, 0), "")
+    .help(format!("give the format with --from, or use one of {}", known.join(", ")))
 }
 
 /// Reads the property files for a net, whose integer names decide what `+` and `*` mean.
-fn read_properties(sources: &Sources, texts: &Texts, limits: ReadLimits, net: &Net) -> (Vec<chart::Property>, Vec<Diagnostic>) {
+fn read_properties(
+    sources: &Sources,
+    texts: &Texts,
+    limits: ReadLimits,
+    net: &Net,
+) -> (Vec<chart::Property>, Vec<Diagnostic>) {
     let inputs = net.inputs.values().map(|input| (&input.name, input.ty));
     let outputs = net.outputs.values().map(|output| (&output.name, output.ty));
     let vars = net.vars.values().map(|var| (&var.name, var.ty));
-    let integers: Vec<&str> =
-        inputs.chain(outputs).chain(vars).filter(|(_, ty)| !ty.is_bool()).map(|(name, _)| name.text.as_str()).collect();
+    let integers: Vec<&str> = inputs
+        .chain(outputs)
+        .chain(vars)
+        .filter(|(_, ty)| !ty.is_bool())
+        .map(|(name, _)| name.text.as_str())
+        .collect();
     let mut properties = Vec::new();
     let mut found = Vec::new();
     for file in &texts.properties {
         if let Some(source) = sources.get(*file) {
-            let (more, diagnostics) =
-                grafsynth_frontend::props::parse_for(*file, &source.text, integers.iter().copied(), &limits.front());
+            let (more, diagnostics) = grafsynth_frontend::props::parse_for(
+                *file,
+                &source.text,
+                integers.iter().copied(),
+                &limits.front(),
+            );
             properties.extend(more);
             found.extend(diagnostics);
         }
@@ -154,7 +181,8 @@ fn chart_design(
     if let Some(file) = texts.board
         && let Some(source) = sources.get(file)
     {
-        let (board, diagnostics) = grafsynth_frontend::board::parse_within(file, &source.text, &limits.front());
+        let (board, diagnostics) =
+            grafsynth_frontend::board::parse_within(file, &source.text, &limits.front());
         found.extend(diagnostics);
         if let Some(chart) = design.charts.first_mut() {
             // The board file stands beside the chart so that one chart serves several boards: it replaces the chart's own.

@@ -47,7 +47,9 @@ impl Line {
     #[must_use]
     pub fn of_verdict(name: &str, verdict: &Verdict) -> Self {
         match verdict {
-            Verdict::Proved(certificate) => Line::proved(name, format!("read back and {certificate}")),
+            Verdict::Proved(certificate) => {
+                Line::proved(name, format!("read back and {certificate}"))
+            }
             Verdict::Refuted(found) => {
                 let difference = &found.difference;
                 Line::refuted(

@@ -9,19 +9,26 @@ use grafsynth_sim::{InputRow, breaks_assumption};
 /// Every input row with each of these `dt` that breaks no assumption; none if there are more than `max` before the assumptions are asked.
 #[must_use]
 pub fn all(net: &Net, dts: &[u32], max: usize) -> Option<Vec<InputRow>> {
-    let mut rows: Vec<InputRow> = dts.iter().map(|dt| InputRow { dt: *dt, ..InputRow::zero(net) }).collect();
-    for (id, input) in net.inputs.iter().filter(|(_, input)| input.kind != InputKind::InternalEvent) {
+    let mut rows: Vec<InputRow> =
+        dts.iter().map(|dt| InputRow { dt: *dt, ..InputRow::zero(net) }).collect();
+    for (id, input) in net.inputs.iter().filter(|(_, input)| input.kind != InputKind::InternalEvent)
+    {
         let (lo, hi) = input.ty.bounds();
         let width = usize::try_from(hi.abs_diff(lo)).ok()?.checked_add(1)?;
         if rows.len().checked_mul(width)? > max {
             return None;
         }
-        rows = rows.iter().flat_map(|row| (lo..=hi).map(|value| row.clone().with(id, value))).collect();
+        rows = rows
+            .iter()
+            .flat_map(|row| (lo..=hi).map(|value| row.clone().with(id, value)))
+            .collect();
     }
     let n_events = |row: &InputRow| {
         net.inputs.iter().filter(|(id, input)| input.kind.is_event() && row.value(*id) != 0).count()
     };
-    rows.retain(|row| !breaks_assumption(net, row) && !(net.settings.events_exclusive && n_events(row) > 1));
+    rows.retain(|row| {
+        !(breaks_assumption(net, row) || net.settings.events_exclusive && n_events(row) > 1)
+    });
     Some(rows)
 }
 
@@ -32,7 +39,11 @@ pub fn uses_time(net: &Valid<Net>) -> bool {
     program.cells.values().any(|cell| {
         matches!(
             cell.origin,
-            Origin::Elapsed(_) | Origin::LastElapsed(_) | Origin::Timer(_) | Origin::ActionTimer(..) | Origin::SendTimer(_)
+            Origin::Elapsed(_)
+                | Origin::LastElapsed(_)
+                | Origin::Timer(_)
+                | Origin::ActionTimer(..)
+                | Origin::SendTimer(_)
         )
     })
 }

@@ -16,9 +16,13 @@ pub fn net_trace(net: &Valid<Net>, stimulus: &Stimulus) -> Trace {
 ///
 /// # Errors
 /// A stimulus that a chip cannot run: more than one tick in a row.
-pub fn logic_trace(net: &Net, logic: &Logic, stimulus: &Stimulus) -> Result<Trace, Diagnostic> {
+pub fn logic_trace(
+    net: &Net,
+    logic: &Logic,
+    stimulus: &Stimulus,
+) -> Result<Trace, Vec<Diagnostic>> {
     if let Some(diagnostic) = stimulus.check_for_chip() {
-        return Err(diagnostic);
+        return Err(vec![diagnostic]);
     }
     let layout = TraceLayout::of(net);
     let mut trace = Trace::new(layout);

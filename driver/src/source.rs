@@ -51,7 +51,10 @@ impl Sources {
 
     /// All texts in order.
     pub fn iter(&self) -> impl Iterator<Item = (FileId, &Source)> {
-        self.files.iter().enumerate().map(|(index, source)| (FileId(u32::try_from(index).unwrap_or(u32::MAX)), source))
+        self.files
+            .iter()
+            .enumerate()
+            .map(|(index, source)| (FileId(u32::try_from(index).unwrap_or(u32::MAX)), source))
     }
 
     /// Where a span starts; none for a span of no known file.
@@ -87,7 +90,9 @@ impl Source {
     /// The bytes of line `line` (from 0) without its line break; empty beyond the last.
     #[must_use]
     pub fn line_range(&self, line: usize) -> std::ops::Range<usize> {
-        let Some(start) = self.line_starts.get(line) else { return self.text.len()..self.text.len() };
+        let Some(start) = self.line_starts.get(line) else {
+            return self.text.len()..self.text.len();
+        };
         let start = *start as usize;
         let end = self.line_starts.get(line + 1).map_or(self.text.len(), |next| *next as usize - 1);
         start..end.max(start)

@@ -18,13 +18,25 @@ impl Target {
     /// All targets with their names and what they are.
     pub const ALL: [(Target, &'static str, &'static str); 10] = [
         (Target::C(None), "c", "C99: one instance structure, init, step, stop and getters"),
-        (Target::C(Some(Style::Switch)), "c-switch", "the same, always a switch over sequential components"),
-        (Target::C(Some(Style::Tables)), "c-tables", "the same, components as constant tables where they can be"),
+        (
+            Target::C(Some(Style::Switch)),
+            "c-switch",
+            "the same, always a switch over sequential components",
+        ),
+        (
+            Target::C(Some(Style::Tables)),
+            "c-tables",
+            "the same, components as constant tables where they can be",
+        ),
         (Target::C(Some(Style::Bits)), "c-bits", "the same, always one bit for each step"),
         (Target::Logic(Dialect::Palasm), "palasm", "PALASM 2 equations (.pds)"),
         (Target::Logic(Dialect::Cupl), "cupl", "CUPL equations (.pld)"),
         (Target::Logic(Dialect::Galasm), "galasm", "GALasm and galette equations (.pld)"),
-        (Target::Logic(Dialect::Verilog), "verilog", "Verilog-2001, with a test bench where a stimulus is given"),
+        (
+            Target::Logic(Dialect::Verilog),
+            "verilog",
+            "Verilog-2001, with a test bench where a stimulus is given",
+        ),
         (Target::Logic(Dialect::Blif), "blif", "Berkeley Logic Interchange Format"),
         (Target::Net, "net", "the net itself, as text"),
     ];

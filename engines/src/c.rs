@@ -34,19 +34,27 @@ impl Engine for CEngine {
     }
 
     fn availability(&self) -> Availability {
-        if tools::c_compiler().is_some() { Availability::Here } else { Availability::Missing("a C compiler".to_owned()) }
+        if tools::c_compiler().is_some() {
+            Availability::Here
+        } else {
+            Availability::Missing("a C compiler".to_owned())
+        }
     }
 
     fn run(&self, job: &Job<'_>) -> Result<Trace, EngineError> {
-        let package =
-            grafsynth_backend_c::emit(job.net, job.facts, &self.options).map_err(EngineError::Refused)?;
+        let package = grafsynth_backend_c::emit(job.net, job.facts, &self.options)
+            .map_err(EngineError::Refused)?;
         let main = grafsynth_backend_c::harness(job.net, &package);
         let program = compile(&package, &main, &FLAGS).map_err(EngineError::Failed)?;
         let input = lines(job.net, job.stimulus);
         let run = tools::run(&program.path, &[], program.folder.path(), input.as_bytes(), LIMIT)
             .map_err(EngineError::Failed)?;
         if !run.is_success {
-            return Err(EngineError::Failed(format!("the compiled chart ended with {} {}", run.ending, run.stderr.trim())));
+            return Err(EngineError::Failed(format!(
+                "the compiled chart ended with {} {}",
+                run.ending,
+                run.stderr.trim()
+            )));
         }
         parse(job.net, &run.stdout)
     }
@@ -100,7 +108,11 @@ pub fn compile_text(text: &str, flags: &[&str]) -> Result<Program, String> {
     compile_in(folder, &["bench_main.c".to_owned()], flags)
 }
 
-fn compile_in(folder: tempfile::TempDir, sources: &[String], flags: &[&str]) -> Result<Program, String> {
+fn compile_in(
+    folder: tempfile::TempDir,
+    sources: &[String],
+    flags: &[&str],
+) -> Result<Program, String> {
     let compiler = tools::c_compiler().ok_or("no C compiler is here")?;
     let path = folder.path().join("bench");
     let output = path.display().to_string();

@@ -18,11 +18,31 @@ impl CircuitEngine {
     /// One for the circuit itself and one for each equation language.
     pub const ALL: [CircuitEngine; 6] = [
         CircuitEngine { name: "equations", about: "the circuit, before any text", dialect: None },
-        CircuitEngine { name: "palasm", about: "the PALASM text, read back", dialect: Some(Dialect::Palasm) },
-        CircuitEngine { name: "cupl", about: "the CUPL text, read back", dialect: Some(Dialect::Cupl) },
-        CircuitEngine { name: "galasm", about: "the GALasm text, read back", dialect: Some(Dialect::Galasm) },
-        CircuitEngine { name: "blif", about: "the BLIF text, read back", dialect: Some(Dialect::Blif) },
-        CircuitEngine { name: "netlist", about: "the Verilog text, read back", dialect: Some(Dialect::Verilog) },
+        CircuitEngine {
+            name: "palasm",
+            about: "the PALASM text, read back",
+            dialect: Some(Dialect::Palasm),
+        },
+        CircuitEngine {
+            name: "cupl",
+            about: "the CUPL text, read back",
+            dialect: Some(Dialect::Cupl),
+        },
+        CircuitEngine {
+            name: "galasm",
+            about: "the GALasm text, read back",
+            dialect: Some(Dialect::Galasm),
+        },
+        CircuitEngine {
+            name: "blif",
+            about: "the BLIF text, read back",
+            dialect: Some(Dialect::Blif),
+        },
+        CircuitEngine {
+            name: "netlist",
+            about: "the Verilog text, read back",
+            dialect: Some(Dialect::Verilog),
+        },
     ];
 }
 
@@ -48,9 +68,11 @@ impl Engine for CircuitEngine {
             None => logic,
             Some(dialect) => {
                 let options = pipeline::emit_options(job.net, None, None);
-                pipeline::through(&logic, dialect, &options).map_err(EngineError::Refused)?.read_back
+                pipeline::through(&logic, dialect, &options)
+                    .map_err(EngineError::Refused)?
+                    .read_back
             }
         };
-        logic_trace(job.net, &logic, job.stimulus).map_err(|diagnostic| EngineError::Refused(vec![diagnostic]))
+        logic_trace(job.net, &logic, job.stimulus).map_err(EngineError::Refused)
     }
 }

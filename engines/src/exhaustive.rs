@@ -27,13 +27,24 @@ const MAX_REACTIONS: u64 = 200_000;
 
 /// Compares a package with its net; the line says what was proved, or why nothing was.
 #[must_use]
-pub fn check(name: &str, net: &Valid<Net>, _facts: &Facts, package: &Package, limits: &Limits) -> Line {
+pub fn check(
+    name: &str,
+    net: &Valid<Net>,
+    _facts: &Facts,
+    package: &Package,
+    limits: &Limits,
+) -> Line {
     if tools::c_compiler().is_none() {
         return Line::open(name, "not checked: no C compiler is here");
     }
     let dts: &[u32] = if rows::uses_time(net) { &[0, 1, 1000] } else { &[1] };
     let Some(rows) = rows::all(net, dts, MAX_ROWS) else {
-        return Line::open(name, format!("not checked: more than {MAX_ROWS} inputs in each state (compare runs random ones)"));
+        return Line::open(
+            name,
+            format!(
+                "not checked: more than {MAX_ROWS} inputs in each state (compare runs random ones)"
+            ),
+        );
     };
     let bound = limits.pairs.min(MAX_REACTIONS);
     if rows.len() as u64 > bound {
@@ -45,15 +56,21 @@ pub fn check(name: &str, net: &Valid<Net>, _facts: &Facts, package: &Package, li
         Ok(program) => program,
         Err(why) => return Line::open(name, format!("not checked: {why}")),
     };
-    let explored = Explorer::start(&program).and_then(|mut explorer| explore(net, &mut explorer, &rows, bound));
+    let explored = Explorer::start(&program)
+        .and_then(|mut explorer| explore(net, &mut explorer, &rows, bound));
     match explored {
         Ok(Explored::Equal { states, reactions }) => Line::proved(
             name,
-            format!("compiled and proved by enumeration: {states} states, {reactions} reactions, dt {}", list(dts)),
+            format!(
+                "compiled and proved by enumeration: {states} states, {reactions} reactions, dt {}",
+                list(dts)
+            ),
         ),
         Ok(Explored::TooMany { states, reactions }) => Line::open(
             name,
-            format!("not checked to the end: equal in {reactions} reactions from {states} states, and there are more"),
+            format!(
+                "not checked to the end: equal in {reactions} reactions from {states} states, and there are more"
+            ),
         ),
         Ok(Explored::Different { path, column, expected, got }) => Line::refuted(
             name,
@@ -120,7 +137,10 @@ impl Explorer {
         let (mut row, mut state) = (String::new(), String::new());
         line(&mut row)?;
         line(&mut state)?;
-        let state = state.trim().parse().map_err(|_| format!("the compiled chart printed `{}`", state.trim()))?;
+        let state = state
+            .trim()
+            .parse()
+            .map_err(|_| format!("the compiled chart printed `{}`", state.trim()))?;
         row.truncate(row.trim_end().len());
         Ok((row, state))
     }
@@ -132,7 +152,9 @@ impl Explorer {
         n_answers: usize,
         mut take: impl FnMut(usize, &str, usize) -> bool,
     ) -> Result<(), String> {
-        let Some(mut input) = self.input.take() else { return Err("the compiled chart has ended".to_owned()) };
+        let Some(mut input) = self.input.take() else {
+            return Err("the compiled chart has ended".to_owned());
+        };
         std::thread::scope(|scope| {
             // Questions and answers are served at once: a full pipe on one side must not stop the other.
             let writer = scope.spawn(move || {
@@ -167,13 +189,21 @@ impl Explorer {
     }
 }
 
-fn explore(net: &Valid<Net>, explorer: &mut Explorer, rows: &[InputRow], bound: u64) -> Result<Explored, String> {
+fn explore(
+    net: &Valid<Net>,
+    explorer: &mut Explorer,
+    rows: &[InputRow],
+    bound: u64,
+) -> Result<Explored, String> {
     let layout = TraceLayout::of(net);
     let mut simulator = Simulator::new(net);
     let first = simulator.reset();
     let (row, start) = {
         let mut header = String::new();
-        explorer.output.read_line(&mut header).map_err(|error| format!("the compiled chart cannot be read: {error}"))?;
+        explorer
+            .output
+            .read_line(&mut header)
+            .map_err(|error| format!("the compiled chart cannot be read: {error}"))?;
         explorer.answer()?
     };
     if let Some((column, expected, got)) = differs(&layout, &first, &row) {
@@ -232,7 +262,11 @@ fn explore(net: &Valid<Net>, explorer: &mut Explorer, rows: &[InputRow], bound: 
 }
 
 /// The first cell of a printed row that differs from the simulator's: its column and both texts. The number of the scan is not compared.
-fn differs(layout: &TraceLayout, expected: &Row, printed: &str) -> Option<(String, String, String)> {
+fn differs(
+    layout: &TraceLayout,
+    expected: &Row,
+    printed: &str,
+) -> Option<(String, String, String)> {
     let wanted = layout.row(expected);
     let mut cells = printed.split(',');
     for (at, column) in layout.columns.iter().enumerate() {

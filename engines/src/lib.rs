@@ -101,7 +101,8 @@ impl Engine for ReferenceEngine {
 /// All engines, the reference first.
 #[must_use]
 pub fn all() -> Vec<Box<dyn Engine>> {
-    let mut engines: Vec<Box<dyn Engine>> = vec![Box::new(ReferenceEngine), Box::new(CEngine::default())];
+    let mut engines: Vec<Box<dyn Engine>> =
+        vec![Box::new(ReferenceEngine), Box::new(CEngine::default())];
     engines.extend(CircuitEngine::ALL.map(|engine| Box::new(engine) as Box<dyn Engine>));
     engines.push(Box::new(VerilogEngine));
     engines

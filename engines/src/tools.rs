@@ -21,12 +21,11 @@ pub struct Finished {
 
 /// The first of these programs that is on the PATH.
 #[must_use]
-#[expect(clippy::disallowed_methods, reason = "looking for a program needs the PATH")]
 pub fn find(names: &[&str]) -> Option<PathBuf> {
     let path = std::env::var_os("PATH")?;
-    names
-        .iter()
-        .find_map(|name| std::env::split_paths(&path).map(|folder| folder.join(name)).find(|file| is_program(file)))
+    names.iter().find_map(|name| {
+        std::env::split_paths(&path).map(|folder| folder.join(name)).find(|file| is_program(file))
+    })
 }
 
 #[cfg(unix)]
@@ -42,11 +41,14 @@ fn is_program(file: &Path) -> bool {
 
 /// The host's C compiler: `$CC`, or the first of cc, gcc and clang.
 #[must_use]
-#[expect(clippy::disallowed_methods, reason = "CC is the user's choice of compiler")]
 pub fn c_compiler() -> Option<PathBuf> {
     if let Some(cc) = std::env::var_os("CC").filter(|cc| !cc.is_empty()) {
         let cc = PathBuf::from(cc);
-        return if cc.components().count() > 1 { cc.is_file().then_some(cc) } else { find(&[cc.to_str()?]) };
+        return if cc.components().count() > 1 {
+            cc.is_file().then_some(cc)
+        } else {
+            find(&[cc.to_str()?])
+        };
     }
     find(&["cc", "gcc", "clang"])
 }
@@ -55,7 +57,13 @@ pub fn c_compiler() -> Option<PathBuf> {
 ///
 /// # Errors
 /// In the user's terms: that it cannot be started, or did not end in time.
-pub fn run(program: &Path, arguments: &[&str], folder: &Path, input: &[u8], limit: Duration) -> Result<Finished, String> {
+pub fn run(
+    program: &Path,
+    arguments: &[&str],
+    folder: &Path,
+    input: &[u8],
+    limit: Duration,
+) -> Result<Finished, String> {
     let shown = program.file_name().unwrap_or(program.as_os_str()).to_string_lossy().into_owned();
     let mut child = Command::new(program)
         .args(arguments)
@@ -102,13 +110,18 @@ fn read_all(pipe: Option<impl Read>) -> Vec<u8> {
 }
 
 #[expect(clippy::disallowed_methods, reason = "a program that hangs must be stopped")]
-fn wait(child: &mut std::process::Child, limit: Duration) -> Result<std::process::ExitStatus, String> {
+fn wait(
+    child: &mut std::process::Child,
+    limit: Duration,
+) -> Result<std::process::ExitStatus, String> {
     let start = Instant::now();
     let mut pause = Duration::from_micros(200);
     loop {
         match child.try_wait() {
             Ok(Some(status)) => return Ok(status),
-            Ok(None) if start.elapsed() > limit => return Err(format!("did not end within {} s", limit.as_secs())),
+            Ok(None) if start.elapsed() > limit => {
+                return Err(format!("did not end within {} s", limit.as_secs()));
+            }
             Ok(None) => thread::sleep(pause),
             Err(error) => return Err(error.to_string()),
         }

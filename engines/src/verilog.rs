@@ -48,16 +48,21 @@ impl Engine for VerilogEngine {
         }
         let logic = pipeline::logic(job.net, job.facts).map_err(EngineError::Refused)?;
         let options = pipeline::emit_options(job.net, None, None);
-        let emitted =
-            grafsynth_backend_pld::emit(&logic, Dialect::Verilog, &options).map_err(EngineError::Refused)?;
+        let emitted = grafsynth_backend_pld::emit(&logic, Dialect::Verilog, &options)
+            .map_err(EngineError::Refused)?;
         let module = module_name(&emitted.text)
             .ok_or_else(|| EngineError::Failed("the emitted Verilog has no module".to_owned()))?;
         let rows: Vec<InputRow> = job.stimulus.rows().collect();
         let shown = shown(&emitted.names);
         // Row 0 has all inputs 0, which for a range that does not begin at 0 is another code than all bits 0.
-        let zeros = stimulus_bits(job.net, &emitted.names, &[InputRow { dt: 0, ..InputRow::zero(job.net) }]);
+        let zeros = stimulus_bits(
+            job.net,
+            &emitted.names,
+            &[InputRow { dt: 0, ..InputRow::zero(job.net) }],
+        );
         let bench = bench(&module, &emitted.names, &shown, &zeros, rows.len());
-        let output = simulate(&emitted.text, &bench, &stimulus_bits(job.net, &emitted.names, &rows))?;
+        let output =
+            simulate(&emitted.text, &bench, &stimulus_bits(job.net, &emitted.names, &rows))?;
         trace(job.net, &shown, &rows, &output)
     }
 }
@@ -70,7 +75,10 @@ fn module_name(text: &str) -> Option<String> {
 
 /// The signals whose bits are printed, in this order.
 fn shown(names: &[Named]) -> Vec<&Named> {
-    names.iter().filter(|named| matches!(named.object, Object::Flop(_) | Object::Output(_))).collect()
+    names
+        .iter()
+        .filter(|named| matches!(named.object, Object::Flop(_) | Object::Output(_)))
+        .collect()
 }
 
 /// The input bits of each row, most significant first in the order of the names.
@@ -82,10 +90,16 @@ fn stimulus_bits(net: &Net, names: &[Named], rows: &[InputRow]) -> String {
             let bit = match pin.role {
                 PinRole::Input(id, bit) => {
                     let ty = net.inputs[id].ty;
-                    ty.saturate(row.value(id)).abs_diff(ty.bounds().0).checked_shr(bit).unwrap_or(0) & 1 == 1
+                    ty.saturate(row.value(id)).abs_diff(ty.bounds().0).checked_shr(bit).unwrap_or(0)
+                        & 1
+                        == 1
                 }
                 PinRole::Tick => row.dt == 1,
-                PinRole::Reset | PinRole::Output(..) | PinRole::Busy | PinRole::Fault | PinRole::Unknown => false,
+                PinRole::Reset
+                | PinRole::Output(..)
+                | PinRole::Busy
+                | PinRole::Fault
+                | PinRole::Unknown => false,
             };
             text.push(if bit { '1' } else { '0' });
         }
@@ -102,7 +116,8 @@ fn bench(module: &str, names: &[Named], shown: &[&Named], zeros: &str, n_rows: u
         .map(|named| named.name.as_str())
         .collect();
     let width = inputs.len() + 1;
-    let (last, clock) = (n_rows.max(1) - 1, names.iter().find(|named| matches!(named.object, Object::Clock)));
+    let (last, clock) =
+        (n_rows.max(1) - 1, names.iter().find(|named| matches!(named.object, Object::Clock)));
     let mut text = format!(
         "`timescale 1ns/1ns\nmodule grafsynth_bench;\n  reg [{}:0] rows [0:{last}];\n  reg [{}:0] in_bits;\n  reg clock_pin;\n  integer at;\n",
         width - 1,
@@ -154,7 +169,9 @@ fn bench(module: &str, names: &[Named], shown: &[&Named], zeros: &str, n_rows: u
 }
 
 fn simulate(text: &str, bench: &str, rows: &str) -> Result<Vec<u8>, EngineError> {
-    let failed = |error: std::io::Error| EngineError::Failed(format!("cannot write a temporary file: {error}"));
+    let failed = |error: std::io::Error| {
+        EngineError::Failed(format!("cannot write a temporary file: {error}"))
+    };
     let folder = tempfile::tempdir().map_err(failed)?;
     write(folder.path(), "design.v", text).map_err(failed)?;
     write(folder.path(), "bench.v", bench).map_err(failed)?;
@@ -163,12 +180,14 @@ fn simulate(text: &str, bench: &str, rows: &str) -> Result<Vec<u8>, EngineError>
         return Err(EngineError::Failed("iverilog is not here".to_owned()));
     };
     let arguments = ["-g2001", "-Wall", "-Wno-timescale", "-o", "bench.vvp", "design.v", "bench.v"];
-    let compiled = tools::run(&iverilog, &arguments, folder.path(), b"", LIMIT).map_err(EngineError::Failed)?;
+    let compiled = tools::run(&iverilog, &arguments, folder.path(), b"", LIMIT)
+        .map_err(EngineError::Failed)?;
     // The bench reads a table that may be longer than the rows; every other warning is about our text.
     if !compiled.is_success || compiled.stderr.contains("warning") {
         return Err(EngineError::Failed(format!("iverilog: {}", compiled.stderr.trim())));
     }
-    let run = tools::run(&vvp, &["-n", "bench.vvp"], folder.path(), b"", LIMIT).map_err(EngineError::Failed)?;
+    let run = tools::run(&vvp, &["-n", "bench.vvp"], folder.path(), b"", LIMIT)
+        .map_err(EngineError::Failed)?;
     if !run.is_success {
         return Err(EngineError::Failed(format!("vvp: {} {}", run.ending, run.stderr.trim())));
     }
@@ -180,13 +199,23 @@ fn write(folder: &std::path::Path, name: &str, text: &str) -> std::io::Result<()
     fs::write(folder.join(name), text)
 }
 
-fn trace(net: &Net, shown: &[&Named], rows: &[InputRow], output: &[u8]) -> Result<Trace, EngineError> {
+fn trace(
+    net: &Net,
+    shown: &[&Named],
+    rows: &[InputRow],
+    output: &[u8],
+) -> Result<Trace, EngineError> {
     let mut trace = Trace::new(TraceLayout::of(net));
-    let mut lines = output.split(|byte| *byte == b'\n').filter(|line| line.first().is_some_and(|c| b"01xz".contains(c)));
+    let mut lines = output
+        .split(|byte| *byte == b'\n')
+        .filter(|line| line.first().is_some_and(|c| b"01xz".contains(c)));
     let first = InputRow { dt: 0, ..InputRow::zero(net) };
     for (at, input) in std::iter::once(&first).chain(rows).enumerate() {
-        let line = lines.next().ok_or_else(|| EngineError::Failed(format!("vvp printed {at} of {} rows", rows.len() + 1)))?;
-        let row = row(net, shown, input, line).map_err(|why| EngineError::Failed(format!("row {at}: {why}")))?;
+        let line = lines.next().ok_or_else(|| {
+            EngineError::Failed(format!("vvp printed {at} of {} rows", rows.len() + 1))
+        })?;
+        let row = row(net, shown, input, line)
+            .map_err(|why| EngineError::Failed(format!("row {at}: {why}")))?;
         let cells = trace.layout.row(&row);
         trace.push(cells);
     }
@@ -207,9 +236,15 @@ fn row(net: &Net, shown: &[&Named], input: &InputRow, bits: &[u8]) -> Result<Row
         };
         match &named.object {
             Object::Output(pin) => match pin.role {
-                PinRole::Output(id, bit) => *outputs.entry(id.index()).or_default() |= u64::from(is_one) << bit.min(63),
+                PinRole::Output(id, bit) => {
+                    *outputs.entry(id.index()).or_default() |= u64::from(is_one) << bit.min(63)
+                }
                 PinRole::Fault => row.fault |= is_one,
-                PinRole::Input(..) | PinRole::Tick | PinRole::Reset | PinRole::Busy | PinRole::Unknown => {}
+                PinRole::Input(..)
+                | PinRole::Tick
+                | PinRole::Reset
+                | PinRole::Busy
+                | PinRole::Unknown => {}
             },
             Object::Flop(flop) => {
                 let Some(holds) = flop.holds else { continue };
@@ -219,7 +254,8 @@ fn row(net: &Net, shown: &[&Named], input: &InputRow, bits: &[u8]) -> Result<Row
                         row.steps.push(step);
                     }
                 } else if let Origin::Var(var) = holds.origin {
-                    *vars.entry((var.index(), holds.element)).or_default() |= u64::from(is_one) << holds.bit.min(63);
+                    *vars.entry((var.index(), holds.element)).or_default() |=
+                        u64::from(is_one) << holds.bit.min(63);
                 }
             }
             Object::Clock | Object::Reset | Object::Input(_) => {}
@@ -231,8 +267,10 @@ fn row(net: &Net, shown: &[&Named], input: &InputRow, bits: &[u8]) -> Result<Row
         for element in 0..var.len.unwrap_or(1) {
             let code = vars.get(&(id.index(), element)).copied().unwrap_or(0);
             row.vars[place] = var.ty.bounds().0.saturating_add_unsigned(code);
-            if let Some((output, _)) =
-                net.outputs.iter().find(|(_, output)| matches!(output.driver, Driver::Stored(driver) if driver == id))
+            if let Some((output, _)) = net
+                .outputs
+                .iter()
+                .find(|(_, output)| matches!(output.driver, Driver::Stored(driver) if driver == id))
             {
                 row.outputs[output.index()] = row.vars[place];
             }

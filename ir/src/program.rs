@@ -9,8 +9,8 @@
 use crate::arena::{Arena, Id};
 use crate::expr::{Expr as GenericExpr, Type};
 use crate::net::{
-    ActionId, EdgeId, HistoryId, InputId, OutputId, PartId, SendId, StepId, TimerId, TransitionId, VarId,
-    Verbatim,
+    ActionId, EdgeId, HistoryId, InputId, OutputId, PartId, SendId, StepId, TimerId, TransitionId,
+    VarId, Verbatim,
 };
 
 /// Names a cell.

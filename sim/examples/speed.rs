@@ -1,6 +1,10 @@
 //! How fast the reference simulator is: `cargo run --release -p grafsynth-sim --example speed`.
 
-#![allow(clippy::print_stdout, clippy::disallowed_methods, reason = "an example that measures and prints")]
+#![allow(
+    clippy::print_stdout,
+    clippy::disallowed_methods,
+    reason = "an example that measures and prints"
+)]
 
 use grafsynth_ir::{FileId, text, validate};
 use grafsynth_sim::{Simulator, Stimulus};
@@ -45,5 +49,8 @@ fn main() {
     for row in &rows {
         n_active += simulator.step(row).steps.len();
     }
-    println!("truck: 1000000 reactions in {:.3} s ({n_active} active steps seen)", start.elapsed().as_secs_f64());
+    println!(
+        "truck: 1000000 reactions in {:.3} s ({n_active} active steps seen)",
+        start.elapsed().as_secs_f64()
+    );
 }

@@ -9,9 +9,12 @@ use grafsynth_ir::net::Net;
 
 /// How many rounds a test makes: few at home, many with `GRAFSYNTH_DEEP`.
 #[must_use]
-#[expect(clippy::disallowed_methods, reason = "the environment says how deep to test")]
 pub fn rounds(few: u64, many: u64) -> u64 {
-    if std::env::var_os("GRAFSYNTH_DEEP").is_some_and(|value| !value.is_empty()) { many } else { few }
+    if std::env::var_os("GRAFSYNTH_DEEP").is_some_and(|value| !value.is_empty()) {
+        many
+    } else {
+        few
+    }
 }
 
 /// A net as its reader would like to see it: `.graf` where that can say it, else `.net`.

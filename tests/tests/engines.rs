@@ -42,8 +42,9 @@ fn compiled_c_does_what_the_net_does() {
     }
     let total = rounds(50, 2_000);
     for first in (0..total).step_by(UNIT as usize) {
-        let nets: Vec<Valid<Net>> =
-            (first..(first + UNIT).min(total)).map(|seed| random_net(seed, &Features::everything())).collect();
+        let nets: Vec<Valid<Net>> = (first..(first + UNIT).min(total))
+            .map(|seed| random_net(seed, &Features::everything()))
+            .collect();
         for style in [Style::Auto, Style::Bits] {
             check_unit(first, &nets, style);
         }
@@ -52,7 +53,8 @@ fn compiled_c_does_what_the_net_does() {
 
 /// Compiles all nets into one program and runs each.
 fn check_unit(first: u64, nets: &[Valid<Net>], style: Style) {
-    let packages: Vec<Package> = nets.iter().enumerate().map(|(at, net)| package(net, style, at)).collect();
+    let packages: Vec<Package> =
+        nets.iter().enumerate().map(|(at, net)| package(net, style, at)).collect();
     let pairs: Vec<(&Valid<Net>, &Package)> = nets.iter().zip(&packages).collect();
     let flags = ["-std=c99", "-O1", "-Wall", "-Wextra", "-Werror", "-Wno-unused-function"];
     let program = match c::compile_text(&multi_harness(&pairs), &flags) {
@@ -65,12 +67,18 @@ fn check_unit(first: u64, nets: &[Valid<Net>], style: Style) {
         let expected = net_trace(net, &stimulus);
         let number = at.to_string();
         let input = c::lines(net, &stimulus);
-        let run = tools::run(&program.path, &[&number], program.folder.path(), input.as_bytes(), LIMIT)
-            .unwrap_or_else(|why| panic!("seed {seed}: {why}"));
-        let got = c::parse(net, &run.stdout).unwrap_or_else(|why| panic!("seed {seed}: {why:?}\n{}", readable(net)));
+        let run =
+            tools::run(&program.path, &[&number], program.folder.path(), input.as_bytes(), LIMIT)
+                .unwrap_or_else(|why| panic!("seed {seed}: {why}"));
+        let got = c::parse(net, &run.stdout)
+            .unwrap_or_else(|why| panic!("seed {seed}: {why:?}\n{}", readable(net)));
         if let Some(difference) = compare(&expected, &got) {
             let small = shrink(net, |net| differs_in_c(net, style, seed));
-            panic!("seed {seed}, style {}: {difference:?}\nshrunk:\n{}", style.name(), readable(&small));
+            panic!(
+                "seed {seed}, style {}: {difference:?}\nshrunk:\n{}",
+                style.name(),
+                readable(&small)
+            );
         }
     }
 }
@@ -86,9 +94,15 @@ fn package(net: &Valid<Net>, style: Style, number: usize) -> Package {
 fn differs_in_c(net: &Valid<Net>, style: Style, seed: u64) -> bool {
     let package = package(net, style, 0);
     let stimulus = Stimulus::random(net, ROWS, seed, 3);
-    let Ok(program) = c::compile_text(&multi_harness(&[(net, &package)]), &["-std=c99", "-O0"]) else { return false };
+    let Ok(program) = c::compile_text(&multi_harness(&[(net, &package)]), &["-std=c99", "-O0"])
+    else {
+        return false;
+    };
     let input = c::lines(net, &stimulus);
-    let Ok(run) = tools::run(&program.path, &["0"], program.folder.path(), input.as_bytes(), LIMIT) else { return false };
+    let Ok(run) = tools::run(&program.path, &["0"], program.folder.path(), input.as_bytes(), LIMIT)
+    else {
+        return false;
+    };
     c::parse(net, &run.stdout).is_ok_and(|got| compare(&net_trace(net, &stimulus), &got).is_some())
 }
 
@@ -100,7 +114,8 @@ fn circuits_and_their_texts_do_what_the_net_does() {
     for seed in 0..total {
         // Every other net may have everything: stable evolution, statecharts, calls. Those a chip may refuse by name.
         let is_plain = seed % 2 == 0;
-        let net = random_net(seed, &if is_plain { Features::chip() } else { Features::everything() });
+        let net =
+            random_net(seed, &if is_plain { Features::chip() } else { Features::everything() });
         let stimulus = Stimulus::random(&net, ROWS, seed, 1);
         let expected = net_trace(&net, &stimulus);
         let Ok(logic) = pipeline::logic(&net, &structural_facts(&net)) else { continue };
@@ -116,21 +131,32 @@ fn circuits_and_their_texts_do_what_the_net_does() {
         let options = pipeline::emit_options(&net, None, None);
         if let Ok(through) = pipeline::through(&logic, dialect, &options) {
             n_texts += 1;
-            let got = logic_trace(&net, &through.read_back, &stimulus).expect("the stimulus is for a chip");
+            let got = logic_trace(&net, &through.read_back, &stimulus)
+                .expect("the stimulus is for a chip");
             if let Some(difference) = compare(&expected, &got) {
-                panic!("seed {seed}, {}: {difference:?}\n{}\n{}", dialect.name(), readable(&net), through.emitted.text);
+                panic!(
+                    "seed {seed}, {}: {difference:?}\n{}\n{}",
+                    dialect.name(),
+                    readable(&net),
+                    through.emitted.text
+                );
             }
         }
     }
     println!("{n_circuits} circuits ({n_plain} of plain nets) and {n_texts} texts of {total} nets");
-    assert!(n_plain * 20 >= total * 9, "only {n_plain} of {} plain nets became circuits", total / 2);
+    assert!(
+        n_plain * 20 >= total * 9,
+        "only {n_plain} of {} plain nets became circuits",
+        total / 2
+    );
     assert!(n_texts * 10 >= total * 3, "only {n_texts} of {total} nets became texts");
 }
 
 fn differs_as_circuit(net: &Valid<Net>, seed: u64) -> bool {
     let stimulus = Stimulus::random(net, ROWS, seed, 1);
     pipeline::logic(net, &structural_facts(net)).is_ok_and(|logic| {
-        logic_trace(net, &logic, &stimulus).is_ok_and(|got| compare(&net_trace(net, &stimulus), &got).is_some())
+        logic_trace(net, &logic, &stimulus)
+            .is_ok_and(|got| compare(&net_trace(net, &stimulus), &got).is_some())
     })
 }
 
@@ -172,8 +198,19 @@ fn exhaustive_comparison_proves_random_nets() {
         let net = random_net(seed, &Features::plain());
         let facts = facts(&net);
         let package = package(&net, Style::Auto, 0);
-        let line = grafsynth_engines::exhaustive::check("n0.c", &net, &facts, &package, &Limits::default());
-        assert_ne!(line.outcome, grafsynth_driver::report::Outcome::Refuted, "seed {seed}: {line}\n{}", readable(&net));
+        let line = grafsynth_engines::exhaustive::check(
+            "n0.c",
+            &net,
+            &facts,
+            &package,
+            &Limits::default(),
+        );
+        assert_ne!(
+            line.outcome,
+            grafsynth_driver::report::Outcome::Refuted,
+            "seed {seed}: {line}\n{}",
+            readable(&net)
+        );
         n_proved += u32::from(line.outcome == grafsynth_driver::report::Outcome::Proved);
     }
     assert!(n_proved > 0, "no net was proved");

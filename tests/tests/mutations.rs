@@ -20,7 +20,11 @@ const TRUCK: &str = include_str!("../../examples/truck/truck.graf");
 fn truck() -> Valid<Net> {
     let mut sources = Sources::default();
     let main = sources.add("truck.graf", TRUCK);
-    match grafsynth_driver::read::read(&sources, &Texts { main, ..Texts::default() }, ReadLimits::default()) {
+    match grafsynth_driver::read::read(
+        &sources,
+        &Texts { main, ..Texts::default() },
+        ReadLimits::default(),
+    ) {
         (Some(Design::Net(design)), _) => design.net,
         (_, found) => panic!("the truck is a chart: {found:?}"),
     }
@@ -43,7 +47,8 @@ fn flipped(text: &str) -> Vec<String> {
         let line = text[..at].rfind('\n').map_or(0, |place| place + 1);
         if !text[line..at].contains(';') {
             let is_negated = bytes[at - 1] == b'/';
-            let (before, sign) = if is_negated { (&text[..at - 1], "") } else { (&text[..at], "/") };
+            let (before, sign) =
+                if is_negated { (&text[..at - 1], "") } else { (&text[..at], "/") };
             all.push(format!("{before}{sign}{}", &text[at..]));
         }
         at = end;
@@ -57,8 +62,9 @@ fn each_flipped_literal_of_the_trucks_equations_is_refuted_or_changes_nothing() 
     let facts = facts(&net, &Limits::default());
     let logic = pipeline::logic(&net, &facts).expect("the truck is a circuit");
     for dialect in [Dialect::Palasm] {
-        let emitted = grafsynth_backend_pld::emit(&logic, dialect, &pipeline::emit_options(&net, None, None))
-            .expect("the truck can be written");
+        let emitted =
+            grafsynth_backend_pld::emit(&logic, dialect, &pipeline::emit_options(&net, None, None))
+                .expect("the truck can be written");
         let mutants = flipped(&emitted.text);
         assert!(mutants.len() > 20, "{} literals", mutants.len());
         let (mut n_refuted, mut n_refused, mut n_same) = (0, 0, 0);
@@ -79,7 +85,11 @@ fn each_flipped_literal_of_the_trucks_equations_is_refuted_or_changes_nothing() 
                 Verdict::Open(why) => panic!("the truck is small enough: {why}\n{mutant}"),
             }
         }
-        println!("{}: {} flips: {n_refuted} refuted, {n_refused} refused by the reader, {n_same} proved to change nothing", dialect.name(), mutants.len());
+        println!(
+            "{}: {} flips: {n_refuted} refuted, {n_refused} refused by the reader, {n_same} proved to change nothing",
+            dialect.name(),
+            mutants.len()
+        );
         // Don't-cares of the truck: situations with more or less than one step, and both limits closed at once.
         assert!(n_refuted + n_refused > n_same, "most flips change something");
     }
@@ -96,19 +106,27 @@ fn each_deleted_line_of_the_trucks_step_function_is_refuted_or_changes_nothing()
     let facts = facts(&net, &Limits::default());
     for style in [Style::Switch, Style::Bits] {
         let options = Options { style, ..Options::default() };
-        let package = grafsynth_backend_c::emit(&net, &facts, &options).expect("the truck can be said in C");
+        let package =
+            grafsynth_backend_c::emit(&net, &facts, &options).expect("the truck can be said in C");
         let file = package.files.iter().position(|file| file.name == "truck.c").expect("truck.c");
         let text = package.files[file].text.clone();
         let lines: Vec<&str> = text.lines().collect();
-        let from = lines.iter().position(|line| line.starts_with("void truck_step(")).expect("the step function");
+        let from = lines
+            .iter()
+            .position(|line| line.starts_with("void truck_step("))
+            .expect("the step function");
         let (mut n_refuted, mut n_uncompiled, mut n_same) = (0, 0, 0);
         for at in from + 2..lines.len() {
             if lines[at].trim().is_empty() {
                 continue;
             }
             let mut mutant: Package = package.clone();
-            mutant.files[file].text =
-                lines.iter().enumerate().filter(|(place, _)| *place != at).map(|(_, line)| format!("{line}\n")).collect();
+            mutant.files[file].text = lines
+                .iter()
+                .enumerate()
+                .filter(|(place, _)| *place != at)
+                .map(|(_, line)| format!("{line}\n"))
+                .collect();
             let line = exhaustive::check("truck.c", &net, &facts, &mutant, &Limits::default());
             match line.outcome {
                 Outcome::Refuted => n_refuted += 1,
@@ -119,7 +137,10 @@ fn each_deleted_line_of_the_trucks_step_function_is_refuted_or_changes_nothing()
                 }
             }
         }
-        println!("{}: {n_refuted} refuted, {n_uncompiled} do not compile, {n_same} proved to change nothing", style.name());
+        println!(
+            "{}: {n_refuted} refuted, {n_uncompiled} do not compile, {n_same} proved to change nothing",
+            style.name()
+        );
         assert!(n_refuted > 0);
     }
 }

@@ -112,7 +112,7 @@ fn run(net: &Valid<Net>, seed: u64, options: &ProgramOptions) -> Option<String> 
     if let Some(difference) = difference(net, &program, &machine, &shown, &row) {
         return Some(format!("row 0: {difference}"));
     }
-    let stimulus = Stimulus::random(net, ROWS, seed, if seed % 3 == 0 { 5 } else { 1 });
+    let stimulus = Stimulus::random(net, ROWS, seed, if seed.is_multiple_of(3) { 5 } else { 1 });
     for (at, input) in stimulus.rows().enumerate() {
         let shown = machine.react(&input.values, input.dt);
         let row = simulator.react(&input);

@@ -9,22 +9,26 @@ use grafsynth_driver::pipeline::{self, BuildOptions, Built, MapEntry};
 use grafsynth_driver::report::{Line, Outcome};
 use grafsynth_driver::target::Target;
 use grafsynth_engines::exhaustive;
+use grafsynth_ir::Valid;
 use grafsynth_ir::diag::any_error;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::Net;
-use grafsynth_ir::Valid;
 use grafsynth_verify::Limits;
 use serde_json::json;
 
 pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop> {
     if arguments.target.iter().any(|target| target == "list") {
-        let list: String = Target::ALL.iter().map(|(_, name, about)| format!("{name:<12} {about}\n")).collect();
+        let list: String =
+            Target::ALL.iter().map(|(_, name, about)| format!("{name:<12} {about}\n")).collect();
         crate::print(&list);
         return Ok(Exit::Done);
     }
     let targets = targets(&arguments.target)?;
     let style = Style::from_name(&arguments.style).ok_or_else(|| {
-        Stop::Usage(format!("no style of C is called `{}` (there are auto, switch, tables, bits)", arguments.style))
+        Stop::Usage(format!(
+            "no style of C is called `{}` (there are auto, switch, tables, bits)",
+            arguments.style
+        ))
     })?;
     let (design, mut found) = session.net(&arguments.input)?;
     let net = &design.net;
@@ -40,7 +44,12 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
     let source = arguments.input.file.rsplit(['/', '\\']).next().unwrap_or_default().to_owned();
     let options = BuildOptions {
         device: arguments.device.clone(),
-        c: grafsynth_backend_c::Options { style, callbacks: arguments.callbacks, source, ..Default::default() },
+        c: grafsynth_backend_c::Options {
+            style,
+            callbacks: arguments.callbacks,
+            source,
+            ..Default::default()
+        },
         stimulus,
         prove: !arguments.no_proof,
         limits: limits.clone(),
@@ -61,7 +70,9 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
     }
     let outcome = built.outcome();
     if outcome == Outcome::Refuted {
-        crate::print_error("grafsynth: nothing was written, because an output is not equal to the chart\n");
+        crate::print_error(
+            "grafsynth: nothing was written, because an output is not equal to the chart\n",
+        );
         return Ok(Exit::Refuted);
     }
     write(session, arguments, &built)?;
@@ -81,18 +92,25 @@ fn targets(names: &[String]) -> Result<Vec<Target>, Stop> {
     let mut targets: Vec<Target> = Vec::new();
     for name in names.iter().flat_map(|names| names.split(',')) {
         let target = Target::named(name).ok_or_else(|| {
-            let near = grafsynth_ir::diag::nearest(name, Target::ALL.iter().map(|(_, name, _)| *name))
-                .map(|near| format!(", did you mean `{near}`?"))
-                .unwrap_or_default();
+            let near =
+                grafsynth_ir::diag::nearest(name, Target::ALL.iter().map(|(_, name, _)| *name))
+                    .map(|near| format!(", did you mean `{near}`?"))
+                    .unwrap_or_default();
             let known: Vec<&str> = Target::ALL.iter().map(|(_, name, _)| *name).collect();
-            Stop::Usage(format!("no target is called `{name}`{near} (there are {})", known.join(", ")))
+            Stop::Usage(format!(
+                "no target is called `{name}`{near} (there are {})",
+                known.join(", ")
+            ))
         })?;
         if !targets.contains(&target) {
             targets.push(target);
         }
     }
     if targets.iter().filter(|target| matches!(target, Target::C(_))).count() > 1 {
-        return Err(Stop::Usage("two styles of C would be two files of one name: build them into two folders".to_owned()));
+        return Err(Stop::Usage(
+            "two styles of C would be two files of one name: build them into two folders"
+                .to_owned(),
+        ));
     }
     Ok(targets)
 }
@@ -101,7 +119,11 @@ fn targets(names: &[String]) -> Result<Vec<Target>, Stop> {
 fn check_c(net: &Valid<Net>, facts: &Facts, limits: &Limits, built: &mut Built) {
     let packages = std::mem::take(&mut built.packages);
     for package in &packages {
-        let name = package.files.iter().find(|file| file.name.ends_with(".c")).map_or("c", |file| file.name.as_str());
+        let name = package
+            .files
+            .iter()
+            .find(|file| file.name.ends_with(".c"))
+            .map_or("c", |file| file.name.as_str());
         let line = exhaustive::check(name, net, facts, package, limits);
         if line.outcome == Outcome::Refuted {
             built.files.retain(|file| !package.files.iter().any(|own| own.name == file.name));
@@ -143,7 +165,8 @@ fn map_text(session: &Session, name: &str, map: &[MapEntry]) -> String {
             })
         })
         .collect();
-    let mut text = serde_json::to_string_pretty(&json!({"file": name, "lines": lines})).unwrap_or_default();
+    let mut text =
+        serde_json::to_string_pretty(&json!({"file": name, "lines": lines})).unwrap_or_default();
     text.push('\n');
     text
 }

@@ -41,7 +41,10 @@ pub(crate) fn run(session: &mut Session, arguments: &Check) -> Result<Exit, Stop
             net.name,
             net.steps.len(),
             net.transitions.len(),
-            facts.reach.as_ref().map_or_else(String::new, |reach| format!(", {} reachable situations", reach.situations))
+            facts.reach.as_ref().map_or_else(String::new, |reach| format!(
+                ", {} reachable situations",
+                reach.situations
+            ))
         ));
     }
     Ok(exit)
@@ -57,8 +60,15 @@ fn properties(session: &Session, net: &Valid<Net>, limits: &Limits) -> Exit {
             .sources
             .get(property.meta.span.file)
             .and_then(|source| source.text.get(property.meta.span.range()))
-            .map_or_else(|| property.name.clone(), |text| text.split_whitespace().collect::<Vec<_>>().join(" "));
-        let tags = if property.meta.req.is_empty() { String::new() } else { format!(" [{}]", property.meta.req.join(", ")) };
+            .map_or_else(
+                || property.name.clone(),
+                |text| text.split_whitespace().collect::<Vec<_>>().join(" "),
+            );
+        let tags = if property.meta.req.is_empty() {
+            String::new()
+        } else {
+            format!(" [{}]", property.meta.req.join(", "))
+        };
         match verdict.outcome {
             Outcome::Proved { by, states, .. } => {
                 if !session.quiet {
@@ -94,7 +104,10 @@ fn dump(session: &mut Session, arguments: &Check, pass: &str) -> Result<Exit, St
         let near = grafsynth_ir::diag::nearest(pass, passes.iter().copied())
             .map(|near| format!(", did you mean `{near}`?"))
             .unwrap_or_default();
-        return Err(Stop::Usage(format!("no pass is called `{pass}`{near} (there are {})", passes.join(", "))));
+        return Err(Stop::Usage(format!(
+            "no pass is called `{pass}`{near} (there are {})",
+            passes.join(", ")
+        )));
     }
     let (design, found) = session.net(&arguments.input)?;
     session.show(&found);

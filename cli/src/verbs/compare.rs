@@ -21,11 +21,18 @@ pub(crate) fn run(session: &mut Session, arguments: &Compare) -> Result<Exit, St
     let engines: Vec<Box<dyn Engine>> = if arguments.engines.is_empty() {
         grafsynth_engines::all().into_iter().filter(|engine| engine.name() != "ir").collect()
     } else {
-        arguments.engines.iter().filter(|name| *name != "ir").map(|name| engine_named(name)).collect::<Result<_, _>>()?
+        arguments
+            .engines
+            .iter()
+            .filter(|name| *name != "ir")
+            .map(|name| engine_named(name))
+            .collect::<Result<_, _>>()?
     };
     let rows = arguments.random.or(if arguments.stimulus.is_none() { Some(1000) } else { None });
     // All engines see the same rows, so a random stimulus is one that a chip can run too.
-    let Some(stimulus) = stimulus(session, net, arguments.stimulus.as_deref(), rows, arguments.seed, 1)? else {
+    let Some(stimulus) =
+        stimulus(session, net, arguments.stimulus.as_deref(), rows, arguments.seed, 1)?
+    else {
         return Ok(Exit::Usage);
     };
     let facts = grafsynth_driver::pipeline::facts(net, &Limits::default());
@@ -55,13 +62,21 @@ pub(crate) fn run(session: &mut Session, arguments: &Compare) -> Result<Exit, St
                     n_equal += 1;
                 }
                 Some(difference) => {
-                    crate::print(&format!("{name:<10} DIFFERENT\n{}", explain(session, net, &difference, &reference, name)));
+                    crate::print(&format!(
+                        "{name:<10} DIFFERENT\n{}",
+                        explain(session, net, &difference, &reference, name)
+                    ));
                     exit = Exit::Refuted;
                 }
             },
             Err(EngineError::Refused(found)) => {
-                let why = found.first().map(|diagnostic| diagnostic.message.clone()).unwrap_or_default();
-                let more = if found.len() > 1 { format!(" (and {} more)", found.len() - 1) } else { String::new() };
+                let why =
+                    found.first().map(|diagnostic| diagnostic.message.clone()).unwrap_or_default();
+                let more = if found.len() > 1 {
+                    format!(" (and {} more)", found.len() - 1)
+                } else {
+                    String::new()
+                };
                 say(format!("{name:<10} cannot: {why}{more}\n"));
                 n_skipped += 1;
                 if !arguments.engines.is_empty() {
@@ -83,10 +98,19 @@ pub(crate) fn run(session: &mut Session, arguments: &Compare) -> Result<Exit, St
 }
 
 /// The first difference in the user's terms: the reaction, the signal, both values, and where the signal comes from.
-fn explain(session: &Session, net: &Net, difference: &Difference, reference: &Trace, engine: &str) -> String {
+fn explain(
+    session: &Session,
+    net: &Net,
+    difference: &Difference,
+    reference: &Trace,
+    engine: &str,
+) -> String {
     let Difference { row, column, left, right } = difference;
     let mut text = format!("  scan {row}, {column}: ir has `{left}`, {engine} has `{right}`\n");
-    if let Some(place) = declared(net, column).map(|span| session.sources.describe(span)).filter(|place| !place.is_empty()) {
+    if let Some(place) = declared(net, column)
+        .map(|span| session.sources.describe(span))
+        .filter(|place| !place.is_empty())
+    {
         text.push_str(&format!("  {column} is declared at {place}\n"));
     }
     let csv = reference.to_csv();
@@ -115,11 +139,14 @@ fn with_other(
     net: &grafsynth_ir::Valid<Net>,
     other: &str,
 ) -> Result<Exit, Stop> {
-    let input = crate::args::Input { file: other.to_owned(), from: None, assert: Vec::new(), board: None };
+    let input =
+        crate::args::Input { file: other.to_owned(), from: None, assert: Vec::new(), board: None };
     let (design, found) = session.design(&input)?;
     session.show(&found);
     let rows = arguments.random.or(if arguments.stimulus.is_none() { Some(10_000) } else { None });
-    let Some(stimulus) = stimulus(session, net, arguments.stimulus.as_deref(), rows, arguments.seed, 1)? else {
+    let Some(stimulus) =
+        stimulus(session, net, arguments.stimulus.as_deref(), rows, arguments.seed, 1)?
+    else {
         return Ok(Exit::Usage);
     };
     let difference = match design {
@@ -151,7 +178,9 @@ fn finish(
                 Ok(Exit::Done)
             }
             Some(Difference { row, column, left, right }) => {
-                crate::print(&format!("different: scan {row}, {column}: `{left}` in the first, `{right}` in the second\n"));
+                crate::print(&format!(
+                    "different: scan {row}, {column}: `{left}` in the first, `{right}` in the second\n"
+                ));
                 Ok(Exit::Refuted)
             }
         },

@@ -10,11 +10,15 @@ pub(crate) fn run(session: &mut Session, arguments: &Convert) -> Result<Exit, St
     let output = arguments.output.to_string_lossy();
     let known = || Format::ALL.iter().map(|(_, name, _)| *name).collect::<Vec<_>>().join(", ");
     let to = match &arguments.to {
-        Some(name) => {
-            Format::named(name).ok_or_else(|| Stop::Usage(format!("no format is called `{name}` (known: {})", known())))?
-        }
-        None => Format::of(&output, "")
-            .ok_or_else(|| Stop::Usage(format!("{output} does not say the format: give it with --to ({})", known())))?,
+        Some(name) => Format::named(name).ok_or_else(|| {
+            Stop::Usage(format!("no format is called `{name}` (known: {})", known()))
+        })?,
+        None => Format::of(&output, "").ok_or_else(|| {
+            Stop::Usage(format!(
+                "{output} does not say the format: give it with --to ({})",
+                known()
+            ))
+        })?,
     };
     let (design, found) = session.design(&arguments.input)?;
     session.show(&found);

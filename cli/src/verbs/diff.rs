@@ -31,7 +31,9 @@ pub(crate) fn run(session: &mut Session, arguments: &Diff) -> Result<Exit, Stop>
             if diff.parts.is_empty() { Exit::Done } else { Exit::Refuted }
         }
         Behaviour::SameAsFarAsSeen { reactions } => {
-            text.push_str(&format!("no difference in behaviour in {reactions} random reactions (not proved)\n"));
+            text.push_str(&format!(
+                "no difference in behaviour in {reactions} random reactions (not proved)\n"
+            ));
             if diff.parts.is_empty() { Exit::Done } else { Exit::Refuted }
         }
         Behaviour::NothingInCommon => {

@@ -15,7 +15,8 @@ const TOOLS: [(&[&str], &str); 5] = [
 pub(crate) fn run() -> Exit {
     let mut text = format!("grafsynth {}\n\nPrograms\n", env!("CARGO_PKG_VERSION"));
     for (names, what) in TOOLS {
-        let found = tools::find(names).map_or_else(|| "not here".to_owned(), |path| path.display().to_string());
+        let found = tools::find(names)
+            .map_or_else(|| "not here".to_owned(), |path| path.display().to_string());
         text.push_str(&format!("  {:<18} {found:<28} {what}\n", names[0]));
     }
     text.push_str("\nEngines\n");

@@ -18,18 +18,25 @@ pub(crate) fn run(arguments: &New, quiet: bool) -> Result<Exit, String> {
     let is_identifier = name.chars().next().is_some_and(|c| c.is_ascii_alphabetic() || c == '_')
         && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
     if !is_identifier {
-        return Err(format!("`{name}` cannot be the name of a chart: use letters, digits and _, not beginning with a digit"));
+        return Err(format!(
+            "`{name}` cannot be the name of a chart: use letters, digits and _, not beginning with a digit"
+        ));
     }
     if files::exists(folder) {
         return Err(format!("{} is there already", folder.display()));
     }
     let all: Vec<_> = FILES
         .iter()
-        .map(|(file, text)| (folder.join(file.replace("NAME", name)), text.replace("NAME", name).into_bytes()))
+        .map(|(file, text)| {
+            (folder.join(file.replace("NAME", name)), text.replace("NAME", name).into_bytes())
+        })
         .collect();
     files::write_all(&all)?;
     if !quiet {
-        crate::print(&format!("{} holds {name}.graf, {name}.board, {name}.csv and a Makefile\n", folder.display()));
+        crate::print(&format!(
+            "{} holds {name}.graf, {name}.board, {name}.csv and a Makefile\n",
+            folder.display()
+        ));
     }
     Ok(Exit::Done)
 }

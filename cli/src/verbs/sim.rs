@@ -13,8 +13,10 @@ use std::path::Path;
 
 pub(crate) fn run(session: &mut Session, arguments: &Sim) -> Result<Exit, Stop> {
     if arguments.engine == "list" {
-        let list: String =
-            grafsynth_engines::all().iter().map(|engine| format!("{:<12} {}\n", engine.name(), engine.about())).collect();
+        let list: String = grafsynth_engines::all()
+            .iter()
+            .map(|engine| format!("{:<12} {}\n", engine.name(), engine.about()))
+            .collect();
         crate::print(&list);
         return Ok(Exit::Done);
     }
@@ -23,7 +25,15 @@ pub(crate) fn run(session: &mut Session, arguments: &Sim) -> Result<Exit, Stop> 
     session.show(&found);
     let net = &design.net;
     let max_dt = if engine.is_chip() { 1 } else { 3 };
-    let Some(stimulus) = stimulus(session, net, arguments.stimulus.as_deref(), arguments.random, arguments.seed, max_dt)? else {
+    let Some(stimulus) = stimulus(
+        session,
+        net,
+        arguments.stimulus.as_deref(),
+        arguments.random,
+        arguments.seed,
+        max_dt,
+    )?
+    else {
         // Wrong use rather than a wrong chart: semantics.md §11.
         return Ok(Exit::Usage);
     };
@@ -41,7 +51,10 @@ pub(crate) fn run(session: &mut Session, arguments: &Sim) -> Result<Exit, Stop> 
         trace
     } else {
         if let Availability::Missing(tool) = engine.availability() {
-            return Err(Stop::Usage(format!("engine {} needs {tool}, which is not here", engine.name())));
+            return Err(Stop::Usage(format!(
+                "engine {} needs {tool}, which is not here",
+                engine.name()
+            )));
         }
         let facts = grafsynth_driver::pipeline::facts(net, &grafsynth_verify::Limits::default());
         match engine.run(&Job { net, facts: &facts, stimulus: &stimulus }) {
@@ -50,7 +63,9 @@ pub(crate) fn run(session: &mut Session, arguments: &Sim) -> Result<Exit, Stop> 
                 session.show(&found);
                 return Ok(if any_error(&found) { Exit::Usage } else { Exit::Open });
             }
-            Err(EngineError::Failed(text)) => return Err(Stop::Usage(format!("engine {} failed: {text}", engine.name()))),
+            Err(EngineError::Failed(text)) => {
+                return Err(Stop::Usage(format!("engine {} failed: {text}", engine.name())));
+            }
         }
     };
     match &arguments.trace {
@@ -61,7 +76,10 @@ pub(crate) fn run(session: &mut Session, arguments: &Sim) -> Result<Exit, Stop> 
                 Some("jsonl") => trace.to_jsonl(),
                 Some("vcd") => trace.to_vcd(),
                 Some(_) | None => {
-                    return Err(Stop::Usage(format!("{}: a trace is .csv, .jsonl or .vcd", path.display())));
+                    return Err(Stop::Usage(format!(
+                        "{}: a trace is .csv, .jsonl or .vcd",
+                        path.display()
+                    )));
                 }
             };
             files::write_all(&[(path.clone(), text.into_bytes())])?;
@@ -94,7 +112,8 @@ pub(super) fn stimulus(
     match path {
         Some(path) => {
             let file = session.text(path)?;
-            let text = session.sources.get(file).map(|source| source.text.clone()).unwrap_or_default();
+            let text =
+                session.sources.get(file).map(|source| source.text.clone()).unwrap_or_default();
             let (stimulus, found) = Stimulus::parse_csv(net, file, &text);
             session.show(&found);
             Ok(if any_error(&found) { None } else { stimulus })
@@ -103,7 +122,12 @@ pub(super) fn stimulus(
     }
 }
 
-fn with_state(session: &mut Session, net: &Valid<Net>, stimulus: &Stimulus, arguments: &Sim) -> Result<Trace, Stop> {
+fn with_state(
+    session: &mut Session,
+    net: &Valid<Net>,
+    stimulus: &Stimulus,
+    arguments: &Sim,
+) -> Result<Trace, Stop> {
     let mut simulator = Simulator::new(net);
     simulator.reset();
     if let Some(path) = &arguments.restore {
@@ -114,7 +138,11 @@ fn with_state(session: &mut Session, net: &Valid<Net>, stimulus: &Stimulus, argu
             Stop::Errors
         })?;
         if !session.quiet {
-            for (what, names) in [("cut to its range", &restored.cut), ("new", &restored.new), ("lost", &restored.lost)] {
+            for (what, names) in [
+                ("cut to its range", &restored.cut),
+                ("new", &restored.new),
+                ("lost", &restored.lost),
+            ] {
                 for name in names {
                     crate::print_error(&format!("{path}: {name}: {what}\n"));
                 }
