@@ -1,6 +1,6 @@
 //! The readers.
 //!
-//! Each language has a parser that fills a [`draft::Draft`]: signals by name, and for each a function or a register. [`draft::Draft::finish`] makes a
+//! Each language has a parser that fills a `draft::Draft`: signals by name, and for each a function or a register. `Draft::finish` makes a
 //! circuit of it. Parsers go on after an error and report all of them; they hold one token at a time, so memory stays near the size of the text, and
 //! nesting is bounded.
 

@@ -130,7 +130,7 @@ pub(crate) struct Build {
     /// The device family that equations are for.
     #[arg(long, value_name = "DEVICE")]
     pub(crate) device: Option<String>,
-    /// C: `auto`, `switch` or `bits`.
+    /// C: `auto`, `switch`, `tables` or `bits`.
     #[arg(long, value_name = "STYLE", default_value = "auto")]
     pub(crate) style: String,
     /// C: call the user's `activated` and `enabled` functions.

@@ -3,7 +3,7 @@
 //! ```text
 //! diagram ─ isop ─► irredundant sum ─ expand, irredundant, reduce … ─► smaller sum ─ checked against the diagram
 //! ```
-//! [`isop`] is Minato's irredundant sum of products [Minato 1992, Morreale 1970]; the loop after it is that of espresso [BHMS84], on diagrams instead of
+//! [`isop`] is Minato's irredundant sum of products [Minato 1992, Morreale 1970]; the loop after it is that of espresso (Brayton, Hachtel, McMullen and Sangiovanni-Vincentelli 1984), on diagrams instead of
 //! unate recursion, and stops when a round saves nothing. The result is a local minimum, not an exact one. Don't-cares are part of the question: the
 //! result lies anywhere between a lower and an upper function. Whatever the loop does, the result is compared with both before it is returned.
 

@@ -1,0 +1,159 @@
+//! Damaged texts: every reader answers with findings or a design, never with a panic; and what it accepts can be lowered, checked and run.
+
+use grafsynth_backend_pld::Dialect;
+use grafsynth_driver::format::Format;
+use grafsynth_driver::pipeline;
+use grafsynth_driver::read::{Design, ReadLimits, Texts, read};
+use grafsynth_driver::source::Sources;
+use grafsynth_ir::diag::any_error;
+use grafsynth_sim::{Random, Stimulus, Trace, TraceLayout};
+use grafsynth_tests::rounds;
+use grafsynth_verify::structural_facts;
+
+const CHARTS: [&str; 6] = [
+    include_str!("../../examples/truck/truck.graf"),
+    include_str!("../../examples/bottle-filler/filler.graf"),
+    include_str!("../../examples/crossing/crossing.graf"),
+    include_str!("../../examples/line-follower/follower.graf"),
+    include_str!("../../examples/arbiter/arbiter.graf"),
+    include_str!("../../examples/conflict/fig7.graf"),
+];
+
+/// Sound texts of a format, to be damaged.
+fn sound(format: Format) -> Vec<String> {
+    let of_charts = |write: &dyn Fn(&grafsynth_driver::read::NetDesign) -> Option<String>| {
+        CHARTS
+            .iter()
+            .filter_map(|text| {
+                let mut sources = Sources::default();
+                let main = sources.add("chart.graf", *text);
+                match read(&sources, &Texts { main, ..Texts::default() }, ReadLimits::default()).0 {
+                    Some(Design::Net(design)) => write(&design),
+                    Some(Design::Logic(_)) | None => None,
+                }
+            })
+            .collect::<Vec<_>>()
+    };
+    let equations = |dialect: Dialect| {
+        of_charts(&|design| {
+            let logic = pipeline::logic(&design.net, &structural_facts(&design.net)).ok()?;
+            // The crossing is too wide for sums of products to be quick.
+            if logic.flops.len() > 20 {
+                return None;
+            }
+            let options = pipeline::emit_options(&design.net, None, None);
+            grafsynth_backend_pld::emit(&logic, dialect, &options).ok().map(|emitted| emitted.text)
+        })
+    };
+    match format {
+        Format::Graf => CHARTS.iter().map(|text| (*text).to_owned()).collect(),
+        Format::Rules => {
+            of_charts(&|design| grafsynth_frontend::rules::write_net(&design.net).ok())
+        }
+        Format::Net => of_charts(&|design| Some(grafsynth_ir::text::print(&design.net))),
+        Format::Palasm => equations(Dialect::Palasm),
+        Format::Cupl => equations(Dialect::Cupl),
+        Format::Galasm => equations(Dialect::Galasm),
+        Format::Verilog => equations(Dialect::Verilog),
+        Format::Blif => equations(Dialect::Blif),
+    }
+}
+
+/// One to four edits: a byte flipped, a piece cut, a piece repeated, a piece of another text, brackets.
+fn damaged(texts: &[String], random: &mut Random) -> String {
+    let mut bytes = texts[random.below(texts.len())].clone().into_bytes();
+    for _ in 0..=random.below(4) {
+        let from = random.below(bytes.len().max(1)).min(bytes.len());
+        let to = (from + random.below(40)).min(bytes.len());
+        match random.below(5) {
+            0 => {
+                if let Some(byte) = bytes.get_mut(from) {
+                    *byte ^= 1 << random.below(8);
+                }
+            }
+            1 => {
+                bytes.drain(from..to);
+            }
+            2 => {
+                let piece: Vec<u8> = bytes[from..to].repeat(1 + random.below(20));
+                bytes.splice(to..to, piece);
+            }
+            3 => {
+                let other = texts[random.below(texts.len())].as_bytes();
+                let at = random.below(other.len());
+                let end = (at + random.below(60)).min(other.len());
+                bytes.splice(from..to, other[at..end].iter().copied());
+            }
+            _ => {
+                let sign = b"(){}[]/*;:\"'#`-<>&|=,.\n\0"[random.below(24)];
+                bytes.splice(from..from, vec![sign; 1 + random.below(300)]);
+            }
+        }
+    }
+    String::from_utf8_lossy(&bytes).into_owned()
+}
+
+#[test]
+fn damaged_designs_give_findings_or_designs() {
+    for (format, name, extension) in Format::ALL {
+        let texts = sound(format);
+        assert!(texts.len() >= 2, "{name}: only {} sound texts", texts.len());
+        let mut random = Random::new(17);
+        let (mut n_sound, mut n_broken) = (0, 0);
+        for round in 0..rounds(250, 10_000) {
+            let text = damaged(&texts, &mut random);
+            let mut sources = Sources::default();
+            let main = sources.add(format!("damaged.{extension}"), text.as_str());
+            let asked = Texts { main, format: Some(format), ..Texts::default() };
+            let (design, found) = read(&sources, &asked, ReadLimits::default());
+            match design {
+                None => {
+                    assert!(
+                        any_error(&found),
+                        "{name}, round {round}: nothing read and no error\n{text}"
+                    );
+                    n_broken += 1;
+                }
+                Some(design) => {
+                    n_sound += 1;
+                    if let Design::Net(design) = design {
+                        let stimulus = Stimulus::random(&design.net, 3, round, 2);
+                        assert_eq!(grafsynth_sim::run(&design.net, &stimulus).rows.len(), 4);
+                    }
+                }
+            }
+            for finding in &found {
+                for label in &finding.labels {
+                    assert!(
+                        label.span.end as usize <= text.len(),
+                        "{name}, round {round}: a place beyond the end\n{text}"
+                    );
+                }
+            }
+        }
+        assert!(n_broken > 0 && n_sound > 0, "{name}: {n_sound} sound and {n_broken} broken");
+    }
+}
+
+#[test]
+fn damaged_stimuli_and_traces_give_findings() {
+    let mut sources = Sources::default();
+    let main = sources.add("chart.graf", CHARTS[1]);
+    let Some(Design::Net(design)) =
+        read(&sources, &Texts { main, ..Texts::default() }, ReadLimits::default()).0
+    else {
+        panic!("the filler is a chart");
+    };
+    let net = &design.net;
+    let stimulus = Stimulus::random(net, 30, 1, 5);
+    let texts = [stimulus.to_csv(net), grafsynth_sim::run(net, &stimulus).to_csv()];
+    let mut random = Random::new(23);
+    for _ in 0..rounds(500, 10_000) {
+        let text = damaged(&texts, &mut random);
+        let (read, found) = Stimulus::parse_csv(net, main, &text);
+        assert!(read.is_some() || any_error(&found), "{text}");
+        if let Err(found) = Trace::parse_csv(&TraceLayout::of(net), main, &text) {
+            assert!(any_error(&found), "{text}");
+        }
+    }
+}
