@@ -29,6 +29,7 @@ pub mod simplify;
 pub mod span;
 pub mod text;
 pub mod validate;
+pub mod walk;
 
 pub use arena::{Arena, Id, IdMap};
 pub use diag::{Code, Diagnostic, Severity};

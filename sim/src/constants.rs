@@ -3,12 +3,13 @@
 use std::collections::BTreeMap;
 
 use grafsynth_ir::expr::{Expr, ExprKind};
-use grafsynth_ir::net::{self, Block, Driver, Leaf, Net, PropertyLeaf, StmtKind};
+use grafsynth_ir::net::{Leaf, Net, PropertyLeaf};
+use grafsynth_ir::walk;
 
 /// For each `s.t`, `s.T` and free timer that some expression reads: one above the largest constant it is compared with.
 pub(crate) fn timer_caps(net: &Net) -> BTreeMap<Leaf, i64> {
     let mut caps = BTreeMap::new();
-    for_each_expr(net, &mut |expr| collect(expr, &mut caps, &|leaf| Some(*leaf)));
+    walk::for_each_expr(net, &mut |expr| collect(expr, &mut caps, &|leaf| Some(*leaf)));
     for property in &net.properties {
         collect(&property.never, &mut caps, &|leaf| match leaf {
             PropertyLeaf::Net(leaf) => Some(*leaf),
@@ -57,59 +58,4 @@ fn constant_value<L>(expr: &Expr<L>) -> Option<i64> {
 
 fn is_timer(leaf: &Leaf) -> bool {
     matches!(leaf, Leaf::Elapsed(_) | Leaf::LastElapsed(_) | Leaf::Timer(_))
-}
-
-/// Calls `visit` with every expression of the net but those of properties.
-pub(crate) fn for_each_expr(net: &Net, visit: &mut impl FnMut(&net::Expr)) {
-    for output in net.outputs.values() {
-        match &output.driver {
-            Driver::Continuous(emissions) | Driver::Mealy(emissions) => {
-                emissions
-                    .iter()
-                    .filter_map(|emission| emission.condition.as_ref())
-                    .for_each(&mut *visit);
-            }
-            Driver::Extern { calls, .. } => {
-                for call in calls {
-                    call.condition.iter().chain(&call.arguments).for_each(&mut *visit);
-                }
-            }
-            Driver::Stored(_) | Driver::Controlled(_) => {}
-        }
-    }
-    net.timers.values().for_each(|timer| visit(&timer.condition));
-    net.edges.values().for_each(|edge| visit(&edge.expr));
-    for step in net.steps.values() {
-        for block in [&step.entry, &step.exit, &step.initial_content] {
-            for_each_in_block(block, visit);
-        }
-        step.tasks.iter().for_each(|task| for_each_in_block(&task.body, visit));
-    }
-    for transition in net.transitions.values() {
-        visit(&transition.guard);
-        for_each_in_block(&transition.actions, visit);
-    }
-    for action in net.actions.values() {
-        action.uses.iter().filter_map(|one| one.condition.as_ref()).for_each(&mut *visit);
-        for_each_in_block(&action.body, visit);
-    }
-    net.histories.values().for_each(|history| for_each_in_block(&history.default_content, visit));
-    net.unspecified.iter().for_each(|open| visit(&open.when));
-}
-
-fn for_each_in_block(block: &Block, visit: &mut impl FnMut(&net::Expr)) {
-    for stmt in block {
-        match &stmt.kind {
-            StmtKind::Assign { index, value, .. } => {
-                index.iter().chain([value]).for_each(&mut *visit)
-            }
-            StmtKind::Call { arguments, .. } => arguments.iter().for_each(&mut *visit),
-            StmtKind::If { condition, then, otherwise } => {
-                visit(condition);
-                for_each_in_block(then, visit);
-                for_each_in_block(otherwise, visit);
-            }
-            StmtKind::Raise(_) | StmtKind::Send(_) | StmtKind::Cancel(_) | StmtKind::Code(_) => {}
-        }
-    }
 }

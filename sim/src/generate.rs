@@ -70,7 +70,7 @@ struct Generator<'n> {
 impl<'n> Generator<'n> {
     fn new(net: &'n Net, seed: u64, max_dt: u32) -> Self {
         let mut interesting: Vec<BTreeSet<i64>> = vec![BTreeSet::new(); net.inputs.len()];
-        constants::for_each_expr(net, &mut |expr| collect(expr, &mut interesting));
+        grafsynth_ir::walk::for_each_expr(net, &mut |expr| collect(expr, &mut interesting));
         let clip = |(id, values): (usize, BTreeSet<i64>)| {
             let (lo, hi) = net.inputs[InputId::from_index(id)].ty.bounds();
             values.into_iter().filter(|value| (lo..=hi).contains(value)).collect()

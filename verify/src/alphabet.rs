@@ -155,7 +155,7 @@ impl<'n> Alphabet<'n> {
 fn classes(net: &Net, input: InputId, lo: i64, hi: i64) -> Option<Vec<i64>> {
     let mut cuts: Vec<i64> = vec![lo];
     let mut only_compared = true;
-    crate::walk::for_each_expr(net, &mut |expr| {
+    grafsynth_ir::walk::for_each_expr(net, &mut |expr| {
         collect(expr, input, &mut cuts, &mut only_compared)
     });
     for property in &net.properties {

@@ -344,7 +344,7 @@ fn single_pending(net: &Valid<Net>, limits: &Limits) -> Option<Proved<bool>> {
 
 fn raises_anything(net: &Net) -> bool {
     let mut raises = net.steps.values().any(|step| step.done_event.is_some());
-    crate::walk::for_each_stmt(net, &mut |stmt| {
+    grafsynth_ir::walk::for_each_stmt(net, &mut |stmt| {
         raises |= matches!(stmt.kind, StmtKind::Raise(_) | StmtKind::Send(_))
     });
     raises

@@ -25,7 +25,6 @@ mod lints;
 mod properties;
 mod relevance;
 mod symbolic;
-mod walk;
 
 pub use equiv::{Certificate, Counterexample, Method, Verdict, equiv};
 pub use explore::Ticks;

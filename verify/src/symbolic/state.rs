@@ -84,12 +84,12 @@ impl Shape {
             raised: vec![false; net.inputs.len()],
             ..Shape::default()
         };
-        crate::walk::for_each_stmt(net, &mut |stmt| {
+        grafsynth_ir::walk::for_each_stmt(net, &mut |stmt| {
             if let StmtKind::Raise(event) = &stmt.kind {
                 shape.raised[event.index()] = true;
             }
         });
-        crate::walk::for_each_expr(net, &mut |expr| shape.caps(expr));
+        grafsynth_ir::walk::for_each_expr(net, &mut |expr| shape.caps(expr));
         for (id, action) in net.actions.iter() {
             shape.action(id, action);
         }

@@ -6,6 +6,7 @@ use crate::net::{
     Block, ControlledAction, Driver, EdgeOperand, Expr, Input, Leaf, Net, PropertyLeaf, Step,
     StmtKind, Timer, Transition,
 };
+use crate::walk::for_each_in_block;
 
 /// The uses.
 #[derive(Debug, Clone)]
@@ -180,23 +181,6 @@ fn for_each_list(net: &Net, visit: &mut impl FnMut(&Block)) {
     for_each_moving_list(net, visit);
     net.steps.values().flat_map(|step| &step.tasks).for_each(|task| visit(&task.body));
     net.actions.values().for_each(|action| visit(&action.body));
-}
-
-fn for_each_in_block(block: &Block, visit: &mut impl FnMut(&Expr)) {
-    for statement in block {
-        match &statement.kind {
-            StmtKind::Assign { index, value, .. } => {
-                index.iter().chain([value]).for_each(&mut *visit)
-            }
-            StmtKind::Call { arguments, .. } => arguments.iter().for_each(&mut *visit),
-            StmtKind::If { condition, then, otherwise } => {
-                visit(condition);
-                for_each_in_block(then, visit);
-                for_each_in_block(otherwise, visit);
-            }
-            StmtKind::Raise(_) | StmtKind::Send(_) | StmtKind::Cancel(_) | StmtKind::Code(_) => {}
-        }
-    }
 }
 
 fn for_each_raise(block: &Block, visit: &mut impl FnMut(Id<Input>)) {

@@ -1,9 +1,9 @@
-//! Every expression of a net.
+//! Every expression and every statement of a net, in one place: analyses ask each of them a question.
 
-use grafsynth_ir::net::{Block, Driver, Expr, Net, Stmt, StmtKind};
+use crate::net::{Block, Driver, Expr, Net, Stmt, StmtKind};
 
 /// Calls `visit` with every expression of the net but those of properties.
-pub(crate) fn for_each_expr(net: &Net, visit: &mut impl FnMut(&Expr)) {
+pub fn for_each_expr(net: &Net, visit: &mut impl FnMut(&Expr)) {
     for output in net.outputs.values() {
         match &output.driver {
             Driver::Continuous(emissions) | Driver::Mealy(emissions) => {
@@ -24,23 +24,24 @@ pub(crate) fn for_each_expr(net: &Net, visit: &mut impl FnMut(&Expr)) {
     net.edges.values().for_each(|edge| visit(&edge.expr));
     for step in net.steps.values() {
         for list in [&step.entry, &step.exit, &step.initial_content] {
-            block(list, visit);
+            for_each_in_block(list, visit);
         }
-        step.tasks.iter().for_each(|task| block(&task.body, visit));
+        step.tasks.iter().for_each(|task| for_each_in_block(&task.body, visit));
     }
     for transition in net.transitions.values() {
         visit(&transition.guard);
-        block(&transition.actions, visit);
+        for_each_in_block(&transition.actions, visit);
     }
     for action in net.actions.values() {
         action.uses.iter().filter_map(|one| one.condition.as_ref()).for_each(&mut *visit);
-        block(&action.body, visit);
+        for_each_in_block(&action.body, visit);
     }
-    net.histories.values().for_each(|history| block(&history.default_content, visit));
+    net.histories.values().for_each(|history| for_each_in_block(&history.default_content, visit));
     net.unspecified.iter().for_each(|open| visit(&open.when));
 }
 
-fn block(list: &Block, visit: &mut impl FnMut(&Expr)) {
+/// Calls `visit` with every expression of a list, those in both branches of an `if` too.
+pub fn for_each_in_block(list: &Block, visit: &mut impl FnMut(&Expr)) {
     for stmt in list {
         match &stmt.kind {
             StmtKind::Assign { index, value, .. } => {
@@ -49,8 +50,8 @@ fn block(list: &Block, visit: &mut impl FnMut(&Expr)) {
             StmtKind::Call { arguments, .. } => arguments.iter().for_each(&mut *visit),
             StmtKind::If { condition, then, otherwise } => {
                 visit(condition);
-                block(then, visit);
-                block(otherwise, visit);
+                for_each_in_block(then, visit);
+                for_each_in_block(otherwise, visit);
             }
             StmtKind::Raise(_) | StmtKind::Send(_) | StmtKind::Cancel(_) | StmtKind::Code(_) => {}
         }
@@ -58,7 +59,7 @@ fn block(list: &Block, visit: &mut impl FnMut(&Expr)) {
 }
 
 /// Calls `visit` with every statement of the net, those inside `if` included.
-pub(crate) fn for_each_stmt(net: &Net, visit: &mut impl FnMut(&Stmt)) {
+pub fn for_each_stmt(net: &Net, visit: &mut impl FnMut(&Stmt)) {
     let mut todo: Vec<&Stmt> = Vec::new();
     for step in net.steps.values() {
         todo.extend(step.entry.iter().chain(&step.exit).chain(&step.initial_content));
