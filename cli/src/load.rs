@@ -2,7 +2,7 @@
 
 use crate::args::{Global, Input};
 use crate::files;
-use crate::render::{self, Style};
+use crate::render::{self, MessageFormat, Style};
 use grafsynth_driver::format::Format;
 use grafsynth_driver::read::{self, Design, NetDesign, ReadLimits, Texts};
 use grafsynth_driver::source::Sources;
@@ -41,7 +41,9 @@ impl Session {
         Session {
             sources: Sources::default(),
             style,
-            quiet: global.quiet,
+            // JSON and SARIF go to standard output, so nothing else may.
+            quiet: global.quiet
+                || matches!(style.format, MessageFormat::Json | MessageFormat::Sarif),
             limits: ReadLimits {
                 nesting: global.nesting_limit,
                 source: usize::try_from(global.source_limit).unwrap_or(usize::MAX),
@@ -53,11 +55,18 @@ impl Session {
 
     /// Shows findings on standard error (JSON and SARIF on standard output: they are what was asked for).
     pub(crate) fn show(&self, found: &[Diagnostic]) {
-        use crate::render::MessageFormat;
         let text = render::render(&self.sources, found, self.style);
         match self.style.format {
             MessageFormat::Human | MessageFormat::Short => crate::print_error(&text),
             MessageFormat::Json | MessageFormat::Sarif => crate::print(&text),
+        }
+    }
+
+    /// Prints a result that is not to be missed: on standard output, unless that is taken by JSON or SARIF.
+    pub(crate) fn tell(&self, text: &str) {
+        match self.style.format {
+            MessageFormat::Human | MessageFormat::Short => crate::print(text),
+            MessageFormat::Json | MessageFormat::Sarif => crate::print_error(text),
         }
     }
 

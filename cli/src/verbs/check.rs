@@ -77,14 +77,14 @@ fn properties(session: &Session, net: &Valid<Net>, limits: &Limits) -> Exit {
             }
             Outcome::Refuted { stimulus, row, .. } => {
                 let trace = grafsynth_sim::run(net, &stimulus).to_csv();
-                crate::print(&format!("refuted  {text}{tags} at {place}, in row {row} of\n"));
+                session.tell(&format!("refuted  {text}{tags} at {place}, in row {row} of\n"));
                 for line in trace.lines() {
-                    crate::print(&format!("    {line}\n"));
+                    session.tell(&format!("    {line}\n"));
                 }
                 exit = exit.max(Exit::Refuted);
             }
             Outcome::Open(why) => {
-                crate::print(&format!("open     {text}{tags}: {why}\n"));
+                session.tell(&format!("open     {text}{tags}: {why}\n"));
                 if exit == Exit::Done {
                     exit = Exit::Open;
                 }
