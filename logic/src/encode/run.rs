@@ -254,10 +254,14 @@ impl Encoder<'_> {
     /// Micro-steps in one clock: each round runs where its condition holds. A round that does not run leaves everything as it was, so the next
     /// condition is false too and needs no nesting.
     fn repeat(&mut self, limit: u32, condition: &Expr<Leaf>, body: &[Stmt], depth: u32) {
-        // A bound on the micro-steps bounds the rounds outside statecharts (there a round may also take an event from a queue). One more round than
-        // steps: the last one may find that nothing fires.
-        let proved =
-            self.facts.stable_depth.as_ref().filter(|_| !self.net.settings.policy.is_statechart());
+        // A bound on the micro-steps bounds the rounds of the outermost loop of a stable chart, outside statecharts (there a round may also take an
+        // event from a queue). Loops inside it settle conflicts and have bounds of their own. One more round than steps: the last one may find that
+        // nothing fires.
+        let settings = &self.net.settings;
+        let is_evolution = depth == 0
+            && matches!(settings.evolution, Evolution::Stable { .. })
+            && !settings.policy.is_statechart();
+        let proved = self.facts.stable_depth.as_ref().filter(|_| is_evolution);
         let rounds = proved.map_or(limit, |depth| limit.min(depth.value.saturating_add(1)));
         for _ in 0..rounds {
             let Some(goes_on) = self.eval_bool(condition, false) else { return };
