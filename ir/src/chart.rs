@@ -16,6 +16,10 @@ pub type Expr = GenericExpr<Leaf>;
 pub struct Design {
     /// The `edition` line, if the file has one.
     pub edition: Option<(u32, Span)>,
+    /// Files whose library charts the design uses, as written; whoever reads files adds theirs to `libraries`.
+    pub imports: Vec<Import>,
+    /// Library charts: nothing of them runs but the instances that `use` makes.
+    pub libraries: Vec<Library>,
     /// Charts in order; names carry the chart's name only where there are several.
     pub charts: Vec<Chart>,
 }
@@ -31,6 +35,89 @@ pub struct Chart {
     pub items: Vec<Item>,
     /// Comment and tags.
     pub meta: Meta,
+}
+
+/// `use "conveyors.graf"` before the first chart: the library charts of another file.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Import {
+    /// The file's name, relative to the file that says so.
+    pub file: String,
+    /// Where.
+    pub span: Span,
+}
+
+/// `library chart conveyor(input start, output run, const limit = 5) { .. }`: a chart that others use, each with a copy of its own.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Library {
+    /// Its name.
+    pub name: Name,
+    /// What stands between the parentheses: declarations of the chart that each use fills.
+    pub parameters: Vec<Parameter>,
+    /// What is drawn in it.
+    pub items: Vec<Item>,
+    /// The certificate that stands for it in its file.
+    pub certificate: Option<Certificate>,
+    /// The whole library chart.
+    pub span: Span,
+    /// Where, comment and tags.
+    pub meta: Meta,
+}
+
+/// A parameter of a library chart.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Parameter {
+    /// What it is for the chart alone: an input, output, variable, event or constant.
+    pub declaration: Declaration,
+    /// What stands for it where a use says nothing; for a constant its value. For inputs and constants only.
+    pub default: Option<Expr>,
+}
+
+/// What was proved of a library chart, so that `check` need not believe it but can prove it again.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Certificate {
+    /// The library chart that it speaks of.
+    pub of: Name,
+    /// The version of the tool that proved it.
+    pub version: String,
+    /// SHA-256 of the canonical text of the library chart without comments, as 64 hexadecimal digits.
+    pub hash: String,
+    /// The properties that were proved, by name.
+    pub properties: Vec<Name>,
+    /// Where.
+    pub span: Span,
+}
+
+/// `use conveyor as c1(start = m, done -> x)`.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Use {
+    /// The library chart.
+    pub library: Name,
+    /// The name of this instance, which qualifies the names in it.
+    pub name: Name,
+    /// What stands for its parameters.
+    pub arguments: Vec<Argument>,
+    /// Where, comment and tags.
+    pub meta: Meta,
+}
+
+/// What stands for a parameter in one instance.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Argument {
+    /// The parameter.
+    pub parameter: Name,
+    /// What stands for it.
+    pub value: ArgumentValue,
+    /// Where.
+    pub span: Span,
+}
+
+/// What can stand for a parameter.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum ArgumentValue {
+    /// `start = m and not b`: the instance reads it, as if it stood there in parentheses.
+    Reads(Expr),
+    /// `done -> x`: what the instance does to its parameter it does to this output, variable or event.
+    Drives(Path),
 }
 
 /// One thing in a chart or in the body of a macro-step, enclosing step, state or region.
@@ -52,6 +139,8 @@ pub enum Item {
     Enclosing(Enclosing),
     /// A state of a statechart.
     State(State),
+    /// An instance of a library chart.
+    Use(Use),
     /// A named property or assumption.
     Property(Property),
     /// A wish about the partition.
@@ -175,10 +264,23 @@ pub struct Step {
     pub role: StepRole,
     /// `*`: the enclosing step activates it.
     pub activation_link: bool,
+    /// `count 0..n`: it holds a number of activations instead of one bit.
+    pub count: Option<StepCount>,
     /// What stands in its body, in order.
     pub body: Vec<StepItem>,
     /// Where, comment and tags.
     pub meta: Meta,
+}
+
+/// The activation counter of a step (seed 000).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct StepCount {
+    /// The largest number; at least 1.
+    pub max: u32,
+    /// The number at reset; none: 1 for an initial step, else 0.
+    pub initial: Option<u32>,
+    /// Where.
+    pub span: Span,
 }
 
 /// The part a step plays in its body.
@@ -302,6 +404,9 @@ pub struct Transition {
     pub priority: Option<u32>,
     /// `restart`.
     pub restart: bool,
+    /// Does not leave its source. With targets (statecharts): its domain is the source itself, if that is a composite state in which all targets lie
+    /// (semantics §3.9); else it is as external. Without targets, `in a on E do { .. }`: a reaction of the step, which consumes nothing.
+    pub is_internal: bool,
     /// `deadline 1 us`, in nanoseconds.
     pub deadline_ns: Option<u64>,
     /// `do { .. }`.

@@ -254,13 +254,7 @@ impl Writer<'_> {
             step.code.iter().map(|code| StepItem { kind: StepItemKind::Code(code.clone()), span }),
         );
         let name = self.bodies.own(body, &step.name);
-        Item::Step(Step {
-            name,
-            role,
-            activation_link: false,
-            body: items,
-            meta: step.meta.clone(),
-        })
+        Item::Step(Step { name, role, body: items, meta: step.meta.clone(), ..Step::default() })
     }
 
     /// The macro that a macro-step is an expansion of; it has a name of its own.
@@ -334,6 +328,7 @@ impl Writer<'_> {
             after: None,
             priority: transition.priority,
             restart: transition.restart && !is_statechart,
+            is_internal: false,
             deadline_ns: transition.deadline_ns,
             actions: self.block(&transition.actions, body),
             meta: transition.meta.clone(),

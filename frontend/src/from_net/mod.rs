@@ -138,7 +138,7 @@ impl Writer<'_> {
             }
             charts.push(Chart { name, span: part.meta.span, items, meta: part.meta.clone() });
         }
-        Design { edition: None, charts }
+        Design { charts, ..Design::default() }
     }
 
     fn settings(&self, is_first: bool, root: BodyId) -> Vec<Item> {

@@ -61,7 +61,7 @@ const NOT_READ: &[(&str, &str)] = &[
 impl Parser<'_> {
     /// A whole source. None where it has no chart.
     pub(crate) fn design(&mut self) -> Option<Design> {
-        let mut design = Design { edition: self.edition(), charts: Vec::new() };
+        let mut design = Design { edition: self.edition(), ..Design::default() };
         let mut has_chart = false;
         let mut reported_outside = false;
         loop {

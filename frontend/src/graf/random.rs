@@ -343,6 +343,7 @@ fn transition(r: &mut Random) -> Transition {
         after: r.some(15, |_| (3_000_000_000, Span::default())),
         priority: r.some(15, |_| 2),
         restart: r.chance(10),
+        is_internal: false,
         deadline_ns: r.some(10, |_| 1_000),
         actions: if r.chance(30) { block(r, 2) } else { Vec::new() },
         meta: meta(r),
@@ -359,9 +360,9 @@ fn step(r: &mut Random, roles: &[StepRole]) -> Step {
     Step {
         name: name(r.pick::<&str>(STEPS)),
         role: r.pick(roles),
-        activation_link: false,
         body: r.list(4, step_item),
         meta: meta(r),
+        ..Step::default()
     }
 }
 
@@ -439,5 +440,5 @@ pub(crate) fn design(r: &mut Random) -> Design {
     };
     let edition = r.some(20, |_| (1, Span::default()));
     let charts = (0..1 + r.below(2)).map(|_| chart(r)).collect();
-    Design { edition, charts }
+    Design { edition, charts, ..Design::default() }
 }

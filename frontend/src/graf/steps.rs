@@ -131,7 +131,7 @@ impl Parser<'_> {
         }
         body.shrink_to_fit();
         meta.span = self.span_from(start);
-        Ok(Step { name, role, activation_link: false, body, meta })
+        Ok(Step { name, role, body, meta, ..Step::default() })
     }
 
     fn step_item(&mut self) -> Parse<StepItem> {

@@ -245,6 +245,10 @@ impl Writer<'_> {
             Item::MacroStep(step) => self.simple(step.meta.span, &macro_step(step)),
             Item::Enclosing(enclosing) => self.enclosing(enclosing),
             Item::State(state) => self.state(state),
+            Item::Use(one) => {
+                let text = self.text.instance(one);
+                self.simple(one.meta.span, &text);
+            }
             Item::Property(property) => {
                 let text = self.text.property(property);
                 self.simple(property.meta.span, &text);
@@ -283,6 +287,7 @@ impl Writer<'_> {
             | Item::MacroStep(_)
             | Item::Enclosing(_)
             | Item::State(_)
+            | Item::Use(_)
             | Item::Property(_)
             | Item::Place(_)
             | Item::Board(_) => false,
@@ -653,7 +658,7 @@ fn class_of(item: &Item) -> Class {
         Item::Setting(_) => Class::Setting,
         Item::Declaration(_) => Class::Declaration,
         Item::Property(_) => Class::Property,
-        Item::Step(_) | Item::MacroStep(_) => Class::Step,
+        Item::Step(_) | Item::MacroStep(_) | Item::Use(_) => Class::Step,
         Item::Transition(_) => Class::Transition,
         Item::Macro(_) | Item::Enclosing(_) | Item::State(_) => Class::Block,
         Item::Place(_) | Item::Board(_) => Class::Board,

@@ -1,9 +1,9 @@
 //! The pieces of a design as text on one line, with nothing of where they stand.
 
 use grafsynth_ir::chart::{
-    ActionHow, Block, Chart, Declaration, DeclarationKind, Expr, ForceOrder, Item, MacroStep,
-    Place, Property, Setting, SettingKind, StepItem, StepItemKind, StepRole, Stmt, StmtKind,
-    Transition,
+    ActionHow, ArgumentValue, Block, Chart, Declaration, DeclarationKind, Expr, ForceOrder, Item,
+    MacroStep, Place, Property, Setting, SettingKind, StepItem, StepItemKind, StepRole, Stmt,
+    StmtKind, Transition, Use,
 };
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::net::{Meta, Qualifier, Side, Verbatim};
@@ -254,8 +254,14 @@ impl Text {
                 names::path(path, if index == 0 { Position::Target } else { Position::Anywhere })
             })
             .collect();
-        head.push_str(&sources.join(" & "));
-        head.push_str(if sources.is_empty() { "->" } else { " ->" });
+        if transition.is_internal && targets.is_empty() {
+            // A reaction: it leaves nothing.
+            head.push_str("in ");
+            head.push_str(&sources.join(" & "));
+        } else {
+            head.push_str(&sources.join(" & "));
+            head.push_str(if sources.is_empty() { "->" } else { " ->" });
+        }
         if !targets.is_empty() {
             head.push(' ');
             head.push_str(&targets.join(" & "));
@@ -274,6 +280,9 @@ impl Text {
         if let Some(priority) = transition.priority {
             clauses.push(format!("priority {priority}"));
         }
+        if transition.is_internal && !transition.targets.is_empty() {
+            clauses.push("internal".to_owned());
+        }
         if transition.restart {
             clauses.push("restart".to_owned());
         }
@@ -285,6 +294,33 @@ impl Text {
             clauses.push(attributes.trim_start().to_owned());
         }
         (head, clauses, guard_at)
+    }
+
+    /// `use conveyor as c1(start = m, done -> x)`
+    pub(crate) fn instance(&self, one: &Use) -> String {
+        let library = names::name(&one.library.text, Position::Anywhere);
+        let name = names::name(&one.name.text, Position::Anywhere);
+        let arguments: Vec<String> = one
+            .arguments
+            .iter()
+            .map(|argument| {
+                let parameter = names::name(&argument.parameter.text, Position::Anywhere);
+                match &argument.value {
+                    ArgumentValue::Reads(value) => {
+                        format!("{parameter} = {}", self.exprs.text(value))
+                    }
+                    ArgumentValue::Drives(path) => {
+                        format!("{parameter} -> {}", names::path(path, Position::Anywhere))
+                    }
+                }
+            })
+            .collect();
+        let arguments = if arguments.is_empty() {
+            String::new()
+        } else {
+            format!("({})", arguments.join(", "))
+        };
+        format!("use {library} as {name}{arguments}{}", attributes(&one.meta))
     }
 
     /// A list on one line whatever is in it: `{ a := 1; if b { c := 2 } }`.
@@ -361,6 +397,7 @@ pub(crate) fn conditions(chart: &Chart) -> std::collections::BTreeSet<String> {
             | Item::MacroStep(_)
             | Item::Enclosing(_)
             | Item::State(_)
+            | Item::Use(_)
             | Item::Property(_)
             | Item::Place(_)
             | Item::Board(_) => None,

@@ -357,6 +357,7 @@ impl Builder {
             Item::Macro(one) => Some((one.meta.span, "rules describe flat charts")),
             Item::MacroStep(one) => Some((one.meta.span, "rules describe flat charts")),
             Item::Enclosing(one) => Some((one.step.meta.span, "rules describe flat charts")),
+            Item::Use(one) => Some((one.meta.span, "rules describe flat charts")),
             Item::State(one) => Some((one.step.meta.span, "rules describe flat charts")),
         };
         match refused {
@@ -421,7 +422,7 @@ impl Builder {
         items.extend(transitions.into_iter().map(Item::Transition));
         items.extend(rest);
         let span = meta.span;
-        Design { edition: None, charts: vec![Chart { name, span, items, meta }] }
+        Design { charts: vec![Chart { name, span, items, meta }], ..Design::default() }
     }
 
     /// The settings given, and those of rules where none is.
@@ -490,6 +491,7 @@ impl Builder {
                 | Item::MacroStep(_)
                 | Item::Enclosing(_)
                 | Item::State(_)
+                | Item::Use(_)
                 | Item::Property(_)
                 | Item::Place(_)
                 | Item::Board(_)) => rest.push(item),

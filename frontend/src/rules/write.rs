@@ -129,6 +129,9 @@ impl Writer {
                         one.step.name.span,
                     ));
                 }
+                Item::Use(one) => self
+                    .findings
+                    .push(cannot(format!("rules have no instances: {}", one.name), one.name.span)),
                 Item::State(one) => self.findings.push(cannot(
                     format!("rules have no states: {}", one.step.name),
                     one.step.name.span,

@@ -186,6 +186,9 @@ fn transition<'a>(
     id: TransitionId,
     source: &'a chart::Transition,
 ) {
+    if source.is_internal {
+        return reaction_of_step(lowering, scope, id, source);
+    }
     let requires = steps(lowering, scope, &source.sources, End::Source);
     let enters = steps(lowering, scope, &source.targets, End::Target);
     let events = event_list(lowering, scope, &source.events);
@@ -211,6 +214,63 @@ fn transition<'a>(
     if let Ok(guard) = guard {
         transition.guard = guard;
     }
+}
+
+/// `in a on E do { .. }`: the reaction of a step, written as a transition so that it can have a name.
+fn reaction_of_step<'a>(
+    lowering: &mut Lowering<'a>,
+    scope: ScopeId,
+    id: TransitionId,
+    source: &'a chart::Transition,
+) {
+    let refused = if !source.targets.is_empty() {
+        Some((
+            "an internal transition needs a statechart, and this chart is none",
+            "remove `internal`, or write `in STEP on EVENT do { .. }` without a target",
+        ))
+    } else if source.restart || source.priority.is_some() {
+        Some((
+            "a reaction leaves no step, so it has neither `restart` nor `priority`",
+            "remove the word",
+        ))
+    } else if source.sources.len() != 1 {
+        Some(("a reaction belongs to exactly one step", "write it once for each step"))
+    } else {
+        None
+    };
+    if let Some((message, help)) = refused {
+        lowering.report(
+            Diagnostic::error(codes::CHART_KIND, message).at(source.meta.span, "").help(help),
+        );
+        return;
+    }
+    let step = match lowering.symbol(scope, &source.sources[0]) {
+        Ok(Symbol::Step(step)) => Ok(step),
+        Ok(other) => {
+            let path = &source.sources[0];
+            Err(lowering.wrong_kind(path.span(), path, other, "a step"))
+        }
+        Err(reported) => Err(reported),
+    };
+    let events = event_list(lowering, scope, &source.events);
+    let place =
+        Place { edges: true, events: true, ..Place::level(scope, "the condition of a reaction") };
+    let guard = source.guard.as_ref().map(|guard| lowering.condition::<Leaf>(guard, &place));
+    let after = source.after.map(|(ns, span)| (lowering.ticks(ns, span), span));
+    let actions = lowering.block(scope, ListKind::Change, &source.actions);
+    let Ok(step) = step else { return };
+    let mut operands: Vec<Expr<Leaf>> = guard.into_iter().flatten().collect();
+    if let Some((Ok(ticks), span)) = after
+        && ticks > 0
+    {
+        let ticks = Expr::new(ExprKind::Int(i64::from(ticks)), span);
+        operands.push(Expr::compare(CompareOp::Ge, Expr::leaf(Leaf::Elapsed(step), span), ticks));
+    }
+    let reaction = &mut lowering.net.transitions[id];
+    reaction.requires = vec![step];
+    reaction.events = events;
+    reaction.guard = Expr::and(operands);
+    reaction.actions = actions;
 }
 
 /// The steps that a side of a transition names, in declaration order: for a macro-step its exit step before the transition, its entry step after it.

@@ -119,6 +119,7 @@ fn part_priority(items: &[Item]) -> Option<u32> {
         | Item::MacroStep(_)
         | Item::Enclosing(_)
         | Item::State(_)
+        | Item::Use(_)
         | Item::Property(_)
         | Item::Place(_)
         | Item::Board(_) => None,
@@ -238,6 +239,7 @@ impl<'a> Expansion<'_, 'a> {
             Item::MacroStep(step) => self.macro_step(scope, step),
             Item::Enclosing(enclosing) => self.enclosing(scope, enclosing),
             Item::State(state) => self.state(scope, state),
+            Item::Use(source) => self.instance(scope, source),
             Item::Property(source) => {
                 self.lowering.work.push(Work::Property { scope, source });
             }
@@ -535,7 +537,9 @@ impl<'a> Expansion<'_, 'a> {
             Some(name) => self.lowering.full_name(scope, name),
             None => Name::default(),
         };
-        let mut transition = self.skeleton(name, part, TransitionKind::Move);
+        let is_reaction = source.is_internal && source.targets.is_empty();
+        let kind = if is_reaction { TransitionKind::Reaction } else { TransitionKind::Move };
+        let mut transition = self.skeleton(name, part, kind);
         transition.priority = source.priority;
         transition.restart |= source.restart;
         transition.deadline_ns = source.deadline_ns;
@@ -739,6 +743,26 @@ impl<'a> Expansion<'_, 'a> {
         let body = new_scope(self.lowering, Some(scope), prefix, part, Some(id), chart);
         self.lowering.bodies.insert(id, body);
         self.items(body, &source.items);
+    }
+
+    /// An instance of a library chart.
+    fn instance(&mut self, _scope: ScopeId, source: &'a chart::Use) {
+        let libraries = &self.lowering.design.libraries;
+        let near = crate::diag::nearest(
+            &source.library.text,
+            libraries.iter().map(|one| one.name.text.as_str()),
+        );
+        let finding = Diagnostic::error(
+            codes::UNKNOWN_NAME,
+            format!("there is no library chart {}", source.library),
+        )
+        .at(source.library.span, "not declared");
+        self.lowering.report(match near {
+            Some(near) => {
+                finding.help(format!("did you mean {near}?")).fix(source.library.span, near)
+            }
+            None => finding,
+        });
     }
 
     fn state(&mut self, scope: ScopeId, source: &'a chart::State) {

@@ -10,7 +10,7 @@
 //! let name = |text| Name::new(text, Span::new(FileId(0), 0, 0));
 //! let step = Step { name: name("p1"), role: StepRole::Initial, ..Step::default() };
 //! let chart = Chart { name: name("demo"), items: vec![Item::Step(step)], ..Chart::default() };
-//! let (net, findings) = lower::lower(&Design { edition: None, charts: vec![chart] });
+//! let (net, findings) = lower::lower(&Design { charts: vec![chart], ..Design::default() });
 //! assert!(findings.is_empty());
 //! assert_eq!(net.unwrap().steps.len(), 1);
 //! ```

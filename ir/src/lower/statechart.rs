@@ -330,7 +330,7 @@ pub(super) fn transition<'a>(
     let (kind, clears, enters) = if to.is_empty() {
         (TransitionKind::Reaction, Vec::new(), Vec::new())
     } else {
-        let domain = domain(lowering, from, &to);
+        let domain = domain(lowering, from, &to, source.is_internal);
         let clears: Vec<StepId> = match domain {
             Some(state) => lowering.tree.inside(state).map(StepId::from_index).collect(),
             None => match lowering.tree.roots[part.index()].as_slice() {
@@ -368,9 +368,9 @@ fn grafcet_part(source: &chart::Transition) -> Option<&'static str> {
     }
 }
 
-/// The innermost composite state (none: the chart) that holds the source and all targets.
-fn domain(lowering: &Lowering<'_>, from: StepId, to: &[Goal]) -> Option<StepId> {
-    let mut next = lowering.net.steps[from].parent;
+/// The innermost composite state (none: the chart) around the source that holds all targets; for an internal transition the source may be that state.
+fn domain(lowering: &Lowering<'_>, from: StepId, to: &[Goal], is_internal: bool) -> Option<StepId> {
+    let mut next = if is_internal { Some(from) } else { lowering.net.steps[from].parent };
     while let Some(state) = next {
         let inside = lowering.tree.inside(state);
         let holds = |goal: &Goal| {

@@ -132,7 +132,7 @@ pub(super) fn call_of(target: &str, arguments: Vec<Expr>) -> StepItem {
     })
 }
 pub(super) fn step_of(text: &str, role: StepRole, body: Vec<StepItem>) -> Item {
-    Item::Step(Step { name: name(text), role, activation_link: false, body, meta: meta() })
+    Item::Step(Step { name: name(text), role, body, meta: meta(), ..Step::default() })
 }
 pub(super) fn step(text: &str, body: Vec<StepItem>) -> Item {
     step_of(text, StepRole::Plain, body)
@@ -191,7 +191,7 @@ pub(super) fn chart(text: &str, items: Vec<Vec<Item>>) -> Chart {
     }
 }
 pub(super) fn design(charts: Vec<Chart>) -> Design {
-    Design { edition: None, charts }
+    Design { charts, ..Design::default() }
 }
 
 /// Code and message of each finding.

@@ -104,6 +104,67 @@ fn transitions_of_statecharts_leave_their_domain_and_complete_their_targets() {
 }
 
 #[test]
+fn an_internal_transition_does_not_leave_its_source() {
+    let internal = |text: &str| {
+        Item::Transition(Transition {
+            is_internal: true,
+            events: vec![name("E")],
+            ..arrow(text, None)
+        })
+    };
+    let mut items = player();
+    items[1].extend([
+        internal("playing -> playing.fast"),
+        internal("playing -> playing.H"),
+        // As external: the first target is not inside, the second source is parallel.
+        internal("playing -> playing"),
+        internal("both -> both.left.b"),
+        internal("off ->"),
+    ]);
+    let net = clean(items);
+    let first = net.transitions.len() - 5;
+    let seen: Vec<(String, String)> =
+        (first..first + 5).map(|index| (clears(&net, index), entered_by(&net, index))).collect();
+    let all = "off playing slow fast both left a b right c d";
+    assert_eq!(seen[0], ("slow fast".into(), "fast".into()));
+    assert_eq!(seen[1], ("slow fast".into(), "H".into()));
+    assert_eq!(seen[2], (all.into(), "playing do playing slow".into()));
+    assert_eq!(seen[3], (all.into(), "both left b right c".into()));
+    assert_eq!(seen[4], (String::new(), String::new()));
+}
+
+#[test]
+fn a_reaction_can_be_written_beside_its_step() {
+    let inside = |text: &str| {
+        Item::Transition(Transition { is_internal: true, ..arrow(text, Some(v("m"))) })
+    };
+    let chart = |extra: Vec<Item>| {
+        vec![
+            vec![single()],
+            inputs("m"),
+            vec![
+                initial("p", vec![]),
+                step("q", vec![]),
+                go("p -> q", v("m")),
+                go("q -> p", v("m")),
+            ],
+            extra,
+        ]
+    };
+    let net = clean(chart(vec![inside("p ->")]));
+    let last = net.transitions.values().last().unwrap();
+    assert_eq!(last.kind, TransitionKind::Reaction);
+    assert!(last.clears.is_empty() && last.enters.is_empty() && last.requires.len() == 1);
+    assert_eq!(
+        findings(chart(vec![inside("p -> q"), inside("p & q ->")])),
+        [
+            "G0222 an internal transition needs a statechart, and this chart is none",
+            "G0222 a reaction belongs to exactly one step"
+        ]
+    );
+}
+
+#[test]
 fn deep_histories_record_atomic_states() {
     let mut items = player();
     let Item::State(both) = &mut items[1][2] else { panic!() };

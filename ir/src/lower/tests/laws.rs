@@ -94,7 +94,14 @@ fn any_step() -> impl Strategy<Value = Step> {
     (any_name(), role, any::<bool>(), proptest::collection::vec(any_step_item(), 0..3)).prop_map(
         |(text, role, link, body)| {
             let text = text.replace('.', "_");
-            Step { name: name(&text), role, activation_link: link, body, meta: meta() }
+            Step {
+                name: name(&text),
+                role,
+                activation_link: link,
+                body,
+                meta: meta(),
+                ..Step::default()
+            }
         },
     )
 }
