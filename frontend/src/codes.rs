@@ -1,4 +1,4 @@
-//! The findings of the readers: `G01` for the chart language, its properties and boards, `G04` for rules text.
+//! The findings of the readers: `G01` for the chart language, its properties and boards, `G04` for rules text and the XML formats.
 
 use grafsynth_ir::diag::Code;
 
@@ -55,6 +55,10 @@ pub const STEP_IN_CONDITION: Code =
 pub const RIGHT_SIDE: Code = Code { id: "G0405", title: "right side of a rule" };
 /// A list given twice.
 pub const LIST_TWICE: Code = Code { id: "G0406", title: "list of the rules given twice" };
+/// A file that is not well-formed XML.
+pub const XML: Code = Code { id: "G0421", title: "not well-formed XML" };
+/// XML that is well-formed perhaps, but not read: a document type, entities, or more of something than a reader of charts needs.
+pub const XML_NOT_READ: Code = Code { id: "G0422", title: "XML that is not read" };
 
 /// Every code of this crate.
 pub const ALL: &[Code] = &[

@@ -9,6 +9,8 @@ mod from_net;
 pub mod graf;
 pub mod props;
 pub mod rules;
+#[allow(dead_code, reason = "what the readers of XML formats share; they follow")]
+pub(crate) mod xml;
 
 #[cfg(test)]
 mod pages_test;

@@ -1,0 +1,568 @@
+//! XML for the readers of charts: a document with the place of everything in it, within bounds.
+//!
+//! [`parse`] looks over the text before it builds a tree, so that neither a bomb nor a broken file costs more than a small multiple of its bytes:
+//! nesting, attributes and namespaces are bounded, a document type (and with it every entity that a file could define) is refused, and a file that
+//! consists of hardly more than markup is not read. What a reader takes out of the tree as [`Mapped`] text knows where each of its bytes stood,
+//! character references and `CDATA` sections notwithstanding, so that an expression in an attribute has places of its own.
+//!
+//! Writers use [`attribute`] and [`text`] to escape.
+
+use std::borrow::Cow;
+use std::ops::Range;
+
+use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::{FileId, Span};
+use roxmltree::{Attribute, Document, Error, Node, ParsingOptions, TextPos};
+
+use crate::codes;
+use crate::graf::Limits;
+
+/// Attributes of one element at most: looking for a second one of the same name takes quadratic time.
+const MAX_ATTRIBUTES: usize = 256;
+/// Namespaces declared on the way from the root to an element at most: each element that declares one copies what it inherits.
+const MAX_NAMESPACES: usize = 64;
+/// Bytes that the tree needs for an element, text or comment, and for an attribute, rounded up.
+const NODE: usize = 80;
+const ATTRIBUTE: usize = 80;
+/// The tree may take this many times the bytes of the text, and what small files may take beyond it.
+const TREE_FACTOR: usize = 18;
+const TREE_FREE: usize = 1 << 20;
+
+/// Reads XML. The tree borrows from `text`; its ranges are bytes of it.
+///
+/// # Errors
+/// The first thing that keeps the text from being read, with its place: XML that is not well-formed cannot be read on.
+pub(crate) fn parse<'t>(
+    file: FileId,
+    text: &'t str,
+    limits: &Limits,
+) -> Result<Document<'t>, Diagnostic> {
+    if let Some(finding) = crate::graf::too_large(file, text, limits) {
+        return Err(finding);
+    }
+    let scan = Scan::of(file, text, limits);
+    if let Some(finding) = scan.refused {
+        return Err(finding);
+    }
+    let options = ParsingOptions { allow_dtd: false, ..ParsingOptions::default() };
+    Document::parse_with_options(text, options)
+        .map_err(|error| malformed(file, text, &error, scan.unclosed))
+}
+
+/// The place of a range of the text.
+pub(crate) fn span(file: FileId, range: Range<usize>) -> Span {
+    Span::new(file, range.start, range.end)
+}
+
+/// The place of an element for a finding about it: its start tag. Of other nodes, all of them.
+pub(crate) fn tag_span(file: FileId, node: Node<'_, '_>) -> Span {
+    let range = node.range();
+    if !node.is_element() {
+        return span(file, range);
+    }
+    let text = node.document().input_text();
+    let end = tag_end(text, range.start).unwrap_or(range.end).min(range.end);
+    span(file, range.start..end)
+}
+
+/// The place of an element with all that lies in it.
+pub(crate) fn node_span(file: FileId, node: Node<'_, '_>) -> Span {
+    span(file, node.range())
+}
+
+/// The place of an attribute's name.
+pub(crate) fn name_span(file: FileId, attribute: Attribute<'_, '_>) -> Span {
+    span(file, attribute.range_qname())
+}
+
+/// One past the `>` of the tag that begins at `start`.
+fn tag_end(text: &str, start: usize) -> Option<usize> {
+    let mut quote = None;
+    for (offset, byte) in text.as_bytes().get(start..)?.iter().enumerate() {
+        match (quote, byte) {
+            (None, b'>') => return Some(start + offset + 1),
+            (None, b'"' | b'\'') => quote = Some(*byte),
+            (Some(open), byte) if open == *byte => quote = None,
+            (None | Some(_), _) => {}
+        }
+    }
+    None
+}
+
+/// Text as XML means it, and where each byte of it stood.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Mapped<'t> {
+    file: FileId,
+    /// The characters.
+    pub(crate) text: Cow<'t, str>,
+    /// In order; they cover `text`.
+    pieces: Vec<Piece>,
+    /// One past the last byte in the source.
+    end: usize,
+}
+
+/// A stretch of characters that stands in the source as it is, or that something there stands for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Piece {
+    /// Its first byte in the text.
+    from: usize,
+    /// The first byte in the source.
+    place: usize,
+    /// Bytes of a reference or line end that all of it stands for; none where the source has the same bytes.
+    stands_for: Option<usize>,
+}
+
+impl<'t> Mapped<'t> {
+    /// The value of an attribute: references resolved, line ends and tabs as blanks.
+    pub(crate) fn value(file: FileId, source: &'t str, attribute: Attribute<'_, '_>) -> Self {
+        let range = attribute.range();
+        let raw = source.get(range.clone()).unwrap_or_default();
+        let quote = raw.find(['"', '\'']).unwrap_or(raw.len());
+        let start = (range.start + quote + 1).min(range.end);
+        let end = range.end.saturating_sub(1).max(start);
+        let raw = &source[start..end];
+        if !raw.contains(['&', '\t', '\n', '\r']) {
+            return Self::plain(file, raw, start);
+        }
+        let mut out = Builder::default();
+        out.resolve(raw, start, true);
+        out.finish(file, end)
+    }
+
+    /// The characters that an element begins with, up to its first child that is no text: references and `CDATA` sections resolved, comments
+    /// left out.
+    pub(crate) fn content(file: FileId, source: &'t str, element: Node<'_, '_>) -> Self {
+        let range = element.range();
+        let start = tag_end(source, range.start).unwrap_or(range.end).min(range.end);
+        let raw = &source[start..range.end];
+        let plain = &raw[..raw.find('<').unwrap_or(raw.len())];
+        let is_whole =
+            !["<![CDATA[", "<!--"].iter().any(|mark| raw[plain.len()..].starts_with(mark));
+        if is_whole && !plain.contains(['&', '\r']) {
+            return Self::plain(file, plain, start);
+        }
+        let mut out = Builder::default();
+        let mut at = start;
+        while at < range.end {
+            let rest = &source[at..range.end];
+            if let Some(inside) = rest.strip_prefix("<![CDATA[") {
+                let length = inside.find("]]>").unwrap_or(inside.len());
+                out.lines(&inside[..length], at + 9);
+                at = (at + 9 + length + 3).min(range.end);
+            } else if rest.starts_with("<!--") {
+                at += rest.find("-->").map_or(rest.len(), |found| found + 3);
+            } else if rest.starts_with('<') {
+                break;
+            } else {
+                let length = rest.find('<').unwrap_or(rest.len());
+                out.resolve(&rest[..length], at, false);
+                at += length;
+            }
+        }
+        out.finish(file, at)
+    }
+
+    /// A stretch of the source as it stands.
+    fn plain(file: FileId, raw: &'t str, start: usize) -> Self {
+        let pieces = vec![Piece { from: 0, place: start, stands_for: None }];
+        Mapped { file, text: Cow::Borrowed(raw), pieces, end: start + raw.len() }
+    }
+
+    /// The piece with a byte of the text.
+    fn piece(&self, at: usize) -> Option<Piece> {
+        let after = self.pieces.partition_point(|piece| piece.from <= at);
+        after.checked_sub(1).and_then(|index| self.pieces.get(index)).copied()
+    }
+
+    /// Where a byte of the text stood; one past its end is the end in the source.
+    pub(crate) fn place(&self, at: usize) -> usize {
+        match self.piece(at) {
+            Some(Piece { place, stands_for: Some(_), .. }) if at < self.text.len() => place,
+            Some(Piece { from, place, .. }) if at < self.text.len() => place + (at - from),
+            Some(_) | None => self.end,
+        }
+    }
+
+    /// Where a range of the text stood.
+    pub(crate) fn span(&self, range: Range<usize>) -> Span {
+        let start = self.place(range.start);
+        let end = match (range.end > range.start).then(|| self.piece(range.end - 1)).flatten() {
+            Some(Piece { place, stands_for: Some(length), .. }) => place + length,
+            Some(Piece { from, place, stands_for: None }) => place + (range.end - from),
+            None => start,
+        };
+        Span::new(self.file, start, end.min(self.end).max(start))
+    }
+
+    /// All of it.
+    pub(crate) fn whole(&self) -> Span {
+        match self.pieces.first() {
+            Some(first) => Span::new(self.file, first.place, self.end),
+            None => Span::new(self.file, self.end, self.end),
+        }
+    }
+
+    /// Words between blanks, each with its range.
+    pub(crate) fn words(&self) -> impl Iterator<Item = (&str, Span)> {
+        let text = self.text.as_ref();
+        text.split([' ', '\t', '\r', '\n']).filter(|word| !word.is_empty()).map(|word| {
+            let start = word.as_ptr() as usize - text.as_ptr() as usize;
+            (word, self.span(start..start + word.len()))
+        })
+    }
+
+    /// The same without blanks at both ends.
+    pub(crate) fn trimmed(self) -> Mapped<'t> {
+        let trimmed = self.text.trim();
+        if trimmed.len() == self.text.len() {
+            return self;
+        }
+        let start = self.text.len() - self.text.trim_start().len();
+        let end = start + trimmed.len();
+        let source_end = self.span(start..end).end as usize;
+        let place = self.place(start);
+        let first = self.piece(start).map(|piece| Piece { from: 0, place, ..piece });
+        let later = self.pieces.iter().filter(|piece| piece.from > start && piece.from < end);
+        let later = later.map(|piece| Piece { from: piece.from - start, ..*piece });
+        let pieces = first.into_iter().chain(later).collect();
+        let text = match self.text {
+            Cow::Borrowed(text) => Cow::Borrowed(&text[start..end]),
+            Cow::Owned(text) => Cow::Owned(text[start..end].to_owned()),
+        };
+        Mapped { file: self.file, text, pieces, end: source_end }
+    }
+}
+
+/// Text under construction, with the places of its pieces.
+#[derive(Default)]
+struct Builder {
+    text: String,
+    pieces: Vec<Piece>,
+}
+
+impl Builder {
+    /// Appends characters that the source has at that byte.
+    fn keep(&mut self, text: &str, place: usize) {
+        let from = self.text.len();
+        let follows = self.pieces.last().is_some_and(|last| {
+            last.stands_for.is_none() && last.place + (from - last.from) == place
+        });
+        if !follows && !text.is_empty() {
+            self.pieces.push(Piece { from, place, stands_for: None });
+        }
+        self.text.push_str(text);
+    }
+
+    /// Appends the character for which the source has so many bytes.
+    fn put(&mut self, character: char, place: usize, length: usize) {
+        self.pieces.push(Piece { from: self.text.len(), place, stands_for: Some(length) });
+        self.text.push(character);
+    }
+
+    /// Characters with line ends brought into one form.
+    fn lines(&mut self, raw: &str, start: usize) {
+        let mut at = 0;
+        while let Some(found) = raw[at..].find('\r') {
+            self.keep(&raw[at..at + found], start + at);
+            at += found;
+            let length = if raw[at..].starts_with("\r\n") { 2 } else { 1 };
+            self.put('\n', start + at, length);
+            at += length;
+        }
+        self.keep(&raw[at..], start + at);
+    }
+
+    /// Characters and references; in an attribute every white space is a blank.
+    fn resolve(&mut self, raw: &str, start: usize, in_attribute: bool) {
+        let special: &[char] = if in_attribute { &['&', '\t', '\n', '\r'] } else { &['&', '\r'] };
+        let mut at = 0;
+        while let Some(found) = raw[at..].find(special) {
+            self.keep(&raw[at..at + found], start + at);
+            at += found;
+            let rest = &raw[at..];
+            let length = if rest.starts_with('&') {
+                let length = rest.find(';').map_or(rest.len(), |end| end + 1);
+                let reference = rest.get(1..length.saturating_sub(1)).unwrap_or_default();
+                if let Some(character) = resolved(reference) {
+                    self.put(character, start + at, length);
+                }
+                length
+            } else {
+                let length = if rest.starts_with("\r\n") { 2 } else { 1 };
+                self.put(if in_attribute { ' ' } else { '\n' }, start + at, length);
+                length
+            };
+            at += length;
+        }
+        self.keep(&raw[at..], start + at);
+    }
+
+    fn finish<'t>(self, file: FileId, end: usize) -> Mapped<'t> {
+        Mapped { file, text: Cow::Owned(self.text), pieces: self.pieces, end }
+    }
+}
+
+/// What a reference between `&` and `;` stands for: a number, or one of the five names that XML itself gives.
+fn resolved(reference: &str) -> Option<char> {
+    let number = |digits: &str, radix| u32::from_str_radix(digits, radix).ok();
+    match reference {
+        "lt" => Some('<'),
+        "gt" => Some('>'),
+        "amp" => Some('&'),
+        "quot" => Some('"'),
+        "apos" => Some('\''),
+        other => {
+            let digits = other.strip_prefix('#')?;
+            let number = match digits.strip_prefix('x') {
+                Some(digits) => number(digits, 16),
+                None => number(digits, 10),
+            };
+            number.and_then(char::from_u32)
+        }
+    }
+}
+
+/// What a look over the text finds before a tree is built.
+struct Scan {
+    refused: Option<Diagnostic>,
+    /// The start tag of the innermost element that is never closed.
+    unclosed: Option<Span>,
+}
+
+/// An element that is open while the text is looked over.
+struct Open {
+    place: Span,
+    n_namespaces: usize,
+}
+
+impl Scan {
+    fn of(file: FileId, text: &str, limits: &Limits) -> Scan {
+        let bytes = text.as_bytes();
+        let mut open: Vec<Open> = Vec::new();
+        let (mut n_nodes, mut n_attributes) = (0_usize, 0_usize);
+        let mut at = 0;
+        let refuse = |finding: Diagnostic| Scan { refused: Some(finding), unclosed: None };
+        while let Some(found) = text.get(at..).and_then(|rest| rest.find('<')) {
+            // The text before the tag is a node of its own.
+            n_nodes += 1 + usize::from(found > 0);
+            at += found;
+            let rest = &text[at..];
+            let skip = |mark: &str| rest.find(mark).map_or(rest.len(), |end| end + mark.len());
+            if rest.starts_with("<!--") {
+                at += skip("-->");
+            } else if rest.starts_with("<![CDATA[") {
+                at += skip("]]>");
+            } else if rest.starts_with("<?") {
+                at += skip("?>");
+            } else if rest.starts_with("<!") {
+                let end = skip(">");
+                return refuse(
+                    Diagnostic::error(
+                        codes::XML_NOT_READ,
+                        "the file has a document type, which is not read",
+                    )
+                    .at(span(file, at..at + end), "")
+                    .help("delete it; what it defines as an entity has to be written out"),
+                );
+            } else if rest.starts_with("</") {
+                open.pop();
+                at += skip(">");
+            } else {
+                let end = tag_end(text, at).unwrap_or(text.len());
+                let tag = &bytes[at..end];
+                let place = span(file, at..end);
+                let in_tag = tag.iter().filter(|byte| **byte == b'=').count();
+                let declares = text[at..end].matches("xmlns").count();
+                n_attributes += in_tag;
+                let n_namespaces = declares + open.last().map_or(0, |around| around.n_namespaces);
+                if in_tag > MAX_ATTRIBUTES && attributes_of(tag) > MAX_ATTRIBUTES
+                    || declares > 0 && n_namespaces > MAX_NAMESPACES
+                {
+                    return refuse(
+                        Diagnostic::error(
+                            codes::XML_NOT_READ,
+                            format!("the element has more than {MAX_ATTRIBUTES} attributes, or more than {MAX_NAMESPACES} namespaces in force"),
+                        )
+                        .at(place, ""),
+                    );
+                }
+                if !tag.ends_with(b"/>") {
+                    if open.len() >= limits.nesting as usize {
+                        let most = limits.nesting;
+                        return refuse(
+                            Diagnostic::error(
+                                codes::NESTING,
+                                format!("the element lies more than {most} levels deep"),
+                            )
+                            .at(place, "")
+                            .help("raise the limit with --nesting-limit where that is meant"),
+                        );
+                    }
+                    open.push(Open { place, n_namespaces });
+                }
+                at = end;
+            }
+        }
+        // The tree reserves a place for each sign that may begin something, in text and comments too.
+        n_nodes = n_nodes.max(bytes.iter().filter(|byte| **byte == b'<').count());
+        n_attributes = n_attributes.max(bytes.iter().filter(|byte| **byte == b'=').count());
+        let tree =
+            n_nodes.saturating_mul(NODE).saturating_add(n_attributes.saturating_mul(ATTRIBUTE));
+        if tree > text.len().saturating_mul(TREE_FACTOR).saturating_add(TREE_FREE) {
+            return refuse(
+                Diagnostic::error(
+                    codes::XML_NOT_READ,
+                    format!("the {} bytes of the file hold {n_nodes} pieces of markup and {n_attributes} signs of equality: they would take {TREE_FACTOR} times its size", text.len()),
+                )
+                .at(span(file, 0..text.len().min(1)), "")
+                .help("no chart looks like that; is it the right file?"),
+            );
+        }
+        Scan { refused: None, unclosed: open.pop().map(|open| open.place) }
+    }
+}
+
+/// The attributes of a tag: signs of equality outside quotes.
+fn attributes_of(tag: &[u8]) -> usize {
+    let mut quote = None;
+    let mut count = 0;
+    for byte in tag {
+        match (quote, *byte) {
+            (None, b'=') => count += 1,
+            (None, b'"' | b'\'') => quote = Some(*byte),
+            (Some(open), byte) if open == byte => quote = None,
+            (None | Some(_), _) => {}
+        }
+    }
+    count
+}
+
+/// The finding for a text that the parser refuses.
+fn malformed(file: FileId, text: &str, error: &Error, unclosed: Option<Span>) -> Diagnostic {
+    let here = point(file, text, error.pos());
+    let end = Span::new(file, text.len(), text.len());
+    let finding = |message: String, place: Span| {
+        Diagnostic::error(codes::XML, format!("the file is not well-formed XML: {message}"))
+            .at(place, "")
+    };
+    match error {
+        Error::DtdDetected => Diagnostic::error(
+            codes::XML_NOT_READ,
+            "the file has a document type, which is not read",
+        )
+        .at(here, "")
+        .help("delete it; what it defines as an entity has to be written out"),
+        Error::NodesLimitReached
+        | Error::AttributesLimitReached
+        | Error::NamespacesLimitReached => {
+            Diagnostic::error(codes::XML_NOT_READ, "the file holds more than the reader can count")
+                .at(here, "")
+        }
+        Error::NoRootNode => finding("it has no element".to_owned(), end),
+        Error::UnclosedRootNode | Error::UnexpectedEndOfStream => match unclosed {
+            Some(place) => finding("this element is not closed".to_owned(), place),
+            None => finding("it ends too early".to_owned(), end),
+        },
+        Error::UnexpectedCloseTag(expected, actual, _) => {
+            finding(format!("</{actual}> closes <{expected}>"), here)
+                .help(format!("write </{expected}> here, or close {actual} where it was opened"))
+        }
+        Error::UnknownEntityReference(name, _) => {
+            finding(format!("nothing says what &{name}; stands for"), here)
+                .help("XML itself knows &lt; &gt; &amp; &quot; &apos; and numbers such as &#233;")
+        }
+        Error::MalformedEntityReference(_) => {
+            finding("`&` begins a reference such as &amp; here".to_owned(), here)
+                .help("write &amp; where the sign itself is meant: `a &amp;&amp; b`")
+        }
+        Error::InvalidAttributeValue(_) => finding("`<` cannot stand in a value".to_owned(), here)
+            .help("write &lt; where the sign itself is meant: `n &lt; 3`"),
+        Error::DuplicatedAttribute(name, _) => {
+            finding(format!("the attribute {name} is given twice"), here)
+        }
+        Error::UnknownNamespace(prefix, _) => {
+            finding(format!("no namespace is declared for the prefix {prefix}"), here)
+                .help(format!("declare it at the outermost element: xmlns:{prefix}=\"...\""))
+        }
+        Error::InvalidXmlPrefixUri(_)
+        | Error::UnexpectedXmlUri(_)
+        | Error::UnexpectedXmlnsUri(_)
+        | Error::InvalidElementNamePrefix(_)
+        | Error::DuplicatedNamespace(..)
+        | Error::UnexpectedEntityCloseTag(_)
+        | Error::EntityReferenceLoop(_)
+        | Error::UnexpectedDeclaration(_)
+        | Error::InvalidName(_)
+        | Error::NonXmlChar(..)
+        | Error::InvalidChar(..)
+        | Error::InvalidChar2(..)
+        | Error::InvalidString(..)
+        | Error::InvalidExternalID(_)
+        | Error::EntityResolver(..)
+        | Error::InvalidComment(_)
+        | Error::InvalidCharacterData(_)
+        | Error::UnknownToken(_) => {
+            // The parser's own words end in the place, which the label shows.
+            let words = error.to_string();
+            let words = words.rsplit_once(" at ").map_or(words.as_str(), |(words, _)| words);
+            finding(words.to_owned(), here)
+        }
+    }
+}
+
+/// The byte at a line and column, both from 1; columns count characters.
+fn point(file: FileId, text: &str, place: TextPos) -> Span {
+    let mut start = 0;
+    for _ in 1..place.row {
+        match text[start..].find('\n') {
+            Some(end) => start += end + 1,
+            None => break,
+        }
+    }
+    let line = &text[start..];
+    let column = (place.col as usize).saturating_sub(1);
+    let (offset, length) = line
+        .char_indices()
+        .nth(column)
+        .map_or((line.len(), 0), |(offset, character)| (offset, character.len_utf8()));
+    Span::new(file, start + offset, start + offset + length)
+}
+
+/// The value of an attribute between double quotes.
+pub(crate) fn attribute(value: &str) -> String {
+    escaped(value, true)
+}
+
+/// Characters between tags.
+pub(crate) fn text(value: &str) -> String {
+    escaped(value, false)
+}
+
+fn escaped(value: &str, in_attribute: bool) -> String {
+    let mut out = String::with_capacity(value.len());
+    for character in value.chars() {
+        match character {
+            '<' => out.push_str("&lt;"),
+            '>' => out.push_str("&gt;"),
+            '&' => out.push_str("&amp;"),
+            '"' if in_attribute => out.push_str("&quot;"),
+            // Readers turn bare ones into blanks, or into one line end.
+            '\t' | '\n' if in_attribute => out.push_str(&format!("&#{};", character as u32)),
+            '\r' => out.push_str("&#13;"),
+            // XML has no way to write other control characters.
+            '\u{0}'..='\u{8}'
+            | '\u{b}'
+            | '\u{c}'
+            | '\u{e}'..='\u{1f}'
+            | '\u{fffe}'
+            | '\u{ffff}' => {
+                out.push('\u{fffd}');
+            }
+            other => out.push(other),
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests;
