@@ -36,17 +36,17 @@ pub(crate) fn parse<'t>(
     file: FileId,
     text: &'t str,
     limits: &Limits,
-) -> Result<Document<'t>, Diagnostic> {
+) -> Result<Document<'t>, Box<Diagnostic>> {
     if let Some(finding) = crate::graf::too_large(file, text, limits) {
-        return Err(finding);
+        return Err(Box::new(finding));
     }
     let scan = Scan::of(file, text, limits);
     if let Some(finding) = scan.refused {
-        return Err(finding);
+        return Err(Box::new(finding));
     }
     let options = ParsingOptions { allow_dtd: false, ..ParsingOptions::default() };
     Document::parse_with_options(text, options)
-        .map_err(|error| malformed(file, text, &error, scan.unclosed))
+        .map_err(|error| Box::new(malformed(file, text, &error, scan.unclosed)))
 }
 
 /// The place of a range of the text.

@@ -7,7 +7,7 @@ fn read(text: &str) -> Document<'_> {
     parse(FILE, text, &Limits::default()).unwrap()
 }
 
-fn refused(text: &str) -> Diagnostic {
+fn refused(text: &str) -> Box<Diagnostic> {
     parse(FILE, text, &Limits::default()).unwrap_err()
 }
 
