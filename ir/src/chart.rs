@@ -141,6 +141,8 @@ pub enum Item {
     State(State),
     /// An instance of a library chart.
     Use(Use),
+    /// A controlled action with a list of its own, or without one: the memory of its qualifiers alone.
+    Action(Action),
     /// A named property or assumption.
     Property(Property),
     /// A wish about the partition.
@@ -281,6 +283,18 @@ pub struct StepCount {
     pub initial: Option<u32>,
     /// Where.
     pub span: Span,
+}
+
+/// `action count { n := n + 1 }`: a controlled action (semantics §3.5). Steps use it with qualifiers as they use an output; conditions and lists read its
+/// name as its Q.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Action {
+    /// Its name.
+    pub name: Name,
+    /// Runs once a reaction at its end while Q is true; empty for a Boolean memory.
+    pub body: Block,
+    /// Where, comment and tags.
+    pub meta: Meta,
 }
 
 /// The part a step plays in its body.

@@ -41,6 +41,24 @@ fn is_timed(qualifier: Qualifier) -> bool {
     }
 }
 
+/// The extern action that steps name with qualifiers, as lowering makes a controlled action of it: one call, named after it.
+pub(super) fn called_by_qualifiers<'n>(
+    net: &'n net::Net,
+    action: &'n net::ControlledAction,
+) -> Option<(net::OutputId, &'n [net::Expr])> {
+    let [net::Stmt { kind: net::StmtKind::Call { output, arguments }, .. }] =
+        action.body.as_slice()
+    else {
+        return None;
+    };
+    let rest = action.name.text.strip_prefix(net.outputs[*output].name.text.as_str())?;
+    let is_made = match rest.strip_prefix('_') {
+        Some(number) => !number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit()),
+        None => rest.is_empty(),
+    };
+    is_made.then_some((*output, arguments.as_slice()))
+}
+
 impl Writer<'_> {
     /// What outputs, controlled actions, forcings and reactions put into the bodies of steps.
     pub(super) fn actions(&mut self) {
@@ -94,13 +112,13 @@ impl Writer<'_> {
             }
         }
         for (id, action) in net.actions.iter().filter(|(id, _)| !driven.contains_key(&id.index())) {
-            match action.body.as_slice() {
-                [net::Stmt { kind: net::StmtKind::Call { output, arguments }, .. }] => {
-                    self.controlled(action, &net.outputs[*output].name, Some(arguments));
+            match called_by_qualifiers(net, action) {
+                Some((output, arguments)) => {
+                    self.controlled(action, &net.outputs[output].name, Some(arguments));
                 }
-                _ => {
-                    let name = &net.actions[id].name;
-                    self.findings.push(cannot(format!("the list of action {name}"), name.span));
+                None => {
+                    self.drawn.push(id);
+                    self.controlled(action, &action.name, None);
                 }
             }
         }
@@ -350,7 +368,7 @@ impl Writer<'_> {
         }
     }
 
-    fn block(&mut self, block: &net::Block, from: BodyId) -> Block {
+    pub(super) fn block(&mut self, block: &net::Block, from: BodyId) -> Block {
         block.iter().map(|stmt| self.stmt(stmt, from)).collect()
     }
 

@@ -10,13 +10,13 @@ mod items;
 use std::collections::BTreeMap;
 
 use grafsynth_ir::chart::{
-    Board, Chart, Declaration, DeclarationKind, Design, Expr, Item, Place, Property, Setting,
-    SettingKind, StepItem,
+    Action, Board, Chart, Declaration, DeclarationKind, Design, Expr, Item, Place, Property,
+    Setting, SettingKind, StepItem,
 };
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::expr::{ExprKind, Type};
 use grafsynth_ir::net::{
-    Driver, Evolution, InputKind, Net, PlacedItem, PropertyRole, StepKind, TransitionId,
+    ActionId, Driver, Evolution, InputKind, Net, PlacedItem, PropertyRole, StepKind, TransitionId,
     TransitionKind, VarOrigin,
 };
 use grafsynth_ir::{Name, Span};
@@ -36,8 +36,14 @@ pub(crate) fn design(net: &Net) -> Result<Design, Vec<Diagnostic>> {
     if !findings.is_empty() {
         return Err(findings);
     }
-    let mut writer =
-        Writer { net, bodies, findings, step_items: BTreeMap::new(), is_iec: needs_iec(net) };
+    let mut writer = Writer {
+        net,
+        bodies,
+        findings,
+        step_items: BTreeMap::new(),
+        is_iec: needs_iec(net),
+        drawn: Vec::new(),
+    };
     writer.actions();
     let design = writer.design();
     if writer.findings.is_empty() { Ok(design) } else { Err(writer.findings) }
@@ -50,6 +56,8 @@ struct Writer<'a> {
     /// What outputs and reactions put into the bodies of steps, by the steps' indices.
     step_items: BTreeMap<usize, Vec<StepItem>>,
     is_iec: bool,
+    /// Controlled actions that are drawn as such.
+    drawn: Vec<ActionId>,
 }
 
 fn cannot(message: impl Into<String>, span: Span) -> Diagnostic {
@@ -115,8 +123,21 @@ fn refuse(net: &Net, findings: &mut Vec<Diagnostic>) {
 
 /// True when some action is controlled only because the chart says `actions iec`.
 fn needs_iec(net: &Net) -> bool {
-    net.actions.values().any(|action| {
-        !action.uses.is_empty() && action.uses.iter().all(|one| items::is_plain(one.qualifier))
+    let drives = |id: ActionId| {
+        net.outputs.values().any(|output| match output.driver {
+            Driver::Controlled(action) => action == id,
+            Driver::Continuous(_)
+            | Driver::Mealy(_)
+            | Driver::Stored(_)
+            | Driver::Extern { .. } => false,
+        })
+    };
+    net.actions.iter().any(|(id, action)| {
+        // An action that is drawn as such is controlled whatever the chart says.
+        let is_output = drives(id) || items::called_by_qualifiers(net, action).is_some();
+        is_output
+            && !action.uses.is_empty()
+            && action.uses.iter().all(|one| items::is_plain(one.qualifier))
     })
 }
 
@@ -293,7 +314,37 @@ impl Writer<'_> {
                 meta: timer.meta.clone(),
             });
         }
-        declarations.into_iter().map(Item::Declaration).collect()
+        let mut items: Vec<Item> = declarations.into_iter().map(Item::Declaration).collect();
+        self.drawn_actions(body, &mut items);
+        items
+    }
+
+    /// Controlled actions with lists, each before the output whose action comes next in the net, so that lowering finds the same order.
+    fn drawn_actions(&mut self, body: BodyId, items: &mut Vec<Item>) {
+        let net = self.net;
+        for id in self.drawn.clone() {
+            let action = &net.actions[id];
+            let Some(name) = self.bodies.local(body, &action.name) else { continue };
+            let list = self.block(&action.body, body);
+            let next = net
+                .outputs
+                .values()
+                .filter_map(|output| match output.driver {
+                    Driver::Controlled(other) if other > id => Some((other, &output.name)),
+                    Driver::Controlled(_)
+                    | Driver::Continuous(_)
+                    | Driver::Mealy(_)
+                    | Driver::Stored(_)
+                    | Driver::Extern { .. } => None,
+                })
+                .min_by_key(|(other, _)| *other)
+                .and_then(|(_, name)| self.bodies.local(body, name));
+            let at = items.iter().position(|item| {
+                matches!((item, &next), (Item::Declaration(one), Some(next)) if one.name.text == next.text)
+            });
+            let item = Item::Action(Action { name, body: list, meta: action.meta.clone() });
+            items.insert(at.unwrap_or(items.len()), item);
+        }
     }
 
     fn properties(&mut self, items: &mut Vec<Item>, root: BodyId) {

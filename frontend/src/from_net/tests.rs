@@ -160,3 +160,25 @@ fn delays_that_begin_expired_are_refused_by_name() {
     let net = lowered("chart c { input a initial step s step r s -> r when 3 s/a r -> s when a }");
     assert!(graf::write_net(&net).unwrap().contains("timer a_on_delay while a"));
 }
+
+#[test]
+fn controlled_actions_with_lists_come_back() {
+    let text = round(
+        "chart c {
+            conflict priority actions iec tick 20 ms
+            input a
+            output R, n: int 0..99
+            extern action go()
+            var v: bool
+            action early { v := not v }
+            output Q
+            action count \"counts\" { if flag { n := n + 1 } else { n := 0 } }
+            action flag
+            initial step s { count pulse; Q; go pulse }
+            step t { count P0; flag after 40 ms; R if flag; reset Q; early }
+            s -> t when a and flag
+            t -> s when not a
+        }",
+    );
+    assert!(text.contains("action flag\n"), "{text}");
+}

@@ -1,8 +1,8 @@
 //! Charts and what stands in them beside steps and transitions: settings, declarations, properties, places, boards.
 
 use grafsynth_ir::chart::{
-    Board, Chart, Declaration, DeclarationKind, Design, Expr, Item, Macro, MacroStep, Place,
-    Property, Setting, SettingKind, Step,
+    Action, Block, Board, Chart, Declaration, DeclarationKind, Design, Expr, Item, Macro,
+    MacroStep, Place, Property, Setting, SettingKind, Step,
 };
 use grafsynth_ir::diag::{Diagnostic, nearest};
 use grafsynth_ir::expr::Type;
@@ -44,6 +44,7 @@ pub(crate) const ITEM_WORDS: &[&str] = &[
     "macro",
     "assert",
     "assume",
+    "action",
     "place",
     "device",
 ];
@@ -189,6 +190,7 @@ impl Parser<'_> {
                 return self.declarations(items);
             }
             "assume" | "assert" => Item::Property(self.property()?),
+            "action" => Item::Action(self.controlled_action(start)?),
             "place" => Item::Place(self.place()?),
             "device" => Item::Board(self.board()?),
             "tick" | "conflict" | "evolution" | "schedule" | "fire" | "assign" | "actions"
@@ -290,6 +292,20 @@ impl Parser<'_> {
             return Ok(true);
         }
         Ok(false)
+    }
+
+    // Controlled actions
+
+    /// `action count { … }`, or without a list.
+    fn controlled_action(&mut self, start: u32) -> Parse<Action> {
+        self.advance();
+        let name = self.name("the name of the action")?;
+        let mut meta = Meta::default();
+        self.attributes(&mut meta)?;
+        let body =
+            if self.kind(0) == Kind::OpenBrace { self.block("the action")? } else { Block::new() };
+        meta.span = self.span_from(start);
+        Ok(Action { name, body, meta })
     }
 
     // Macros

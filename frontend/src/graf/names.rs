@@ -43,6 +43,7 @@ const ACTION_WORDS: &[&str] = &[
     "event",
     "internal",
     "timer",
+    "action",
     "extern",
     "const",
     "macro",

@@ -586,9 +586,8 @@ impl<'a> Parser<'a> {
         let then_name = self.is_name_beside(1) && !RESERVED.contains(&self.word(1));
         match self.word(0) {
             "step" | "input" | "output" | "var" | "event" | "internal" | "timer" | "extern"
-            | "const" | "macro" | "conflict" | "chart" | "evolution" | "assert" | "assume" => {
-                then_name
-            }
+            | "action" | "const" | "macro" | "conflict" | "chart" | "evolution" | "assert"
+            | "assume" => then_name,
             "initial" => matches!(self.word(1), "step" | "macro"),
             _ => {
                 let is_transition = |at: usize| {

@@ -367,7 +367,12 @@ fn step(r: &mut Random, roles: &[StepRole]) -> Step {
 }
 
 fn item(r: &mut Random) -> Item {
-    match r.below(16) {
+    match r.below(17) {
+        15 => Item::Action(Action {
+            name: name(r.pick(&["count", "action", "s"])),
+            body: if r.chance(60) { block(r, 2) } else { Vec::new() },
+            meta: meta(r),
+        }),
         0 => Item::Setting(setting(r)),
         1..=3 => Item::Declaration(declaration(r)),
         4..=7 => Item::Step(step(r, &[StepRole::Plain, StepRole::Initial])),

@@ -480,7 +480,7 @@ impl Parser<'_> {
     // Statements
 
     /// `{ n := n + 1; raise e }`
-    fn block(&mut self, what: &str) -> Parse<Block> {
+    pub(crate) fn block(&mut self, what: &str) -> Parse<Block> {
         let mut block = Block::new();
         self.braced(what, Separators::Semicolon, &mut |parser| {
             let stmt = parser.stmt()?;

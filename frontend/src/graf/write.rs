@@ -12,8 +12,8 @@ use super::write_text::{
 };
 use grafsynth_ir::Span;
 use grafsynth_ir::chart::{
-    Block, Board, Chart, Declaration, DeclarationKind, Design, Enclosing, Expr, Item, Macro, State,
-    Step, StepItem, StepItemKind, Stmt, StmtKind, Transition,
+    Action, Block, Board, Chart, Declaration, DeclarationKind, Design, Enclosing, Expr, Item,
+    Macro, State, Step, StepItem, StepItemKind, Stmt, StmtKind, Transition,
 };
 
 /// The width that lines are kept within where that is possible.
@@ -249,6 +249,7 @@ impl Writer<'_> {
                 let text = self.text.instance(one);
                 self.simple(one.meta.span, &text);
             }
+            Item::Action(action) => self.action(action),
             Item::Property(property) => {
                 let text = self.text.property(property);
                 self.simple(property.meta.span, &text);
@@ -288,6 +289,7 @@ impl Writer<'_> {
             | Item::Enclosing(_)
             | Item::State(_)
             | Item::Use(_)
+            | Item::Action(_)
             | Item::Property(_)
             | Item::Place(_)
             | Item::Board(_) => false,
@@ -324,6 +326,22 @@ impl Writer<'_> {
         let lines = fill(&format!("{keyword} "), &pieces, ",", "", self.room());
         self.filled(&lines);
         self.after(end);
+    }
+
+    /// `action count { n := n + 1 }`
+    fn action(&mut self, action: &Action) {
+        let span = action.meta.span;
+        let head = format!(
+            "action {}{}",
+            names::name(&action.name.text, Position::Anywhere),
+            attributes(&action.meta)
+        );
+        let (open, _) = self.find(Kind::OpenBrace, action.name.span.end, span.end);
+        if action.body.is_empty() && !self.has_comment(open, span.end) {
+            self.simple(span, &head);
+        } else {
+            self.list(&head, &action.body, span, action.name.span.end);
+        }
     }
 
     /// The columns that a line has at this level.
@@ -647,6 +665,7 @@ enum Class {
     Setting,
     Declaration,
     Property,
+    Action,
     Step,
     Transition,
     Block,
@@ -659,6 +678,7 @@ fn class_of(item: &Item) -> Class {
         Item::Declaration(_) => Class::Declaration,
         Item::Property(_) => Class::Property,
         Item::Step(_) | Item::MacroStep(_) | Item::Use(_) => Class::Step,
+        Item::Action(_) => Class::Action,
         Item::Transition(_) => Class::Transition,
         Item::Macro(_) | Item::Enclosing(_) | Item::State(_) => Class::Block,
         Item::Place(_) | Item::Board(_) => Class::Board,

@@ -398,6 +398,7 @@ pub(crate) fn conditions(chart: &Chart) -> std::collections::BTreeSet<String> {
             | Item::Enclosing(_)
             | Item::State(_)
             | Item::Use(_)
+            | Item::Action(_)
             | Item::Property(_)
             | Item::Place(_)
             | Item::Board(_) => None,

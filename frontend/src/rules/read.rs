@@ -343,6 +343,7 @@ impl Builder {
         let refused = match &item {
             Item::Setting(_)
             | Item::Declaration(_)
+            | Item::Action(_)
             | Item::Property(_)
             | Item::Place(_)
             | Item::Board(_) => None,
@@ -492,6 +493,7 @@ impl Builder {
                 | Item::Enclosing(_)
                 | Item::State(_)
                 | Item::Use(_)
+                | Item::Action(_)
                 | Item::Property(_)
                 | Item::Place(_)
                 | Item::Board(_)) => rest.push(item),

@@ -99,6 +99,23 @@ impl Writer {
                 }
                 Item::Step(step) => flat.steps.push(step),
                 Item::Transition(transition) => flat.transitions.push(transition),
+                Item::Action(action) => {
+                    let list = match action.body.as_slice() {
+                        [] => Some(String::new()),
+                        _ => self.text.inline_list(&action.body).map(|list| format!(" {list}")),
+                    };
+                    match list.filter(|list| !list.contains('\n')) {
+                        Some(list) => behind.push(format!(
+                            "action {}{}{list}",
+                            names::name(&action.name.text, Position::Anywhere),
+                            attributes(&action.meta)
+                        )),
+                        None => self.findings.push(cannot(
+                            format!("rules have no lists of several lines: {}", action.name),
+                            action.name.span,
+                        )),
+                    }
+                }
                 Item::Property(property) => {
                     self.text.exprs.signs = true;
                     behind.push(self.text.property(property));

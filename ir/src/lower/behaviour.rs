@@ -30,6 +30,12 @@ pub(super) fn behaviour(lowering: &mut Lowering<'_>) {
             Work::State { scope, id, source } => {
                 super::statechart::state(lowering, scope, id, source);
             }
+            Work::Action { scope, action, source } => {
+                let list = lowering.block(scope, ListKind::Body, &source.body);
+                if let Some(id) = lowering.drawn_actions[action].id {
+                    lowering.net.actions[id].body = list;
+                }
+            }
             Work::Declaration { .. }
             | Work::Property { .. }
             | Work::Place { .. }

@@ -7,10 +7,10 @@ use crate::chart::{self, Design};
 use crate::diag::Diagnostic;
 use crate::expr::Expr;
 use crate::net::{
-    EdgeId, HistoryId, InputId, Leaf, Net, OutputId, PartId, SendId, StepId, TimerId, TransitionId,
-    VarId,
+    ActionId, EdgeId, HistoryId, InputId, Leaf, Net, OutputId, PartId, SendId, StepId, TimerId,
+    TransitionId, VarId,
 };
-use crate::span::Span;
+use crate::span::{Name, Span};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
@@ -104,6 +104,8 @@ pub(super) enum Symbol {
     Const(Value),
     Input(InputId),
     Output(OutputId),
+    /// A controlled action of its own, as an index into [`Lowering::drawn_actions`].
+    Action(usize),
     Var(VarId),
     Timer(TimerId),
     Step(StepId),
@@ -122,6 +124,17 @@ pub(super) struct MacroDefinition<'a> {
     pub(super) source: &'a chart::Macro,
     pub(super) scope: ScopeId,
     pub(super) is_used: bool,
+}
+
+/// A controlled action that was drawn as such, not as an output.
+#[derive(Debug, Clone)]
+pub(super) struct DrawnAction<'a> {
+    /// Its full name.
+    pub(super) name: Name,
+    /// In the net; made by `roles`, so that all controlled actions stand in the order of their declarations.
+    pub(super) id: Option<ActionId>,
+    /// How step bodies use it.
+    pub(super) uses: Vec<Use<'a>>,
 }
 
 /// A send slot that has a name.
@@ -184,6 +197,7 @@ pub(super) struct Lowering<'a> {
     pub(super) uses: Vec<Vec<Use<'a>>>,
     /// Per output.
     pub(super) roles: Vec<Role>,
+    pub(super) drawn_actions: Vec<DrawnAction<'a>>,
     /// Operands of edges by shape.
     pub(super) edges: BTreeMap<Expr<Leaf>, EdgeId>,
     /// `t1/E/t2` by durations in ticks and shape of E.
@@ -228,6 +242,7 @@ impl<'a> Lowering<'a> {
             next_suffix: BTreeMap::new(),
             uses: Vec::new(),
             roles: Vec::new(),
+            drawn_actions: Vec::new(),
             edges: BTreeMap::new(),
             delays: BTreeMap::new(),
             slots: BTreeMap::new(),

@@ -7,7 +7,9 @@
 //! ```
 
 use super::codes;
-use super::context::{Instance, Lowering, MacroDefinition, MacroId, Scope, ScopeId, Symbol};
+use super::context::{
+    DrawnAction, Instance, Lowering, MacroDefinition, MacroId, Scope, ScopeId, Symbol,
+};
 use crate::chart::{self, DeclarationKind, Item, SettingKind, StepItemKind, StepRole};
 use crate::diag::Diagnostic;
 use crate::expr::{Expr, Type};
@@ -32,6 +34,7 @@ pub(super) enum Work<'a> {
     State { scope: ScopeId, id: StepId, source: &'a chart::State },
     Reaction { scope: ScopeId, id: TransitionId, step: StepId, source: &'a chart::StepItem },
     Transition { scope: ScopeId, id: TransitionId, source: &'a chart::Transition },
+    Action { scope: ScopeId, action: usize, source: &'a chart::Action },
     Property { scope: ScopeId, source: &'a chart::Property },
     Place { scope: ScopeId, source: &'a chart::Place },
     Board { scope: ScopeId, source: &'a chart::Board },
@@ -120,6 +123,7 @@ fn part_priority(items: &[Item]) -> Option<u32> {
         | Item::Enclosing(_)
         | Item::State(_)
         | Item::Use(_)
+        | Item::Action(_)
         | Item::Property(_)
         | Item::Place(_)
         | Item::Board(_) => None,
@@ -240,6 +244,7 @@ impl<'a> Expansion<'_, 'a> {
             Item::Enclosing(enclosing) => self.enclosing(scope, enclosing),
             Item::State(state) => self.state(scope, state),
             Item::Use(source) => self.instance(scope, source),
+            Item::Action(source) => self.action(scope, source),
             Item::Property(source) => {
                 self.lowering.work.push(Work::Property { scope, source });
             }
@@ -266,6 +271,16 @@ impl<'a> Expansion<'_, 'a> {
                     .at(span, "")
                     .help("a statechart has states, regions and history; choose another conflict policy for a Grafcet"),
             );
+        }
+    }
+
+    fn action(&mut self, scope: ScopeId, source: &'a chart::Action) {
+        self.not_in_statechart(source.name.span, "a controlled action");
+        let name = self.lowering.full_name(scope, &source.name);
+        let action = self.lowering.drawn_actions.len();
+        self.lowering.drawn_actions.push(DrawnAction { name, id: None, uses: Vec::new() });
+        if self.lowering.declare(scope, &source.name, Symbol::Action(action)) {
+            self.lowering.work.push(Work::Action { scope, action, source });
         }
     }
 

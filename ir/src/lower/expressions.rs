@@ -305,6 +305,10 @@ impl Lowering<'_> {
             }
             Symbol::Var(var) => Leaf::Var(var),
             Symbol::Output(output) => return self.output_value(path, output, span),
+            Symbol::Action(action) => match self.drawn_actions[action].id {
+                Some(id) => Leaf::Controlled(id),
+                None => return Err(self.already_told()),
+            },
             Symbol::Step(_) | Symbol::MacroStep(_) => {
                 let kind = symbol.kind();
                 return Err(self.report(

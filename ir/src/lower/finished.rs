@@ -1,6 +1,6 @@
 //! Properties and boards that come from files of their own and speak of a net that is finished.
 
-use super::context::{Entry, FlatNames, Instance, Lowering, Scope, Symbol};
+use super::context::{DrawnAction, Entry, FlatNames, Instance, Lowering, Scope, Symbol};
 use super::roles::Role;
 use super::{placement, properties as pass};
 use crate::chart::{self, Design};
@@ -46,6 +46,23 @@ fn of_net<'a>(design: &'a Design, net: &Net) -> Lowering<'a> {
     }
     for (id, timer) in net.timers.iter() {
         names.others.insert(timer.name.text.clone(), Symbol::Timer(id));
+    }
+    let driving: std::collections::BTreeSet<_> = net
+        .outputs
+        .values()
+        .filter_map(|output| match output.driver {
+            Driver::Controlled(action) => Some(action),
+            Driver::Continuous(_)
+            | Driver::Mealy(_)
+            | Driver::Stored(_)
+            | Driver::Extern { .. } => None,
+        })
+        .collect();
+    for (id, action) in net.actions.iter().filter(|(id, _)| !driving.contains(id)) {
+        let name = action.name.clone();
+        let index = lowering.drawn_actions.len();
+        names.others.insert(name.text.clone(), Symbol::Action(index));
+        lowering.drawn_actions.push(DrawnAction { name, id: Some(id), uses: Vec::new() });
     }
     for (id, transition) in net.transitions.iter() {
         names.others.insert(transition.name.text.clone(), Symbol::Transition(id));

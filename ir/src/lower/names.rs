@@ -98,6 +98,7 @@ impl<'a> Lowering<'a> {
             Symbol::Const(_)
             | Symbol::Input(_)
             | Symbol::Output(_)
+            | Symbol::Action(_)
             | Symbol::Var(_)
             | Symbol::Timer(_)
             | Symbol::Macro(_)
@@ -176,6 +177,7 @@ impl<'a> Lowering<'a> {
             Symbol::Const(_)
             | Symbol::Input(_)
             | Symbol::Output(_)
+            | Symbol::Action(_)
             | Symbol::Var(_)
             | Symbol::Timer(_)
             | Symbol::Macro(_)
@@ -298,6 +300,7 @@ impl<'a> Lowering<'a> {
                 | Driver::Controlled(_) => "an output",
             },
             Symbol::Const(_)
+            | Symbol::Action(_)
             | Symbol::Var(_)
             | Symbol::Timer(_)
             | Symbol::Step(_)
@@ -341,6 +344,7 @@ impl Symbol {
             Symbol::Const(_) => "a constant",
             Symbol::Input(_) => "an input",
             Symbol::Output(_) => "an output",
+            Symbol::Action(_) => "a controlled action",
             Symbol::Var(_) => "a variable",
             Symbol::Timer(_) => "a timer",
             Symbol::Step(_) => "a step",

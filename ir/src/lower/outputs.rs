@@ -23,6 +23,26 @@ pub(super) fn outputs(lowering: &mut Lowering<'_>) {
         let driver = empty_driver(role, &lowering.net.outputs[id].driver);
         lowering.net.outputs[id].driver = driver;
     }
+    for index in 0..lowering.drawn_actions.len() {
+        let uses = std::mem::take(&mut lowering.drawn_actions[index].uses);
+        let (id, name) =
+            (lowering.drawn_actions[index].id, lowering.drawn_actions[index].name.clone());
+        for one in uses.iter().filter(|one| one.arguments.is_some()) {
+            lowering.report(
+                Diagnostic::error(
+                    codes::CALL_ARGUMENTS,
+                    format!("{name} is an action, which takes no arguments"),
+                )
+                .at(one.span, "")
+                .at(name.span, "declared here")
+                .help(format!("write {name} without parentheses")),
+            );
+        }
+        if let Some(id) = id {
+            controlled(lowering, id, &uses);
+        }
+        lowering.drawn_actions[index].uses = uses;
+    }
     // In the order of declarations, so that controlled actions of extern actions follow it too.
     for index in 0..lowering.work.len() {
         let Work::Declaration { scope, symbol: Symbol::Output(id), .. } = lowering.work[index]

@@ -37,6 +37,7 @@ pub(super) fn placement(lowering: &mut Lowering<'_>) {
             | Work::State { .. }
             | Work::Reaction { .. }
             | Work::Transition { .. }
+            | Work::Action { .. }
             | Work::Property { .. } => {}
         }
     }
@@ -130,6 +131,7 @@ fn signal(lowering: &mut Lowering<'_>, scope: ScopeId, name: &Name) -> Outcome<S
             Symbol::Step(step) => Some(&net.steps[step].name),
             Symbol::Var(var) => Some(&net.vars[var].name),
             Symbol::Const(_)
+            | Symbol::Action(_)
             | Symbol::Timer(_)
             | Symbol::MacroStep(_)
             | Symbol::Macro(_)

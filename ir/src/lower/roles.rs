@@ -69,6 +69,10 @@ pub(super) fn roles(lowering: &mut Lowering<'_>) {
     lowering.uses = uses;
     lowering.roles = vec![Role::Broken; n_outputs];
     for index in 0..lowering.work.len() {
+        if let Work::Action { action, source, .. } = lowering.work[index] {
+            drawn_action(lowering, action, source);
+            continue;
+        }
         let Work::Declaration { scope, source, symbol: Symbol::Output(id) } = lowering.work[index]
         else {
             continue;
@@ -76,6 +80,37 @@ pub(super) fn roles(lowering: &mut Lowering<'_>) {
         let places = (assigned[id.index()], called[id.index()]);
         lowering.roles[id.index()] = role(lowering, scope, source, id, places);
     }
+}
+
+/// A controlled action without an output: its uses and list follow in later passes.
+fn drawn_action(lowering: &mut Lowering<'_>, action: usize, source: &chart::Action) {
+    let drawn = &lowering.drawn_actions[action];
+    let (name, is_used) = (drawn.name.clone(), !drawn.uses.is_empty());
+    let id = lowering.net.actions.push(ControlledAction {
+        name,
+        uses: Vec::new(),
+        duration: 0,
+        body: Vec::new(),
+        meta: source.meta.clone(),
+    });
+    lowering.drawn_actions[action].id = Some(id);
+    if !is_used {
+        lowering.report(
+            Diagnostic::warning(
+                codes::OUTPUT_UNDRIVEN,
+                format!("no step uses action {}", source.name),
+            )
+            .at(source.name.span, "it never runs")
+            .help("name it in the body of a step, or remove it"),
+        );
+    }
+}
+
+/// What a step body names.
+#[derive(Debug, Clone, Copy)]
+enum UseOf {
+    Output(usize),
+    Action(usize),
 }
 
 struct Collected<'a> {
@@ -92,21 +127,28 @@ impl<'a> Collected<'a> {
                     match &item.kind {
                         StepItemKind::Action { target, arguments, how, condition } => {
                             let found = match lowering.symbol_of(scope, target) {
-                                Ok(Symbol::Output(output)) => output,
+                                Ok(Symbol::Output(output)) => UseOf::Output(output.index()),
+                                Ok(Symbol::Action(action)) => UseOf::Action(action),
                                 Ok(other) => {
                                     not_an_output(lowering, target, other);
                                     continue;
                                 }
                                 Err(_) => continue,
                             };
-                            self.uses[found.index()].push(Use {
+                            let one = Use {
                                 step: id,
                                 scope,
                                 how: *how,
                                 condition: condition.as_ref(),
                                 arguments: arguments.as_deref(),
                                 span: item.span,
-                            });
+                            };
+                            match found {
+                                UseOf::Output(output) => self.uses[output].push(one),
+                                UseOf::Action(action) => {
+                                    lowering.drawn_actions[action].uses.push(one);
+                                }
+                            }
                         }
                         StepItemKind::Entry(block) | StepItemKind::Exit(block) => {
                             self.block(lowering, scope, block);
@@ -121,6 +163,7 @@ impl<'a> Collected<'a> {
                 }
             }
             Work::Transition { scope, source, .. } => self.block(lowering, scope, &source.actions),
+            Work::Action { scope, source, .. } => self.block(lowering, scope, &source.body),
             Work::State { scope, source, .. } => {
                 if let Some((_, content)) = &source.initial {
                     self.block(lowering, scope, content);

@@ -18,6 +18,8 @@ use crate::span::{Name, Span};
 pub(super) enum ListKind {
     /// Of a step, transition or reaction: everything may stand in it.
     Change,
+    /// Of a controlled action: everything but edges and events in conditions (semantics §3.7).
+    Body,
     /// Of a task: assignments and calls.
     Task,
 }
@@ -32,6 +34,7 @@ impl<'a> Lowering<'a> {
     ) -> Block {
         let place = match kind {
             ListKind::Change => Place::list(scope),
+            ListKind::Body => Place::level(scope, "the list of a controlled action"),
             ListKind::Task => Place::level(scope, "a task"),
         };
         drawn.iter().filter_map(|stmt| self.stmt(&place, kind, stmt).ok()).collect()
@@ -173,6 +176,7 @@ impl<'a> Lowering<'a> {
                 ))
             }
             symbol @ (Symbol::Const(_)
+            | Symbol::Action(_)
             | Symbol::Timer(_)
             | Symbol::Step(_)
             | Symbol::MacroStep(_)

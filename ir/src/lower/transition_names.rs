@@ -48,6 +48,7 @@ pub(super) fn transition_names(lowering: &mut Lowering<'_>) {
             Work::Declaration { .. }
             | Work::Step { .. }
             | Work::State { .. }
+            | Work::Action { .. }
             | Work::Property { .. }
             | Work::Place { .. }
             | Work::Board { .. } => continue,
