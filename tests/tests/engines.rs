@@ -10,7 +10,7 @@ use grafsynth_driver::run::{logic_trace, net_trace};
 use grafsynth_engines::{Availability, EngineError, Job, c, tools};
 use grafsynth_ir::Valid;
 use grafsynth_ir::facts::Facts;
-use grafsynth_ir::net::{InputKind, Net};
+use grafsynth_ir::net::{InputKind, Net, Policy};
 use grafsynth_sim::{InputRow, Stimulus, Trace, compare};
 use grafsynth_tests::random_net::{Features, random_net, shrink};
 use grafsynth_tests::{readable, rounds};
@@ -32,7 +32,16 @@ fn is_here(what: &str, found: bool) -> bool {
 
 /// Facts as `build` has them, with small limits: the nets are small too.
 fn facts(net: &Valid<Net>) -> Facts {
-    grafsynth_verify::facts(net, &Limits { pairs: 20_000, states: 2_000, ..Limits::default() })
+    grafsynth_verify::facts(net, &limits())
+}
+
+/// Facts as `build` has them for a chip: for a stable chart with its proved depth, which the encoding relies on.
+fn chip_facts(net: &Valid<Net>) -> Facts {
+    pipeline::facts(net, &limits())
+}
+
+fn limits() -> Limits {
+    Limits { pairs: 20_000, states: 2_000, ..Limits::default() }
 }
 
 #[test]
@@ -118,7 +127,7 @@ fn circuits_and_their_texts_do_what_the_net_does() {
             random_net(seed, &if is_plain { Features::chip() } else { Features::everything() });
         let stimulus = Stimulus::random(&net, ROWS, seed, 1);
         let expected = net_trace(&net, &stimulus);
-        let Ok(logic) = pipeline::logic(&net, &structural_facts(&net)) else { continue };
+        let Ok(logic) = pipeline::logic(&net, &chip_facts(&net)) else { continue };
         n_circuits += 1;
         n_plain += u64::from(is_plain);
         let got = logic_trace(&net, &logic, &stimulus).expect("the stimulus is for a chip");
@@ -154,10 +163,35 @@ fn circuits_and_their_texts_do_what_the_net_does() {
 
 fn differs_as_circuit(net: &Valid<Net>, seed: u64) -> bool {
     let stimulus = Stimulus::random(net, ROWS, seed, 1);
-    pipeline::logic(net, &structural_facts(net)).is_ok_and(|logic| {
+    pipeline::logic(net, &chip_facts(net)).is_ok_and(|logic| {
         logic_trace(net, &logic, &stimulus)
             .is_ok_and(|got| compare(&net_trace(net, &stimulus), &got).is_some())
     })
+}
+
+/// In a stable chart the proved depth shortens the circuit; conflicts of long chains must settle all the same.
+#[test]
+fn small_stable_charts_settle_their_conflicts_in_one_clock() {
+    let features = Features {
+        policies: vec![Policy::Priority, Policy::PriorityAge],
+        single: false,
+        stable: true,
+        ..Features::plain()
+    };
+    let mut n_circuits = 0;
+    let total = rounds(100, 3_000);
+    for seed in 0..total {
+        let net = random_net(seed, &features);
+        let stimulus = Stimulus::random(&net, ROWS, seed, 1);
+        let Ok(logic) = pipeline::logic(&net, &chip_facts(&net)) else { continue };
+        n_circuits += 1;
+        let got = logic_trace(&net, &logic, &stimulus).expect("the stimulus is for a chip");
+        if let Some(difference) = compare(&net_trace(&net, &stimulus), &got) {
+            let small = shrink(&net, |net| differs_as_circuit(net, seed));
+            panic!("seed {seed}: {difference:?}\nshrunk:\n{}", readable(&small));
+        }
+    }
+    assert!(n_circuits * 10 >= total * 9, "only {n_circuits} of {total} became circuits");
 }
 
 #[test]

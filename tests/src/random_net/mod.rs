@@ -41,6 +41,8 @@ pub struct Features {
     pub max_steps: usize,
     /// Also source and sink transitions, shared sources, several initial steps, transitions from anywhere to anywhere.
     pub odd_shapes: bool,
+    /// Rows of steps whose transitions compete pairwise, up to 15 steps more than `max_steps`.
+    pub conflict_chains: bool,
     pub edges: bool,
     pub timers: bool,
     /// Values of variables and inputs: 8-bit, negative, and across the border of 16 bits.
@@ -79,6 +81,7 @@ impl Features {
             stable: true,
             max_steps: 12,
             odd_shapes: true,
+            conflict_chains: true,
             edges: true,
             timers: true,
             integers: true,
@@ -115,6 +118,7 @@ impl Features {
             stable: false,
             max_steps: 8,
             odd_shapes: false,
+            conflict_chains: true,
             edges: false,
             timers: false,
             integers: false,

@@ -90,10 +90,48 @@ impl Builder<'_> {
         }
         // Transitions and reactions stand mixed, as a designer would write them.
         for ends in all {
-            self.transition(ends);
+            self.transition(ends, None);
             if self.wants(self.on.reactions, 6) {
                 self.reaction();
             }
+        }
+        if self.wants(self.on.conflict_chains, 4) {
+            self.conflict_chain();
+        }
+    }
+
+    /// A row of steps in which each transition competes with its neighbours: who fires is settled link by link, so a policy takes as many rounds as
+    /// the chain is long. All links share one receptivity, else long chains would hardly ever compete at once; the ways back often wait until it is
+    /// false, so that a stable chart comes to rest.
+    fn conflict_chain(&mut self) {
+        let part = PartId::from_index(0);
+        let links = 3 + self.random.below(5);
+        let is_age = self.net.settings.policy == Policy::PriorityAge;
+        let more = |builder: &mut Self, is_initial: bool| {
+            let id = builder.net.steps.len() + 1;
+            let mut step = step(format!("s{id}"), part, is_initial);
+            if is_age && builder.random.one_in(4) {
+                step.priority = Some(1 + builder.random.below(3) as u32);
+            }
+            builder.net.steps.push(step)
+        };
+        let shared: Vec<StepId> = (0..=links).map(|_| more(self, true)).collect();
+        let won: Vec<StepId> = (0..links).map(|_| more(self, false)).collect();
+        let rests = self.random.one_in(2);
+        let (go, back) = if rests {
+            let go = self.input_leaf();
+            (go.clone(), Some(go.not()))
+        } else {
+            (self.receptivity(), None)
+        };
+        let mut pairs: Vec<(Vec<StepId>, StepId)> =
+            shared.windows(2).map(<[StepId]>::to_vec).zip(won).collect();
+        for at in (1..pairs.len()).rev() {
+            pairs.swap(at, self.random.below(at + 1));
+        }
+        for (from, to) in pairs {
+            self.transition(Ends { part, from: from.clone(), to: vec![to] }, Some(&go));
+            self.transition(Ends { part, from: vec![to], to: from }, back.as_ref());
         }
     }
 
@@ -170,19 +208,20 @@ impl Builder<'_> {
         some
     }
 
-    fn transition(&mut self, ends: Ends) {
+    /// Adds the transition with that receptivity, or with a random one.
+    fn transition(&mut self, ends: Ends, receptivity: Option<&Expr>) {
         let above: Vec<TransitionId> = (self.net.transitions.iter())
             .filter(|(_, other)| other.kind == TransitionKind::Move)
             .filter(|(_, other)| other.requires.iter().any(|step| ends.from.contains(step)))
             .map(|(id, _)| id)
             .collect();
-        let mut guard = self.receptivity();
-        if !above.is_empty() && self.wants(self.on.otherwise, 3) {
+        let mut guard = receptivity.cloned().unwrap_or_else(|| self.receptivity());
+        if receptivity.is_none() && !above.is_empty() && self.wants(self.on.otherwise, 3) {
             let otherwise = self.otherwise(&above);
             guard = if self.random.one_in(2) { otherwise } else { Expr::and([otherwise, guard]) };
         }
         let mut events = Vec::new();
-        if self.random.one_in(6) {
+        if receptivity.is_none() && self.random.one_in(6) {
             events.extend(self.any_event(false));
         }
         let restart = self.wants(self.on.restart, 8);
