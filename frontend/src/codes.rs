@@ -20,8 +20,6 @@ pub const NESTING: Code = Code { id: "G0107", title: "nested too deeply" };
 pub const TOO_LARGE: Code = Code { id: "G0108", title: "source too large" };
 /// More findings than are shown.
 pub const MORE: Code = Code { id: "G0109", title: "more errors than are shown" };
-/// A part of the language that this version does not read.
-pub const NOT_READ: Code = Code { id: "G0110", title: "part of the language not read yet" };
 /// A block without its closing brace.
 pub const UNCLOSED_BLOCK: Code = Code { id: "G0111", title: "block not closed" };
 /// The same clause twice.
@@ -71,7 +69,6 @@ pub const ALL: &[Code] = &[
     NESTING,
     TOO_LARGE,
     MORE,
-    NOT_READ,
     UNCLOSED_BLOCK,
     TWICE,
     MISPLACED,

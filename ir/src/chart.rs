@@ -31,6 +31,8 @@ pub struct Chart {
     pub name: Name,
     /// The whole chart, for findings about it.
     pub span: Span,
+    /// For a statechart: the states that reset enters. Empty: the outermost state that is marked as initial, else the first.
+    pub initial: Vec<Path>,
     /// Everything in it, in the order written.
     pub items: Vec<Item>,
     /// Comment and tags.

@@ -157,7 +157,13 @@ impl Writer<'_> {
                 self.placements(&mut items, root);
                 self.board(&mut items);
             }
-            charts.push(Chart { name, span: part.meta.span, items, meta: part.meta.clone() });
+            charts.push(Chart {
+                name,
+                span: part.meta.span,
+                items,
+                meta: part.meta.clone(),
+                ..Chart::default()
+            });
         }
         Design { charts, ..Design::default() }
     }

@@ -1,8 +1,8 @@
-//! Charts and what stands in them beside steps and transitions: settings, declarations, properties, places, boards.
+//! What stands in a chart beside steps and transitions: settings, declarations, properties, places, boards.
 
 use grafsynth_ir::chart::{
-    Action, Block, Board, Chart, Declaration, DeclarationKind, Design, Expr, Item, Macro,
-    MacroStep, Place, Property, Setting, SettingKind, Step,
+    Action, Block, Board, Declaration, DeclarationKind, Expr, Item, Macro, MacroStep, Place,
+    Property, Setting, SettingKind, StepRole,
 };
 use grafsynth_ir::diag::{Diagnostic, nearest};
 use grafsynth_ir::expr::Type;
@@ -42,6 +42,13 @@ pub(crate) const ITEM_WORDS: &[&str] = &[
     "entry",
     "exit",
     "macro",
+    "enclosing",
+    "state",
+    "parallel",
+    "region",
+    "history",
+    "use",
+    "in",
     "assert",
     "assume",
     "action",
@@ -49,145 +56,67 @@ pub(crate) const ITEM_WORDS: &[&str] = &[
     "device",
 ];
 
-/// The parts of the language that this version names, but does not read.
-const NOT_READ: &[(&str, &str)] = &[
-    ("enclosing", "enclosing steps are not read yet"),
-    ("state", "states are not read yet"),
-    ("parallel", "parallel states are not read yet"),
-    ("region", "regions are not read yet"),
-    ("history", "histories are not read yet"),
-    ("use", "charts from libraries are not read yet"),
-];
-
 impl Parser<'_> {
-    /// A whole source. None where it has no chart.
-    pub(crate) fn design(&mut self) -> Option<Design> {
-        let mut design = Design { edition: self.edition(), ..Design::default() };
-        let mut has_chart = false;
-        let mut reported_outside = false;
-        loop {
-            let before = self.peek(0).start;
-            if self.kind(0) == Kind::End {
-                break;
-            }
-            if self.word(0) == "chart" && self.is_name(1) {
-                has_chart = true;
-                reported_outside = false;
-                match self.chart() {
-                    Ok(chart) => self.keep(&mut design.charts, chart),
-                    Err(Abandoned) => self.skip_to_item(before),
-                }
-                self.depth = 0;
-                continue;
-            }
-            if !reported_outside {
-                reported_outside = true;
-                self.outside();
-            }
-            // On to the next chart, which begins a line.
-            self.advance();
-            while self.kind(0) != Kind::End && !(self.word(0) == "chart" && self.peek(0).new_line) {
-                self.advance();
-            }
-        }
-        if !has_chart && !reported_outside {
-            let here = self.here();
-            self.report(|| {
-                Diagnostic::error(codes::NO_CHART, "no chart in this text")
-                    .at(here, "nothing stands here")
-                    .help("a chart is written `chart NAME { … }`")
-            });
-        }
-        (has_chart || self.dry).then_some(design)
-    }
-
-    /// Something stands outside of all charts.
-    fn outside(&mut self) {
-        let token = self.peek(0);
-        if token.kind == Kind::Unknown {
-            return;
-        }
-        let span = self.span(token);
-        let word = self.word(0);
-        let shown = short(super::numbers::slice(self.text, token));
-        if ITEM_WORDS.contains(&word) || NOT_READ.iter().any(|(other, _)| *other == word) {
-            self.report(|| {
-                Diagnostic::error(codes::NO_CHART, format!("`{shown}` stands outside of a chart"))
-                    .at(span, "no chart begins before it")
-                    .help("put it between the braces of `chart NAME { … }`")
-            });
-        } else if token.kind == Kind::CloseBrace {
-            self.report(|| {
-                Diagnostic::error(codes::UNCLOSED_BLOCK, "a brace closes more than was opened")
-                    .at(span, "nothing is open here")
-            });
-        } else {
-            self.unexpected("`chart NAME {`");
-        }
-    }
-
-    fn edition(&mut self) -> Option<(u32, Span)> {
-        if self.word(0) != "edition" || self.kind(1) != Kind::Number {
-            return None;
-        }
-        let start = self.advance().start;
-        let number = self.count("the number of the edition").ok()?;
-        let span = self.span_from(start);
-        if number != 1 {
-            self.report(|| {
-                Diagnostic::error(
-                    codes::EDITION,
-                    format!("edition {number} is not known to this version"),
-                )
-                .at(span, "the only edition so far is 1")
-            });
-        }
-        Some((number, span))
-    }
-
-    fn chart(&mut self) -> Parse<Chart> {
-        let start = self.advance().start;
-        let name = self.name("the name of the chart")?;
-        let mut meta = Meta::default();
-        self.attributes(&mut meta)?;
-        let mut items = Vec::new();
-        self.braced("the chart", Separators::None, &mut |parser| parser.item(&mut items))?;
-        let span = self.span_from(start);
-        meta.span = span;
-        Ok(Chart { name, span, items, meta })
-    }
-
     /// One item of a chart or macro; declarations bring several.
     pub(crate) fn item(&mut self, items: &mut Vec<Item>) -> Parse<()> {
         let start = self.peek(0).start;
         let named = self.is_name(0);
         if self.kind(0) == Kind::Arrow
-            || named && matches!(self.kind(1), Kind::Arrow | Kind::Ampersand | Kind::Dot)
+            || named
+                && matches!(self.kind(1), Kind::Arrow | Kind::Ampersand | Kind::Dot)
+                && !(self.word(0) == "initial" && self.kind(1) == Kind::Arrow)
             || named && self.kind(1) == Kind::Colon
+            || self.word(0) == "in" && self.is_name_beside(1)
         {
-            let transition = self.transition()?;
-            self.keep(items, Item::Transition(transition));
+            return self.transition_item(items);
+        }
+        // Those that hold items have frames of their own: with all in one, deep nesting would overflow the stack.
+        match self.word(0) {
+            // A step that is called `initial` needs backquotes before an arrow.
+            "initial" if self.kind(1) == Kind::Arrow => self.outside_of_states(),
+            "region" | "history" if self.is_name_beside(1) => self.outside_of_states(),
+            "step" | "initial" | "entry" | "exit" => self.step_or_macro_step(items),
+            "enclosing" if self.word(1) == "step" => {
+                self.advance();
+                self.enclosing(items, start, StepRole::Plain)
+            }
+            "state" | "parallel" => self.state(items, start, StepRole::Plain),
+            "macro" => self.macro_or_macro_step(items, start),
+            "input" | "output" | "registered" | "mealy" | "synchronous" | "var" | "const"
+            | "event" | "internal" | "timer" | "extern" => self.declarations(items),
+            _ => self.other_item(items, start),
+        }
+    }
+
+    fn transition_item(&mut self, items: &mut Vec<Item>) -> Parse<()> {
+        let transition = self.transition()?;
+        self.keep(items, Item::Transition(transition));
+        Ok(())
+    }
+
+    fn macro_or_macro_step(&mut self, items: &mut Vec<Item>, start: u32) -> Parse<()> {
+        // A macro may itself be called `step`, with a tag behind it.
+        if self.word(1) == "step"
+            && self.is_name(2)
+            && !matches!(self.kind(3), Kind::Text | Kind::RawText)
+        {
+            self.advance();
+            let step = self.macro_step(start, false)?;
+            self.keep(items, Item::MacroStep(step));
             return Ok(());
         }
-        let word = self.word(0);
-        let item = match word {
-            "step" | "initial" | "entry" | "exit" => return self.step_or_macro_step(items),
-            // A macro may itself be called `step`, with a tag behind it.
-            "macro"
-                if self.word(1) == "step"
-                    && self.is_name(2)
-                    && !matches!(self.kind(3), Kind::Text | Kind::RawText) =>
-            {
-                self.advance();
-                Item::MacroStep(self.macro_step(start, false)?)
-            }
-            "macro" => Item::Macro(self.macro_body(start)?),
+        let body = self.macro_body(start)?;
+        self.keep(items, Item::Macro(body));
+        Ok(())
+    }
+
+    /// An item that holds no others.
+    fn other_item(&mut self, items: &mut Vec<Item>, start: u32) -> Parse<()> {
+        let item = match self.word(0) {
+            "use" => Item::Use(self.instance()?),
             "final" if self.word(1) == "state" => {
-                return Err(self.not_read("states are not read yet"));
-            }
-            "input" | "output" | "registered" | "mealy" | "synchronous" | "var" | "const"
-            | "event" | "internal" | "timer" | "extern" => {
-                return self.declarations(items);
+                self.advance();
+                Item::Step(self.final_state(start)?)
             }
             "assume" | "assert" => Item::Property(self.property()?),
             "action" => Item::Action(self.controlled_action(start)?),
@@ -201,25 +130,10 @@ impl Parser<'_> {
                     "close the brace of the one above it",
                 ));
             }
-            _ => {
-                if let Some((_, message)) = NOT_READ.iter().find(|(other, _)| *other == word) {
-                    self.stand_in_step(items, usize::from(word == "enclosing") + 1);
-                    return Err(self.not_read(message));
-                }
-                return Err(self.no_item());
-            }
+            _ => return Err(self.no_item()),
         };
         self.keep(items, item);
         Ok(())
-    }
-
-    /// A step in place of something that is not read, so that its uses are no second mistake. Its name stands `ahead`.
-    pub(crate) fn stand_in_step(&self, items: &mut Vec<Item>, ahead: usize) {
-        if self.is_name(ahead) {
-            let name = self.name_at(self.peek(ahead));
-            let meta = Meta { span: name.span, ..Meta::default() };
-            self.keep(items, Item::Step(Step { name, meta, ..Step::default() }));
-        }
     }
 
     fn no_item(&mut self) -> Abandoned {
@@ -230,7 +144,7 @@ impl Parser<'_> {
         let word = super::numbers::name_of(self.text, token);
         let shown = short(word);
         let span = self.span(token);
-        let near = nearest(word, ITEM_WORDS.iter().copied().chain(["chart"]));
+        let near = nearest(word, ITEM_WORDS.iter().copied().chain(["chart", "library"]));
         self.report(|| {
             let finding = Diagnostic::error(
                 codes::UNKNOWN_WORD,
@@ -242,16 +156,6 @@ impl Parser<'_> {
                     .at(span, "unknown here")
                     .help("a transition is written `p1 -> p2 when m`, a step `step p1 { R }`"),
             }
-        });
-        Abandoned
-    }
-
-    fn not_read(&mut self, message: &str) -> Abandoned {
-        let span = self.here();
-        self.report(|| {
-            Diagnostic::error(codes::NOT_READ, message)
-                .at(span, "part of the language, but not of this version")
-                .help("draw it with steps, transitions and macro-steps")
         });
         Abandoned
     }
@@ -528,7 +432,7 @@ impl Parser<'_> {
         })
     }
 
-    fn optional_type(&mut self) -> Parse<Type> {
+    pub(crate) fn optional_type(&mut self) -> Parse<Type> {
         if self.eat(Kind::Colon) { self.value_type() } else { Ok(Type::Bool) }
     }
 

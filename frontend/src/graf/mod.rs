@@ -12,16 +12,21 @@
 //! The parser is a hand-written recursive descent over an on-demand lexer. It reports every error of a file, goes on behind each, never recurses deeper
 //! than [`Limits::nesting`], and takes time linear in the text.
 
+pub(crate) mod bodies;
+mod design;
 pub(crate) mod expr;
 pub(crate) mod items;
 pub(crate) mod lexer;
+mod library;
 pub(crate) mod names;
 pub(crate) mod numbers;
 pub(crate) mod parser;
 pub(crate) mod steps;
 pub(crate) mod token;
 pub(crate) mod write;
+mod write_bodies;
 pub(crate) mod write_expr;
+mod write_library;
 pub(crate) mod write_text;
 
 use grafsynth_ir::chart::Design;

@@ -4,7 +4,7 @@ use grafsynth_ir::chart::Path;
 
 use super::lexer::is_word;
 use super::parser::RESERVED;
-use super::steps::CLAUSES;
+use super::steps::{CLAUSES, DONE};
 
 /// Where a name stands: which words of the language would be taken for something else there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -17,6 +17,10 @@ pub(crate) enum Position {
     Action,
     /// The first target or event of a transition.
     Target,
+    /// The first word of a transition, where `initial ->` is one of the language.
+    Source,
+    /// Behind `history`.
+    History,
 }
 
 /// The words that begin something else in a step's body, or look like the next item of the chart.
@@ -45,8 +49,26 @@ const ACTION_WORDS: &[&str] = &[
     "timer",
     "action",
     "extern",
-    "const",
     "macro",
+    "enclosing",
+    "state",
+    "parallel",
+    "region",
+    "history",
+    "use",
+    "in",
+    "final",
+    "const",
+    "registered",
+    "mealy",
+    "synchronous",
+    "place",
+    "device",
+    "schedule",
+    "fire",
+    "assign",
+    "actions",
+    "events",
     "conflict",
     "chart",
     "evolution",
@@ -62,6 +84,8 @@ pub(crate) fn name(text: &str, position: Position) -> String {
         Position::Declared => matches!(text, "synchronous" | "registered" | "mealy" | "internal"),
         Position::Action => ACTION_WORDS.contains(&text),
         Position::Target => CLAUSES.contains(&text),
+        Position::Source => text == "initial",
+        Position::History => text == "deep",
     };
     if is_word(text) && !RESERVED.contains(&text) && !taken {
         return text.to_owned();
@@ -70,6 +94,28 @@ pub(crate) fn name(text: &str, position: Position) -> String {
     let inner: String =
         text.chars().map(|c| if c == '`' || c == '\n' { '\'' } else { c }).collect();
     if inner.is_empty() { "`_`".to_owned() } else { format!("`{inner}`") }
+}
+
+/// An event as `on` names it: `p.done` for the completion of a state, dots for one of another chart.
+pub(crate) fn event(text: &str, position: Position) -> String {
+    let dotted = |text: &str| -> Option<String> {
+        let parts: Vec<&str> = text.split('.').collect();
+        (!parts.iter().any(|part| part.is_empty())).then(|| {
+            let first = std::iter::once(position).chain(std::iter::repeat(Position::Anywhere));
+            let names: Vec<String> =
+                parts.iter().zip(first).map(|(part, position)| name(part, position)).collect();
+            names.join(".")
+        })
+    };
+    let (owner, end) = match text.strip_prefix(DONE) {
+        Some(owner) => (owner, ".done"),
+        None => (text, ""),
+    };
+    // What would be read as a completion and is none stands in backquotes.
+    match dotted(owner).filter(|_| !end.is_empty() || !text.ends_with(".done")) {
+        Some(written) => format!("{written}{end}"),
+        None => name(text, position),
+    }
 }
 
 /// True when the name can be written so that it reads back as it is.

@@ -515,7 +515,7 @@ impl<'a> Parser<'a> {
         let depth = self.depth;
         loop {
             while self.kind(0) == Kind::Semicolon
-                || (separators == Separators::CommaToo && self.kind(0) == Kind::Comma)
+                || (separators.has_comma() && self.kind(0) == Kind::Comma)
             {
                 self.advance();
             }
@@ -530,7 +530,7 @@ impl<'a> Parser<'a> {
                 }
                 _ => {}
             }
-            if separators != Separators::None && self.begins_outer_item() {
+            if separators.are_needed() && self.begins_outer_item() {
                 self.unclosed(open, what, "the next item begins before it is closed");
                 break;
             }
@@ -539,7 +539,7 @@ impl<'a> Parser<'a> {
             self.depth = depth;
             if result.is_err() || self.peek(0).start == before {
                 self.skip_to_item(before);
-            } else if separators != Separators::None {
+            } else if separators.are_needed() {
                 self.separated(separators);
             }
         }
@@ -548,11 +548,11 @@ impl<'a> Parser<'a> {
     }
 
     /// Between two items on one line something must part them, unless the first ended with a brace.
-    fn separated(&mut self, separators: Separators) {
+    pub(crate) fn separated(&mut self, separators: Separators) {
         let next = self.peek(0);
         let is_parted = next.new_line
             || matches!(next.kind, Kind::Semicolon | Kind::CloseBrace | Kind::End | Kind::Unknown)
-            || (separators == Separators::CommaToo && next.kind == Kind::Comma)
+            || (separators.has_comma() && next.kind == Kind::Comma)
             || self.text.as_bytes().get(self.previous_end as usize - 1) == Some(&b'}');
         if !is_parted {
             self.unexpected("`;` or a line break");
@@ -587,8 +587,13 @@ impl<'a> Parser<'a> {
         match self.word(0) {
             "step" | "input" | "output" | "var" | "event" | "internal" | "timer" | "extern"
             | "action" | "const" | "macro" | "conflict" | "chart" | "evolution" | "assert"
-            | "assume" => then_name,
-            "initial" => matches!(self.word(1), "step" | "macro"),
+            | "assume" | "state" | "parallel" | "region" | "history" | "enclosing" | "use" => {
+                then_name
+            }
+            "initial" => {
+                matches!(self.word(1), "step" | "macro" | "state" | "parallel" | "enclosing")
+            }
+            "final" => self.word(1) == "state",
             _ => {
                 let is_transition = |at: usize| {
                     self.is_name(at) && matches!(self.kind(at + 1), Kind::Arrow | Kind::Ampersand)
@@ -653,6 +658,20 @@ pub(crate) enum Separators {
     Semicolon,
     /// `,` too.
     CommaToo,
+    /// As `CommaToo`, but items of a chart stand there as well, and the caller looks for what parts the others.
+    Mixed,
+}
+
+impl Separators {
+    /// A comma parts items as a semicolon does.
+    fn has_comma(self) -> bool {
+        matches!(self, Separators::CommaToo | Separators::Mixed)
+    }
+
+    /// Two items on one line must be parted, and no item of the chart stands there.
+    fn are_needed(self) -> bool {
+        matches!(self, Separators::Semicolon | Separators::CommaToo)
+    }
 }
 
 /// A span of this file.

@@ -334,7 +334,7 @@ fn step_path(r: &mut Random) -> Path {
 }
 
 fn transition(r: &mut Random) -> Transition {
-    Transition {
+    let made = Transition {
         name: r.some(50, |r| name(r.pick(&["t1", "assert", "chart", "step", "3", "on"]))),
         sources: r.list(2, step_path),
         targets: r.list(2, step_path),
@@ -343,11 +343,14 @@ fn transition(r: &mut Random) -> Transition {
         after: r.some(15, |_| (3_000_000_000, Span::default())),
         priority: r.some(15, |_| 2),
         restart: r.chance(10),
-        is_internal: false,
+        is_internal: r.chance(15),
         deadline_ns: r.some(10, |_| 1_000),
         actions: if r.chance(30) { block(r, 2) } else { Vec::new() },
         meta: meta(r),
-    }
+    };
+    // A reaction names its step.
+    let is_internal = made.is_internal && !(made.sources.is_empty() && made.targets.is_empty());
+    Transition { is_internal, ..made }
 }
 
 /// A guard that needs several lines.
@@ -360,19 +363,93 @@ fn step(r: &mut Random, roles: &[StepRole]) -> Step {
     Step {
         name: name(r.pick::<&str>(STEPS)),
         role: r.pick(roles),
+        activation_link: r.chance(15),
+        count: r.some(10, |r| StepCount {
+            max: 3,
+            initial: r.some(50, |_| 2),
+            span: Span::default(),
+        }),
         body: r.list(4, step_item),
         meta: meta(r),
-        ..Step::default()
     }
 }
 
-fn item(r: &mut Random) -> Item {
-    match r.below(17) {
-        15 => Item::Action(Action {
+/// A step in whose body others lie: its one priority stands first.
+fn outer_step(r: &mut Random, roles: &[StepRole]) -> Step {
+    let mut made = step(r, roles);
+    made.body.retain(|item| !matches!(item.kind, StepItemKind::Priority(_)));
+    if r.chance(15) {
+        let kind = StepItemKind::Priority(4);
+        made.body.insert(0, StepItem { kind, span: Span::default() });
+    }
+    made
+}
+
+fn state(r: &mut Random, depth: usize, is_child_of_parallel: bool) -> State {
+    let is_parallel = r.chance(25);
+    let roles: &[StepRole] = if is_child_of_parallel || r.chance(70) {
+        &[StepRole::Plain]
+    } else {
+        &[StepRole::Initial]
+    };
+    let targets = |r: &mut Random| (0..1 + r.below(2)).map(|_| step_path(r)).collect();
+    State {
+        step: outer_step(r, roles),
+        is_parallel,
+        initial: r.some(30, |r| (targets(r), block(r, 1))),
+        histories: r.list(2, |r| History {
+            name: name(r.pick(&["H", "deep", "history"])),
+            is_deep: r.chance(50),
+            default: if r.chance(50) { targets(r) } else { Vec::new() },
+            content: block(r, 1),
+            meta: meta(r),
+        }),
+        items: r.list(3, |r| {
+            if is_parallel && r.chance(80) {
+                Item::State(state(r, depth.saturating_sub(1), true))
+            } else {
+                item(r, depth.saturating_sub(1))
+            }
+        }),
+    }
+}
+
+fn instance(r: &mut Random) -> Use {
+    let argument = |r: &mut Random| Argument {
+        parameter: name(r.pick(&["start", "done", "limit", "if"])),
+        value: if r.chance(50) {
+            ArgumentValue::Reads(value(r))
+        } else {
+            ArgumentValue::Drives(step_path(r))
+        },
+        span: Span::default(),
+    };
+    Use {
+        library: name("conveyor"),
+        name: name("c1"),
+        arguments: r.list(3, argument),
+        meta: meta(r),
+    }
+}
+
+fn item(r: &mut Random, depth: usize) -> Item {
+    if depth > 0 && r.chance(15) {
+        return match r.below(3) {
+            0 => Item::Enclosing(Enclosing {
+                step: outer_step(r, &[StepRole::Plain, StepRole::Initial, StepRole::MacroEntry]),
+                items: r.list(4, |r| item(r, depth - 1)),
+            }),
+            _ => Item::State(state(r, depth, false)),
+        };
+    }
+    match r.below(19) {
+        18 => Item::Action(Action {
             name: name(r.pick(&["count", "action", "s"])),
             body: if r.chance(60) { block(r, 2) } else { Vec::new() },
             meta: meta(r),
         }),
+        16 => Item::Use(instance(r)),
+        17 => Item::Step(step(r, &[StepRole::Final])),
         0 => Item::Setting(setting(r)),
         1..=3 => Item::Declaration(declaration(r)),
         4..=7 => Item::Step(step(r, &[StepRole::Plain, StepRole::Initial])),
@@ -420,6 +497,50 @@ fn item(r: &mut Random) -> Item {
     }
 }
 
+/// A library chart with what lies in a chart.
+fn library(r: &mut Random, chart: fn(&mut Random) -> Chart) -> Library {
+    let label = name(r.pick(&["conveyor", "certificate", "a b"]));
+    let parameters = r.list(9, |r| {
+        let mut declaration = declaration(r);
+        let default = match &mut declaration.kind {
+            DeclarationKind::Input { synchronous, .. } => {
+                *synchronous = false;
+                r.some(30, value)
+            }
+            DeclarationKind::Output { init, registered, mealy, .. } => {
+                (*init, *registered, *mealy) = (None, false, false);
+                None
+            }
+            DeclarationKind::Var { len, init, .. } => {
+                (*len, *init) = (None, Vec::new());
+                None
+            }
+            DeclarationKind::Event { internal } => {
+                *internal = false;
+                None
+            }
+            DeclarationKind::Timer { .. }
+            | DeclarationKind::ExternCondition { .. }
+            | DeclarationKind::ExternAction { .. }
+            | DeclarationKind::Const { .. } => {
+                let value = number(r, 1);
+                declaration.kind = DeclarationKind::Const { value: value.clone() };
+                Some(value)
+            }
+        };
+        Parameter { declaration, default }
+    });
+    let certificate = r.some(40, |r| Certificate {
+        of: label.clone(),
+        version: "0.1.0".to_owned(),
+        hash: "00ff".to_owned(),
+        properties: r.list(2, |r| name(r.pick(&["safe", "never", "by"]))),
+        span: Span::default(),
+    });
+    let Chart { items, meta, .. } = chart(r);
+    Library { name: label, parameters, items, certificate, span: Span::default(), meta }
+}
+
 /// A design of one or two charts whose numbers are declared.
 pub(crate) fn design(r: &mut Random) -> Design {
     let chart = |r: &mut Random| {
@@ -435,15 +556,19 @@ pub(crate) fn design(r: &mut Random) -> Design {
             .collect();
         let kind = DeclarationKind::Var { ty: int(), len: Some(4), init: Vec::new() };
         items.push(Item::Declaration(Declaration { name: name("v"), kind, meta: Meta::default() }));
-        items.extend(r.list(14, item));
+        items.extend(r.list(14, |r| item(r, 3)));
         Chart {
             name: name(r.pick(&["truck", "chart", "é", "1"])),
             span: Span::default(),
+            initial: r.some(20, |r| one(r.pick::<&str>(STEPS))).into_iter().collect(),
             items,
             meta: meta(r),
         }
     };
     let edition = r.some(20, |_| (1, Span::default()));
-    let charts = (0..1 + r.below(2)).map(|_| chart(r)).collect();
-    Design { edition, charts, ..Design::default() }
+    let imports = r.list(1, |_| Import { file: "a \"b\".graf".to_owned(), span: Span::default() });
+    let libraries: Vec<Library> = r.list(1, |r| library(r, chart));
+    let least = usize::from(libraries.is_empty());
+    let charts = (0..least + r.below(2)).map(|_| chart(r)).collect();
+    Design { edition, imports, libraries, charts }
 }

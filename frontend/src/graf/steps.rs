@@ -1,8 +1,8 @@
 //! Steps with their bodies, transitions, and lists of statements.
 
 use grafsynth_ir::chart::{
-    ActionHow, Block, Expr, ForceOrder, Item, Path, Step, StepItem, StepItemKind, StepRole, Stmt,
-    StmtKind, Transition,
+    ActionHow, Block, Expr, ForceOrder, Item, Path, Step, StepCount, StepItem, StepItemKind,
+    StepRole, Stmt, StmtKind, Transition,
 };
 use grafsynth_ir::diag::{Diagnostic, nearest};
 use grafsynth_ir::net::{Meta, Qualifier, Verbatim};
@@ -32,6 +32,9 @@ pub(crate) const QUALIFIERS: [(&str, Qualifier, bool); 12] = [
 pub(crate) const CLAUSES: &[&str] =
     &["on", "when", "after", "priority", "restart", "deadline", "do", "req"];
 
+/// How the name of the event begins that tells of the completion of a state.
+pub(crate) const DONE: &str = "done.state.";
+
 impl Parser<'_> {
     // Steps
 
@@ -54,30 +57,16 @@ impl Parser<'_> {
                 Item::MacroStep(self.macro_step(start, is_initial)?)
             }
             "step" => {
-                if is_initial && (is_entry || is_exit) {
-                    return Err(self.misplaced(
-                        "a step of a macro cannot be initial",
-                        "write `initial macro step NAME = MACRO` where the macro is used: its entry step is then initial",
-                    ));
-                }
-                let role = match (is_initial, is_entry, is_exit) {
-                    (true, ..) => StepRole::Initial,
-                    (false, true, true) => StepRole::MacroEntryExit,
-                    (false, true, false) => StepRole::MacroEntry,
-                    (false, false, true) => StepRole::MacroExit,
-                    (false, false, false) => StepRole::Plain,
-                };
+                let role = self.step_role(is_initial, is_entry, is_exit)?;
                 Item::Step(self.step(start, role)?)
             }
-            "enclosing" | "state" | "parallel" => {
-                let word = self.word(0);
-                let span = self.here();
-                self.stand_in_step(items, usize::from(word == "enclosing") + 1);
-                self.report(|| {
-                    Diagnostic::error(codes::NOT_READ, format!("`{word}` is not read yet"))
-                        .at(span, "part of the language, but not of this version")
-                });
-                return Err(Abandoned);
+            "enclosing" if self.word(1) == "step" => {
+                let role = self.step_role(is_initial, is_entry, is_exit)?;
+                self.advance();
+                return self.enclosing(items, start, role);
+            }
+            "state" | "parallel" if !is_entry && !is_exit => {
+                return self.state(items, start, StepRole::Initial);
             }
             _ => return Err(self.unexpected("`step`")),
         };
@@ -85,12 +74,46 @@ impl Parser<'_> {
         Ok(())
     }
 
+    /// The part that these words give a step.
+    fn step_role(&mut self, is_initial: bool, is_entry: bool, is_exit: bool) -> Parse<StepRole> {
+        if is_initial && (is_entry || is_exit) {
+            return Err(self.misplaced(
+                "a step of a macro cannot be initial",
+                "write `initial macro step NAME = MACRO` where the macro is used: its entry step is then initial",
+            ));
+        }
+        Ok(match (is_initial, is_entry, is_exit) {
+            (true, ..) => StepRole::Initial,
+            (false, true, true) => StepRole::MacroEntryExit,
+            (false, true, false) => StepRole::MacroEntry,
+            (false, false, true) => StepRole::MacroExit,
+            (false, false, false) => StepRole::Plain,
+        })
+    }
+
     pub(crate) fn step(&mut self, start: u32, role: StepRole) -> Parse<Step> {
+        let mut step = self.step_head(role)?;
+        if self.kind(0) == Kind::OpenBrace {
+            let body = &mut step.body;
+            self.braced("the step", Separators::CommaToo, &mut |parser| {
+                let item = parser.step_item()?;
+                parser.keep(body, item);
+                Ok(())
+            })?;
+        }
+        step.body.shrink_to_fit();
+        step.meta.span = self.span_from(start);
+        Ok(step)
+    }
+
+    /// What stands before the body of a step, at the word before its name. A priority said here stands first in the body.
+    pub(crate) fn step_head(&mut self, role: StepRole) -> Parse<Step> {
         self.advance();
         let name = self.name("the name of the step")?;
         let mut meta = Meta::default();
-        let mut body = Vec::new();
         let mut priority = None;
+        let mut activation_link = None;
+        let mut count = None;
         loop {
             if self.attribute(&mut meta)? {
             } else if self.word(0) == "priority"
@@ -109,32 +132,51 @@ impl Parser<'_> {
                 );
             } else if self.kind(0) == Kind::Star && !self.peek(0).new_line {
                 let span = self.here();
-                self.report(|| {
-                    Diagnostic::error(
-                        codes::NOT_READ,
-                        "enclosing steps and their activation links are not read yet",
-                    )
-                    .at(span, "part of the language, but not of this version")
-                });
                 self.advance();
+                self.once(&mut activation_link, (), span, "*");
+            } else if self.word(0) == "count"
+                && self.kind(1) == Kind::Number
+                && !self.peek(0).new_line
+            {
+                let value = self.step_count()?;
+                self.once(&mut count, value, value.span, "count");
             } else {
                 break;
             }
         }
-        body.extend(priority);
-        if self.kind(0) == Kind::OpenBrace {
-            self.braced("the step", Separators::CommaToo, &mut |parser| {
-                let item = parser.step_item()?;
-                parser.keep(&mut body, item);
-                Ok(())
-            })?;
-        }
-        body.shrink_to_fit();
-        meta.span = self.span_from(start);
-        Ok(Step { name, role, body, meta, ..Step::default() })
+        let body = priority.into_iter().collect();
+        let activation_link = activation_link.is_some();
+        Ok(Step { name, role, activation_link, count, body, meta })
     }
 
-    fn step_item(&mut self) -> Parse<StepItem> {
+    /// `count 0..5 = 2`
+    fn step_count(&mut self) -> Parse<StepCount> {
+        let start = self.advance().start;
+        let least = self.peek(0);
+        let bounds = self.span(least);
+        if self.count("the smallest number")? != 0 {
+            self.report(|| {
+                Diagnostic::error(codes::RANGE, "the number of activations begins at 0")
+                    .at(bounds, "an inactive step has 0")
+                    .fix(bounds, "0")
+            });
+        }
+        self.expect(Kind::Range, "`..` and the largest number")?;
+        let most = self.span(self.peek(0));
+        let mut max = self.count("the largest number")?;
+        if max == 0 {
+            self.report(|| {
+                Diagnostic::error(codes::RANGE, "a step with at most 0 activations is never active")
+                    .at(most, "1 at least")
+            });
+            max = 1;
+        }
+        let initial =
+            if self.eat(Kind::Equal) { Some(self.count("the number at reset")?) } else { None };
+        Ok(StepCount { max, initial, span: self.span_from(start) })
+    }
+
+    pub(crate) fn step_item(&mut self) -> Parse<StepItem> {
         let start = self.peek(0).start;
         let next = self.kind(1);
         let kind = match self.word(0) {
@@ -148,7 +190,7 @@ impl Parser<'_> {
             }
             "on" if self.is_name_beside(1) => {
                 self.advance();
-                let events = self.names("an event")?;
+                let events = self.events()?;
                 let guard = if self.eat_word("when") { Some(self.expr()?) } else { None };
                 StepItemKind::On { events, guard, actions: self.block("what is done")? }
             }
@@ -194,11 +236,20 @@ impl Parser<'_> {
         Ok(StepItem { kind, span: self.span_from(start) })
     }
 
-    fn names(&mut self, what: &str) -> Parse<Vec<Name>> {
+    /// Events, each by its name; `p.done` is the completion of a state, `done.state.p` in a net.
+    fn events(&mut self) -> Parse<Vec<Name>> {
         let mut names = Vec::new();
         loop {
-            let name = self.name(what)?;
-            self.keep(&mut names, name);
+            let path = self.path("an event")?;
+            let span = path.span();
+            let text = match path.names.split_last() {
+                Some((last, before)) if last.text == "done" && !before.is_empty() => {
+                    let before: Vec<&str> = before.iter().map(|name| name.text.as_str()).collect();
+                    format!("{DONE}{}", before.join("."))
+                }
+                _ => path.to_string(),
+            };
+            self.keep(&mut names, Name::new(text, span));
             if self.kind(0) != Kind::Comma {
                 names.shrink_to_fit();
                 return Ok(names);
@@ -353,6 +404,13 @@ impl Parser<'_> {
             transition.name = Some(self.name("the name of a transition")?);
             self.advance();
         }
+        if self.word(0) == "in" && self.is_name_beside(1) {
+            // A reaction: it does not leave its step.
+            self.advance();
+            self.paths(&mut transition.sources)?;
+            transition.is_internal = true;
+            return self.transition_rest(start, transition);
+        }
         if self.kind(0) != Kind::Arrow {
             if !self.is_name(0) || transition.name.is_some() && self.peek(0).new_line {
                 return Err(self.unexpected("the preceding steps, or `->`"));
@@ -363,12 +421,16 @@ impl Parser<'_> {
         if self.is_name_beside(0) && !self.begins_clause() {
             self.paths(&mut transition.targets)?;
         }
+        self.transition_rest(start, transition)
+    }
+
+    fn transition_rest(&mut self, start: u32, mut transition: Transition) -> Parse<Transition> {
         self.clauses(&mut transition)?;
         transition.meta.span = self.span_from(start);
         Ok(transition)
     }
 
-    fn paths(&mut self, paths: &mut Vec<Path>) -> Parse<()> {
+    pub(crate) fn paths(&mut self, paths: &mut Vec<Path>) -> Parse<()> {
         loop {
             let path = self.path("a step")?;
             self.keep(paths, path);
@@ -399,11 +461,29 @@ impl Parser<'_> {
         }
     }
 
+    /// True at the word `internal` behind a target; it is no declaration of an internal event.
+    fn begins_internal(&self) -> bool {
+        self.word(0) == "internal"
+            && !self.peek(0).new_line
+            && self.word(1) != "event"
+            && !matches!(self.kind(1), Kind::Ampersand | Kind::Colon | Kind::Arrow | Kind::Dot)
+    }
+
     pub(crate) fn clauses(&mut self, transition: &mut Transition) -> Parse<()> {
         let mut events = None;
         let mut actions = None;
         let mut restart = None;
-        while self.begins_clause() {
+        let mut internal = None;
+        loop {
+            if self.begins_internal() {
+                let span = self.here();
+                self.advance();
+                self.once(&mut internal, (), span, "internal");
+                continue;
+            }
+            if !self.begins_clause() {
+                break;
+            }
             if self.attribute(&mut transition.meta)? {
                 continue;
             }
@@ -412,7 +492,7 @@ impl Parser<'_> {
             self.advance();
             match word {
                 "on" => {
-                    let names = self.names("an event")?;
+                    let names = self.events()?;
                     let span = self.span_from(start);
                     self.once(&mut events, names, span, word);
                 }
@@ -450,6 +530,7 @@ impl Parser<'_> {
         transition.events = events.unwrap_or_default();
         transition.actions = actions.unwrap_or_default();
         transition.restart = restart.is_some();
+        transition.is_internal |= internal.is_some();
         self.clause_misspelt()
     }
 
@@ -463,15 +544,17 @@ impl Parser<'_> {
         }
         let word = self.word(0);
         let span = self.here();
-        let near =
-            nearest(word, ["on", "when", "after", "priority", "restart", "deadline", "do", "req"]);
+        let near = nearest(
+            word,
+            ["on", "when", "after", "priority", "internal", "restart", "deadline", "do", "req"],
+        );
         self.report(|| {
             let finding = Diagnostic::error(codes::UNKNOWN_WORD, format!("no clause of a transition begins with `{}`", short(word)));
             match near {
                 Some(near) => finding.at(span, format!("meant `{near}`?")).fix(span, near),
                 None => finding
                     .at(span, "unknown here")
-                    .help("the clauses are `on`, `when`, `after`, `priority`, `restart`, `deadline`, `req`, `do` and a label in quotes"),
+                    .help("the clauses are `on`, `when`, `after`, `priority`, `internal`, `restart`, `deadline`, `req`, `do` and a label in quotes"),
             }
         });
         Err(Abandoned)

@@ -428,7 +428,7 @@ fn every_error_is_reported_at_once() {
     t1: p1 -> p2 when
     t2: p2 -> p1 wen m
     t3: p2 -> p1 when m when k after 3
-    enclosing step run { step x }
+    enclosing run { step x }
     t4: p2 p1
     p1 -> p2 when (a or b
     step and
@@ -448,7 +448,7 @@ fn every_error_is_reported_at_once() {
         ("G0104", "wen"),
         ("G0112", "when k"),
         ("G0106", "3"),
-        ("G0110", "enclosing"),
+        ("G0104", "enclosing"),
         ("G0101", "p1"),
         ("G0101", ""),
         ("G0101", "and"),
@@ -488,7 +488,17 @@ fn limits_hold() {
         let found = codes_of(&text);
         assert!(!found.is_empty() && found.len() < 4, "{open}: {found:?}");
     }
-    for open in ["{", "if a {", "macro m {", "step s {", "entry {", "chart c {", "["] {
+    for open in [
+        "{",
+        "if a {",
+        "macro m {",
+        "state s {",
+        "enclosing step s {",
+        "step s {",
+        "entry {",
+        "chart c {",
+        "[",
+    ] {
         let found = codes_of(&format!("chart c {{ step s {{ entry {{ {}", open.repeat(100_000)));
         assert!(!found.is_empty() && found.len() <= 101, "{open}: {found:?}");
         let found = codes_of(&format!("chart c {{ {}", open.repeat(100_000)));

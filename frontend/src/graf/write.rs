@@ -12,12 +12,20 @@ use super::write_text::{
 };
 use grafsynth_ir::Span;
 use grafsynth_ir::chart::{
-    Action, Block, Board, Chart, Declaration, DeclarationKind, Design, Enclosing, Expr, Item,
-    Macro, State, Step, StepItem, StepItemKind, Stmt, StmtKind, Transition,
+    Action, Block, Board, Certificate, Chart, Declaration, DeclarationKind, Design, Expr, Import,
+    Item, Library, Macro, Step, StepItem, StepItemKind, StepRole, Stmt, StmtKind, Transition,
 };
 
 /// The width that lines are kept within where that is possible.
 const WIDTH: usize = 100;
+
+/// One thing that stands outside of charts, or a chart.
+enum Part<'a> {
+    Import(&'a Import),
+    Library(&'a Library),
+    Certificate(&'a Certificate),
+    Chart(&'a Chart),
+}
 
 /// The text that a design was read from.
 pub(super) struct Source<'a> {
@@ -39,20 +47,20 @@ pub(super) fn write(design: &Design, source: Option<Source<'_>>) -> String {
     writer.out
 }
 
-struct Writer<'a> {
-    out: String,
+pub(super) struct Writer<'a> {
+    pub(super) out: String,
     indent: usize,
-    source: Option<Source<'a>>,
+    pub(super) source: Option<Source<'a>>,
     next_comment: usize,
     /// Where in the source that ends which was written last; none at the start of a block, where no blank line is kept.
     last_end: Option<u32>,
-    text: Text,
+    pub(super) text: Text,
 }
 
 impl Writer<'_> {
     // Lines, comments, blank lines
 
-    fn line(&mut self, text: &str) {
+    pub(super) fn line(&mut self, text: &str) {
         for _ in 0..self.indent {
             self.out.push_str("    ");
         }
@@ -60,7 +68,7 @@ impl Writer<'_> {
         self.out.push('\n');
     }
 
-    fn blank(&mut self) {
+    pub(super) fn blank(&mut self) {
         if !self.out.is_empty() && !self.out.ends_with("\n\n") && !self.out.ends_with("{\n") {
             self.out.push('\n');
         }
@@ -79,7 +87,7 @@ impl Writer<'_> {
 
     /// Before something that begins at `start` and has no block of its own before `inner`: the comments up to `inner` on lines of their own, and a
     /// blank line where the source has one.
-    fn before(&mut self, start: u32, inner: u32) {
+    pub(super) fn before(&mut self, start: u32, inner: u32) {
         self.flush(start);
         self.keep_blank(start);
         if self.comment().is_some_and(|next| next.start < inner) {
@@ -114,7 +122,7 @@ impl Writer<'_> {
     }
 
     /// Behind something that ends at `end`: a comment on the same line stays there.
-    fn after(&mut self, end: u32) {
+    pub(super) fn after(&mut self, end: u32) {
         self.last_end = Some(end);
         let Some(source) = &self.source else { return };
         if let Some(span) = self.comment()
@@ -135,7 +143,7 @@ impl Writer<'_> {
     }
 
     /// True when a comment not yet written lies between both places.
-    fn has_comment(&self, start: u32, end: u32) -> bool {
+    pub(super) fn has_comment(&self, start: u32, end: u32) -> bool {
         self.source.is_some() && self.comment().is_some_and(|next| next.start < end) && {
             let comments = self.source.as_ref().map_or(&[][..], |source| source.comments);
             comments[self.next_comment..]
@@ -147,7 +155,7 @@ impl Writer<'_> {
     }
 
     /// Start and end of the first token of this kind at or behind `from`, and `until` twice if none lies before it.
-    fn find(&self, kind: Kind, from: u32, until: u32) -> (u32, u32) {
+    pub(super) fn find(&self, kind: Kind, from: u32, until: u32) -> (u32, u32) {
         let Some(source) = &self.source else { return (until, until) };
         let mut lexer = Lexer::starting_at(source.text, from as usize);
         loop {
@@ -162,7 +170,13 @@ impl Writer<'_> {
     }
 
     /// Writes `head {`, the body a level deeper, and `}`. `from` lies before the opening brace, `end` is where the closing one ends.
-    fn block(&mut self, head: &str, from: u32, end: u32, body: &mut dyn FnMut(&mut Self)) {
+    pub(super) fn block(
+        &mut self,
+        head: &str,
+        from: u32,
+        end: u32,
+        body: &mut dyn FnMut(&mut Self),
+    ) {
         self.line(&format!("{head} {{"));
         let (_, open_end) = self.find(Kind::OpenBrace, from, end);
         self.after(open_end);
@@ -184,14 +198,42 @@ impl Writer<'_> {
             self.line(&format!("edition {number}"));
             self.after(span.end);
         }
-        for chart in &design.charts {
-            self.text.exprs.conditions = conditions(chart);
-            if self.source.is_none() && !self.out.is_empty() {
+        for part in self.parts(design) {
+            if self.source.is_none() && !self.out.is_empty() && !matches!(part, Part::Import(_)) {
                 self.blank();
             }
-            self.chart(chart);
+            match part {
+                Part::Import(import) => {
+                    self.simple(import.span, &format!("use {}", names::quoted(&import.file)));
+                }
+                Part::Library(library) => self.library(library),
+                Part::Certificate(certificate) => self.certificate(certificate),
+                Part::Chart(chart) => {
+                    self.text.exprs.conditions = conditions(&chart.items);
+                    self.chart(chart);
+                }
+            }
         }
         self.flush(u32::MAX);
+    }
+
+    /// What stands in a source, in its order; without one files come first, and charts last.
+    fn parts<'d>(&self, design: &'d Design) -> Vec<Part<'d>> {
+        let mut parts: Vec<Part<'d>> = design.imports.iter().map(Part::Import).collect();
+        for library in &design.libraries {
+            parts.push(Part::Library(library));
+            parts.extend(library.certificate.as_ref().map(Part::Certificate));
+        }
+        parts.extend(design.charts.iter().map(Part::Chart));
+        if self.source.is_some() {
+            parts.sort_by_key(|part| match part {
+                Part::Import(import) => import.span.start,
+                Part::Library(library) => library.span.start,
+                Part::Certificate(certificate) => certificate.span.start,
+                Part::Chart(chart) => chart.span.start,
+            });
+        }
+        parts
     }
 
     fn chart(&mut self, chart: &Chart) {
@@ -202,17 +244,23 @@ impl Writer<'_> {
             names::name(&chart.name.text, Position::Anywhere),
             attributes(&chart.meta)
         );
-        if chart.items.is_empty() && !self.has_comment(open, chart.span.end) {
+        let is_empty = chart.items.is_empty() && chart.initial.is_empty();
+        if is_empty && !self.has_comment(open, chart.span.end) {
             self.line(&format!("{head} {{}}"));
         } else {
             self.block(&head, chart.name.span.end, chart.span.end, &mut |writer| {
-                writer.items(&chart.items)
+                writer.content_of_chart(chart);
             });
         }
         self.after(chart.span.end);
     }
 
-    fn items(&mut self, items: &[Item]) {
+    pub(super) fn items(&mut self, items: &[Item]) {
+        self.items_of(items, false);
+    }
+
+    /// Items of a chart or body; the states in a parallel one are its regions.
+    pub(super) fn items_of(&mut self, items: &[Item], is_parallel: bool) {
         let mut at = 0;
         let mut class = None;
         while let Some(item) = items.get(at) {
@@ -229,13 +277,16 @@ impl Writer<'_> {
                 self.declarations(&items[at..at + n]);
                 at += n;
             } else {
-                self.item(item);
+                match item {
+                    Item::State(state) => self.state(state, is_parallel),
+                    other => self.item(other),
+                }
                 at += 1;
             }
         }
     }
 
-    fn item(&mut self, item: &Item) {
+    pub(super) fn item(&mut self, item: &Item) {
         match item {
             Item::Setting(setting) => self.simple(setting.span, &setting_text(setting)),
             Item::Declaration(_) => self.declarations(std::slice::from_ref(item)),
@@ -244,7 +295,7 @@ impl Writer<'_> {
             Item::Macro(body) => self.macro_body(body),
             Item::MacroStep(step) => self.simple(step.meta.span, &macro_step(step)),
             Item::Enclosing(enclosing) => self.enclosing(enclosing),
-            Item::State(state) => self.state(state),
+            Item::State(state) => self.state(state, false),
             Item::Use(one) => {
                 let text = self.text.instance(one);
                 self.simple(one.meta.span, &text);
@@ -260,7 +311,7 @@ impl Writer<'_> {
     }
 
     /// Something on one line, which holds no comment.
-    fn simple(&mut self, span: Span, text: &str) {
+    pub(super) fn simple(&mut self, span: Span, text: &str) {
         self.before(span.start, span.end);
         self.line(text);
         self.after(span.end);
@@ -345,12 +396,12 @@ impl Writer<'_> {
     }
 
     /// The columns that a line has at this level.
-    fn room(&self) -> usize {
+    pub(super) fn room(&self) -> usize {
         WIDTH.saturating_sub(4 * self.indent)
     }
 
     /// The first line here, the others a level deeper.
-    fn filled(&mut self, lines: &[String]) {
+    pub(super) fn filled(&mut self, lines: &[String]) {
         for (index, line) in lines.iter().enumerate() {
             self.indent += usize::from(index > 0);
             self.line(line);
@@ -361,24 +412,21 @@ impl Writer<'_> {
     // Steps
 
     fn step(&mut self, step: &Step) {
-        let link = if step.activation_link { " *" } else { "" };
-        let head = format!(
-            "{}step {}{link}{}",
-            role_words(step.role),
-            names::name(&step.name.text, Position::Anywhere),
-            attributes(&step.meta)
-        );
-        self.step_like(&head, step, &mut |_| {});
+        // A final state is one in which nothing lies.
+        let word = if step.role == StepRole::Final { "state" } else { "step" };
+        let head = step_head(&format!("{}{word}", role_words(step.role)), step);
+        let body: Vec<&StepItem> = step.body.iter().collect();
+        self.step_with_body(&head, step, &body);
     }
 
-    /// A head and a body of step items, with more items behind them.
-    fn step_like(&mut self, head: &str, step: &Step, more: &mut dyn FnMut(&mut Self)) {
+    /// A head and a body of step items.
+    pub(super) fn step_with_body(&mut self, head: &str, step: &Step, body: &[&StepItem]) {
         let span = step.meta.span;
         let (open, _) = self.find(Kind::OpenBrace, step.name.span.end, span.end);
-        let has_body = !step.body.is_empty() || self.has_comment(open, span.end);
+        let has_body = !body.is_empty() || self.has_comment(open, span.end);
         if has_body && !self.has_comment(open, span.end) {
             let inline: Option<Vec<String>> =
-                step.body.iter().map(|item| self.text.inline_item(item)).collect();
+                body.iter().map(|item| self.text.inline_item(item)).collect();
             if let Some(items) = inline {
                 let text = format!("{head} {{ {} }}", items.join("; "));
                 if text.len() <= self.room() && !text.contains('\n') {
@@ -392,10 +440,9 @@ impl Writer<'_> {
         self.before(span.start, open);
         if has_body {
             self.block(head, step.name.span.end, span.end, &mut |writer| {
-                for item in &step.body {
+                for item in body {
                     writer.step_item(item);
                 }
-                more(writer);
             });
         } else {
             self.line(head);
@@ -403,7 +450,7 @@ impl Writer<'_> {
         self.after(span.end);
     }
 
-    fn step_item(&mut self, item: &StepItem) {
+    pub(super) fn step_item(&mut self, item: &StepItem) {
         let head = self.text.step_item_head(item);
         match &item.kind {
             StepItemKind::Entry(block) | StepItemKind::Exit(block) => {
@@ -422,7 +469,7 @@ impl Writer<'_> {
     }
 
     /// `head { a; b }` on one line, or a line for each statement. `from` lies before the opening brace.
-    fn list(&mut self, head: &str, block: &Block, span: Span, from: u32) {
+    pub(super) fn list(&mut self, head: &str, block: &Block, span: Span, from: u32) {
         let (open, _) = self.find(Kind::OpenBrace, from, span.end);
         self.before(span.start, open);
         if !self.has_comment(open, span.end)
@@ -549,12 +596,12 @@ impl Writer<'_> {
     ) -> String {
         let pad = "    ".repeat(self.indent + 1);
         let mut text = head.to_owned();
-        for clause in clauses.iter().filter(|clause| clause.starts_with("priority ")) {
+        for clause in clauses.iter().filter(|clause| stays_on_first_line(clause)) {
             text.push(' ');
             text.push_str(clause);
         }
         for (index, clause) in
-            clauses.iter().enumerate().filter(|(_, clause)| !clause.starts_with("priority "))
+            clauses.iter().enumerate().filter(|(_, clause)| !stays_on_first_line(clause))
         {
             let room = self.room().saturating_sub(4);
             let lines = match guard
@@ -592,42 +639,6 @@ impl Writer<'_> {
         self.after(body.meta.span.end);
     }
 
-    fn enclosing(&mut self, enclosing: &Enclosing) {
-        let name = names::name(&enclosing.step.name.text, Position::Anywhere);
-        let head = format!(
-            "{}enclosing step {name}{}",
-            role_words(enclosing.step.role),
-            attributes(&enclosing.step.meta)
-        );
-        self.block(
-            &head,
-            enclosing.step.name.span.end,
-            enclosing.step.meta.span.end,
-            &mut |writer| {
-                for item in &enclosing.step.body {
-                    writer.step_item(item);
-                }
-                writer.items(&enclosing.items);
-            },
-        );
-    }
-
-    fn state(&mut self, state: &State) {
-        let keyword = if state.is_parallel { "parallel" } else { "state" };
-        let name = names::name(&state.step.name.text, Position::Anywhere);
-        let head = format!(
-            "{}{keyword} {name}{}",
-            role_words(state.step.role),
-            attributes(&state.step.meta)
-        );
-        self.block(&head, state.step.name.span.end, state.step.meta.span.end, &mut |writer| {
-            for item in &state.step.body {
-                writer.step_item(item);
-            }
-            writer.items(&state.items);
-        });
-    }
-
     fn board(&mut self, board: &Board) {
         let head = format!("device {}", names::name(&board.device.text, Position::Anywhere));
         if board.pins.is_empty() && !self.has_comment(board.span.start, board.span.end) {
@@ -659,6 +670,27 @@ impl Writer<'_> {
     }
 }
 
+/// `WORDS NAME` of a step with what stands before its body.
+pub(super) fn step_head(words: &str, step: &Step) -> String {
+    let mut head = format!("{words} {}", names::name(&step.name.text, Position::Anywhere));
+    if step.activation_link {
+        head.push_str(" *");
+    }
+    if let Some(count) = step.count {
+        head.push_str(&format!(" count 0..{}", count.max));
+        if let Some(initial) = count.initial {
+            head.push_str(&format!(" = {initial}"));
+        }
+    }
+    head.push_str(&attributes(&step.meta));
+    head
+}
+
+/// Clauses that on a line of their own would begin an item of the chart.
+fn stays_on_first_line(clause: &str) -> bool {
+    clause.starts_with("priority ") || clause == "internal"
+}
+
 /// What stands together when a design is written without a source.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Class {
@@ -686,7 +718,13 @@ fn class_of(item: &Item) -> Class {
 }
 
 /// Pieces joined within `room` columns: the first line begins with `head`, `between` ends each piece but the last, `lead` begins each but the first.
-fn fill(head: &str, pieces: &[String], between: &str, lead: &str, room: usize) -> Vec<String> {
+pub(super) fn fill(
+    head: &str,
+    pieces: &[String],
+    between: &str,
+    lead: &str,
+    room: usize,
+) -> Vec<String> {
     let mut lines = Vec::new();
     let mut line = head.to_owned();
     for (index, piece) in pieces.iter().enumerate() {

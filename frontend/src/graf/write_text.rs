@@ -1,9 +1,9 @@
 //! The pieces of a design as text on one line, with nothing of where they stand.
 
 use grafsynth_ir::chart::{
-    ActionHow, ArgumentValue, Block, Chart, Declaration, DeclarationKind, Expr, ForceOrder, Item,
-    MacroStep, Place, Property, Setting, SettingKind, StepItem, StepItemKind, StepRole, Stmt,
-    StmtKind, Transition, Use,
+    ActionHow, ArgumentValue, Block, Declaration, DeclarationKind, Expr, ForceOrder, Item,
+    MacroStep, Parameter, Place, Property, Setting, SettingKind, StepItem, StepItemKind, StepRole,
+    Stmt, StmtKind, Transition, Use,
 };
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::net::{Meta, Qualifier, Side, Verbatim};
@@ -71,6 +71,28 @@ impl Text {
         }
         out.push_str(&attributes(&declaration.meta));
         out
+    }
+
+    /// A parameter of a library chart with its keyword.
+    pub(crate) fn parameter(&self, parameter: &Parameter) -> String {
+        let declaration = &parameter.declaration;
+        let name = names::name(&declaration.name.text, Position::Anywhere);
+        let ty = match &declaration.kind {
+            DeclarationKind::Input { ty, .. }
+            | DeclarationKind::Output { ty, .. }
+            | DeclarationKind::Var { ty, .. } => type_suffix(*ty),
+            DeclarationKind::Event { .. }
+            | DeclarationKind::Timer { .. }
+            | DeclarationKind::ExternCondition { .. }
+            | DeclarationKind::ExternAction { .. }
+            | DeclarationKind::Const { .. } => String::new(),
+        };
+        let default = parameter
+            .default
+            .as_ref()
+            .map_or_else(String::new, |value| format!(" = {}", self.exprs.text(value)));
+        let attributes = attributes(&declaration.meta);
+        format!("{} {name}{ty}{default}{attributes}", keyword(declaration))
     }
 
     /// A step item on the line of its step: only what holds no list.
@@ -244,8 +266,14 @@ impl Text {
         if let Some(name) = &transition.name {
             head.push_str(&format!("{}: ", names::name(&name.text, Position::Anywhere)));
         }
-        let sources: Vec<String> =
-            transition.sources.iter().map(|path| names::path(path, Position::Anywhere)).collect();
+        let sources: Vec<String> = transition
+            .sources
+            .iter()
+            .map(|path| {
+                let opens = transition.name.is_none() && path.names.len() == 1;
+                names::path(path, if opens { Position::Source } else { Position::Anywhere })
+            })
+            .collect();
         let targets: Vec<String> = transition
             .targets
             .iter()
@@ -267,6 +295,9 @@ impl Text {
             head.push_str(&targets.join(" & "));
         }
         let mut clauses = Vec::new();
+        if transition.is_internal && !transition.targets.is_empty() {
+            clauses.push("internal".to_owned());
+        }
         if !transition.events.is_empty() {
             clauses.push(format!("on {}", event_list(&transition.events)));
         }
@@ -279,9 +310,6 @@ impl Text {
         }
         if let Some(priority) = transition.priority {
             clauses.push(format!("priority {priority}"));
-        }
-        if transition.is_internal && !transition.targets.is_empty() {
-            clauses.push("internal".to_owned());
         }
         if transition.restart {
             clauses.push("restart".to_owned());
@@ -379,9 +407,8 @@ fn one_line_code(verbatim: &Verbatim) -> String {
 }
 
 /// The names of extern conditions, which are written with parentheses.
-pub(crate) fn conditions(chart: &Chart) -> std::collections::BTreeSet<String> {
-    chart
-        .items
+pub(crate) fn conditions(items: &[Item]) -> std::collections::BTreeSet<String> {
+    items
         .iter()
         .filter_map(|item| match item {
             Item::Declaration(Declaration {
@@ -487,7 +514,10 @@ pub(crate) fn event_list(events: &[grafsynth_ir::Name]) -> String {
         .iter()
         .enumerate()
         .map(|(index, event)| {
-            names::name(&event.text, if index == 0 { Position::Target } else { Position::Anywhere })
+            names::event(
+                &event.text,
+                if index == 0 { Position::Target } else { Position::Anywhere },
+            )
         })
         .collect();
     events.join(", ")

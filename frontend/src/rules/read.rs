@@ -423,7 +423,10 @@ impl Builder {
         items.extend(transitions.into_iter().map(Item::Transition));
         items.extend(rest);
         let span = meta.span;
-        Design { charts: vec![Chart { name, span, items, meta }], ..Design::default() }
+        Design {
+            charts: vec![Chart { name, span, items, meta, ..Chart::default() }],
+            ..Design::default()
+        }
     }
 
     /// The settings given, and those of rules where none is.

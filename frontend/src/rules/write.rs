@@ -35,7 +35,7 @@ pub fn write_design(design: &Design) -> Result<String, Vec<Diagnostic>> {
         return Err(vec![cannot(format!("rules describe one chart, not {n}"), span)]);
     };
     let mut writer = Writer { text: Text::default(), findings: Vec::new(), mealy: BTreeMap::new() };
-    writer.text.exprs.conditions = conditions(chart);
+    writer.text.exprs.conditions = conditions(&chart.items);
     let rules = writer.chart(chart);
     if writer.findings.is_empty() { Ok(rules) } else { Err(writer.findings) }
 }

@@ -76,6 +76,11 @@ pub(super) fn expand(lowering: &mut Lowering<'_>) {
         let mut expansion =
             Expansion { lowering: &mut *lowering, open: Vec::new(), depth: 0, is_full: false };
         expansion.items(scope, &chart.items);
+        if let Some(first) = chart.initial.first()
+            && !expansion.lowering.is_statechart()
+        {
+            expansion.only_in_statechart(first.span(), "an initial transition");
+        }
         let parts = part.index()..lowering.net.parts.len();
         lowering.chart_bodies.push((scope, parts));
     }

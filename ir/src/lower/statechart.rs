@@ -511,7 +511,8 @@ pub(super) fn statecharts(lowering: &mut Lowering<'_>) {
     }
     for part in lowering.net.parts.ids() {
         let span = lowering.net.parts[part].name.span;
-        if let Ok(initial) = entered(lowering, part, None, &[], span) {
+        let Ok(goals) = initial_goals(lowering, part) else { continue };
+        if let Ok(initial) = entered(lowering, part, None, &goals, span) {
             lowering.net.parts[part].initial = initial;
         }
     }
@@ -525,6 +526,33 @@ pub(super) fn statecharts(lowering: &mut Lowering<'_>) {
         );
     }
     queues(lowering);
+}
+
+/// The states that a chart says reset enters; none where it leaves that to its outermost states.
+fn initial_goals(lowering: &mut Lowering<'_>, part: PartId) -> Outcome<Vec<Goal>> {
+    let design = lowering.design;
+    let chart = lowering.chart_bodies.iter().position(|(_, parts)| parts.start == part.index());
+    let Some((scope, paths)) = chart.and_then(|chart| {
+        Some((lowering.chart_bodies[chart].0, &design.charts.get(chart)?.initial))
+    }) else {
+        return Ok(Vec::new());
+    };
+    let goals = goals(lowering, scope, paths)?;
+    match goals.iter().find(|goal| lowering.net.steps[goal.state(lowering)].part != part) {
+        None => Ok(goals),
+        Some(goal) => {
+            let name = lowering.net.steps[goal.state(lowering)].name.text.clone();
+            let span = paths.first().map_or(Span::default(), Path::span);
+            Err(lowering.report(
+                Diagnostic::error(
+                    codes::WRONG_KIND,
+                    format!("reset cannot enter {name}, which is in another chart"),
+                )
+                .at(span, "")
+                .help("name states of this chart"),
+            ))
+        }
+    }
 }
 
 fn step_priorities(lowering: &Lowering<'_>) -> Vec<(String, Span)> {

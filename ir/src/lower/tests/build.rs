@@ -188,6 +188,7 @@ pub(super) fn chart(text: &str, items: Vec<Vec<Item>>) -> Chart {
         span: span(),
         items: items.into_iter().flatten().collect(),
         meta: meta(),
+        ..Chart::default()
     }
 }
 pub(super) fn design(charts: Vec<Chart>) -> Design {

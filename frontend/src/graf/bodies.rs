@@ -1,0 +1,226 @@
+//! Bodies that hold what a step does and what lies in it: enclosing steps, states, parallel states and their regions.
+
+use grafsynth_ir::chart::{Block, Enclosing, History, Item, Path, State, Step, StepRole};
+use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::net::Meta;
+
+use super::parser::{Parse, Parser, RESERVED, Separators};
+use super::token::Kind;
+use crate::codes;
+
+/// What stands in such a body, apart from what the step itself does.
+#[derive(Default)]
+struct Content {
+    items: Vec<Item>,
+    initial: Option<(Vec<Path>, Block)>,
+    histories: Vec<History>,
+}
+
+/// What kind of body is read: it decides what may stand in it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Around {
+    Enclosing,
+    State,
+    Parallel,
+}
+
+impl Parser<'_> {
+    /// `enclosing step run * { … }`, at `step`.
+    pub(crate) fn enclosing(
+        &mut self,
+        items: &mut Vec<Item>,
+        start: u32,
+        role: StepRole,
+    ) -> Parse<()> {
+        let mut step = self.step_head(role)?;
+        let mut content = Content::default();
+        if self.kind(0) == Kind::OpenBrace {
+            self.body_of("the enclosing step", Around::Enclosing, &mut step, &mut content)?;
+        }
+        step.meta.span = self.span_from(start);
+        self.keep(items, Item::Enclosing(Enclosing { step, items: content.items }));
+        Ok(())
+    }
+
+    /// `state a { … }`, `parallel p { … }`, `region r { … }`, at that word.
+    pub(crate) fn state(&mut self, items: &mut Vec<Item>, start: u32, role: StepRole) -> Parse<()> {
+        let is_parallel = self.word(0) == "parallel";
+        let mut step = self.step_head(role)?;
+        let mut content = Content::default();
+        if self.kind(0) == Kind::OpenBrace {
+            let around = if is_parallel { Around::Parallel } else { Around::State };
+            self.body_of("the state", around, &mut step, &mut content)?;
+        }
+        step.meta.span = self.span_from(start);
+        let Content { items: inner, initial, histories } = content;
+        let state = State { step, is_parallel, initial, histories, items: inner };
+        self.keep(items, Item::State(state));
+        Ok(())
+    }
+
+    /// `final state f { … }`, at `state`: nothing lies in it, so it is a step.
+    pub(crate) fn final_state(&mut self, start: u32) -> Parse<Step> {
+        self.step(start, StepRole::Final)
+    }
+
+    fn body_of(
+        &mut self,
+        what: &str,
+        around: Around,
+        step: &mut Step,
+        content: &mut Content,
+    ) -> Parse<()> {
+        self.braced(what, Separators::Mixed, &mut |parser| {
+            let start = parser.peek(0).start;
+            let word = parser.word(0);
+            if word == "initial" && parser.kind(1) == Kind::Arrow && around != Around::Enclosing {
+                return parser.initial_transition(content);
+            }
+            if word == "history" && parser.is_name_beside(1) && around != Around::Enclosing {
+                return parser.history(&mut content.histories);
+            }
+            if word == "region" && parser.is_name_beside(1) && around == Around::Parallel {
+                return parser.state(&mut content.items, start, StepRole::Plain);
+            }
+            if parser.begins_chart_item() {
+                return parser.item(&mut content.items);
+            }
+            parser.item_of_step(step)
+        })?;
+        step.body.shrink_to_fit();
+        Ok(())
+    }
+
+    fn item_of_step(&mut self, step: &mut Step) -> Parse<()> {
+        let item = self.step_item()?;
+        self.keep(&mut step.body, item);
+        if !self.begins_chart_item() {
+            self.separated(Separators::CommaToo);
+        }
+        Ok(())
+    }
+
+    /// `initial -> a & b do { … }`
+    fn initial_transition(&mut self, content: &mut Content) -> Parse<()> {
+        let start = self.advance().start;
+        self.advance();
+        let mut targets = Vec::new();
+        self.paths(&mut targets)?;
+        let list = self.content()?;
+        let span = self.span_from(start);
+        self.once(&mut content.initial, (targets, list), span, "initial ->");
+        Ok(())
+    }
+
+    /// `initial -> a.b & c.d` of a whole chart, which has no content: reset runs the lists of what it enters.
+    pub(crate) fn initial_of_chart(&mut self, initial: &mut Option<Vec<Path>>) -> Parse<()> {
+        let mut content = Content::default();
+        let start = self.peek(0).start;
+        self.initial_transition(&mut content)?;
+        let span = self.span_from(start);
+        if let Some((targets, list)) = content.initial {
+            if let Some(first) = list.first() {
+                let place = first.span;
+                self.report(|| {
+                    Diagnostic::error(
+                        codes::MISPLACED,
+                        "the initial transition of a chart has no content",
+                    )
+                    .at(place, "not here")
+                    .help("do it in the `entry` list of what is entered")
+                });
+            }
+            self.once(initial, targets, span, "initial ->");
+        }
+        Ok(())
+    }
+
+    /// `history H -> a do { … }`, `history deep H`
+    fn history(&mut self, histories: &mut Vec<History>) -> Parse<()> {
+        let start = self.advance().start;
+        let is_deep = self.word(0) == "deep" && self.is_name_beside(1);
+        if is_deep {
+            self.advance();
+        }
+        let name = self.name("the name of the history")?;
+        let mut meta = Meta::default();
+        self.attributes(&mut meta)?;
+        let mut default = Vec::new();
+        if self.eat(Kind::Arrow) {
+            self.paths(&mut default)?;
+            self.attributes(&mut meta)?;
+        }
+        let content = self.content()?;
+        self.attributes(&mut meta)?;
+        meta.span = self.span_from(start);
+        self.keep(histories, History { name, is_deep, default, content, meta });
+        Ok(())
+    }
+
+    /// `do { … }`, where it is said.
+    fn content(&mut self) -> Parse<Block> {
+        if self.word(0) == "do" && self.kind(1) == Kind::OpenBrace {
+            self.advance();
+            return self.block("the content");
+        }
+        Ok(Block::new())
+    }
+
+    /// What belongs to a state stands elsewhere: reported, read and left out.
+    pub(crate) fn outside_of_states(&mut self) -> Parse<()> {
+        let span = self.here();
+        let (message, help) = match self.word(0) {
+            "region" => {
+                ("a region stands in a parallel state", "write `parallel NAME { … }` around it")
+            }
+            "history" => (
+                "a history stands in a state",
+                "write it between the braces of the state whose past it keeps",
+            ),
+            _ => (
+                "an initial transition stands in a state or in a chart",
+                "a step that is called `initial` stands in backquotes",
+            ),
+        };
+        self.report(|| {
+            Diagnostic::error(codes::MISPLACED, message).at(span, "not here").help(help)
+        });
+        let mut content = Content::default();
+        match self.word(0) {
+            "region" => self.state(&mut content.items, span.start, StepRole::Plain),
+            "history" => self.history(&mut content.histories),
+            _ => self.initial_transition(&mut content),
+        }
+    }
+
+    /// True where, in a body that holds both, an item of a chart begins and not one of a step.
+    fn begins_chart_item(&self) -> bool {
+        if self.kind(0) == Kind::Arrow {
+            return true;
+        }
+        if !self.is_name(0) {
+            return false;
+        }
+        if matches!(self.kind(1), Kind::Arrow | Kind::Ampersand | Kind::Colon | Kind::Dot) {
+            return true;
+        }
+        let next = self.word(1);
+        let then_name = self.is_name_beside(1) && !RESERVED.contains(&next);
+        match self.word(0) {
+            "step" | "state" | "parallel" | "region" | "history" | "macro" | "input" | "output"
+            | "var" | "const" | "event" | "timer" | "extern" | "registered" | "mealy"
+            | "synchronous" | "assert" | "assume" | "action" | "place" | "device" | "use"
+            | "in" | "conflict" | "evolution" | "schedule" | "fire" | "assign" | "actions"
+            | "events" => then_name,
+            "initial" => matches!(next, "step" | "macro" | "enclosing" | "state" | "parallel"),
+            "final" => matches!(next, "state" | "scan"),
+            "entry" | "exit" => matches!(next, "step" | "entry" | "exit" | "enclosing"),
+            "enclosing" => next == "step",
+            "internal" => next == "event",
+            "priority" | "tick" | "queue" => {
+                matches!(self.kind(1), Kind::Number | Kind::Fraction)
+            }
+            _ => false,
+        }
+    }
+}

@@ -1,0 +1,176 @@
+//! A whole source: its edition, the files it uses, library charts with their certificates, charts.
+
+use grafsynth_ir::Span;
+use grafsynth_ir::chart::{Certificate, Chart, Design, Library};
+use grafsynth_ir::diag::{Diagnostic, nearest};
+use grafsynth_ir::net::Meta;
+
+use super::items::ITEM_WORDS;
+use super::parser::{Abandoned, Parse, Parser, Separators, short};
+use super::token::Kind;
+use crate::codes;
+
+impl Parser<'_> {
+    /// A whole source. None where it has no chart.
+    pub(crate) fn design(&mut self) -> Option<Design> {
+        let mut design = Design { edition: self.edition(), ..Design::default() };
+        let mut certificates = Vec::new();
+        let mut has_chart = false;
+        let mut reported_outside = false;
+        loop {
+            let before = self.peek(0).start;
+            if self.kind(0) == Kind::End {
+                break;
+            }
+            if self.word(0) == "chart" && self.is_name(1) {
+                has_chart = true;
+                reported_outside = false;
+                match self.chart() {
+                    Ok(chart) => self.keep(&mut design.charts, chart),
+                    Err(Abandoned) => self.skip_to_item(before),
+                }
+                self.depth = 0;
+                continue;
+            }
+            if self.begins_library_part() {
+                // A file of library charts alone is a good file.
+                has_chart = true;
+                reported_outside = false;
+                let result = match self.word(0) {
+                    "use" => self.import().map(|one| self.keep(&mut design.imports, one)),
+                    "library" => self.library().map(|one| self.keep(&mut design.libraries, one)),
+                    _ => self.certificate().map(|one| self.keep(&mut certificates, one)),
+                };
+                if result.is_err() {
+                    self.skip_to_item(before);
+                }
+                self.depth = 0;
+                continue;
+            }
+            if !reported_outside {
+                reported_outside = true;
+                self.outside();
+            }
+            // On to the next chart, which begins a line.
+            self.advance();
+            while self.kind(0) != Kind::End
+                && !(self.peek(0).new_line
+                    && (self.word(0) == "chart" || self.begins_library_part()))
+            {
+                self.advance();
+            }
+        }
+        if !has_chart && !reported_outside {
+            let here = self.here();
+            self.report(|| {
+                Diagnostic::error(codes::NO_CHART, "no chart in this text")
+                    .at(here, "nothing stands here")
+                    .help("a chart is written `chart NAME { … }`")
+            });
+        }
+        for certificate in certificates {
+            self.certify(&mut design.libraries, certificate);
+        }
+        (has_chart || self.dry).then_some(design)
+    }
+
+    /// True where something of libraries begins outside of charts.
+    fn begins_library_part(&self) -> bool {
+        match self.word(0) {
+            "use" => matches!(self.kind(1), Kind::Text | Kind::RawText),
+            "library" => self.word(1) == "chart" && self.is_name(2),
+            "certificate" => self.is_name_beside(1) && self.word(2) == "by",
+            _ => false,
+        }
+    }
+
+    /// Gives a certificate to the library chart of this file that it speaks of.
+    fn certify(&mut self, libraries: &mut [Library], certificate: Certificate) {
+        if self.dry {
+            return;
+        }
+        let span = certificate.of.span;
+        let known = libraries.iter_mut().find(|library| library.name.text == certificate.of.text);
+        if let Some(library) = known {
+            self.once(&mut library.certificate, certificate, span, "certificate");
+            return;
+        }
+        let names = libraries.iter().map(|library| library.name.text.as_str());
+        let near = nearest(&certificate.of.text, names);
+        self.report(|| {
+            let finding = Diagnostic::error(
+                codes::UNKNOWN_WORD,
+                format!("no library chart of this file is called `{}`", certificate.of),
+            );
+            match near {
+                Some(near) => finding.at(span, format!("meant `{near}`?")).fix(span, near),
+                None => finding
+                    .at(span, "unknown here")
+                    .help("a certificate stands in the file of its library chart"),
+            }
+        });
+    }
+
+    /// Something stands outside of all charts.
+    fn outside(&mut self) {
+        let token = self.peek(0);
+        if token.kind == Kind::Unknown {
+            return;
+        }
+        let span = self.span(token);
+        let word = self.word(0);
+        let shown = short(super::numbers::slice(self.text, token));
+        if ITEM_WORDS.contains(&word) {
+            self.report(|| {
+                Diagnostic::error(codes::NO_CHART, format!("`{shown}` stands outside of a chart"))
+                    .at(span, "no chart begins before it")
+                    .help("put it between the braces of `chart NAME { … }`")
+            });
+        } else if token.kind == Kind::CloseBrace {
+            self.report(|| {
+                Diagnostic::error(codes::UNCLOSED_BLOCK, "a brace closes more than was opened")
+                    .at(span, "nothing is open here")
+            });
+        } else {
+            self.unexpected("`chart NAME {`");
+        }
+    }
+
+    fn edition(&mut self) -> Option<(u32, Span)> {
+        if self.word(0) != "edition" || self.kind(1) != Kind::Number {
+            return None;
+        }
+        let start = self.advance().start;
+        let number = self.count("the number of the edition").ok()?;
+        let span = self.span_from(start);
+        if number != 1 {
+            self.report(|| {
+                Diagnostic::error(
+                    codes::EDITION,
+                    format!("edition {number} is not known to this version"),
+                )
+                .at(span, "the only edition so far is 1")
+            });
+        }
+        Some((number, span))
+    }
+
+    fn chart(&mut self) -> Parse<Chart> {
+        let start = self.advance().start;
+        let name = self.name("the name of the chart")?;
+        let mut meta = Meta::default();
+        self.attributes(&mut meta)?;
+        let mut items = Vec::new();
+        let mut initial = None;
+        self.braced("the chart", Separators::None, &mut |parser| {
+            if parser.word(0) == "initial" && parser.kind(1) == Kind::Arrow {
+                return parser.initial_of_chart(&mut initial);
+            }
+            parser.item(&mut items)
+        })?;
+        let initial = initial.unwrap_or_default();
+        let span = self.span_from(start);
+        meta.span = span;
+        Ok(Chart { name, span, initial, items, meta })
+    }
+}
