@@ -51,9 +51,9 @@ pub enum Proof {
 /// The reachable set.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Reach {
-    /// Number of reachable situations (an over-approximation unless `exact`).
-    pub situations: u64,
-    /// True when no unreachable situation is counted.
+    /// Number of reachable situations (an over-approximation unless `exact`); `u128::MAX` stands for that many or more.
+    pub situations: u128,
+    /// True when every reachable situation is counted once and no other is.
     pub exact: bool,
     /// How.
     pub by: Proof,

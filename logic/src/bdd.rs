@@ -1,8 +1,8 @@
 //! Reduced ordered binary decision diagrams [Bryant 1986], hash-consed in one arena.
 //!
 //! Two functions are equal exactly when their [`Ref`]s are. The order of the variables is the order of their levels, which the client chooses.
-//! Nothing is ever freed: a manager lives as long as one question, and its size is bounded by the limit given to [`Bdd::with_limit`], beyond which
-//! operations answer [`Full`]. No operation recurses, so the number of variables is bounded only by memory; and nothing depends on addresses or
+//! Nothing is freed unasked: most managers live as long as one question, and one that lives longer drops what is no longer needed with [`Bdd::keep`].
+//! Its size is bounded by the limit given to [`Bdd::with_limit`], and its work by [`Bdd::limit_work`], beyond which operations answer [`Full`]. No operation recurses, so the number of variables is bounded only by memory; and nothing depends on addresses or
 //! on a random hash, so the same calls give the same diagrams everywhere.
 
 /// A function in a [`Bdd`].
@@ -28,16 +28,31 @@ impl Ref {
     }
 }
 
+/// What a manager ran out of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Scarce {
+    /// Room for nodes.
+    Nodes,
+    /// Steps of work.
+    Work,
+}
+
 /// The diagram grew beyond its limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Full {
-    /// The limit in nodes.
+    /// What was limited.
+    pub of: Scarce,
+    /// The limit, in nodes or in steps.
     pub limit: usize,
 }
 
 impl std::fmt::Display for Full {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "the decision diagram needs more than {} nodes", self.limit)
+        let what = match self.of {
+            Scarce::Nodes => "nodes",
+            Scarce::Work => "steps of work",
+        };
+        write!(f, "the decision diagram needs more than {} {what}", self.limit)
     }
 }
 
@@ -92,6 +107,8 @@ pub struct Bdd {
     /// A lossy memory of answers.
     memo: Vec<Memo>,
     limit: usize,
+    work: u64,
+    work_limit: u64,
     tasks: Vec<Task>,
     values: Vec<Ref>,
 }
@@ -112,9 +129,62 @@ impl Bdd {
             unique: vec![0; 64],
             memo: vec![Memo::default(); 64],
             limit: limit.clamp(2, u32::MAX as usize - 1),
+            work: 0,
+            work_limit: u64::MAX,
             tasks: Vec::new(),
             values: Vec::new(),
         }
+    }
+
+    /// From now on at most so many steps of work, each of them the look at one node or one pair or triple of nodes. Unlike the nodes they only ever
+    /// grow in number, so together with the limit of nodes they bound the time that a question takes, the same on every machine.
+    pub fn limit_work(&mut self, steps: u64) {
+        self.work_limit = self.work.saturating_add(steps);
+    }
+
+    /// The steps of work done so far.
+    #[must_use]
+    pub fn work(&self) -> u64 {
+        self.work
+    }
+
+    fn spend(&mut self, steps: usize) -> Result<(), Full> {
+        self.work = self.work.saturating_add(steps as u64);
+        if self.work > self.work_limit {
+            let limit = usize::try_from(self.work_limit).unwrap_or(usize::MAX);
+            return Err(Full { of: Scarce::Work, limit });
+        }
+        Ok(())
+    }
+
+    /// Drops all nodes but those of these functions, which get new names. Every other [`Ref`] but the constants means nothing afterwards.
+    pub fn keep(&mut self, roots: &mut [Ref]) {
+        let mut new_name = vec![0; self.nodes.len()];
+        new_name[1] = 1;
+        let mut is_live = vec![false; self.nodes.len()];
+        roots.iter().for_each(|root| is_live[root.0 as usize] = true);
+        // Children were made before their parents, so descending order is top-down and ascending order is bottom-up.
+        for index in (2..self.nodes.len()).rev() {
+            if is_live[index] {
+                let node = self.nodes[index];
+                is_live[node.low.0 as usize] = true;
+                is_live[node.high.0 as usize] = true;
+            }
+        }
+        let mut kept: Vec<Node> = self.nodes[..2].to_vec();
+        for index in (2..self.nodes.len()).filter(|index| is_live[*index]) {
+            let node = self.nodes[index];
+            new_name[index] = kept.len() as u32;
+            kept.push(Node {
+                level: node.level,
+                low: Ref(new_name[node.low.0 as usize]),
+                high: Ref(new_name[node.high.0 as usize]),
+            });
+        }
+        self.nodes = kept;
+        roots.iter_mut().for_each(|root| *root = Ref(new_name[root.0 as usize]));
+        self.memo.fill(Memo::default());
+        self.fill_unique();
     }
 
     /// The number of nodes built so far, both constants included.
@@ -176,9 +246,9 @@ impl Bdd {
             place = (place + 1) & mask;
         }
         if self.nodes.len() >= self.limit {
-            return Err(Full { limit: self.limit });
+            return Err(self.full());
         }
-        let index = u32::try_from(self.nodes.len()).map_err(|_| Full { limit: self.limit })?;
+        let index = u32::try_from(self.nodes.len()).map_err(|_| self.full())?;
         self.nodes.push(Node { level, low, high });
         self.unique[place] = index;
         if self.nodes.len() * 2 > self.unique.len() {
@@ -187,11 +257,14 @@ impl Bdd {
         Ok(Ref(index))
     }
 
-    fn grow(&mut self) {
-        let size = self.unique.len() * 2;
-        let mask = size - 1;
-        self.unique.clear();
-        self.unique.resize(size, 0);
+    fn full(&self) -> Full {
+        Full { of: Scarce::Nodes, limit: self.limit }
+    }
+
+    /// Enters all nodes into the table of unique nodes, which is empty or worthless.
+    fn fill_unique(&mut self) {
+        let mask = self.unique.len() - 1;
+        self.unique.fill(0);
         for (index, node) in (0u32..).zip(&self.nodes).skip(2) {
             let mut place = mix(node.level, node.low.0, node.high.0, 0) as usize & mask;
             while self.unique[place] != 0 {
@@ -199,6 +272,12 @@ impl Bdd {
             }
             self.unique[place] = index;
         }
+    }
+
+    fn grow(&mut self) {
+        let size = self.unique.len() * 2;
+        self.unique = vec![0; size];
+        self.fill_unique();
         // Old answers stay true, but their places moved; losing them costs less than moving them.
         let memo = (size / 2).min(1 << 20);
         if memo > self.memo.len() {
@@ -358,6 +437,7 @@ impl Bdd {
     /// When the manager is full.
     pub fn rename(&mut self, f: Ref, mut map: impl FnMut(u32) -> u32) -> Result<Ref, Full> {
         let reached = self.reached(f);
+        self.spend(reached.len())?;
         let mut images: Vec<(Ref, Ref)> = Vec::with_capacity(reached.len());
         // Children were made before their parents, so ascending order is bottom-up.
         for node_ref in reached {
@@ -391,6 +471,7 @@ impl Bdd {
     /// When the manager is full.
     pub fn compose(&mut self, f: Ref, level: u32, g: Ref) -> Result<Ref, Full> {
         let reached = self.reached(f);
+        self.spend(reached.len())?;
         let mut images: Vec<(Ref, Ref)> = Vec::with_capacity(reached.len());
         for node_ref in reached {
             let node = self.nodes[node_ref.0 as usize];
@@ -533,7 +614,9 @@ impl Bdd {
         tasks.push(first);
         let mut outcome = Ok(());
         while let Some(task) = tasks.pop() {
-            if let Err(full) = self.work(task, &mut tasks, &mut values) {
+            if let Err(full) =
+                self.spend(1).and_then(|()| self.work_on(task, &mut tasks, &mut values))
+            {
                 outcome = Err(full);
                 break;
             }
@@ -544,7 +627,7 @@ impl Bdd {
         outcome.map(|()| value)
     }
 
-    fn work(
+    fn work_on(
         &mut self,
         task: Task,
         tasks: &mut Vec<Task>,
@@ -684,7 +767,7 @@ fn mix(a: u32, b: u32, c: u32, d: u32) -> u32 {
 
 #[cfg(test)]
 mod tests {
-    use super::{Bdd, Full, Ref};
+    use super::{Bdd, Full, Ref, Scarce};
     use proptest::prelude::*;
 
     /// A function of 5 variables as its truth table.
@@ -745,6 +828,23 @@ mod tests {
             }).fold(0, |t, row| t | 1 << row);
             prop_assert_eq!(table(&bdd, composed), want);
         }
+
+        #[test]
+        fn what_is_kept_stays_what_it_was(a: u32, b: u32, c: u32) {
+            let mut bdd = Bdd::default();
+            let (f, _, h) = (build(&mut bdd, a), build(&mut bdd, b), build(&mut bdd, c));
+            let mut roots = [f, Ref::TRUE, h];
+            bdd.keep(&mut roots);
+            let [f, one, h] = roots;
+            prop_assert_eq!((table(&bdd, f), one, table(&bdd, h)), (a, Ref::TRUE, c));
+            // Nothing is left over, and nodes are found again.
+            let n_nodes = bdd.len();
+            prop_assert!(n_nodes <= 2 + bdd.size(f) + bdd.size(h));
+            let again = build(&mut bdd, a);
+            prop_assert_eq!(again, f);
+            let either = bdd.or(f, h).unwrap();
+            prop_assert_eq!(table(&bdd, either), a | c);
+        }
     }
 
     #[test]
@@ -763,8 +863,20 @@ mod tests {
     fn a_full_manager_says_so_and_stays_usable() {
         let mut bdd = Bdd::with_limit(8);
         let vars: Result<Vec<Ref>, Full> = (0..10).map(|level| bdd.var(level)).collect();
-        assert_eq!(vars, Err(Full { limit: 8 }));
+        assert_eq!(vars, Err(Full { of: Scarce::Nodes, limit: 8 }));
         let a = bdd.var(0).unwrap();
         assert_eq!(bdd.and(a, Ref::TRUE), Ok(a));
+    }
+
+    #[test]
+    fn work_is_limited_too() {
+        let mut bdd = Bdd::default();
+        let vars: Vec<Ref> = (0..100).map(|level| bdd.var(level).unwrap()).collect();
+        bdd.limit_work(50);
+        let all = bdd.and_all(vars.iter().copied());
+        assert_eq!(all.map_err(|full| full.of), Err(Scarce::Work));
+        bdd.limit_work(10_000);
+        let all = bdd.and_all(vars).unwrap();
+        assert_eq!(bdd.size(all), 100);
     }
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use grafsynth_ir::Valid;
 use grafsynth_ir::arena::IdMap;
-use grafsynth_ir::facts::{Facts, Proof, Proved, Reach};
+use grafsynth_ir::facts::{Component, Facts, Invariant, Proof, Proved, Reach};
 use grafsynth_ir::net::{
     Enter, Evolution, ForcingOrder, Net, Step, StepId, StepKind, StmtKind, Transition,
     TransitionId, TransitionKind,
@@ -13,8 +13,13 @@ use grafsynth_sim::Noticed;
 use indexmap::IndexSet;
 
 use crate::cover::{self, cover};
+use crate::exclusive::entered;
 use crate::explore::{Ended, Ticks, explore};
 use crate::limits::Limits;
+use crate::symbolic::{self, Reached};
+
+/// Steps outside components up to which a decision diagram is asked about every two of them.
+const PAIRED: usize = 128;
 
 /// What is proved of a net. What could not be found out within the limits stands in [`Facts::open`]; nothing in the other fields is a guess.
 ///
@@ -158,11 +163,7 @@ fn explicit_facts(net: &Valid<Net>, limits: &Limits, facts: &mut Facts) {
         for transition in seen.simulator.fired() {
             fired[*transition] = true;
             // A transient step is active between two micro-steps only.
-            for enter in &net.transitions[*transition].enters {
-                if let Enter::Step(step) = enter {
-                    touched[*step] = true;
-                }
-            }
+            entered(&net.transitions[*transition]).for_each(|step| touched[step] = true);
         }
         unstable |= seen.row.fault;
         None
@@ -171,7 +172,11 @@ fn explicit_facts(net: &Valid<Net>, limits: &Limits, facts: &mut Facts) {
         Ended::Complete => {}
         Ended::Stopped(()) => return,
         Ended::Open(why) => {
-            facts.open.push(format!("not all states were enumerated: {why}"));
+            if let Err(again) = symbolic_facts(net, limits, facts) {
+                facts.open.push(format!(
+                    "not all states were enumerated: {why}; nor were they found as a decision diagram: {again}"
+                ));
+            }
             return;
         }
     }
@@ -181,17 +186,13 @@ fn explicit_facts(net: &Valid<Net>, limits: &Limits, facts: &mut Facts) {
         state.situation().iter().for_each(|step| active[step] = true);
     }
     facts.reach = Some(Reach {
-        situations: situations.len() as u64,
+        situations: situations.len() as u128,
         exact: true,
         by: Proof::Explicit,
         sets: (situations.len() <= limits.listed_situations)
             .then(|| situations.iter().cloned().collect()),
     });
-    // Enclosed and composite steps may come and go within a reaction without standing in a list of what a transition enters, so with those only
-    // what the structure excludes is unreachable.
-    let is_plain = net.steps.values().all(|step| step.parent.is_none()) && net.forcings.is_empty()
-        || net.settings.evolution == Evolution::Single;
-    if is_plain {
+    if shows_all_steps(net) {
         facts.unreachable_steps =
             net.steps.ids().filter(|step| !active[*step] && !touched[*step]).collect();
     }
@@ -211,18 +212,93 @@ fn explicit_facts(net: &Valid<Net>, limits: &Limits, facts: &mut Facts) {
     }
 }
 
+/// True if a step that is ever active stands in a situation or is entered by a transition that fires. Enclosed steps may come and go within a
+/// reaction without either, so where there are such steps only what the structure excludes is known to be unreachable.
+fn shows_all_steps(net: &Net) -> bool {
+    net.steps.values().all(|step| step.parent.is_none()) && net.forcings.is_empty()
+        || net.settings.evolution == Evolution::Single
+}
+
+/// The same facts from a decision diagram of all reachable states, for charts with more states than can be visited. The error says why there is none.
+fn symbolic_facts(net: &Valid<Net>, limits: &Limits, facts: &mut Facts) -> Result<(), String> {
+    let mut reached = symbolic::reach(net, facts, limits)?;
+    let situations = reached.count();
+    if situations == u128::MAX {
+        facts
+            .open
+            .push("more than 10^38 situations are reachable; how many was not counted".to_owned());
+    }
+    if !reached.exact {
+        facts
+            .open
+            .push("situations are counted that an assumption on outputs may exclude".to_owned());
+    }
+    facts.reach = Some(Reach {
+        situations,
+        exact: reached.exact && situations != u128::MAX,
+        by: Proof::Symbolic,
+        sets: None,
+    });
+    let mut seen = IdMap::filled(&net.steps, false);
+    for (transition, _) in net.transitions.values().zip(&reached.fires).filter(|(_, fires)| **fires)
+    {
+        entered(transition).for_each(|step| seen[step] = true);
+    }
+    if shows_all_steps(net) {
+        for step in net.steps.ids() {
+            seen[step] = seen[step] || reached.together(&[step])?;
+        }
+        facts.unreachable_steps = net.steps.ids().filter(|step| !seen[*step]).collect();
+    }
+    facts.dead_transitions = net
+        .transitions
+        .ids()
+        .zip(&reached.fires)
+        .filter(|(_, fires)| !**fires)
+        .map(|(id, _)| id)
+        .collect();
+    match net.settings.evolution {
+        Evolution::Single => symbolic_components(net, &mut reached, facts)?,
+        Evolution::Stable { .. } => {
+            facts.stable_depth =
+                reached.depth.map(|depth| Proved { value: depth.max(1), by: Proof::Symbolic });
+        }
+    }
+    Ok(())
+}
+
+/// Components that only the reachable situations show.
+fn symbolic_components(net: &Net, reached: &mut Reached, facts: &mut Facts) -> Result<(), String> {
+    let left = outside_components(net, facts);
+    if left.is_empty() || left.len() > PAIRED {
+        return Ok(());
+    }
+    let mut together = vec![vec![false; left.len()]; left.len()];
+    for a in 0..left.len() {
+        for b in 0..=a {
+            let both = reached.together(&[left[a], left[b]])?;
+            together[a][b] = both;
+            together[b][a] = both;
+        }
+    }
+    let mut found = Vec::new();
+    for steps in apart(net, &left, &together) {
+        let always = reached.always_one(&steps)?;
+        found.push((steps, always));
+    }
+    add_components(net, found, Proof::Symbolic, facts);
+    Ok(())
+}
+
 /// Components that only the enumeration shows: steps that the structure left alone and that are never active together.
 fn explicit_components(net: &Net, situations: &IndexSet<Vec<u64>>, facts: &mut Facts) {
     let contains =
         |words: &Vec<u64>, step: StepId| words[step.index() / 64] >> (step.index() % 64) & 1 == 1;
-    let mut component_of =
-        facts.component_of.take().unwrap_or_else(|| IdMap::filled(&net.steps, None));
-    let left: Vec<StepId> = net.steps.ids().filter(|step| component_of[*step].is_none()).collect();
+    let left = outside_components(net, facts);
     if left.is_empty() || left.len() > 512 || left.len() * situations.len() > 50_000_000 {
-        facts.component_of = Some(component_of);
         return;
     }
-    // Which of them are ever active together; greedy sets of steps that never are, in declaration order.
+    // Which of them are ever active together.
     let mut together = vec![vec![false; left.len()]; left.len()];
     for words in situations {
         let active: Vec<usize> = (0..left.len()).filter(|at| contains(words, left[*at])).collect();
@@ -232,8 +308,31 @@ fn explicit_components(net: &Net, situations: &IndexSet<Vec<u64>>, facts: &mut F
             }
         }
     }
+    let always = |steps: &Vec<StepId>| {
+        situations.iter().all(|words| steps.iter().any(|step| contains(words, *step)))
+    };
+    let found = apart(net, &left, &together)
+        .into_iter()
+        .map(|steps| {
+            let always = always(&steps);
+            (steps, always)
+        })
+        .collect();
+    add_components(net, found, Proof::Explicit, facts);
+}
+
+/// The steps that are in no component yet.
+fn outside_components(net: &Net, facts: &Facts) -> Vec<StepId> {
+    let is_outside =
+        |step: &StepId| facts.component_of.as_ref().is_none_or(|map| map[*step].is_none());
+    net.steps.ids().filter(is_outside).collect()
+}
+
+/// Greedy sets of at least two steps of `left`, in declaration order, of which no two are ever active together.
+fn apart(net: &Net, left: &[StepId], together: &[Vec<bool>]) -> Vec<Vec<StepId>> {
     let mut is_free: Vec<bool> =
         left.iter().map(|step| net.steps[*step].parent.is_none()).collect();
+    let mut sets = Vec::new();
     for first in 0..left.len() {
         if !is_free[first] {
             continue;
@@ -244,32 +343,28 @@ fn explicit_components(net: &Net, situations: &IndexSet<Vec<u64>>, facts: &mut F
                 members.push(other);
             }
         }
-        if members.len() < 2 {
-            continue;
+        if members.len() >= 2 {
+            members.iter().for_each(|member| is_free[*member] = false);
+            sets.push(members.into_iter().map(|member| left[member]).collect());
         }
-        members.iter().for_each(|member| is_free[*member] = false);
-        let steps: Vec<StepId> = members.iter().map(|member| left[*member]).collect();
-        let always = situations.iter().all(|words| steps.iter().any(|step| contains(words, *step)));
+    }
+    sets
+}
+
+/// Adds components, each with whether one of its steps is always active.
+fn add_components(net: &Net, found: Vec<(Vec<StepId>, bool)>, by: Proof, facts: &mut Facts) {
+    let mut component_of =
+        facts.component_of.take().unwrap_or_else(|| IdMap::filled(&net.steps, None));
+    for (steps, always) in found {
         let number = facts.components.len() as u32;
         steps.iter().for_each(|step| component_of[*step] = Some(number));
         if always {
-            facts.invariants.push(grafsynth_ir::facts::Invariant {
-                steps: steps.clone(),
-                count: 1,
-                by: Proof::Explicit,
-            });
+            facts.invariants.push(Invariant { steps: steps.clone(), count: 1, by });
         }
-        facts.components.push(grafsynth_ir::facts::Component {
-            steps,
-            always,
-            by: Proof::Explicit,
-        });
+        facts.components.push(Component { steps, always, by });
     }
+    let left = component_of.values().filter(|index| index.is_none()).count();
     facts.component_of = Some(component_of);
-    let left = facts
-        .component_of
-        .as_ref()
-        .map_or(0, |map| map.values().filter(|index| index.is_none()).count());
     facts.open.retain(|text| !text.contains("in no sequential component"));
     if left > 0 {
         facts
@@ -397,9 +492,10 @@ mod tests {
     #[test]
     fn limits_end_the_search() {
         let net = valid(chart("a* b c d | a>b:x b>c:y c>d:z d>a:w"));
-        let facts = facts(&net, &Limits { pairs: 4, ..Limits::default() });
+        let facts = facts(&net, &Limits { pairs: 4, image_work: 10, ..Limits::default() });
         assert!(facts.reach.is_none());
         assert_eq!(facts.open.len(), 1);
+        assert!(facts.open[0].contains("10 steps of work"), "{:?}", facts.open);
         assert_eq!(facts.components.len(), 1);
     }
 }

@@ -13,6 +13,10 @@ pub struct Limits {
     pub random_rows: usize,
     /// Nodes of a decision diagram.
     pub bdd_nodes: usize,
+    /// Bits of state and inputs with which reachable situations are sought as a decision diagram.
+    pub image_bits: usize,
+    /// Steps of work on that diagram: looks at a node, or at two or three together.
+    pub image_work: u64,
     /// Conflicts that the solver may meet for one function.
     pub conflicts: u64,
     /// Nodes of the verifier's own circuit of a net.
@@ -29,6 +33,8 @@ impl Default for Limits {
             rows_per_state: 1 << 14,
             random_rows: 10_000,
             bdd_nodes: 1 << 20,
+            image_bits: 2_048,
+            image_work: 20_000_000,
             conflicts: 20_000,
             circuit_nodes: 8_000_000,
             listed_situations: 65_536,

@@ -41,10 +41,13 @@ pub(crate) fn run(session: &mut Session, arguments: &Check) -> Result<Exit, Stop
             net.name,
             net.steps.len(),
             net.transitions.len(),
-            facts.reach.as_ref().map_or_else(String::new, |reach| format!(
-                ", {} reachable situations",
-                reach.situations
-            ))
+            facts.reach.as_ref().map_or_else(String::new, |reach| {
+                let most = if reach.exact { "" } else { "at most " };
+                match reach.situations {
+                    u128::MAX => ", more than 10^38 reachable situations".to_owned(),
+                    n => format!(", {most}{n} reachable situations"),
+                }
+            })
         ));
     }
     Ok(exit)

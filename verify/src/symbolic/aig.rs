@@ -1,7 +1,7 @@
 //! Functions as and-inverter graphs, hashed so that what is built twice is one node; and whether two of them are equal.
 
 use batsat::{Callbacks, ClauseKind, Lit as SatLit, Solver, SolverInterface, SolverOpts, lbool};
-use grafsynth_logic::bdd::{Bdd, Ref};
+use grafsynth_logic::bdd::{Bdd, Full, Ref};
 use indexmap::IndexMap;
 
 /// A node of the graph or its negation.
@@ -209,6 +209,85 @@ impl Aig {
         roots.iter().map(|root| read(&values, *root)).collect()
     }
 
+    /// The functions as decision diagrams, with the variables at the given levels. None inside if they need more than so many nodes of the graph.
+    ///
+    /// # Errors
+    /// When the manager is full.
+    pub(crate) fn diagrams(
+        &self,
+        roots: &[Lit],
+        limit: usize,
+        level: impl Fn(Lit) -> u32,
+        bdd: &mut Bdd,
+    ) -> Result<Option<Vec<Ref>>, Full> {
+        let Some(cone) = self.cone(roots, limit) else { return Ok(None) };
+        let made = self.cone_diagrams(&cone, level, bdd)?;
+        roots.iter().map(|root| read_diagram(bdd, &made, *root)).collect::<Result<_, _>>().map(Some)
+    }
+
+    fn cone_diagrams(
+        &self,
+        cone: &[usize],
+        level: impl Fn(Lit) -> u32,
+        bdd: &mut Bdd,
+    ) -> Result<IndexMap<usize, Ref>, Full> {
+        let mut made: IndexMap<usize, Ref> = IndexMap::new();
+        for node in cone {
+            let function = match self.nodes[*node] {
+                Node::Constant => Ref::FALSE,
+                Node::Variable => bdd.var(level(Lit((*node as u32) << 1)))?,
+                Node::And(a, b) => {
+                    let a = read_diagram(bdd, &made, a)?;
+                    let b = read_diagram(bdd, &made, b)?;
+                    bdd.and(a, b)?
+                }
+            };
+            made.insert(*node, function);
+        }
+        Ok(made)
+    }
+
+    /// The variables that each of the functions depends on by its form. None if that is more to write down than so many words of 64 bits.
+    pub(crate) fn supports(&self, roots: &[Lit], limit: usize) -> Option<Vec<Vec<Lit>>> {
+        let cone = self.cone(roots, limit)?;
+        let place: IndexMap<usize, usize> = cone.iter().copied().zip(0..).collect();
+        let variables: Vec<usize> = cone
+            .iter()
+            .copied()
+            .filter(|node| matches!(self.nodes[*node], Node::Variable))
+            .collect();
+        let width = variables.len().div_ceil(64);
+        if cone.len().checked_mul(width)? > limit {
+            return None;
+        }
+        let mut words = vec![0u64; cone.len() * width];
+        let mut n_seen = 0;
+        for (at, node) in cone.iter().enumerate() {
+            match self.nodes[*node] {
+                Node::Constant => {}
+                Node::Variable => {
+                    words[at * width + n_seen / 64] |= 1 << (n_seen % 64);
+                    n_seen += 1;
+                }
+                Node::And(a, b) => {
+                    for below in [place[&a.node()], place[&b.node()]] {
+                        for word in 0..width {
+                            words[at * width + word] |= words[below * width + word];
+                        }
+                    }
+                }
+            }
+        }
+        let of = |root: &Lit| {
+            let at = place[&root.node()] * width;
+            (0..variables.len())
+                .filter(|bit| words[at + bit / 64] >> (bit % 64) & 1 == 1)
+                .map(|bit| Lit((variables[bit] as u32) << 1))
+                .collect()
+        };
+        Some(roots.iter().map(of).collect())
+    }
+
     /// Whether some values make all literals true, by decision diagrams; `rank` orders the variables. None if the diagrams grow beyond the limit.
     pub(crate) fn satisfiable_by_diagram<K: Ord>(
         &self,
@@ -228,27 +307,12 @@ impl Aig {
         variables.sort_by_key(|node| (rank(Lit((*node as u32) << 1)), *node));
         let level: IndexMap<usize, u32> = variables.into_iter().zip(0..).collect();
         let mut bdd = Bdd::with_limit(node_limit);
-        let mut made: IndexMap<usize, Ref> = IndexMap::new();
-        let read = |bdd: &mut Bdd, made: &IndexMap<usize, Ref>, lit: Lit| {
-            let node = made[&lit.node()];
-            if lit.is_negated() { bdd.not(node) } else { Ok(node) }
-        };
-        for node in cone {
-            let function = match self.nodes[node] {
-                Node::Constant => Ref::FALSE,
-                Node::Variable => bdd.var(level[&node]).ok()?,
-                Node::And(a, b) => {
-                    let a = read(&mut bdd, &made, a).ok()?;
-                    let b = read(&mut bdd, &made, b).ok()?;
-                    bdd.and(a, b).ok()?
-                }
-            };
-            made.insert(node, function);
-        }
+        let made = self.cone_diagrams(&cone, |lit| level[&lit.node()], &mut bdd).ok()?;
+        let read = |bdd: &mut Bdd, lit: Lit| read_diagram(bdd, &made, lit);
         // The question itself comes first: often nothing that is assumed is needed.
         let mut rest = Ref::TRUE;
         for lit in all.iter().rev() {
-            let function = read(&mut bdd, &made, *lit).ok()?;
+            let function = read(&mut bdd, *lit).ok()?;
             rest = bdd.and(rest, function).ok()?;
         }
         for clause in clauses {
@@ -257,7 +321,7 @@ impl Aig {
             }
             let lits = clause
                 .iter()
-                .map(|lit| read(&mut bdd, &made, *lit))
+                .map(|lit| read(&mut bdd, *lit))
                 .collect::<Result<Vec<_>, _>>()
                 .ok()?;
             let function = bdd.or_all(lits).ok()?;
@@ -336,6 +400,12 @@ impl Aig {
             None
         }
     }
+}
+
+/// The function of a literal whose node was made.
+fn read_diagram(bdd: &mut Bdd, made: &IndexMap<usize, Ref>, lit: Lit) -> Result<Ref, Full> {
+    let node = made[&lit.node()];
+    if lit.is_negated() { bdd.not(node) } else { Ok(node) }
 }
 
 /// Stops the solver after so many learnt clauses.

@@ -11,7 +11,10 @@
 mod aig;
 mod ending;
 mod forcing;
+mod image;
 mod number;
+mod order;
+mod reach;
 mod reaction;
 mod select;
 mod state;
@@ -30,6 +33,8 @@ use crate::equiv::{Binding, Certificate, Method, Shown, Verdict, What};
 use crate::exclusive::net_expr;
 use crate::explore::Ticks;
 use crate::limits::Limits;
+pub(crate) use reach::{Reached, reach};
+
 use aig::{Aig, Lit};
 use number::Number;
 use reaction::{Inputs, Maker, Reaction};
@@ -54,12 +59,14 @@ struct Model<'n> {
     valid_of: BTreeMap<Lit, usize>,
     /// Assumptions: their variables, and what never holds.
     forbidden: Vec<(Vec<Lit>, Lit)>,
+    /// Assumptions that cannot be said over state and inputs, so that more seems possible than is.
+    n_passed_over: usize,
     events: Vec<Lit>,
 }
 
 impl<'n> Model<'n> {
-    fn of(net: &'n Net, facts: &Facts, limits: &Limits) -> Result<Self, String> {
-        let depth = facts.stable_depth.as_ref().map(|proved| proved.value);
+    /// `depth` is a bound on the micro-steps of a reaction, if one is known.
+    fn of(net: &'n Net, depth: Option<u32>, limits: &Limits) -> Result<Self, String> {
         let mut maker = Maker::new(net, depth, limits.circuit_nodes)?;
         let (state, state_bits, mut valid) = maker.shape.clone().free(net, &mut maker.aig);
         let mut input_bits = BTreeMap::new();
@@ -94,15 +101,19 @@ impl<'n> Model<'n> {
             }
         }
         let tick = maker.aig.variable();
-        let inputs = Inputs { values, tick };
+        let inputs = Inputs { values, tick, dt: None };
         let mut forbidden = Vec::new();
+        let mut n_passed_over = 0;
         for property in
             net.properties.iter().filter(|property| property.role == PropertyRole::Assume)
         {
-            if let Some(never) = net_expr(&property.never) {
-                let lit = maker.forbidden(&state, &inputs, &never);
-                let support = maker.aig.support(&[lit], CONE).unwrap_or_default();
-                forbidden.push((support, lit));
+            match net_expr(&property.never) {
+                None => n_passed_over += 1,
+                Some(never) => {
+                    let lit = maker.forbidden(&state, &inputs, &never);
+                    let support = maker.aig.support(&[lit], CONE).unwrap_or_default();
+                    forbidden.push((support, lit));
+                }
             }
         }
         let mut bit_of = BTreeMap::new();
@@ -140,6 +151,7 @@ impl<'n> Model<'n> {
             valid,
             valid_of,
             forbidden,
+            n_passed_over,
             events,
         })
     }
@@ -270,6 +282,10 @@ impl<'n> Model<'n> {
     }
 }
 
+fn known_depth(facts: &Facts) -> Option<u32> {
+    facts.stable_depth.as_ref().map(|proved| proved.value)
+}
+
 fn at_most_one(lits: &[Lit], clauses: &mut Vec<Vec<Lit>>) {
     // Beyond a few hundred the pairs cost more than they can help; leaving some out only weakens what is assumed.
     for (at, a) in lits.iter().enumerate().take(512) {
@@ -321,7 +337,13 @@ fn prove(
     if binding.busy.is_some() {
         return Err("a circuit that takes several clocks for a reaction is not covered by the symbolic proof".to_owned());
     }
-    let mut model = Model::of(net, facts, limits)?;
+    let has_arguments = net.outputs.values().any(
+        |output| matches!(&output.driver, Driver::Extern { params, .. } if !params.is_empty()),
+    );
+    if has_arguments {
+        return Err("calls with arguments are not covered by the symbolic proof".to_owned());
+    }
+    let mut model = Model::of(net, known_depth(facts), limits)?;
     let reset = model.maker.reset()?;
     let reset_bits = {
         let shape = model.maker.shape.clone();
@@ -467,7 +489,7 @@ pub(crate) fn never(
     property: &PropertyExpr,
 ) -> Option<Ticks> {
     let never = over_state(net, property)?;
-    let mut model = Model::of(net, facts, limits).ok()?;
+    let mut model = Model::of(net, known_depth(facts), limits).ok()?;
     let (state, inputs) = (model.state.clone(), model.inputs.clone());
     let now = model.maker.forbidden(&state, &inputs, &never);
     if model.difference(facts, limits, now, Lit::FALSE)?.is_none() {
@@ -488,6 +510,7 @@ pub(crate) fn never(
             })
             .collect(),
         tick: inputs.tick,
+        dt: None,
     };
     let held = model.maker.forbidden(&state, &before, &never);
     let next = model.maker.reaction(&state, &inputs).ok()?;

@@ -22,7 +22,10 @@ use crate::exclusive::entered;
 #[derive(Debug, Clone)]
 pub(crate) struct Inputs {
     pub(crate) values: Vec<Value>,
+    /// Time passes: by one tick where `dt` does not say by how many.
     pub(crate) tick: Lit,
+    /// The ticks that pass, never negative; None where a reaction lasts no longer than one.
+    pub(crate) dt: Option<Number>,
 }
 
 /// What a reaction leaves.
@@ -70,6 +73,10 @@ pub(crate) struct Maker<'n> {
     pub(super) calls: BTreeMap<OutputId, Vec<Lit>>,
     /// With simultaneous assignments: what every list of the micro-step reads.
     pub(super) frozen: Option<Box<State>>,
+    /// Of the last reaction: which transitions fire, micro-step by micro-step.
+    pub(super) fired: Vec<Vec<Lit>>,
+    /// Of the last reaction: after so many micro-steps (the index) there is one more, or would be if the depth allowed it.
+    pub(super) more: Vec<Lit>,
 }
 
 impl<'n> Maker<'n> {
@@ -98,7 +105,9 @@ impl<'n> Maker<'n> {
             children: vec![Vec::new(); net.steps.len()],
             enclosing: Vec::new(),
             rivals: BTreeMap::new(),
-            inputs: Inputs { values: Vec::new(), tick: Lit::FALSE },
+            inputs: Inputs { values: Vec::new(), tick: Lit::FALSE, dt: None },
+            fired: Vec::new(),
+            more: Vec::new(),
             events: vec![Lit::FALSE; net.inputs.len()],
             rise: vec![Lit::FALSE; net.edges.len()],
             fall: vec![Lit::FALSE; net.edges.len()],
@@ -371,6 +380,8 @@ impl<'n> Maker<'n> {
         let mut state = state.clone();
         self.inputs = inputs.clone();
         self.calls.clear();
+        self.fired.clear();
+        self.more.clear();
         self.latch(&mut state);
         let mealy = self.mealy(&state);
         // L3
@@ -410,6 +421,7 @@ impl<'n> Maker<'n> {
         self.inputs = Inputs {
             values: net.inputs.values().map(|input| zero(input.ty)).collect(),
             tick: Lit::FALSE,
+            dt: None,
         };
         self.calls.clear();
         self.events.fill(Lit::FALSE);
@@ -443,6 +455,7 @@ impl<'n> Maker<'n> {
     fn latch(&mut self, state: &mut State) {
         let net = self.net;
         let tick = self.inputs.tick;
+        let dt = self.inputs.dt.clone().unwrap_or_else(|| Number::constant(1));
         for step in net.steps.ids() {
             let at = step.index();
             let runs = self.aig.and(state.active[at], tick);
@@ -451,7 +464,7 @@ impl<'n> Maker<'n> {
                 (state.last_elapsed[at].as_mut(), self.shape.last_elapsed[at]),
             ] {
                 if let (Some(counter), Some(cap)) = (counter, cap) {
-                    *counter = advance(&mut self.aig, counter, runs, cap);
+                    *counter = advance(&mut self.aig, counter, runs, &dt, cap);
                 }
             }
         }
@@ -459,7 +472,7 @@ impl<'n> Maker<'n> {
             let at = timer.index();
             if let (Some(counter), Some(cap)) = (&state.timers[at], self.shape.timers[at]) {
                 let runs = self.aig.and(state.held[at], tick);
-                state.timers[at] = Some(advance(&mut self.aig, counter, runs, cap));
+                state.timers[at] = Some(advance(&mut self.aig, counter, runs, &dt, cap));
             }
         }
         for (id, part) in self.shape.times.clone() {
@@ -469,6 +482,7 @@ impl<'n> Maker<'n> {
                 &mut self.aig,
                 &state.times[&(id, part)],
                 runs,
+                &dt,
                 i64::from(net.actions[id].duration),
             );
             state.times.insert((id, part), counter);
@@ -516,15 +530,18 @@ impl<'n> Maker<'n> {
                     state.old[edge] = self.aig.ite(running, *now, state.old[edge]);
                 }
             }
+            let goes_on = self.aig.and(running, any);
+            self.more.push(goes_on);
             if round == self.depth {
-                return Ok(if self.may_fault { self.aig.and(running, any) } else { Lit::FALSE });
+                return Ok(if self.may_fault { goes_on } else { Lit::FALSE });
             }
             let fires: Vec<Lit> = chosen.iter().map(|one| self.aig.and(*one, running)).collect();
             self.fire(state, &fires)?;
+            self.fired.push(fires);
             if !is_stable {
                 return Ok(Lit::FALSE);
             }
-            running = self.aig.and(running, any);
+            running = goes_on;
             fresh = Lit::FALSE;
             for event in 0..state.raised.len() {
                 // Where nothing fired, nothing was raised either, and no further check asks for the event.
@@ -727,9 +744,9 @@ impl<'n> Maker<'n> {
     }
 }
 
-/// `min(counter + 1, cap)` where it runs.
-fn advance(aig: &mut Aig, counter: &Number, runs: Lit, cap: i64) -> Number {
-    let more = Number::arith(aig, grafsynth_ir::expr::ArithOp::Add, counter, &Number::constant(1));
+/// `min(counter + dt, cap)` where it runs.
+fn advance(aig: &mut Aig, counter: &Number, runs: Lit, dt: &Number, cap: i64) -> Number {
+    let more = Number::arith(aig, grafsynth_ir::expr::ArithOp::Add, counter, dt);
     let capped = more.saturate(aig, 0, cap);
     Number::select(aig, runs, &capped, counter)
 }
@@ -741,12 +758,6 @@ fn refuse(net: &Net) -> Result<(), Unsupported> {
     }
     if !net.unspecified.is_empty() {
         return Err("open cells are not covered by the symbolic proof yet".to_owned());
-    }
-    let has_arguments = net.outputs.values().any(
-        |output| matches!(&output.driver, Driver::Extern { params, .. } if !params.is_empty()),
-    );
-    if has_arguments {
-        return Err("calls with arguments are not covered by the symbolic proof".to_owned());
     }
     Ok(())
 }

@@ -24,7 +24,7 @@ fn difference(net: &Valid<Net>, n_rows: usize, seed: u64) -> Option<String> {
     let facts = structural_facts(net);
     let logic = encode(net, &program, &Facts::default(), &EncodeOptions::default()).ok()?;
     let binding = Binding::of(net, &logic).ok()?;
-    let mut model = Model::of(net, &facts, &Limits::default()).ok()?;
+    let mut model = Model::of(net, known_depth(&facts), &Limits::default()).ok()?;
     let reset = model.maker.reset().ok()?;
     let shape = model.maker.shape.clone();
     let reset_bits = shape.bits(net, model.aig(), &reset.state);

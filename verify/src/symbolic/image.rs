@@ -1,0 +1,207 @@
+//! Images of sets of states under one reaction, as decision diagrams [Burch, Clarke, Long 1991]: the relation stays a list of parts, one for a few bits
+//! of the next state, and each variable is quantified away as soon as no later part mentions it [Ranjan, Aziz, Brayton, Plessier, Pixley 1995].
+//!
+//! Levels: a bit of the state has an even level, the same bit after the reaction the odd level behind it; inputs have even levels.
+
+use grafsynth_logic::bdd::{Bdd, Full, Ref};
+
+/// Parts of the relation are joined up to this size. Larger parts save passes over the set, smaller ones quantify earlier; the optimum is flat.
+const CLUSTER: usize = 400;
+/// Garbage below this size is left where it is.
+const SWEEP: usize = 1 << 16;
+
+/// The level of the same bit after the reaction.
+pub(super) fn after(level: u32) -> u32 {
+    level | 1
+}
+
+/// What restricts one reaction: a function of state and inputs, and of the next state if it defines a bit of it.
+#[derive(Debug, Clone)]
+pub(super) struct Part {
+    pub(super) relation: Ref,
+    /// The levels of state and inputs that it reads.
+    pub(super) reads: Vec<u32>,
+}
+
+/// Joined parts, and what may be quantified after them.
+#[derive(Debug, Clone)]
+struct Cluster {
+    relation: Ref,
+    done: Ref,
+}
+
+/// One manager with a relation and whatever functions its client wants to keep.
+#[derive(Debug)]
+pub(super) struct Machine {
+    pub(super) bdd: Bdd,
+    clusters: Vec<Cluster>,
+    /// State bits that no part reads.
+    unread: Ref,
+    /// All levels of state and inputs.
+    pub(super) all: Ref,
+    /// Functions of the client; [`Machine::tidy`] renames them.
+    pub(super) kept: Vec<Ref>,
+    next_sweep: usize,
+}
+
+impl Machine {
+    /// `state` and `inputs` are the levels of the bits before the reaction.
+    ///
+    /// # Errors
+    /// When the manager is full.
+    pub(super) fn new(
+        mut bdd: Bdd,
+        parts: Vec<Part>,
+        state: &[u32],
+        inputs: &[u32],
+        kept: Vec<Ref>,
+    ) -> Result<Self, Full> {
+        let n_levels = state.iter().chain(inputs).max().map_or(0, |level| *level as usize + 2);
+        let parts = sorted(parts, n_levels);
+        let mut is_state = vec![false; n_levels];
+        state.iter().for_each(|level| is_state[*level as usize] = true);
+        // The last part that reads each level; nothing later needs it.
+        let mut last: Vec<Option<usize>> = vec![None; n_levels];
+        let mut first: Vec<Option<usize>> = vec![None; n_levels];
+        for (at, part) in parts.iter().enumerate() {
+            for level in &part.reads {
+                last[*level as usize] = Some(at);
+                first[*level as usize].get_or_insert(at);
+            }
+        }
+        let mut clusters: Vec<Cluster> = Vec::new();
+        let mut from = 0;
+        while from < parts.len() {
+            let mut relation = parts[from].relation;
+            let mut to = from + 1;
+            while to < parts.len() && bdd.size(relation) < CLUSTER {
+                let joined = bdd.and(relation, parts[to].relation)?;
+                if bdd.size(joined) > 2 * CLUSTER {
+                    break;
+                }
+                relation = joined;
+                to += 1;
+            }
+            let mut inner = Vec::new();
+            let mut done = Vec::new();
+            for (level, (last, first)) in last.iter().zip(&first).enumerate() {
+                if last.is_some_and(|at| from <= at && at < to) {
+                    // Sets of states know nothing of inputs, so those that only this cluster reads go at once.
+                    if !is_state[level] && first.is_some_and(|at| from <= at) {
+                        inner.push(level as u32);
+                    } else {
+                        done.push(level as u32);
+                    }
+                }
+            }
+            let inner = bdd.cube(inner)?;
+            let relation = bdd.exists(relation, inner)?;
+            let done = bdd.cube(done)?;
+            clusters.push(Cluster { relation, done });
+            from = to;
+        }
+        let unread =
+            bdd.cube(state.iter().copied().filter(|level| last[*level as usize].is_none()))?;
+        let all = bdd.cube(state.iter().chain(inputs).copied())?;
+        let mut machine = Machine { bdd, clusters, unread, all, kept, next_sweep: SWEEP };
+        machine.sweep();
+        Ok(machine)
+    }
+
+    /// The states that one reaction makes of these.
+    ///
+    /// # Errors
+    /// When the manager is full.
+    pub(super) fn image(&mut self, from: Ref) -> Result<Ref, Full> {
+        let mut set = self.bdd.exists(from, self.unread)?;
+        for cluster in &self.clusters {
+            if set == Ref::FALSE {
+                break;
+            }
+            set = self.bdd.and_exists(set, cluster.relation, cluster.done)?;
+        }
+        self.bdd.rename(set, |level| level & !1)
+    }
+
+    /// True if the two hold together somewhere.
+    ///
+    /// # Errors
+    /// When the manager is full.
+    pub(super) fn meet(&mut self, a: Ref, b: Ref) -> Result<bool, Full> {
+        Ok(self.bdd.and_exists(a, b, self.all)? != Ref::FALSE)
+    }
+
+    /// Drops garbage if there is much of it. Gives the functions under their new names.
+    pub(super) fn tidy<const N: usize>(&mut self, functions: [Ref; N]) -> [Ref; N] {
+        if self.bdd.len() < self.next_sweep {
+            return functions;
+        }
+        let n_kept = self.kept.len();
+        self.kept.extend(functions);
+        self.sweep();
+        let mut renamed = functions;
+        renamed.copy_from_slice(&self.kept[n_kept..]);
+        self.kept.truncate(n_kept);
+        renamed
+    }
+
+    fn sweep(&mut self) {
+        let mut roots = self.kept.clone();
+        roots.extend(self.clusters.iter().flat_map(|cluster| [cluster.relation, cluster.done]));
+        roots.extend([self.unread, self.all]);
+        self.bdd.keep(&mut roots);
+        let mut roots = roots.into_iter();
+        let mut next = || roots.next().unwrap_or(Ref::FALSE);
+        self.kept.iter_mut().for_each(|kept| *kept = next());
+        for cluster in &mut self.clusters {
+            cluster.relation = next();
+            cluster.done = next();
+        }
+        self.unread = next();
+        self.all = next();
+        // Garbage may grow to three times of what lives, so sweeping costs no more than making it.
+        self.next_sweep = (self.bdd.len() * 4).max(SWEEP);
+    }
+}
+
+/// The order in which parts are joined to a set: always the part after which most variables are done for the fewest new ones; among equals the
+/// nearest one behind the last.
+fn sorted(parts: Vec<Part>, n_levels: usize) -> Vec<Part> {
+    let mut n_left = vec![0usize; n_levels];
+    for level in parts.iter().flat_map(|part| &part.reads) {
+        n_left[*level as usize] += 1;
+    }
+    let mut left: Vec<Option<Part>> = parts.into_iter().map(Some).collect();
+    let mut order = Vec::with_capacity(left.len());
+    let mut is_open = vec![false; n_levels];
+    let mut behind = 0;
+    for _ in 0..left.len() {
+        let mut best: Option<(isize, usize, usize)> = None;
+        for (at, part) in left.iter().enumerate() {
+            let Some(part) = part else { continue };
+            let mut gain: isize = 0;
+            for level in &part.reads {
+                gain += 2 * isize::from(n_left[*level as usize] == 1);
+                gain -= isize::from(!is_open[*level as usize]);
+            }
+            let distance = if at >= behind { at - behind } else { left.len() + behind - at };
+            if best
+                .is_none_or(|(most, nearest, _)| gain > most || gain == most && distance < nearest)
+            {
+                best = Some((gain, distance, at));
+            }
+        }
+        let Some(part) = best.and_then(|(_, _, at)| {
+            behind = at;
+            left[at].take()
+        }) else {
+            break;
+        };
+        for level in &part.reads {
+            n_left[*level as usize] -= 1;
+            is_open[*level as usize] = true;
+        }
+        order.push(part);
+    }
+    order
+}

@@ -1,0 +1,359 @@
+//! The reachable situations of a net whose states are too many to be counted one by one: a decision diagram of the reachable states, made by
+//! images of the reaction as [`super`] writes it down.
+//!
+//! The reaction there knows one tick at most. Here any number of ticks may pass: `dt` is one more input, as wide as the longest time that the net
+//! compares or waits for (beyond its cap no counter tells one `dt` from the next).
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use grafsynth_ir::facts::Facts;
+use grafsynth_ir::net::{Evolution, InputKind, Net, StepId};
+use grafsynth_ir::program::Origin;
+use grafsynth_logic::bdd::{Bdd, Full, Ref, Scarce};
+
+use super::Model;
+use super::aig::Lit;
+use super::image::{Machine, Part, after};
+use super::number::Number;
+use super::order::order;
+use super::state::{Key, Shape};
+use crate::limits::Limits;
+
+/// Micro-steps of a reaction that are unrolled at most.
+const DEPTH: u32 = 64;
+
+/// What the diagram says.
+#[derive(Debug)]
+pub(crate) struct Reached {
+    machine: Machine,
+    /// Over the bits of the steps.
+    situations: Ref,
+    level_of: Vec<u32>,
+    /// No situation is counted that cannot be reached.
+    pub(crate) exact: bool,
+    /// For each transition whether it ever fires.
+    pub(crate) fires: Vec<bool>,
+    /// The largest number of micro-steps in a reaction, where none exceeds the limit of the net.
+    pub(crate) depth: Option<u32>,
+}
+
+impl Reached {
+    /// The number of situations; `u128::MAX` stands for that and more.
+    pub(crate) fn count(&self) -> u128 {
+        let mut levels = self.level_of.clone();
+        levels.sort_unstable();
+        self.machine.bdd.sat_count(self.situations, &levels)
+    }
+
+    /// True if some situation holds all of these steps.
+    pub(crate) fn together(&mut self, steps: &[StepId]) -> Result<bool, String> {
+        let levels = steps.iter().map(|step| self.level_of[step.index()]);
+        let cube = self.machine.bdd.cube(levels).map_err(full)?;
+        self.machine.meet(self.situations, cube).map_err(full)
+    }
+
+    /// True if every situation holds one of these steps.
+    pub(crate) fn always_one(&mut self, steps: &[StepId]) -> Result<bool, String> {
+        let mut none = self.situations;
+        for step in steps {
+            let level = self.level_of[step.index()];
+            let active = self.machine.bdd.var(level).map_err(full)?;
+            none = self.machine.bdd.and_not(none, active).map_err(full)?;
+        }
+        Ok(none == Ref::FALSE)
+    }
+}
+
+fn full(full: Full) -> String {
+    full.to_string()
+}
+
+/// Why an attempt ended without an answer.
+enum Failed {
+    /// A reaction takes more micro-steps than were unrolled.
+    Deeper,
+    Full(Full),
+    Open(String),
+}
+
+impl From<Full> for Failed {
+    fn from(full: Full) -> Self {
+        Failed::Full(full)
+    }
+}
+
+impl From<String> for Failed {
+    fn from(why: String) -> Self {
+        Failed::Open(why)
+    }
+}
+
+/// All situations that the net can reach, for any `dt`. The error says why that could not be found out.
+///
+/// `facts` gives the components, for the order of variables only.
+pub(crate) fn reach(net: &Net, facts: &Facts, limits: &Limits) -> Result<Reached, String> {
+    let limit = match net.settings.evolution {
+        Evolution::Single => 1,
+        Evolution::Stable { limit } => limit,
+    };
+    // Long evolutions are rare, and what is unrolled is paid for: a few micro-steps first.
+    let mut work = limits.image_work;
+    let mut depth = limit.min(4);
+    loop {
+        match attempt(net, facts, limits, limit, depth, &mut work) {
+            Ok(reached) => return Ok(reached),
+            Err(Failed::Open(why)) => return Err(why),
+            // Earlier attempts took their share of the work.
+            Err(Failed::Full(Full { of: Scarce::Work, .. })) => {
+                let limit = limits.image_work;
+                return Err(format!("the decision diagram needs more than {limit} steps of work"));
+            }
+            Err(Failed::Full(nodes)) => return Err(nodes.to_string()),
+            Err(Failed::Deeper) if depth < limit.min(DEPTH) => {
+                depth = (depth * 4).min(limit).min(DEPTH);
+            }
+            Err(Failed::Deeper) => {
+                return Err(format!("a reaction may take more than {depth} micro-steps"));
+            }
+        }
+    }
+}
+
+/// With so many micro-steps in a reaction. Takes what it does from `work`.
+fn attempt(
+    net: &Net,
+    facts: &Facts,
+    limits: &Limits,
+    limit: u32,
+    depth: u32,
+    work: &mut u64,
+) -> Result<Reached, Failed> {
+    // Whatever has more nodes as a graph has more as diagrams.
+    let graph_nodes = limits.circuit_nodes.min(limits.bdd_nodes);
+    let limits = &Limits { circuit_nodes: graph_nodes, ..limits.clone() };
+    let n_bits = net.steps.len() + net.inputs.len();
+    if n_bits > limits.image_bits {
+        return Err(too_many_bits(n_bits, limits));
+    }
+    let mut model = Model::of(net, Some(depth), limits)?;
+    let n_bits = model.state_bits.len() + model.input_bits.len();
+    if n_bits > limits.image_bits {
+        return Err(too_many_bits(n_bits, limits));
+    }
+    let time = any_time(&mut model);
+    let initial = initial(&mut model)?;
+    let (state, inputs) = (model.state.clone(), model.inputs.clone());
+    let reaction = model.maker.reaction(&state, &inputs)?;
+    let shape = model.maker.shape.clone();
+    let next = shape.bits(net, model.aig(), &reaction.state);
+    let legal = legal_inputs(&mut model);
+    let overrun = match model.maker.more.get(depth as usize) {
+        Some(more) if depth < limit => *more,
+        Some(_) | None => Lit::FALSE,
+    };
+
+    let too_large = || {
+        let text = format!("the reaction has more than {graph_nodes} nodes");
+        Failed::Open(text)
+    };
+    // What says how long a reaction is, and what fires in it.
+    let mut asked = vec![overrun];
+    asked.extend(&model.maker.more);
+    let n_more = asked.len();
+    asked.extend(model.maker.fired.iter().flatten());
+    // All functions, in one list: next bits, conditions on inputs, what is asked.
+    let mut roots: Vec<Lit> = next.values().copied().collect();
+    roots.extend(&legal);
+    roots.extend(&asked);
+    let mut supports = model.maker.aig.supports(&roots, graph_nodes * 16).ok_or_else(too_large)?;
+    let asked_supports = supports.split_off(next.len() + legal.len());
+    let legal_supports = supports.split_off(next.len());
+    let mut reads: BTreeMap<Key, Vec<Lit>> = next.keys().copied().zip(supports).collect();
+    keep_what_matters(&model, &mut reads, asked_supports.iter().flatten());
+    let mut input_lits: Vec<Lit> = model.input_bits.values().copied().collect();
+    input_lits.extend(&time);
+    let sequence = order(net, facts, &model.state_bits, &model.input_bits, &time, &reads);
+    let level: BTreeMap<Lit, u32> =
+        sequence.into_iter().zip((0..).map(|place: u32| 2 * place)).collect();
+    roots.clear();
+    roots.extend(reads.keys().map(|key| next[key]));
+    let n_next = roots.len();
+    roots.extend(&legal);
+    let n_asked = roots.len();
+    roots.extend(&asked);
+
+    let mut bdd = Bdd::with_limit(limits.bdd_nodes);
+    bdd.limit_work(*work);
+    let functions = model
+        .maker
+        .aig
+        .diagrams(&roots, graph_nodes, |lit| level[&lit], &mut bdd)?
+        .ok_or_else(too_large)?;
+    let mut parts = Vec::new();
+    let levels_of = |lits: &Vec<Lit>| lits.iter().map(|lit| level[lit]).collect::<Vec<u32>>();
+    let mut state_levels = Vec::new();
+    for ((key, reads), function) in reads.iter().zip(&functions) {
+        let own = level[&model.state_bits[key]];
+        state_levels.push(own);
+        let then = bdd.var(after(own))?;
+        parts.push((own, Part { relation: bdd.iff(then, *function)?, reads: levels_of(reads) }));
+    }
+    for (condition, reads) in functions[n_next..n_asked].iter().zip(&legal_supports) {
+        let reads = levels_of(reads);
+        let first = reads.iter().min().copied().unwrap_or(0);
+        parts.push((first, Part { relation: *condition, reads }));
+    }
+    parts.sort_by_key(|(first, _)| *first);
+    let input_levels: Vec<u32> = input_lits.iter().map(|lit| level[lit]).collect();
+    let possible = bdd.and_all(functions[n_next..n_asked].iter().copied())?;
+    let mut kept = vec![possible];
+    kept.extend(&functions[n_asked..]);
+    let mut start = Ref::TRUE;
+    let mut first_state: Vec<(u32, bool)> =
+        reads.keys().map(|key| (level[&model.state_bits[key]], initial[key])).collect();
+    first_state.sort_unstable();
+    for (level, value) in first_state.into_iter().rev() {
+        let (low, high) = if value { (Ref::FALSE, start) } else { (start, Ref::FALSE) };
+        start = bdd.node(level, low, high)?;
+    }
+    let n_start = kept.len();
+    kept.push(start);
+    let parts = parts.into_iter().map(|(_, part)| part).collect();
+    let mut machine = Machine::new(bdd, parts, &state_levels, &input_levels, kept)?;
+    let start = machine.kept[n_start];
+    machine.kept.truncate(n_start);
+
+    let all = fixpoint(&mut machine, start);
+    *work = work.saturating_sub(machine.bdd.work());
+    let all = all?;
+
+    let level_of: Vec<u32> =
+        net.steps.ids().map(|step| level[&model.state_bits[&(Origin::Step(step), 0, 0)]]).collect();
+    let others = state_levels.iter().copied().filter(|level| !level_of.contains(level));
+    let others = machine.bdd.cube(others)?;
+    let situations = machine.bdd.exists(all, others)?;
+    let mut happens = Vec::new();
+    for at in 2..machine.kept.len() {
+        let [possible, function] = [machine.kept[0], machine.kept[at]];
+        let case = machine.bdd.and(possible, function)?;
+        happens.push(machine.meet(all, case)?);
+    }
+    let (more, fired) = happens.split_at(n_more - 1);
+    let n_transitions = net.transitions.len();
+    let fires = (0..n_transitions)
+        .map(|transition| fired.iter().skip(transition).step_by(n_transitions).any(|ever| *ever))
+        .collect();
+    let depth = more.iter().position(|more| !more).map(|depth| depth as u32);
+    let exact = model.n_passed_over == 0;
+    Ok(Reached { machine, situations, level_of, exact, fires, depth })
+}
+
+/// Leaves out the bits of the state that no step ever depends on, neither at once nor by way of other bits: what is only counted, stored or put out.
+/// `asked` are the variables of whatever else is asked.
+fn keep_what_matters<'l>(
+    model: &Model<'_>,
+    reads: &mut BTreeMap<Key, Vec<Lit>>,
+    asked: impl Iterator<Item = &'l Lit>,
+) {
+    let mut matters: BTreeSet<Key> = BTreeSet::new();
+    let mut todo: Vec<Key> =
+        reads.keys().filter(|(origin, _, _)| matches!(origin, Origin::Step(_))).copied().collect();
+    todo.extend(asked.filter_map(|lit| model.name_of.get(lit)));
+    while let Some(key) = todo.pop() {
+        if matters.insert(key)
+            && let Some(lits) = reads.get(&key)
+        {
+            todo.extend(lits.iter().filter_map(|lit| model.name_of.get(lit)));
+        }
+    }
+    reads.retain(|key, _| matters.contains(key));
+}
+
+fn too_many_bits(n_bits: usize, limits: &Limits) -> Failed {
+    let limit = limits.image_bits;
+    Failed::Open(format!(
+        "state and inputs have {n_bits} bits, and no diagram is tried beyond {limit}"
+    ))
+}
+
+/// The least set that holds `start` and what a reaction makes of its members. `kept` holds what inputs are possible and, next, where a reaction is
+/// longer than what was unrolled.
+fn fixpoint(machine: &mut Machine, start: Ref) -> Result<Ref, Failed> {
+    let mut all = start;
+    let mut frontier = start;
+    loop {
+        [all, frontier] = machine.tidy([all, frontier]);
+        let [possible, overrun] = [machine.kept[0], machine.kept[1]];
+        let too_long = machine.bdd.and(possible, overrun)?;
+        if machine.meet(frontier, too_long)? {
+            return Err(Failed::Deeper);
+        }
+        let image = machine.image(frontier)?;
+        let fresh = machine.bdd.and_not(image, all)?;
+        if fresh == Ref::FALSE {
+            return Ok(all);
+        }
+        all = machine.bdd.or(all, image)?;
+        // Any set between what is new and all will do; the smaller diagram is the cheaper one.
+        frontier = if machine.bdd.size(all) < machine.bdd.size(fresh) { all } else { fresh };
+    }
+}
+
+/// Lets any number of ticks pass, where the net counts them. Gives the bits of that number.
+fn any_time(model: &mut Model<'_>) -> Vec<Lit> {
+    let shape: &Shape = &model.maker.shape;
+    let caps = [&shape.elapsed, &shape.last_elapsed, &shape.timers];
+    let durations =
+        shape.times.iter().map(|(id, _)| i64::from(model.maker.net.actions[*id].duration));
+    let longest =
+        caps.into_iter().flatten().filter_map(|cap| *cap).chain(durations).max().unwrap_or(0);
+    let n_bits = 64 - longest.leading_zeros();
+    let bits: Vec<Lit> = (0..n_bits).map(|_| model.aig().variable()).collect();
+    model.inputs.tick = Lit::TRUE;
+    model.inputs.dt = Some(Number::from_code(model.aig(), &bits, 0));
+    bits
+}
+
+/// The state after reset.
+fn initial(model: &mut Model<'_>) -> Result<BTreeMap<Key, bool>, Failed> {
+    let reset = model.maker.reset()?;
+    let shape = model.maker.shape.clone();
+    let net = model.maker.net;
+    let bits = shape.bits(net, model.aig(), &reset.state);
+    bits.into_iter()
+        .map(|(key, lit)| {
+            let value =
+                lit.as_constant().ok_or_else(|| "the reset is no single state".to_owned())?;
+            Ok((key, value))
+        })
+        .collect()
+}
+
+/// What holds of the inputs in every row: codes stand for values, assumptions hold, events that exclude each other do.
+fn legal_inputs(model: &mut Model<'_>) -> Vec<Lit> {
+    let net = model.maker.net;
+    let is_input: BTreeSet<Lit> = model.input_bits.values().copied().collect();
+    let mut legal: Vec<Lit> = model
+        .valid
+        .iter()
+        .filter(|(bits, _)| bits.iter().all(|bit| is_input.contains(bit)))
+        .map(|(_, holds)| *holds)
+        .collect();
+    legal.extend(model.forbidden.iter().map(|(_, never)| !*never));
+    for (id, input) in net.inputs.iter() {
+        if input.kind == InputKind::InternalEvent {
+            // No row has it.
+            legal.extend(model.input_bits.get(&(id.index() as u32, 0)).map(|bit| !*bit));
+        }
+    }
+    let (mut seen, mut two) = (Lit::FALSE, Lit::FALSE);
+    for event in model.events.clone() {
+        let again = model.aig().and(seen, event);
+        two = model.aig().or(two, again);
+        seen = model.aig().or(seen, event);
+    }
+    if two != Lit::FALSE {
+        legal.push(!two);
+    }
+    legal
+}
