@@ -93,7 +93,11 @@ pub fn facts(net: &Valid<Net>, limits: &Limits) -> Facts {
     match net.settings.evolution {
         Evolution::Single => grafsynth_verify::structural_facts(net),
         Evolution::Stable { .. } => {
-            let limits = Limits { pairs: limits.pairs.min(100_000), ..limits.clone() };
+            let limits = Limits {
+                pairs: limits.pairs.min(100_000),
+                image_work: limits.image_work.min(1_000_000),
+                ..limits.clone()
+            };
             grafsynth_verify::facts(net, &limits)
         }
     }
