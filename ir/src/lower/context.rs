@@ -75,6 +75,8 @@ pub(super) struct Scope<'a> {
     pub(super) names: BTreeMap<&'a str, Entry>,
     /// The partial chart that its steps and transitions belong to.
     pub(super) part: PartId,
+    /// The body whose names it shares: enclosures and states share those of the chart or expansion around them (semantics C25); else itself.
+    pub(super) home: ScopeId,
     /// The innermost enclosing step or state.
     pub(super) inside: Option<StepId>,
     /// The chart, as an index into [`Design::charts`].
@@ -87,6 +89,8 @@ pub(super) struct Entry {
     pub(super) symbol: Symbol,
     /// Where it was declared.
     pub(super) span: Span,
+    /// The body in which it stands, for findings.
+    pub(super) body: ScopeId,
 }
 
 /// A constant's value.
@@ -185,6 +189,8 @@ pub(super) struct Lowering<'a> {
     pub(super) bodies: BTreeMap<StepId, ScopeId>,
     pub(super) macros: Vec<MacroDefinition<'a>>,
     pub(super) instances: Vec<Instance>,
+    /// Names that several states of one body have histories of.
+    pub(super) shared_histories: BTreeSet<(ScopeId, &'a str)>,
     /// Expands macros that nothing uses, to find the mistakes in them.
     pub(super) expand_unused: bool,
     /// Everything with an inside, in declaration order.
@@ -236,6 +242,7 @@ impl<'a> Lowering<'a> {
             bodies: BTreeMap::new(),
             macros: Vec::new(),
             instances: Vec::new(),
+            shared_histories: BTreeSet::new(),
             expand_unused: false,
             work: Vec::new(),
             taken: BTreeSet::new(),

@@ -99,8 +99,24 @@ fn new_scope(
     inside: Option<StepId>,
     chart: usize,
 ) -> ScopeId {
-    lowering.scopes.push(Scope { parent, prefix, names: BTreeMap::new(), part, inside, chart });
-    lowering.scopes.len() - 1
+    let home = lowering.scopes.len();
+    let names = BTreeMap::new();
+    lowering.scopes.push(Scope { parent, prefix, names, part, home, inside, chart });
+    home
+}
+
+/// The body of an enclosing step or a state in `outer`: it shares the names of the chart or expansion around it.
+fn enclosed_scope(
+    lowering: &mut Lowering<'_>,
+    outer: ScopeId,
+    part: PartId,
+    inside: StepId,
+) -> ScopeId {
+    let around = &lowering.scopes[outer];
+    let (home, prefix, chart) = (around.home, around.prefix.clone(), around.chart);
+    let body = new_scope(lowering, Some(outer), prefix, part, Some(inside), chart);
+    lowering.scopes[body].home = home;
+    body
 }
 
 /// The `priority n` of a chart or body.
@@ -750,8 +766,7 @@ impl<'a> Expansion<'_, 'a> {
         self.not_in_statechart(source.step.name.span, "an enclosing step");
         let Some(id) = self.step(scope, &source.step, StepKind::Enclosing) else { return };
         let outer = &self.lowering.scopes[scope];
-        let (outer_part, chart) = (outer.part, outer.chart);
-        let prefix = format!("{}{}.", outer.prefix, source.step.name.text);
+        let outer_part = outer.part;
         let part = Part {
             name: self.lowering.net.steps[id].name.clone(),
             level: self.lowering.net.parts[outer_part].level + 1,
@@ -760,7 +775,7 @@ impl<'a> Expansion<'_, 'a> {
             meta: source.step.meta.clone(),
         };
         let part = self.lowering.net.parts.push(part);
-        let body = new_scope(self.lowering, Some(scope), prefix, part, Some(id), chart);
+        let body = enclosed_scope(self.lowering, scope, part, id);
         self.lowering.bodies.insert(id, body);
         self.items(body, &source.items);
     }
@@ -798,14 +813,15 @@ impl<'a> Expansion<'_, 'a> {
             (_, false, false) => StepKind::Leaf,
         };
         let Some(id) = self.step(scope, &source.step, kind) else { return };
-        let outer = &self.lowering.scopes[scope];
-        let (part, chart) = (outer.part, outer.chart);
-        let prefix = format!("{}{}.", outer.prefix, source.step.name.text);
-        let body = new_scope(self.lowering, Some(scope), prefix, part, Some(id), chart);
+        let part = self.lowering.scopes[scope].part;
+        let body = enclosed_scope(self.lowering, scope, part, id);
         self.lowering.bodies.insert(id, body);
         self.lowering.work.push(Work::State { scope: body, id, source });
         for history in &source.histories {
-            let name = self.lowering.full_name(body, &history.name);
+            // Histories are called after their states: `a.H`, `b.H`.
+            let qualified =
+                Name::new(format!("{}.{}", source.step.name, history.name), history.name.span);
+            let name = self.lowering.full_name(body, &qualified);
             let made = self.lowering.net.histories.push(crate::net::History {
                 name,
                 owner: id,
@@ -814,7 +830,7 @@ impl<'a> Expansion<'_, 'a> {
                 default_content: Vec::new(),
                 meta: history.meta.clone(),
             });
-            self.lowering.declare(body, &history.name, Symbol::History(made));
+            self.lowering.declare_history(body, &history.name, Symbol::History(made));
         }
         self.items(body, &source.items);
     }

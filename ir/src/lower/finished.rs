@@ -101,6 +101,7 @@ fn of_net<'a>(design: &'a Design, net: &Net) -> Lowering<'a> {
         prefix: String::new(),
         names: BTreeMap::<&str, Entry>::new(),
         part: PartId::from_index(0),
+        home: 0,
         inside: None,
         chart: 0,
     });

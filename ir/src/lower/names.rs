@@ -53,18 +53,53 @@ impl<'a> Lowering<'a> {
         if name.text.is_empty() {
             return false;
         }
-        if let Some(earlier) = self.scopes[scope].names.get(name.text.as_str()) {
+        let home = self.scopes[scope].home;
+        if let Some(earlier) = self.scopes[home].names.get(name.text.as_str()) {
             let first = earlier.span;
+            // In one body anybody sees why; between bodies the reason is worth a word.
+            let help = match (earlier.body == scope, self.is_statechart()) {
+                (true, _) => "give one of them another name",
+                (false, true) => {
+                    "names in states and regions stand alone in traces, so each must be the only one of its chart: give one of them another name"
+                }
+                (false, false) => {
+                    "names in enclosing steps stand alone in traces, so each must be the only one of its chart or macro: give one of them another name, or draw the part as a macro, whose steps are called after the macro-step"
+                }
+            };
             self.report(
                 Diagnostic::error(codes::DUPLICATE_NAME, format!("{name} is declared twice"))
                     .at(name.span, "declared again here")
                     .at(first, "first declared here")
-                    .help("give one of them another name"),
+                    .help(help),
             );
             return false;
         }
-        self.scopes[scope].names.insert(&name.text, Entry { symbol, span: name.span });
+        let entry = Entry { symbol, span: name.span, body: scope };
+        self.scopes[home].names.insert(&name.text, entry);
+        // In its own body too, for `e.x`.
+        self.scopes[scope].names.insert(&name.text, entry);
         true
+    }
+
+    /// Declares a history in the body of its state. No trace shows it, so states may each have one of a name: `a.H`, `b.H`; alone it has its name in the
+    /// whole chart.
+    pub(super) fn declare_history(&mut self, body: ScopeId, name: &'a Name, symbol: Symbol) {
+        let home = self.scopes[body].home;
+        let text = name.text.as_str();
+        let entry = Entry { symbol, span: name.span, body };
+        match self.scopes[home].names.get(text) {
+            Some(Entry { symbol: Symbol::History(_), body: other, .. }) if *other != body => {
+                self.scopes[home].names.remove(text);
+                self.shared_histories.insert((home, text));
+            }
+            None if self.shared_histories.contains(&(home, text))
+                && !self.scopes[body].names.contains_key(text) => {}
+            _ => {
+                self.declare(body, name, symbol);
+                return;
+            }
+        }
+        self.scopes[body].names.insert(text, entry);
     }
 
     /// The full name of something that is declared in a body; it is taken from now on.

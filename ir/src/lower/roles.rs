@@ -202,7 +202,10 @@ impl<'a> Collected<'a> {
                     let Ok(delay) = lowering.ticks(after.unwrap_or(0), stmt.span) else { continue };
                     let made = Slot { event, delay, span: stmt.span, id: None };
                     let next = lowering.slot_list.len();
-                    let index = *lowering.slots.entry((scope, &slot.text)).or_insert(next);
+                    let index = *lowering
+                        .slots
+                        .entry((lowering.scopes[scope].home, &slot.text))
+                        .or_insert(next);
                     if index == next {
                         lowering.slot_list.push(made);
                     }

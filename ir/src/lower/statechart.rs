@@ -8,7 +8,7 @@
 
 use super::behaviour::{event_list, receptivity};
 use super::codes;
-use super::context::{Lowering, Outcome, ScopeId, Symbol};
+use super::context::{Entry, Lowering, Outcome, ScopeId, Symbol};
 use super::expand::Work;
 use super::statements::ListKind;
 use crate::chart::{self, Path, StepRole};
@@ -398,9 +398,8 @@ pub(super) fn state<'a>(
         lowering.net.steps[id].initial_content = content;
     }
     for history in &source.histories {
-        let Some(Symbol::History(made)) = lowering.find(scope, &history.name.text) else {
-            continue;
-        };
+        let known = lowering.scopes[scope].names.get(history.name.text.as_str());
+        let Some(&Entry { symbol: Symbol::History(made), .. }) = known else { continue };
         let content = lowering.block(scope, ListKind::Change, &history.content);
         lowering.net.histories[made].default_content = content;
         let part = lowering.net.steps[id].part;

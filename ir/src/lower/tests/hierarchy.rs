@@ -165,6 +165,44 @@ fn a_reaction_can_be_written_beside_its_step() {
 }
 
 #[test]
+fn names_in_states_are_those_of_the_chart() {
+    let drawn = |extra: Vec<Item>| {
+        let mut items = player();
+        items[1].extend(extra);
+        items
+    };
+    // Bare, and qualified by any state around.
+    let net = clean(drawn(vec![
+        on("off -> d & b", "E"),
+        on("right.c -> both.left.a", "E"),
+        on("slow -> H", "E"),
+    ]));
+    let names: Vec<&str> = net.steps.values().map(|step| step.name.text.as_str()).collect();
+    assert_eq!(
+        names,
+        ["off", "playing", "slow", "fast", "both", "left", "a", "b", "right", "c", "d"]
+    );
+    assert_eq!(
+        findings(drawn(vec![state("more", vec![step("a", vec![]), var("n", int(0, 3))])])),
+        ["G0202 a is declared twice", "G0202 n is declared twice"]
+    );
+    // Histories are no part of a trace: each state has its own.
+    let history = |owner: &str| {
+        let mut made =
+            state_of(owner, StepRole::Plain, false, vec![step(&format!("{owner}1"), vec![])]);
+        made.histories.push(History { name: name("H"), meta: meta(), ..History::default() });
+        Item::State(made)
+    };
+    let two = |target: &str| {
+        drawn(vec![history("x"), history("y"), on(&format!("off -> {target}"), "E")])
+    };
+    let net = lower(&design(vec![chart("c", two("y.H"))])).0.unwrap();
+    let names: Vec<&str> = net.histories.values().map(|one| one.name.text.as_str()).collect();
+    assert_eq!(names, ["playing.H", "x.H", "y.H"]);
+    assert!(findings(two("H")).contains(&"G0201 unknown name H".to_owned()));
+}
+
+#[test]
 fn deep_histories_record_atomic_states() {
     let mut items = player();
     let Item::State(both) = &mut items[1][2] else { panic!() };
@@ -292,7 +330,7 @@ fn enclosed_charts_are_parts_of_their_own() {
     };
     let net = clean(items(vec![]));
     let names: Vec<_> = net.steps.values().map(|step| step.name.text.as_str()).collect();
-    assert_eq!(names, ["p", "run", "run.a", "run.b"]);
+    assert_eq!(names, ["p", "run", "a", "b"]);
     let parents: Vec<_> = net.steps.values().map(|step| step.parent.map(|id| id.index())).collect();
     assert_eq!(parents, [None, None, Some(1), Some(1)]);
     assert_eq!(net.parts.len(), 2);
