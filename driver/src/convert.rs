@@ -18,6 +18,10 @@ pub fn convert(design: &Design, to: Format) -> Result<String, Vec<Diagnostic>> {
             None => grafsynth_frontend::graf::write_net(&design.net),
         },
         (Design::Net(design), Format::Rules) => grafsynth_frontend::rules::write_net(&design.net),
+        (Design::Net(_), Format::Scxml) => Err(vec![Diagnostic::error(
+            codes::NEEDS_CHART,
+            "SCXML is read in this version, and not written",
+        )]),
         (Design::Net(design), Format::Net) => Ok(grafsynth_ir::text::print(&design.net)),
         (
             Design::Net(design),
@@ -36,7 +40,8 @@ pub fn convert(design: &Design, to: Format) -> Result<String, Vec<Diagnostic>> {
             let options = grafsynth_backend_pld::EmitOptions::default();
             Ok(grafsynth_backend_pld::emit(logic, dialect(to), &options)?.text)
         }
-        (Design::Logic(_), Format::Graf | Format::Rules | Format::Net) => Err(vec![
+        (Design::Logic(_), Format::Graf | Format::Rules | Format::Scxml | Format::Net) => {
+            Err(vec![
             Diagnostic::error(
                 codes::NEEDS_CHART,
                 format!(
@@ -47,7 +52,8 @@ pub fn convert(design: &Design, to: Format) -> Result<String, Vec<Diagnostic>> {
             .help(
                 "convert it to palasm, cupl, galasm, verilog or blif; or compare it with a chart",
             ),
-        ]),
+        ])
+        }
     }
 }
 

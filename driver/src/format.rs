@@ -6,6 +6,7 @@
 pub enum Format {
     Graf,
     Rules,
+    Scxml,
     Net,
     Palasm,
     Cupl,
@@ -16,9 +17,10 @@ pub enum Format {
 
 impl Format {
     /// All of them with their name on the command line and their file extension.
-    pub const ALL: [(Format, &'static str, &'static str); 8] = [
+    pub const ALL: [(Format, &'static str, &'static str); 9] = [
         (Format::Graf, "graf", "graf"),
         (Format::Rules, "rules", "rules"),
+        (Format::Scxml, "scxml", "scxml"),
         (Format::Net, "net", "net"),
         (Format::Palasm, "palasm", "pds"),
         (Format::Cupl, "cupl", "pld"),
@@ -69,7 +71,7 @@ impl Format {
     /// True for charts and nets, false for logic.
     #[must_use]
     pub fn is_chart(self) -> bool {
-        matches!(self, Format::Graf | Format::Rules | Format::Net)
+        matches!(self, Format::Graf | Format::Rules | Format::Scxml | Format::Net)
     }
 }
 

@@ -92,6 +92,12 @@ pub fn read(
             found.extend(parsed.diagnostics);
             chart_design(sources, texts, limits, parsed.design, &mut found)
         }
+        Format::Scxml => {
+            let parsed =
+                grafsynth_frontend::scxml::parse_within(texts.main, &source.text, &limits.front());
+            found.extend(parsed.diagnostics);
+            chart_design(sources, texts, limits, parsed.design, &mut found)
+        }
         Format::Net => {
             let (net, more) = text::parse(texts.main, &source.text);
             found.extend(more);
@@ -122,7 +128,9 @@ pub(crate) fn dialect(format: Format) -> Dialect {
         Format::Galasm => Dialect::Galasm,
         Format::Verilog => Dialect::Verilog,
         Format::Blif => Dialect::Blif,
-        Format::Palasm | Format::Graf | Format::Rules | Format::Net => Dialect::Palasm,
+        Format::Palasm | Format::Graf | Format::Rules | Format::Scxml | Format::Net => {
+            Dialect::Palasm
+        }
     }
 }
 

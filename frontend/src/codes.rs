@@ -57,6 +57,41 @@ pub const LIST_TWICE: Code = Code { id: "G0406", title: "list of the rules given
 pub const XML: Code = Code { id: "G0421", title: "not well-formed XML" };
 /// XML that is well-formed perhaps, but not read: a document type, entities, or more of something than a reader of charts needs.
 pub const XML_NOT_READ: Code = Code { id: "G0422", title: "XML that is not read" };
+/// An element of SCXML that does not exist or cannot stand where it stands.
+pub const SCXML_ELEMENT: Code = Code { id: "G0423", title: "element of SCXML in the wrong place" };
+/// An attribute that an element does not have, lacks, or has with a value that means nothing.
+pub const SCXML_ATTRIBUTE: Code = Code { id: "G0424", title: "attribute of SCXML" };
+/// A part of SCXML that needs more than integers, Booleans and time.
+pub const SCXML_REFUSED: Code = Code { id: "G0425", title: "part of SCXML that is not read" };
+/// The identifier of a state that no state has.
+pub const SCXML_TARGET: Code = Code { id: "G0426", title: "state that does not exist" };
+/// An identifier given to two things.
+pub const SCXML_TWICE: Code = Code { id: "G0427", title: "identifier given twice" };
+/// A text that is no expression.
+pub const SCXML_EXPRESSION: Code =
+    Code { id: "G0428", title: "expression of SCXML not understood" };
+/// A number where a truth value is needed, or the other way round, or no value at all.
+pub const SCXML_KIND: Code = Code { id: "G0429", title: "value of the wrong kind in SCXML" };
+/// A place for a value that is none: no datum, the system's own, or an input.
+pub const SCXML_LOCATION: Code = Code { id: "G0430", title: "location that is no datum" };
+/// Something that has no meaning for a controller and is left out.
+pub const SCXML_IGNORED: Code = Code { id: "G0431", title: "part of a document left out" };
+/// A delay or tick that is not understood or not constant.
+pub const SCXML_TIME: Code = Code { id: "G0432", title: "time of SCXML not understood" };
+/// A loop whose turns cannot be written out.
+pub const SCXML_LOOP: Code = Code { id: "G0433", title: "loop over something that is no array" };
+/// An event that is waited for and never occurs.
+pub const SCXML_NEVER: Code = Code { id: "G0434", title: "event that never occurs" };
+/// A range of a datum that is none, or that its first value leaves.
+pub const SCXML_RANGE: Code = Code { id: "G0435", title: "range of a datum" };
+/// Loops or descriptors that become too much when they are written out.
+pub const SCXML_SIZE: Code = Code { id: "G0436", title: "document that becomes too large" };
+/// A document of no namespace, or of another one.
+pub const SCXML_NAMESPACE: Code = Code { id: "G0437", title: "namespace of SCXML" };
+/// A datum that has no first value.
+pub const SCXML_NO_VALUE: Code = Code { id: "G0438", title: "datum without a first value" };
+/// A chart holds something for which SCXML has no words.
+pub const SCXML_CANNOT_WRITE: Code = Code { id: "G0439", title: "not expressible in SCXML" };
 
 /// Every code of this crate.
 pub const ALL: &[Code] = &[

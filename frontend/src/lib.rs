@@ -9,7 +9,7 @@ mod from_net;
 pub mod graf;
 pub mod props;
 pub mod rules;
-#[allow(dead_code, reason = "what the readers of XML formats share; they follow")]
+pub mod scxml;
 pub(crate) mod xml;
 
 #[cfg(test)]

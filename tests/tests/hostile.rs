@@ -19,6 +19,9 @@ const CHARTS: [&str; 6] = [
     include_str!("../../examples/conflict/fig7.graf"),
 ];
 
+const SCXML: [&str; 2] =
+    [include_str!("../scxml/w3c/388.scxml"), include_str!("../scxml/w3c/525.scxml")];
+
 /// Sound texts of a format, to be damaged.
 fn sound(format: Format) -> Vec<String> {
     let of_charts = |write: &dyn Fn(&grafsynth_driver::read::NetDesign) -> Option<String>| {
@@ -50,6 +53,7 @@ fn sound(format: Format) -> Vec<String> {
         Format::Rules => {
             of_charts(&|design| grafsynth_frontend::rules::write_net(&design.net).ok())
         }
+        Format::Scxml => SCXML.iter().map(|text| (*text).to_owned()).collect(),
         Format::Net => of_charts(&|design| Some(grafsynth_ir::text::print(&design.net))),
         Format::Palasm => equations(Dialect::Palasm),
         Format::Cupl => equations(Dialect::Cupl),

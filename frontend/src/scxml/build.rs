@@ -1,0 +1,727 @@
+//! From a document to a chart: names, events and data put together, loops written out.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use grafsynth_ir::chart::{
+    self, Chart, Declaration, DeclarationKind, Design, Expr, Item, Leaf, Path, Setting,
+    SettingKind, Step, StepItem, StepItemKind, StepRole, Stmt, StmtKind,
+};
+use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::expr::ExprKind;
+use grafsynth_ir::net::{Meta, Policy};
+use grafsynth_ir::{Name, Span};
+
+use super::events::Alphabet;
+use super::expr::{Ast, AstKind, Language};
+use super::names::Names;
+use super::tree::{Act, ActKind, Child, Machine, Role, State, StateKind};
+use super::values::{Data, Kind, Value};
+use crate::codes;
+use crate::graf::parser::Findings;
+
+/// Statements that the loops of a document may become at most.
+const MAX_UNROLLED: usize = 100_000;
+/// The tick of a chart that says none, in nanoseconds (docs/semantics.md, §7).
+const TICK: u64 = 10_000_000;
+/// Room in a queue that raised events are given at most where the document says nothing.
+const MAX_QUEUE: u32 = 8;
+
+/// The chart of a document.
+pub(super) fn design(
+    machine: &Machine,
+    language: Language,
+    nesting: u32,
+    found: &mut Findings,
+) -> Design {
+    let nesting = nesting as usize;
+    let mut names = Names::of_states(machine, found);
+    let data = Data::of(machine, language, &mut names, found);
+    let alphabet = Alphabet::of(machine, &mut names, found);
+    let order: Vec<String> = names.in_order().cloned().collect();
+    let mut builder = Builder {
+        machine,
+        names,
+        data,
+        alphabet,
+        found,
+        order: order.into_iter(),
+        slots: BTreeMap::new(),
+        unrolled: 0,
+        nesting,
+        depth: 0,
+        n_raises: 0,
+        n_sends: 0,
+        delays: Vec::new(),
+        copies: Vec::new(),
+        read: BTreeSet::new(),
+    };
+    builder.slots();
+    builder.design()
+}
+
+/// One send of a name: its event and delay.
+type Sent = (String, u64);
+
+struct Builder<'m, 'f> {
+    machine: &'m Machine,
+    names: Names,
+    data: Data,
+    alphabet: Alphabet,
+    found: &'f mut Findings,
+    /// Names of states and histories as they are met.
+    order: std::vec::IntoIter<String>,
+    /// For each identifier of a send, what is sent under it and the slot for that.
+    slots: BTreeMap<&'m str, Vec<(Sent, String)>>,
+    unrolled: usize,
+    /// How deep choices may lie in each other, and do at present: each `elseif` lies in the one before it.
+    nesting: usize,
+    depth: usize,
+    n_raises: u32,
+    n_sends: u32,
+    delays: Vec<u64>,
+    /// Arrays that loops go through while their elements change: the array, and the name of the copy.
+    copies: Vec<(String, String, Span)>,
+    /// Arrays that an expression reads.
+    read: BTreeSet<String>,
+}
+
+impl<'m> Builder<'m, '_> {
+    /// SCXML lets one name stand for several sends; a chart has one timer for each name.
+    fn slots(&mut self) {
+        let mut sends: Vec<(&'m Name, Sent)> = Vec::new();
+        self.machine.each_act(&mut |act| {
+            if let ActKind::Send { event, after_ns, slot: Some(slot) } = &act.kind {
+                sends.push((slot, (event.text.clone(), after_ns.unwrap_or(0))));
+            }
+        });
+        for (slot, sent) in sends {
+            let list = self.slots.entry(&slot.text).or_default();
+            if !list.iter().any(|(known, _)| *known == sent) {
+                let name = self.names.fresh(&slot.text, "_send");
+                list.push((sent, name));
+            }
+        }
+    }
+
+    fn design(mut self) -> Design {
+        let machine = self.machine;
+        let mut states = Vec::new();
+        for state in &machine.states {
+            states.push(self.state(state));
+        }
+        let initial: Vec<Path> =
+            machine.initial.iter().filter_map(|id| self.names.path(id, self.found)).collect();
+        let initial = match initial.as_slice() {
+            // The usual case: one of the outermost states.
+            [only] if only.names.len() == 1 => {
+                let name = &only.names[0].text;
+                for state in &mut states {
+                    if let Item::State(chart::State { step, .. }) = state
+                        && step.name.text == *name
+                    {
+                        step.role = StepRole::Initial;
+                    }
+                }
+                let is_final = states
+                    .iter()
+                    .any(|state| matches!(state, Item::Step(step) if step.name.text == *name));
+                if is_final { initial } else { Vec::new() }
+            }
+            _ => initial,
+        };
+        if machine.states.is_empty() {
+            self.found.report(|| {
+                Diagnostic::error(codes::SCXML_ELEMENT, "the document has no state")
+                    .at(machine.span, "")
+            });
+        }
+        let mut items = self.settings();
+        items.extend(self.events());
+        items.extend(self.variables(&states));
+        items.extend(states);
+        let name = match &machine.name {
+            Some(name) => Name::new(self.names.fresh(&name.text, "_chart"), name.span),
+            None => Name::new(self.names.fresh("chart", "_chart"), machine.span),
+        };
+        let meta = Meta { span: machine.span, ..Meta::default() };
+        let chart = Chart { name, span: machine.span, items, initial, meta };
+        Design { charts: vec![chart], ..Design::default() }
+    }
+
+    fn settings(&mut self) -> Vec<Item> {
+        let span = self.machine.span;
+        let settings = &self.machine.settings;
+        let mut kinds = vec![(SettingKind::Conflict(Policy::InnerFirst), span)];
+        if let Some((limit, span)) = settings.limit {
+            kinds.push((SettingKind::EvolutionStable(Some(limit)), span));
+        }
+        match settings.tick_ns {
+            Some((ns, span)) => kinds.push((SettingKind::Tick(ns), span)),
+            None => {
+                let tick = self.delays.iter().fold(TICK, |tick, delay| gcd(tick, *delay));
+                if tick != TICK {
+                    kinds.push((SettingKind::Tick(tick), span));
+                }
+            }
+        }
+        if let Some(span) = settings.exclusive {
+            kinds.push((SettingKind::EventsExclusive, span));
+        }
+        let n_done = self.alphabet.events.iter().filter(|event| event.is_done).count();
+        let n_raised = self.n_raises.saturating_add(u32::try_from(n_done).unwrap_or(u32::MAX));
+        if let Some((bound, span)) = settings.queue {
+            kinds.push((SettingKind::Queue(bound), span));
+        } else if n_raised > 0 {
+            // The external queue holds what one row brings and every send once; the internal one what a few steps raise.
+            let outside = self.alphabet.events.iter().filter(|event| !event.is_internal).count();
+            let outside = if settings.exclusive.is_some() { outside.min(1) } else { outside };
+            let outside = u32::try_from(outside).unwrap_or(u32::MAX).saturating_add(self.n_sends);
+            let bound = n_raised.clamp(2, MAX_QUEUE).max(outside.min(65_535));
+            kinds.push((SettingKind::Queue(bound), span));
+        }
+        kinds.into_iter().map(|(kind, span)| Item::Setting(Setting { kind, span })).collect()
+    }
+
+    fn events(&self) -> impl Iterator<Item = Item> + use<> {
+        let declarations: Vec<Item> = self
+            .alphabet
+            .events
+            .iter()
+            .filter(|event| !event.is_done)
+            .map(|event| {
+                Item::Declaration(Declaration {
+                    name: Name::new(event.name.as_str(), event.span),
+                    kind: DeclarationKind::Event { internal: event.is_internal },
+                    meta: Meta { span: event.span, ..Meta::default() },
+                })
+            })
+            .collect();
+        declarations.into_iter()
+    }
+
+    fn variables(&mut self, states: &[Item]) -> Vec<Item> {
+        let mut blocks: Vec<&[Stmt]> = Vec::new();
+        for state in states {
+            blocks_of(state, &mut blocks);
+        }
+        let copies = std::mem::take(&mut self.copies);
+        let types = self.data.types(blocks, &copies);
+        let mut items = Vec::new();
+        for (var, ty) in self.data.vars.iter().zip(&types) {
+            // An array that only loops go through is written out with them.
+            if var.is_array && !var.is_assigned && !self.read.contains(&var.name) {
+                continue;
+            }
+            let span = var.span;
+            let init: Vec<Expr> = var.init.iter().map(|value| value.expr(span)).collect();
+            let kind = match var.role {
+                Role::Input => DeclarationKind::Input { ty: *ty, synchronous: false },
+                Role::Output => DeclarationKind::Output {
+                    ty: *ty,
+                    init: init.into_iter().next(),
+                    registered: false,
+                    mealy: false,
+                },
+                Role::Variable => {
+                    let len =
+                        var.is_array.then(|| u32::try_from(var.init.len()).unwrap_or(u32::MAX));
+                    DeclarationKind::Var { ty: *ty, len, init }
+                }
+            };
+            let meta = Meta { span, label: var.label.clone(), ..Meta::default() };
+            items.push(Item::Declaration(Declaration {
+                name: Name::new(var.name.as_str(), span),
+                kind,
+                meta,
+            }));
+            for (_, copy, span) in copies.iter().filter(|(array, ..)| *array == var.name) {
+                let len = Some(u32::try_from(var.init.len()).unwrap_or(u32::MAX));
+                items.push(Item::Declaration(Declaration {
+                    name: Name::new(copy.as_str(), *span),
+                    kind: DeclarationKind::Var { ty: *ty, len, init: Vec::new() },
+                    meta: Meta { span: *span, ..Meta::default() },
+                }));
+            }
+        }
+        items
+    }
+
+    /// A state with everything in it. As deep as the document, whose depth is bounded.
+    fn state(&mut self, state: &'m State) -> Item {
+        let text = self.order.next().unwrap_or_default();
+        let span = state.id.as_ref().map_or(state.span, |id| id.span);
+        let mut body = Vec::new();
+        for (handlers, is_entry) in [(&state.entry, true), (&state.exit, false)] {
+            for handler in handlers {
+                let block = self.block(&handler.acts);
+                if block.is_empty() {
+                    continue;
+                }
+                let kind =
+                    if is_entry { StepItemKind::Entry(block) } else { StepItemKind::Exit(block) };
+                body.push(StepItem { kind, span: handler.span });
+            }
+        }
+        let role = if state.kind == StateKind::Final { StepRole::Final } else { StepRole::Plain };
+        let meta = Meta { span: state.span, label: state.label.clone(), ..Meta::default() };
+        let step =
+            Step { name: Name::new(text.as_str(), span), role, body, meta, ..Step::default() };
+        if state.kind == StateKind::Final {
+            return Item::Step(step);
+        }
+        let initial = state.initial.as_ref().map(|(targets, content)| {
+            let targets = self.targets(targets);
+            (targets, self.block(content))
+        });
+        let mut histories = Vec::new();
+        for history in &state.histories {
+            let text = self.order.next().unwrap_or_default();
+            let span = history.id.as_ref().map_or(history.span, |id| id.span);
+            let default = self.targets(&history.targets);
+            let content = self.block(&history.content);
+            histories.push(chart::History {
+                name: Name::new(text, span),
+                is_deep: history.is_deep,
+                default,
+                content,
+                meta: Meta { span: history.span, ..Meta::default() },
+            });
+        }
+        let path = self.own_path(&text, state);
+        let mut items = Vec::new();
+        for child in &state.children {
+            match child {
+                Child::State(inner) => items.push(self.state(inner)),
+                Child::Transition(transition) => {
+                    items.extend(self.transition(transition, &path).map(Item::Transition));
+                }
+            }
+        }
+        let is_parallel = state.kind == StateKind::Parallel;
+        Item::State(chart::State { step, is_parallel, initial, histories, items })
+    }
+
+    /// The path of a state to itself, as its own body sees it: its name, which nothing in it has.
+    fn own_path(&self, text: &str, state: &State) -> Path {
+        Path::from(Name::new(text, state.span))
+    }
+
+    fn targets(&mut self, ids: &[Name]) -> Vec<Path> {
+        ids.iter().filter_map(|id| self.names.path(id, self.found)).collect()
+    }
+
+    fn transition(
+        &mut self,
+        transition: &'m super::tree::Transition,
+        source: &Path,
+    ) -> Option<chart::Transition> {
+        let targets = self.targets(&transition.targets);
+        let events = self.alphabet.matched(&transition.events, &self.names, self.found);
+        let guard = transition.condition.as_ref().and_then(|ast| self.condition(ast));
+        let actions = self.block(&transition.content);
+        // What waits for an event that never occurs would wait for none without it.
+        if transition.has_event && events.is_empty() {
+            return None;
+        }
+        Some(chart::Transition {
+            sources: vec![source.clone()],
+            is_internal: transition.is_internal || targets.is_empty(),
+            targets,
+            events,
+            guard: guard.filter(|guard| !guard.is_true()),
+            actions,
+            meta: Meta { span: transition.span, ..Meta::default() },
+            ..chart::Transition::default()
+        })
+    }
+
+    fn condition(&mut self, ast: &Ast) -> Option<Expr> {
+        let expr = self.data.condition(ast, &self.names);
+        self.kept(expr)
+    }
+
+    fn kept(&mut self, expr: Result<Expr, Box<Diagnostic>>) -> Option<Expr> {
+        match expr {
+            Ok(expr) => {
+                let read = &mut self.read;
+                note_arrays(&expr, read);
+                Some(expr)
+            }
+            Err(finding) => {
+                self.found.report(|| *finding);
+                None
+            }
+        }
+    }
+
+    fn block(&mut self, acts: &'m [Act]) -> Vec<Stmt> {
+        let mut out = Vec::new();
+        for act in acts {
+            self.act(act, &mut out);
+        }
+        out
+    }
+
+    fn act(&mut self, act: &'m Act, out: &mut Vec<Stmt>) {
+        let span = act.span;
+        let mut push = |kind| out.push(Stmt { kind, span });
+        match &act.kind {
+            ActKind::Raise(event) => {
+                self.n_raises = self.n_raises.saturating_add(1);
+                if let Some(event) = self.alphabet.named(event) {
+                    push(StmtKind::Raise(event));
+                }
+            }
+            ActKind::Send { event, after_ns, slot } => {
+                self.n_sends = self.n_sends.saturating_add(1);
+                if after_ns.unwrap_or(0) == 0 {
+                    self.n_raises = self.n_raises.saturating_add(1);
+                }
+                self.delays.extend(after_ns);
+                let sent = (event.text.clone(), after_ns.unwrap_or(0));
+                let slot = slot.as_ref().and_then(|slot| {
+                    let list = self.slots.get(slot.text.as_str())?;
+                    let (_, name) = list.iter().find(|(known, _)| *known == sent)?;
+                    Some(Name::new(name.as_str(), slot.span))
+                });
+                if let Some(event) = self.alphabet.named(event) {
+                    push(StmtKind::Send { event, after: *after_ns, slot });
+                }
+            }
+            ActKind::Cancel(id) => match self.slots.get(id.text.as_str()) {
+                Some(list) => {
+                    for (_, name) in list {
+                        push(StmtKind::Cancel(Name::new(name.as_str(), id.span)));
+                    }
+                }
+                None => self.found.report(|| {
+                    Diagnostic::warning(
+                        codes::SCXML_NEVER,
+                        format!("nothing is sent under the identifier {id}"),
+                    )
+                    .at(id.span, "cancels nothing")
+                }),
+            },
+            ActKind::Assign { target, target_span, index, value } => {
+                if let Some(kind) = self.assign(target, *target_span, index.as_ref(), value) {
+                    push(kind);
+                }
+            }
+            ActKind::If { arms, otherwise } => {
+                if self.depth + arms.len() > self.nesting {
+                    let most = self.nesting;
+                    self.found.report(|| {
+                        Diagnostic::error(
+                            codes::NESTING,
+                            format!("the choices lie more than {most} levels deep, each <elseif> in the one before it"),
+                        )
+                        .at(span, "")
+                        .help("break it into several <if> elements")
+                    });
+                    return;
+                }
+                self.depth += arms.len();
+                let mut rest = self.block(otherwise);
+                self.depth -= arms.len();
+                let mut lowered = Vec::with_capacity(arms.len());
+                for (index, (condition, acts)) in arms.iter().enumerate() {
+                    self.depth += index + 1;
+                    lowered.push((self.condition(condition), self.block(acts)));
+                    self.depth -= index + 1;
+                }
+                // Innermost last: each arm is what else the one before it does.
+                for (index, (condition, then)) in lowered.into_iter().enumerate().rev() {
+                    let Some(condition) = condition else { continue };
+                    let kind = StmtKind::If { condition, then, otherwise: rest };
+                    rest = vec![Stmt { kind, span: arms[index].0.span }];
+                }
+                out.append(&mut rest);
+            }
+            ActKind::Foreach { array, item, index, body } => {
+                self.foreach(span, array, item, index.as_ref(), body, out);
+            }
+        }
+    }
+
+    fn assign(
+        &mut self,
+        target: &str,
+        target_span: Span,
+        index: Option<&Ast>,
+        value: &Ast,
+    ) -> Option<StmtKind> {
+        let Some(var) = self.data.get(target) else {
+            let finding = self.data.unknown(target, target_span, &self.names);
+            self.found.report(|| *finding);
+            return None;
+        };
+        let (kind, is_array, role, len) = (var.kind(), var.is_array, var.role, var.init.len());
+        let name = var.name.clone();
+        if role == Role::Input {
+            self.found.report(|| {
+                Diagnostic::error(
+                    codes::SCXML_LOCATION,
+                    format!("{target} is an input, which the chart only reads"),
+                )
+                .at(target_span, "")
+            });
+            return None;
+        }
+        let value = self.data.of_kind(value, kind, target, &self.names);
+        let value = self.kept(value);
+        let index = match (index, is_array) {
+            (None, false) => None,
+            (Some(index), true) => {
+                let index = self.data.of_kind(index, Kind::Int, "an index", &self.names);
+                let index = self.kept(index)?;
+                if let ExprKind::Int(at) = grafsynth_ir::simplify::simplify(&index).kind
+                    && !(0..i64::try_from(len).unwrap_or(i64::MAX)).contains(&at)
+                {
+                    self.found.report(|| {
+                        Diagnostic::error(
+                            codes::SCXML_LOCATION,
+                            format!(
+                                "{target} has the elements 0..{}, not {at}",
+                                len.saturating_sub(1)
+                            ),
+                        )
+                        .at(target_span, "")
+                    });
+                    return None;
+                }
+                Some(index)
+            }
+            (None, true) | (Some(_), false) => {
+                let what = if is_array { "an array" } else { "no array" };
+                self.found.report(|| {
+                    Diagnostic::error(codes::SCXML_LOCATION, format!("{target} is {what}"))
+                        .at(target_span, "")
+                        .help(format!("assign one of its elements, as in `{target}[0]`, or a datum that is no array"))
+                });
+                return None;
+            }
+        };
+        let target = Path::from(Name::new(name, target_span));
+        Some(StmtKind::Assign { target, index, value: value? })
+    }
+
+    /// A loop over an array whose length is known, one turn after the other.
+    fn foreach(
+        &mut self,
+        span: Span,
+        array: &'m Ast,
+        item: &'m Name,
+        index: Option<&'m Name>,
+        body: &'m [Act],
+        out: &mut Vec<Stmt>,
+    ) {
+        let Some(elements) = self.elements(array, body, out) else { return };
+        let Some(item_var) = self.data.get(&item.text) else { return };
+        let item_path = Path::from(Name::new(item_var.name.as_str(), item.span));
+        let (item_kind, is_array) = (item_var.kind(), item_var.is_array);
+        if is_array || item_var.role == Role::Input {
+            self.found.report(|| {
+                Diagnostic::error(
+                    codes::SCXML_LOCATION,
+                    format!("{item} cannot take the elements of an array"),
+                )
+                .at(item.span, "")
+                .help("write the name of a datum that is no array and no input, or a new one")
+            });
+            return;
+        }
+        let index_path = index.and_then(|index| {
+            let var = self.data.get(&index.text)?;
+            Some(Path::from(Name::new(var.name.as_str(), index.span)))
+        });
+        for (at, (element, kind)) in elements.into_iter().enumerate() {
+            if kind != item_kind {
+                self.found.report(|| {
+                    Diagnostic::error(
+                        codes::SCXML_KIND,
+                        format!(
+                            "{item} takes numbers from one array and truth values from another"
+                        ),
+                    )
+                    .at(array.span, "")
+                });
+                return;
+            }
+            let before = out.len();
+            let target = item_path.clone();
+            out.push(Stmt { kind: StmtKind::Assign { target, index: None, value: element }, span });
+            if let Some(target) = index_path.clone() {
+                let value = Expr::new(ExprKind::Int(i64::try_from(at).unwrap_or(i64::MAX)), span);
+                out.push(Stmt { kind: StmtKind::Assign { target, index: None, value }, span });
+            }
+            // The count is looked at before the body is written out: loops in loops multiply.
+            self.unrolled += out.len() - before + count(body);
+            if self.unrolled > MAX_UNROLLED {
+                if self.unrolled < usize::MAX / 2 {
+                    self.found.report(|| {
+                        Diagnostic::error(
+                            codes::SCXML_SIZE,
+                            format!("the loops of the chart become more than {MAX_UNROLLED} statements"),
+                        )
+                        .at(span, "here the count was reached")
+                        .help("a loop is written out, one turn after the other: go through fewer elements")
+                    });
+                }
+                // Reported once.
+                self.unrolled = usize::MAX / 2;
+                return;
+            }
+            for act in body {
+                self.act(act, out);
+            }
+        }
+    }
+
+    /// What a loop goes through, with the kind of each element.
+    fn elements(
+        &mut self,
+        array: &'m Ast,
+        body: &'m [Act],
+        out: &mut Vec<Stmt>,
+    ) -> Option<Vec<(Expr, Kind)>> {
+        let span = array.span;
+        let constant = |value: Value| match value {
+            Value::Bool(value) => (Expr::new(ExprKind::Bool(value), span), Kind::Bool),
+            Value::Int(value) => (Expr::new(ExprKind::Int(value), span), Kind::Int),
+        };
+        let not_iterable = |message: String| {
+            Diagnostic::error(codes::SCXML_LOOP, message)
+                .at(span, "")
+                .help("a loop goes through an array that is written out: <data id=\"list\">[1, 2, 3]</data>")
+        };
+        if let Some(all) = array.elements() {
+            let mut values = Vec::with_capacity(all.len());
+            for one in all {
+                match self.data.fixed(one, &self.names) {
+                    Ok(value) => values.push(constant(value)),
+                    Err(finding) => {
+                        self.found.report(|| *finding);
+                        return None;
+                    }
+                }
+            }
+            return Some(values);
+        }
+        let AstKind::Name(name) = &array.kind else {
+            self.found
+                .report(|| not_iterable("this is no array that a loop can go through".to_owned()));
+            return None;
+        };
+        let Some(var) = self.data.get(name) else {
+            let finding = self.data.unknown(name, span, &self.names);
+            self.found.report(|| *finding);
+            return None;
+        };
+        if !var.is_array {
+            self.found.report(|| not_iterable(format!("{name} is no array")));
+            return None;
+        }
+        if !var.is_assigned {
+            return Some(var.init.iter().copied().map(constant).collect());
+        }
+        let (kind, len, chart_name) = (var.kind(), var.init.len(), var.name.clone());
+        let element = |array: &str, at: usize| {
+            let at = i64::try_from(at).unwrap_or(i64::MAX);
+            let leaf = Leaf::Name(Path::from(Name::new(array, span)));
+            let index = Box::new(Expr::new(ExprKind::Int(at), span));
+            Expr::new(ExprKind::Element(leaf, index), span)
+        };
+        let mut from = chart_name.clone();
+        if assigns(body, name) {
+            // Changes of the array do not change what the loop goes through (assertion 525).
+            let copy = self.names.fresh(&format!("{chart_name}_copy"), "");
+            self.copies.push((chart_name.clone(), copy.clone(), span));
+            for at in 0..len {
+                let target = Path::from(Name::new(copy.as_str(), span));
+                let index = i64::try_from(at).unwrap_or(i64::MAX);
+                let index = Some(Expr::new(ExprKind::Int(index), span));
+                let value = element(&chart_name, at);
+                out.push(Stmt { kind: StmtKind::Assign { target, index, value }, span });
+            }
+            from = copy;
+        }
+        Some((0..len).map(|at| (element(&from, at), kind)).collect())
+    }
+}
+
+fn gcd(a: u64, b: u64) -> u64 {
+    if b == 0 { a } else { gcd(b, a % b) }
+}
+
+/// Statements in a list, those inside of others included.
+fn count(acts: &[Act]) -> usize {
+    let inside = |act: &Act| match &act.kind {
+        ActKind::If { arms, otherwise } => {
+            arms.iter().map(|(_, arm)| count(arm)).sum::<usize>() + count(otherwise)
+        }
+        ActKind::Foreach { body, .. } => count(body),
+        ActKind::Assign { .. } | ActKind::Raise(_) | ActKind::Send { .. } | ActKind::Cancel(_) => 0,
+    };
+    acts.iter().map(|act| 1 + inside(act)).sum()
+}
+
+/// True if a statement of the list changes an element of the array.
+fn assigns(acts: &[Act], array: &str) -> bool {
+    acts.iter().any(|act| match &act.kind {
+        ActKind::Assign { target, index, .. } => index.is_some() && target == array,
+        ActKind::If { arms, otherwise } => {
+            arms.iter().any(|(_, arm)| assigns(arm, array)) || assigns(otherwise, array)
+        }
+        ActKind::Foreach { body, .. } => assigns(body, array),
+        ActKind::Raise(_) | ActKind::Send { .. } | ActKind::Cancel(_) => false,
+    })
+}
+
+/// Arrays that an expression reads by an index that is not known before the chart runs.
+fn note_arrays(expr: &Expr, out: &mut BTreeSet<String>) {
+    if let ExprKind::Element(Leaf::Name(path), _) = &expr.kind
+        && let Some(name) = path.names.first()
+    {
+        out.insert(name.text.clone());
+    }
+    for operand in expr.operands() {
+        note_arrays(operand, out);
+    }
+}
+
+/// Every list of a state and of what lies in it.
+fn blocks_of<'s>(item: &'s Item, out: &mut Vec<&'s [Stmt]>) {
+    fn step<'s>(step: &'s Step, out: &mut Vec<&'s [Stmt]>) {
+        for item in &step.body {
+            if let StepItemKind::Entry(block) | StepItemKind::Exit(block) = &item.kind {
+                out.push(block);
+            }
+        }
+    }
+    match item {
+        Item::Step(inner) => step(inner, out),
+        Item::Transition(transition) => out.push(&transition.actions),
+        Item::State(state) => {
+            step(&state.step, out);
+            if let Some((_, content)) = &state.initial {
+                out.push(content);
+            }
+            for history in &state.histories {
+                out.push(&history.content);
+            }
+            for item in &state.items {
+                blocks_of(item, out);
+            }
+        }
+        Item::Setting(_)
+        | Item::Declaration(_)
+        | Item::Action(_)
+        | Item::Macro(_)
+        | Item::MacroStep(_)
+        | Item::Enclosing(_)
+        | Item::Use(_)
+        | Item::Property(_)
+        | Item::Place(_)
+        | Item::Board(_) => {}
+    }
+}

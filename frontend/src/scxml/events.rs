@@ -1,0 +1,261 @@
+//! The finite alphabet of a chart, and which of its events each descriptor matches (SCXML 1.0, §3.12.1).
+//!
+//! The events of a chart are those that it raises or sends, the completions of its states, and what its transitions wait for and nothing in it
+//! raises: those come from outside. A descriptor matches the events that it names or that begin with its tokens; `*` matches all.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::{Name, Span};
+
+use super::names::Names;
+use super::tree::{ActKind, Child, Machine};
+use crate::codes;
+use crate::graf::parser::Findings;
+
+/// So many matches of descriptors with events are written out at most.
+const MAX_MATCHES: usize = 1_000_000;
+
+/// One event of the chart.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Event {
+    /// Its name in the chart.
+    pub(super) name: String,
+    /// Where it was mentioned first.
+    pub(super) span: Span,
+    pub(super) is_internal: bool,
+    /// The completion of a state, which a chart need not declare.
+    pub(super) is_done: bool,
+}
+
+/// All events of a chart.
+#[derive(Debug, Default)]
+pub(super) struct Alphabet {
+    /// In the order of declaration.
+    pub(super) events: Vec<Event>,
+    by_name: BTreeMap<String, usize>,
+    matches: usize,
+}
+
+/// The tokens that a descriptor asks for, and whether it says that more may follow.
+fn stem(descriptor: &str) -> (&str, bool) {
+    if descriptor == "*" {
+        return ("", true);
+    }
+    match descriptor.strip_suffix(".*").or(descriptor.strip_suffix('.')) {
+        Some(stem) => (stem, true),
+        None => (descriptor, false),
+    }
+}
+
+/// True if the name is the stem, or begins with its tokens.
+fn begins(name: &str, stem: &str) -> bool {
+    name.strip_prefix(stem).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+}
+
+/// The first token.
+fn head(name: &str) -> &str {
+    name.split('.').next().unwrap_or(name)
+}
+
+impl Alphabet {
+    /// Finds the events of a document.
+    pub(super) fn of(machine: &Machine, names: &mut Names, found: &mut Findings) -> Alphabet {
+        let mut raised: BTreeMap<String, Span> = BTreeMap::new();
+        machine.each_act(&mut |act| {
+            if let ActKind::Raise(event) | ActKind::Send { event, .. } = &act.kind {
+                raised.entry(event.text.clone()).or_insert(event.span);
+            }
+        });
+        let mut waited: Vec<&Name> = Vec::new();
+        machine.each_state(&mut |state| {
+            for child in &state.children {
+                if let Child::Transition(transition) = child {
+                    waited.extend(&transition.events);
+                }
+            }
+        });
+        let outside: BTreeSet<&str> =
+            machine.settings.inputs.iter().map(|name| name.text.as_str()).collect();
+        let inside: BTreeSet<&str> =
+            machine.settings.internals.iter().map(|name| name.text.as_str()).collect();
+        let mut alphabet = Alphabet::default();
+        let mut wanted: Vec<(&str, Span)> = Vec::new();
+        // Plain names first: a descriptor with an asterisk stands for those that others name.
+        let candidates: BTreeSet<&str> = waited
+            .iter()
+            .map(|name| stem(&name.text))
+            .filter(|(text, more)| !more && !matches!(head(text), "error" | "done"))
+            .map(|(text, _)| text)
+            .collect();
+        let names_others = |text: &str, more: bool| {
+            let prefix = format!("{text}.");
+            let follows = |name: Option<&str>| name.is_some_and(|name| name.starts_with(&prefix));
+            let after_raised = raised.range(prefix.clone()..).next().map(|(name, _)| name.as_str());
+            let after_waited = candidates.range(prefix.as_str()..).next().copied();
+            follows(after_raised) || more && follows(after_waited)
+        };
+        for name in &waited {
+            let (text, more) = stem(&name.text);
+            if text.is_empty() || matches!(head(text), "error" | "done") {
+                continue;
+            }
+            if raised.contains_key(text) || !names_others(text, more) {
+                wanted.push((text, name.span));
+            }
+        }
+        wanted.extend(raised.iter().map(|(name, span)| (name.as_str(), *span)));
+        wanted.extend(machine.settings.inputs.iter().map(|name| (name.text.as_str(), name.span)));
+        // In the order of the text, wherever they are mentioned.
+        wanted.sort_by_key(|(_, span)| span.start);
+        for (text, span) in wanted {
+            if alphabet.by_name.contains_key(text) {
+                continue;
+            }
+            if text.starts_with("done.state.")
+                && raised.contains_key(text)
+                && alphabet.done(text, span, names)
+            {
+                continue;
+            }
+            let is_internal =
+                inside.contains(text) || raised.contains_key(text) && !outside.contains(text);
+            let name = names.fresh(text, "_event");
+            alphabet.add(text, Event { name, span, is_internal, is_done: false });
+        }
+        let done: Vec<(String, Span)> = names
+            .states
+            .iter()
+            .filter(|(_, known)| known.completes)
+            .map(|(id, known)| (format!("done.state.{id}"), known.span))
+            .collect();
+        for (text, span) in done {
+            if !alphabet.by_name.contains_key(&text) {
+                alphabet.done(&text, span, names);
+            }
+        }
+        for name in &machine.settings.internals {
+            if !alphabet.by_name.contains_key(&name.text) {
+                found.report(|| {
+                    Diagnostic::warning(
+                        codes::SCXML_NEVER,
+                        format!("nothing in the chart mentions the event {name}"),
+                    )
+                    .at(name.span, "")
+                });
+            }
+        }
+        alphabet
+    }
+
+    fn add(&mut self, text: &str, event: Event) {
+        self.by_name.insert(text.to_owned(), self.events.len());
+        self.events.push(event);
+    }
+
+    /// The completion of a state that completes.
+    fn done(&mut self, text: &str, span: Span, names: &Names) -> bool {
+        let id = text.strip_prefix("done.state.").unwrap_or_default();
+        let Some(known) = names.states.get(id).filter(|known| known.completes) else {
+            return false;
+        };
+        let name = format!("done.state.{}", known.path.join("."));
+        self.add(text, Event { name, span, is_internal: true, is_done: true });
+        true
+    }
+
+    /// The chart's name of an event that is raised or sent.
+    pub(super) fn named(&self, event: &Name) -> Option<Name> {
+        let index = self.by_name.get(&event.text)?;
+        Some(Name::new(self.events[*index].name.as_str(), event.span))
+    }
+
+    /// What descriptors match, in the order of declaration; each event once.
+    pub(super) fn matched(
+        &mut self,
+        descriptors: &[Name],
+        names: &Names,
+        found: &mut Findings,
+    ) -> Vec<Name> {
+        let mut all: BTreeMap<usize, Span> = BTreeMap::new();
+        for descriptor in descriptors {
+            let (text, _) = stem(&descriptor.text);
+            let before = all.len();
+            if text.is_empty() {
+                if self.matches + self.events.len() > MAX_MATCHES {
+                    self.too_many(descriptor, found);
+                    return Vec::new();
+                }
+                for index in 0..self.events.len() {
+                    all.entry(index).or_insert(descriptor.span);
+                }
+            } else {
+                let exact = self.by_name.get(text).copied();
+                let prefix = format!("{text}.");
+                let longer = self
+                    .by_name
+                    .range(prefix.clone()..)
+                    .take_while(|(name, _)| name.starts_with(&prefix))
+                    .map(|(_, index)| *index)
+                    .take(MAX_MATCHES - self.matches.min(MAX_MATCHES));
+                for index in exact.into_iter().chain(longer) {
+                    all.entry(index).or_insert(descriptor.span);
+                }
+            }
+            self.matches += all.len() - before;
+            if self.matches > MAX_MATCHES {
+                self.too_many(descriptor, found);
+                return Vec::new();
+            }
+            if all.len() == before {
+                self.never(descriptor, names, found);
+            }
+        }
+        all.into_iter()
+            .map(|(index, span)| Name::new(self.events[index].name.as_str(), span))
+            .collect()
+    }
+
+    fn too_many(&mut self, descriptor: &Name, found: &mut Findings) {
+        found.report(|| {
+            Diagnostic::error(
+                codes::SCXML_SIZE,
+                format!(
+                    "the descriptors of the chart match more than {MAX_MATCHES} times an event"
+                ),
+            )
+            .at(descriptor.span, "here the count was reached")
+            .help("name the events that are meant")
+        });
+    }
+
+    /// A descriptor that no event of the chart matches, unless another one of its transition took them all.
+    fn never(&self, descriptor: &Name, names: &Names, found: &mut Findings) {
+        let (text, _) = stem(&descriptor.text);
+        if self.by_name.keys().any(|name| begins(name, text))
+            || text.is_empty() && !self.events.is_empty()
+        {
+            return;
+        }
+        if let Some(id) = text.strip_prefix("done.state.")
+            && !names.states.contains_key(id)
+        {
+            found.report(|| names.unknown(id, descriptor.span));
+            return;
+        }
+        found.report(|| {
+            let finding = Diagnostic::warning(
+                codes::SCXML_NEVER,
+                format!("the event {descriptor} never occurs"),
+            )
+            .at(descriptor.span, "nothing is taken by it");
+            match head(text) {
+                "error" => finding.help(
+                    "what would raise an error when the chart runs is refused before it runs",
+                ),
+                "done" => finding.help("only a state with a <final> in it is ever done"),
+                _ => finding,
+            }
+        });
+    }
+}

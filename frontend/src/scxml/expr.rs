@@ -1,0 +1,632 @@
+//! Expressions of SCXML as far as integers and Booleans reach: the common part of ECMAScript and C89, each text with the place of what it refuses.
+//!
+//! Read here without types; [`super::types`] finds out what is a number and what a truth value and makes chart expressions of the tree.
+
+use grafsynth_ir::Span;
+use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::expr::{ArithOp, CompareOp};
+
+use super::refuse;
+use crate::codes;
+use crate::xml::Mapped;
+
+/// The data model of a document: which expressions it has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Language {
+    /// `null`: `In('s')` alone.
+    Null,
+    /// `ecmascript`, and a document that names none.
+    Ecmascript,
+    /// `c89`.
+    C89,
+}
+
+/// An expression as written.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Ast {
+    pub(super) kind: AstKind,
+    pub(super) span: Span,
+    /// Levels of the tree, this one included.
+    depth: u32,
+}
+
+/// The kinds of expressions.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum AstKind {
+    Bool(bool),
+    Int(i64),
+    /// A datum, or the variable of a loop.
+    Name(String),
+    /// `list[i]`.
+    Element(String, Box<Ast>),
+    /// `In('s')`: the identifier of a state and where it stands.
+    In(String, Span),
+    /// `[1, 2, 3]`: only where an array is declared or gone through.
+    Array(Vec<Ast>),
+    Not(Box<Ast>),
+    Neg(Box<Ast>),
+    And(Vec<Ast>),
+    Or(Vec<Ast>),
+    Compare(CompareOp, Box<Ast>, Box<Ast>),
+    Arith(ArithOp, Box<Ast>, Box<Ast>),
+    /// `c ? a : b`.
+    Choice(Box<Ast>, Box<Ast>, Box<Ast>),
+}
+
+/// Reads the whole text as one expression.
+///
+/// # Errors
+/// The first thing in it that is no expression of integers and Booleans.
+pub(super) fn parse(
+    text: &Mapped<'_>,
+    language: Language,
+    nesting: u32,
+) -> Result<Ast, Box<Diagnostic>> {
+    let mut parser = Parser { text, language, nesting, at: 0, depth: 0 };
+    parser.blanks();
+    if parser.is_end() {
+        return Err(parser.error(parser.here(), "an expression is missing here", None));
+    }
+    let ast = parser.choice()?;
+    parser.blanks();
+    if parser.is_end() {
+        return Ok(ast);
+    }
+    Err(parser.unexpected())
+}
+
+/// The location of an assignment: a name, or an element of an array.
+///
+/// # Errors
+/// The text is neither.
+pub(super) fn location(
+    text: &Mapped<'_>,
+    language: Language,
+    nesting: u32,
+) -> Result<(String, Option<Ast>), Box<Diagnostic>> {
+    let refused = |span: Span| {
+        Box::new(
+            Diagnostic::error(
+                codes::SCXML_LOCATION,
+                format!("`{}` is no place for a value", text.text),
+            )
+            .at(span, "")
+            .help("name a datum, or an element such as `list[0]`"),
+        )
+    };
+    let mut parser = Parser { text, language, nesting, at: 0, depth: 0 };
+    parser.blanks();
+    if !parser.peek().is_some_and(is_start) {
+        return Err(refused(text.whole()));
+    }
+    match parser.choice() {
+        Ok(Ast { kind: AstKind::Name(name), .. }) if parser.ends() => Ok((name, None)),
+        Ok(Ast { kind: AstKind::Element(name, index), .. }) if parser.ends() => {
+            Ok((name, Some(*index)))
+        }
+        Ok(_) => Err(refused(text.whole())),
+        Err(finding) if finding.code == codes::SCXML_EXPRESSION => Err(refused(text.whole())),
+        Err(finding) => Err(finding),
+    }
+}
+
+fn is_start(c: char) -> bool {
+    unicode_ident::is_xid_start(c) || c == '_' || c == '$'
+}
+
+fn is_continue(c: char) -> bool {
+    unicode_ident::is_xid_continue(c) || c == '$'
+}
+
+struct Parser<'a, 't> {
+    text: &'a Mapped<'t>,
+    language: Language,
+    nesting: u32,
+    at: usize,
+    /// How many open levels lie around this place.
+    depth: u32,
+}
+
+type Parse<T = Ast> = Result<T, Box<Diagnostic>>;
+
+impl Parser<'_, '_> {
+    fn rest(&self) -> &str {
+        self.text.text.get(self.at..).unwrap_or_default()
+    }
+
+    fn peek(&self) -> Option<char> {
+        self.rest().chars().next()
+    }
+
+    fn is_end(&self) -> bool {
+        self.rest().is_empty()
+    }
+
+    fn ends(&mut self) -> bool {
+        self.blanks();
+        self.is_end()
+    }
+
+    fn blanks(&mut self) {
+        let rest = self.rest();
+        self.at += rest.len() - rest.trim_start().len();
+    }
+
+    fn here(&self) -> Span {
+        let length = self.peek().map_or(0, char::len_utf8);
+        if length == 0 {
+            return self.text.whole();
+        }
+        self.text.span(self.at..self.at + length)
+    }
+
+    fn error(&self, span: Span, message: &str, help: Option<&str>) -> Box<Diagnostic> {
+        let finding = Diagnostic::error(codes::SCXML_EXPRESSION, message).at(span, "");
+        Box::new(match help {
+            Some(help) => finding.help(help),
+            None => finding,
+        })
+    }
+
+    /// The finding for what begins here and has no meaning at this place.
+    fn unexpected(&mut self) -> Box<Diagnostic> {
+        let start = self.at;
+        let span = self.here();
+        let Some(first) = self.peek() else {
+            return self.error(span, "the expression ends too early", None);
+        };
+        match first {
+            '"' | '\'' => {
+                refuse(span, "a string", "only integers and Booleans have a place in a controller")
+            }
+            '{' => refuse(span, "an object", "use one datum for each value in it"),
+            '&' | '|' | '^' | '~' => {
+                refuse(span, "a bit operation", "use `&&`, `||` and `!` on Booleans, or arithmetic")
+            }
+            '<' | '>' if self.rest().starts_with("<<") || self.rest().starts_with(">>") => {
+                refuse(span, "a shift", "multiply or divide by a power of two")
+            }
+            '.' => refuse(span, "a member of an object", "use one datum for each value in it"),
+            '=' => self.error(
+                span,
+                "`=` assigns, which an expression cannot",
+                Some("compare with `==`; assign with <assign>"),
+            ),
+            '+' | '-' if self.rest().starts_with("++") || self.rest().starts_with("--") => {
+                self.error(span, "an expression has no effects", Some("assign with <assign>"))
+            }
+            c if is_start(c) => {
+                let word = self.word();
+                let span = self.text.span(start..self.at);
+                self.error(span, &format!("`{word}` cannot stand here"), None)
+            }
+            c => self.error(span, &format!("`{c}` cannot stand here"), None),
+        }
+    }
+
+    /// Takes a sign that none of the longer ones begins with.
+    fn eat(&mut self, sign: &str, not: &[&str]) -> bool {
+        self.blanks();
+        let rest = self.rest();
+        if rest.starts_with(sign) && !not.iter().any(|longer| rest.starts_with(longer)) {
+            self.at += sign.len();
+            return true;
+        }
+        false
+    }
+
+    fn word(&mut self) -> String {
+        let rest = self.rest();
+        let end = rest.find(|c| !is_continue(c)).unwrap_or(rest.len());
+        let word = rest[..end].to_owned();
+        self.at += end;
+        word
+    }
+
+    fn enter(&mut self) -> Parse<()> {
+        if self.depth >= self.nesting {
+            return Err(self.too_deep(self.here()));
+        }
+        self.depth += 1;
+        Ok(())
+    }
+
+    fn too_deep(&self, span: Span) -> Box<Diagnostic> {
+        Box::new(
+            Diagnostic::error(
+                codes::NESTING,
+                format!("the expression has more than {} levels", self.nesting),
+            )
+            .at(span, "")
+            .help("break it into several data"),
+        )
+    }
+
+    /// A node over others, unless the tree becomes too deep for anything that walks it.
+    fn node(&self, kind: AstKind, span: Span, below: u32) -> Parse {
+        let depth = below + 1;
+        if depth > self.nesting { Err(self.too_deep(span)) } else { Ok(Ast { kind, span, depth }) }
+    }
+
+    fn choice(&mut self) -> Parse {
+        self.enter()?;
+        let condition = self.or()?;
+        let ast = if self.eat("?", &["?.", "??"]) {
+            let then = self.choice()?;
+            if !self.eat(":", &[]) {
+                return Err(self.unexpected());
+            }
+            let otherwise = self.choice()?;
+            let span = condition.span.to(otherwise.span);
+            let below = condition.depth.max(then.depth).max(otherwise.depth);
+            let kind = AstKind::Choice(Box::new(condition), Box::new(then), Box::new(otherwise));
+            self.node(kind, span, below)?
+        } else {
+            condition
+        };
+        self.depth -= 1;
+        Ok(ast)
+    }
+
+    fn or(&mut self) -> Parse {
+        self.junction("||", Self::and, AstKind::Or)
+    }
+
+    fn and(&mut self) -> Parse {
+        self.junction("&&", Self::equality, AstKind::And)
+    }
+
+    fn junction(
+        &mut self,
+        sign: &str,
+        operand: fn(&mut Self) -> Parse,
+        make: fn(Vec<Ast>) -> AstKind,
+    ) -> Parse {
+        let first = operand(self)?;
+        if !self.eat(sign, &[]) {
+            return Ok(first);
+        }
+        let mut all = vec![first, operand(self)?];
+        while self.eat(sign, &[]) {
+            all.push(operand(self)?);
+        }
+        let below = all.iter().map(|one| one.depth).max().unwrap_or(0);
+        let span = match (all.first(), all.last()) {
+            (Some(first), Some(last)) => first.span.to(last.span),
+            _ => self.here(),
+        };
+        self.node(make(all), span, below)
+    }
+
+    fn equality(&mut self) -> Parse {
+        let mut left = self.relation()?;
+        loop {
+            let op = if self.eat("===", &[]) || self.eat("==", &[]) {
+                CompareOp::Eq
+            } else if self.eat("!==", &[]) || self.eat("!=", &[]) {
+                CompareOp::Ne
+            } else {
+                return Ok(left);
+            };
+            let right = self.relation()?;
+            left = self.compare(op, left, right)?;
+        }
+    }
+
+    fn relation(&mut self) -> Parse {
+        let mut left = self.sum()?;
+        loop {
+            let op = if self.eat("<=", &[]) {
+                CompareOp::Le
+            } else if self.eat(">=", &[]) {
+                CompareOp::Ge
+            } else if self.eat("<", &["<<"]) {
+                CompareOp::Lt
+            } else if self.eat(">", &[">>"]) {
+                CompareOp::Gt
+            } else {
+                return Ok(left);
+            };
+            let right = self.sum()?;
+            left = self.compare(op, left, right)?;
+        }
+    }
+
+    fn compare(&self, op: CompareOp, left: Ast, right: Ast) -> Parse {
+        let (span, below) = (left.span.to(right.span), left.depth.max(right.depth));
+        self.node(AstKind::Compare(op, Box::new(left), Box::new(right)), span, below)
+    }
+
+    fn arith(&self, op: ArithOp, left: Ast, right: Ast) -> Parse {
+        let (span, below) = (left.span.to(right.span), left.depth.max(right.depth));
+        self.node(AstKind::Arith(op, Box::new(left), Box::new(right)), span, below)
+    }
+
+    fn sum(&mut self) -> Parse {
+        let mut left = self.product(false)?;
+        loop {
+            let op = if self.eat("+", &["++"]) {
+                ArithOp::Add
+            } else if self.eat("-", &["--"]) {
+                ArithOp::Sub
+            } else {
+                return Ok(left);
+            };
+            let right = self.product(false)?;
+            left = self.arith(op, left, right)?;
+        }
+    }
+
+    /// With `truncated`, ECMAScript's division is that of integers, for something around it takes the fraction away.
+    fn product(&mut self, truncated: bool) -> Parse {
+        let mut left = self.unary()?;
+        loop {
+            self.blanks();
+            let sign = self.here();
+            let op = if self.eat("*", &["**"]) {
+                ArithOp::Mul
+            } else if self.eat("%", &[]) {
+                ArithOp::Mod
+            } else if self.eat("/", &["//", "/*"]) {
+                if self.language != Language::C89 && !truncated {
+                    return Err(refuse(
+                        sign,
+                        "a division that gives fractions",
+                        "write `Math.trunc(a / b)`, which stays with integers",
+                    ));
+                }
+                ArithOp::Div
+            } else {
+                return Ok(left);
+            };
+            let right = self.unary()?;
+            left = self.arith(op, left, right)?;
+        }
+    }
+
+    fn unary(&mut self) -> Parse {
+        self.blanks();
+        let start = self.at;
+        let is_not = self.eat("!", &["!="]);
+        let is_minus = !is_not && self.eat("-", &["--"]);
+        if !is_not && !is_minus && !self.eat("+", &["++"]) {
+            return self.primary();
+        }
+        let sign = self.text.span(start..start + 1);
+        self.enter()?;
+        let inner = self.unary()?;
+        self.depth -= 1;
+        let (span, below) = (sign.to(inner.span), inner.depth);
+        if is_not {
+            self.node(AstKind::Not(Box::new(inner)), span, below)
+        } else if let (true, AstKind::Int(value)) = (is_minus, &inner.kind) {
+            self.node(AstKind::Int(-value), span, 0)
+        } else if is_minus {
+            self.node(AstKind::Neg(Box::new(inner)), span, below)
+        } else {
+            Ok(inner)
+        }
+    }
+
+    fn primary(&mut self) -> Parse {
+        self.blanks();
+        let start = self.at;
+        match self.peek() {
+            Some('(') => {
+                self.at += 1;
+                let inner = self.choice()?;
+                if self.eat(")", &[]) { Ok(inner) } else { Err(self.unexpected()) }
+            }
+            Some('[') => {
+                self.at += 1;
+                let mut all = Vec::new();
+                while !self.eat("]", &[]) {
+                    if !all.is_empty() && !self.eat(",", &[]) {
+                        return Err(self.unexpected());
+                    }
+                    if !all.is_empty() && self.eat("]", &[]) {
+                        break;
+                    }
+                    all.push(self.choice()?);
+                }
+                let below = all.iter().map(|one| one.depth).max().unwrap_or(0);
+                self.node(AstKind::Array(all), self.text.span(start..self.at), below)
+            }
+            Some(c) if c.is_ascii_digit() => self.number(),
+            Some(c) if is_start(c) => {
+                let word = self.word();
+                let span = self.text.span(start..self.at);
+                self.named(&word, span)
+            }
+            Some(_) | None => Err(self.unexpected()),
+        }
+    }
+
+    fn number(&mut self) -> Parse {
+        let start = self.at;
+        let rest = self.rest();
+        let end = rest.find(|c: char| !(c.is_ascii_alphanumeric() || c == '.' || c == '_'));
+        let word = rest[..end.unwrap_or(rest.len())].to_owned();
+        self.at += word.len();
+        let span = self.text.span(start..self.at);
+        let hex = word.strip_prefix("0x").or(word.strip_prefix("0X"));
+        let digits = match self.language {
+            // C writes how wide a number is; ours are as wide as they need.
+            Language::C89 => word.trim_end_matches(['u', 'U', 'l', 'L']),
+            Language::Ecmascript | Language::Null => word.as_str(),
+        };
+        let value = match hex {
+            Some(hex) => i64::from_str_radix(hex, 16).ok(),
+            None if digits.len() > 1 && digits.starts_with('0') => {
+                return Err(self.error(
+                    span,
+                    &format!("{word} would be an octal number"),
+                    Some("write it without the 0 before it"),
+                ));
+            }
+            None => digits.parse().ok(),
+        };
+        match value {
+            Some(value) if value <= i64::from(u32::MAX) => self.node(AstKind::Int(value), span, 0),
+            Some(_) => Err(self.error(span, &format!("{word} is beyond 32 bits"), None)),
+            None if word.bytes().all(|byte| byte.is_ascii_digit()) => {
+                Err(self.error(span, &format!("{word} is beyond 32 bits"), None))
+            }
+            None if word.contains(['.', 'e', 'E']) && hex.is_none() => Err(refuse(
+                span,
+                &format!("{word}, which is no integer"),
+                "count in a smaller unit: tenths, or per mille",
+            )),
+            None => Err(self.error(span, &format!("{word} is no number"), None)),
+        }
+    }
+
+    /// What a word stands for.
+    fn named(&mut self, word: &str, span: Span) -> Parse {
+        match word {
+            "true" => return self.node(AstKind::Bool(true), span, 0),
+            "false" => return self.node(AstKind::Bool(false), span, 0),
+            "In" => return self.in_predicate(span),
+            "Math" => return self.math(span),
+            "_event" => {
+                return Err(refuse(
+                    span,
+                    "the data of an event",
+                    "an event of a controller carries nothing: use one event for each value, or an input",
+                ));
+            }
+            "_sessionid" | "_name" | "_ioprocessors" | "_x" => {
+                return Err(refuse(
+                    span,
+                    &format!("the system variable {word}"),
+                    "a controller runs alone: nothing in it asks for its session",
+                ));
+            }
+            "undefined" | "null" | "NaN" | "Infinity" | "NULL" => {
+                return Err(refuse(
+                    span,
+                    &format!("the value {word}"),
+                    "a datum always has a number or truth value",
+                ));
+            }
+            "new" | "function" | "typeof" | "void" | "delete" | "sizeof" | "instanceof"
+            | "this" => {
+                return Err(refuse(
+                    span,
+                    &format!("`{word}`"),
+                    "only integers and Booleans have a place in a controller",
+                ));
+            }
+            "return" | "var" | "let" | "const" | "if" | "else" | "for" | "while" | "do"
+            | "break" | "continue" | "switch" | "case" | "throw" | "try" => {
+                return Err(self.error(
+                    span,
+                    &format!("`{word}` begins a statement, and an expression is needed"),
+                    None,
+                ));
+            }
+            _ => {}
+        }
+        self.blanks();
+        if self.eat("[", &[]) {
+            self.enter()?;
+            let index = self.choice()?;
+            self.depth -= 1;
+            if !self.eat("]", &[]) {
+                return Err(self.unexpected());
+            }
+            let (span, below) = (span.to(self.text.span(self.at - 1..self.at)), index.depth);
+            return self.node(AstKind::Element(word.to_owned(), Box::new(index)), span, below);
+        }
+        if self.rest().starts_with('(') {
+            return Err(refuse(
+                span,
+                &format!("a call of {word}"),
+                "the only function is In('state')",
+            ));
+        }
+        self.node(AstKind::Name(word.to_owned()), span, 0)
+    }
+
+    fn in_predicate(&mut self, span: Span) -> Parse {
+        if !self.eat("(", &[]) {
+            return Err(self.error(span, "`In` asks for a state", Some("write In('state')")));
+        }
+        self.blanks();
+        let start = self.at;
+        let quote = self.peek().filter(|c| matches!(c, '\'' | '"'));
+        let (id, place) = match quote {
+            Some(quote) => {
+                let inside = &self.rest()[1..];
+                let Some(end) = inside.find(quote) else {
+                    return Err(self.error(self.here(), "the quote is not closed", None));
+                };
+                let id = inside[..end].to_owned();
+                self.at += end + 2;
+                (id, self.text.span(start + 1..self.at - 1))
+            }
+            // The null data model has no strings, so some write the identifier as it is.
+            None if self.language == Language::Null => {
+                let rest = self.rest();
+                let end = rest.find([')', ' ']).unwrap_or(rest.len());
+                let id = rest[..end].to_owned();
+                self.at += end;
+                (id, self.text.span(start..self.at))
+            }
+            None => {
+                let span = self.here();
+                return Err(self.error(
+                    span,
+                    "`In` asks for a state by its identifier in quotes",
+                    Some("write In('state')"),
+                ));
+            }
+        };
+        if !self.eat(")", &[]) {
+            return Err(self.unexpected());
+        }
+        let span = span.to(self.text.span(self.at - 1..self.at));
+        self.node(AstKind::In(id, place), span, 0)
+    }
+
+    /// `Math.trunc(a / b)`, which ECMAScript has for the division of integers.
+    fn math(&mut self, span: Span) -> Parse {
+        let refused = |span| {
+            refuse(
+                span,
+                "a function of Math",
+                "the only one read is `Math.trunc(a / b)`, the division of integers",
+            )
+        };
+        if !self.eat(".", &[]) {
+            return Err(refused(span));
+        }
+        let start = self.at;
+        let word = self.word();
+        let span = span.to(self.text.span(start..self.at.max(start + 1).min(self.text.text.len())));
+        if word != "trunc" || !self.eat("(", &[]) {
+            return Err(refused(span));
+        }
+        self.enter()?;
+        let inner = self.product(true)?;
+        self.depth -= 1;
+        if self.eat(")", &[]) {
+            let depth = inner.depth;
+            Ok(Ast { kind: inner.kind, span: span.to(inner.span), depth })
+        } else {
+            Err(self.unexpected())
+        }
+    }
+}
+
+impl Ast {
+    /// A leaf that no source says.
+    pub(super) fn of(kind: AstKind, span: Span) -> Ast {
+        Ast { kind, span, depth: 1 }
+    }
+
+    /// The elements of an array that is written out.
+    pub(super) fn elements(&self) -> Option<&[Ast]> {
+        if let AstKind::Array(all) = &self.kind { Some(all) } else { None }
+    }
+}

@@ -1,0 +1,762 @@
+//! Data: what is a number and what a truth value, which values they hold, and expressions as those of the chart.
+//!
+//! A datum is Boolean if its first value is, else a number. ECMAScript keeps the two apart and so does this reader; in C89 a truth value is 0 or 1
+//! wherever a number is needed. The range of a number is the one that `grafsynth:range` gives, else what its assignments can reach (a fixed point of
+//! intervals), at most -32768..32767.
+
+use std::collections::BTreeMap;
+
+use grafsynth_ir::chart::{Expr, Leaf, Path, Stmt, StmtKind};
+use grafsynth_ir::diag::{Diagnostic, nearest};
+use grafsynth_ir::expr::{ArithOp, CompareOp, ExprKind, Type};
+use grafsynth_ir::interval::{self, Leaves, TypeError, TypeErrorKind};
+use grafsynth_ir::{Name, Span};
+
+use super::expr::{Ast, AstKind, Language};
+use super::names::Names;
+use super::refuse;
+use super::tree::{Act, ActKind, Machine, Role};
+use crate::codes;
+use crate::graf::parser::Findings;
+
+/// What a number may hold where nothing says more.
+const DEFAULT: (i64, i64) = (-32_768, 32_767);
+/// Rounds of the fixed point before everything still growing gets [`DEFAULT`].
+const ROUNDS: usize = 12;
+
+/// Number or truth value.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Kind {
+    Bool,
+    Int,
+}
+
+/// A constant.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Value {
+    Bool(bool),
+    Int(i64),
+}
+
+impl Value {
+    fn kind(self) -> Kind {
+        match self {
+            Value::Bool(_) => Kind::Bool,
+            Value::Int(_) => Kind::Int,
+        }
+    }
+
+    fn number(self) -> i64 {
+        match self {
+            Value::Bool(value) => i64::from(value),
+            Value::Int(value) => value,
+        }
+    }
+
+    pub(super) fn expr(self, span: Span) -> Expr {
+        match self {
+            Value::Bool(value) => Expr::new(ExprKind::Bool(value), span),
+            Value::Int(value) => Expr::new(ExprKind::Int(value), span),
+        }
+    }
+}
+
+/// A datum or the variable of a loop.
+#[derive(Debug, Clone)]
+pub(super) struct Var {
+    /// Its name in the chart.
+    pub(super) name: String,
+    pub(super) span: Span,
+    pub(super) kind: Option<Kind>,
+    /// One value, or one for each element.
+    pub(super) init: Vec<Value>,
+    pub(super) is_array: bool,
+    /// An array of which an element is assigned.
+    pub(super) is_assigned: bool,
+    pub(super) range: Option<(i64, i64)>,
+    pub(super) role: Role,
+    pub(super) label: String,
+}
+
+impl Var {
+    pub(super) fn kind(&self) -> Kind {
+        self.kind.unwrap_or(Kind::Int)
+    }
+}
+
+/// All data of a document.
+#[derive(Debug)]
+pub(super) struct Data {
+    pub(super) language: Language,
+    /// In the order of declaration; what loops bring comes last.
+    pub(super) vars: Vec<Var>,
+    by_id: BTreeMap<String, usize>,
+}
+
+impl Data {
+    /// Declares everything and finds out which is number and which truth value.
+    pub(super) fn of(
+        machine: &Machine,
+        language: Language,
+        names: &mut Names,
+        found: &mut Findings,
+    ) -> Data {
+        let mut data = Data { language, vars: Vec::new(), by_id: BTreeMap::new() };
+        for datum in &machine.data {
+            let earlier = data.by_id.get(&datum.id.text).map(|index| data.vars[*index].span);
+            let earlier = earlier.or_else(|| names.states.get(&datum.id.text).map(|one| one.span));
+            if let Some(first) = earlier {
+                found.report(|| super::names::twice(&datum.id, first));
+                continue;
+            }
+            let init = data.initial(datum.value.as_ref(), names, found);
+            let is_array = matches!(&datum.value, Some(Ast { kind: AstKind::Array(_), .. }));
+            let mut kind = init.first().map(|value| value.kind());
+            if datum.range.is_some() {
+                kind = Some(Kind::Int);
+            }
+            if let Some(odd) = init.iter().find(|value| Some(value.kind()) != kind) {
+                let odd = if odd.kind() == Kind::Bool { "a truth value" } else { "a number" };
+                let span = datum.value.as_ref().map_or(datum.id.span, |value| value.span);
+                found.report(|| {
+                    kind_error(
+                        span,
+                        format!(
+                            "{} holds numbers and truth values: {odd} is one of its first values",
+                            datum.id
+                        ),
+                    )
+                });
+            }
+            if let Some((lo, hi)) = datum.range {
+                for value in init.iter().map(|value| value.number()) {
+                    if value < lo || value > hi {
+                        found.report(|| {
+                            Diagnostic::error(
+                                codes::SCXML_RANGE,
+                                format!(
+                                    "{} begins with {value}, and its range is {lo}..{hi}",
+                                    datum.id
+                                ),
+                            )
+                            .at(datum.id.span, "")
+                        });
+                    }
+                }
+            }
+            let name = names.fresh(&datum.id.text, "");
+            data.add(
+                datum.id.text.clone(),
+                Var {
+                    name,
+                    span: datum.id.span,
+                    kind,
+                    init,
+                    is_array,
+                    is_assigned: false,
+                    range: datum.range,
+                    role: datum.role,
+                    label: datum.label.clone(),
+                },
+            );
+        }
+        data.assigned_by_loops(machine, names);
+        data.kinds(machine);
+        for datum in &machine.data {
+            let Some(var) = data.get(&datum.id.text) else { continue };
+            if datum.value.is_none() && var.role == Role::Variable && var.span == datum.id.span {
+                let zero = if var.kind() == Kind::Bool { "false" } else { "0" };
+                found.report(|| {
+                    Diagnostic::warning(
+                        codes::SCXML_NO_VALUE,
+                        format!("{} has no first value; it begins with {zero}", datum.id),
+                    )
+                    .at(datum.id.span, "")
+                    .help(format!("write expr=\"{zero}\""))
+                });
+            }
+        }
+        data
+    }
+
+    fn add(&mut self, id: String, var: Var) {
+        self.by_id.insert(id, self.vars.len());
+        self.vars.push(var);
+    }
+
+    pub(super) fn get(&self, id: &str) -> Option<&Var> {
+        self.by_id.get(id).map(|index| &self.vars[*index])
+    }
+
+    pub(super) fn get_mut(&mut self, id: &str) -> Option<&mut Var> {
+        let index = *self.by_id.get(id)?;
+        self.vars.get_mut(index)
+    }
+
+    /// The first value of a datum; reads what data before it begin with.
+    fn initial(&mut self, value: Option<&Ast>, names: &Names, found: &mut Findings) -> Vec<Value> {
+        let Some(ast) = value else { return Vec::new() };
+        let elements = match ast.elements() {
+            Some([]) => {
+                found.report(|| {
+                    *refuse(
+                        ast.span,
+                        "an array without elements",
+                        "give it all elements that it will ever have",
+                    )
+                });
+                return vec![Value::Int(0)];
+            }
+            Some(all) => all,
+            None => std::slice::from_ref(ast),
+        };
+        let mut values = Vec::with_capacity(elements.len());
+        for element in elements {
+            match self.constant(element, names) {
+                Ok(value) => values.push(value),
+                Err(finding) => found.report(|| *finding),
+            }
+        }
+        values
+    }
+
+    /// The value of an expression before the chart runs.
+    pub(super) fn constant(&self, ast: &Ast, names: &Names) -> Result<Value, Box<Diagnostic>> {
+        let expr = self.value(ast, names, false, &|data, id, index| {
+            let var = data.get(id)?;
+            let value = match index {
+                None if !var.is_array => var.init.first().copied().unwrap_or(Value::Int(0)),
+                Some(index) => *var.init.get(usize::try_from(index).ok()?)?,
+                None => return None,
+            };
+            Some(value)
+        })?;
+        let folded = grafsynth_ir::simplify::simplify(&expr.0);
+        match folded.kind {
+            ExprKind::Bool(value) => Ok(Value::Bool(value)),
+            ExprKind::Int(value) => Ok(Value::Int(value)),
+            ExprKind::Leaf(_)
+            | ExprKind::Element(..)
+            | ExprKind::Not(_)
+            | ExprKind::And(_)
+            | ExprKind::Or(_)
+            | ExprKind::Compare(..)
+            | ExprKind::Neg(_)
+            | ExprKind::Arith(..)
+            | ExprKind::Select(..) => Err(Box::new(kind_error(
+                ast.span,
+                "this has no value before the chart runs".to_owned(),
+            ))),
+        }
+    }
+
+    /// The value of an expression that no datum changes.
+    ///
+    /// # Errors
+    /// It reads something, or has no value at all.
+    pub(super) fn fixed(&self, ast: &Ast, names: &Names) -> Result<Value, Box<Diagnostic>> {
+        let (expr, _) = self.value(ast, names, false, &|_, _, _| None)?;
+        match grafsynth_ir::simplify::simplify(&expr).kind {
+            ExprKind::Bool(value) => Ok(Value::Bool(value)),
+            ExprKind::Int(value) => Ok(Value::Int(value)),
+            ExprKind::Leaf(_)
+            | ExprKind::Element(..)
+            | ExprKind::Not(_)
+            | ExprKind::And(_)
+            | ExprKind::Or(_)
+            | ExprKind::Compare(..)
+            | ExprKind::Neg(_)
+            | ExprKind::Arith(..)
+            | ExprKind::Select(..) => Err(Box::new(
+                Diagnostic::error(
+                    codes::SCXML_LOOP,
+                    "the elements that a loop goes through are not constant",
+                )
+                .at(ast.span, "this changes while the chart runs")
+                .help("declare them as an array: <data id=\"list\">[1, 2, 3]</data>"),
+            )),
+        }
+    }
+
+    /// Loops declare their variables where nothing else does.
+    fn assigned_by_loops(&mut self, machine: &Machine, names: &mut Names) {
+        let mut wanted: Vec<(&Name, Option<&Ast>)> = Vec::new();
+        machine.each_act(&mut |act: &Act| match &act.kind {
+            ActKind::Foreach { array, item, index, .. } => {
+                wanted.push((item, Some(array)));
+                wanted.extend(index.iter().map(|index| (index, None)));
+            }
+            ActKind::Assign { target, index: Some(_), .. } => {
+                if let Some(var) = self.get_mut(target) {
+                    var.is_assigned = true;
+                }
+            }
+            ActKind::Assign { .. }
+            | ActKind::Raise(_)
+            | ActKind::Send { .. }
+            | ActKind::Cancel(_)
+            | ActKind::If { .. } => {}
+        });
+        for (name, _) in wanted {
+            if self.by_id.contains_key(&name.text) {
+                continue;
+            }
+            let chart_name = names.fresh(&name.text, "_item");
+            self.add(
+                name.text.clone(),
+                Var {
+                    name: chart_name,
+                    span: name.span,
+                    kind: None,
+                    init: Vec::new(),
+                    is_array: false,
+                    is_assigned: false,
+                    range: None,
+                    role: Role::Variable,
+                    label: String::new(),
+                },
+            );
+        }
+    }
+
+    /// What is not known from first values follows from what is assigned.
+    fn kinds(&mut self, machine: &Machine) {
+        let mut assigned: Vec<(&str, &Ast)> = Vec::new();
+        let mut looped: Vec<(&str, &Ast)> = Vec::new();
+        machine.each_act(&mut |act: &Act| match &act.kind {
+            ActKind::Assign { target, value, .. } => assigned.push((target, value)),
+            ActKind::Foreach { array, item, .. } => looped.push((&item.text, array)),
+            ActKind::Raise(_) | ActKind::Send { .. } | ActKind::Cancel(_) | ActKind::If { .. } => {}
+        });
+        // Each round settles one more datum of a chain at least; what no round settles is a number.
+        for _ in 0..ROUNDS {
+            let mut has_changed = false;
+            for (target, value) in &assigned {
+                has_changed |= self.settle(target, self.kind_of(value));
+            }
+            for (item, array) in &looped {
+                let kind = if let Some(all) = array.elements() {
+                    all.first().and_then(|first| self.kind_of(first))
+                } else if let AstKind::Name(name) = &array.kind {
+                    self.get(name).and_then(|var| var.kind)
+                } else {
+                    None
+                };
+                has_changed |= self.settle(item, kind);
+            }
+            if !has_changed {
+                break;
+            }
+        }
+    }
+
+    fn settle(&mut self, id: &str, kind: Option<Kind>) -> bool {
+        match self.get_mut(id) {
+            Some(var) if var.kind.is_none() && kind.is_some() => {
+                var.kind = kind;
+                true
+            }
+            Some(_) | None => false,
+        }
+    }
+
+    fn kind_of(&self, ast: &Ast) -> Option<Kind> {
+        match &ast.kind {
+            AstKind::Int(_) | AstKind::Neg(_) | AstKind::Arith(..) => Some(Kind::Int),
+            AstKind::Name(name) | AstKind::Element(name, _) => {
+                self.get(name).and_then(|var| var.kind)
+            }
+            AstKind::Choice(_, then, otherwise) => {
+                self.kind_of(then).or_else(|| self.kind_of(otherwise))
+            }
+            AstKind::Array(_) => None,
+            // C has no truth values: they are the numbers 0 and 1.
+            AstKind::Not(_) | AstKind::And(_) | AstKind::Or(_) | AstKind::Compare(..)
+                if self.language == Language::C89 =>
+            {
+                Some(Kind::Int)
+            }
+            AstKind::Bool(_)
+            | AstKind::In(..)
+            | AstKind::Not(_)
+            | AstKind::And(_)
+            | AstKind::Or(_)
+            | AstKind::Compare(..) => Some(Kind::Bool),
+        }
+    }
+
+    /// An expression of the chart that is true or false.
+    ///
+    /// # Errors
+    /// What in it has no value here.
+    pub(super) fn condition(&self, ast: &Ast, names: &Names) -> Result<Expr, Box<Diagnostic>> {
+        self.truth(ast, names, &|_, _, _| None)
+    }
+
+    /// An expression of the chart of this kind.
+    ///
+    /// # Errors
+    /// What in it has no value here, or has one of the other kind.
+    pub(super) fn of_kind(
+        &self,
+        ast: &Ast,
+        kind: Kind,
+        what: &str,
+        names: &Names,
+    ) -> Result<Expr, Box<Diagnostic>> {
+        let (expr, is) = self.value(ast, names, false, &|_, _, _| None)?;
+        self.converted(expr, is, kind, || match kind {
+            Kind::Bool => format!("{what} is true or false, and this is a number"),
+            Kind::Int => format!("{what} is a number, and this is true or false"),
+        })
+    }
+
+    fn converted(
+        &self,
+        expr: Expr,
+        is: Kind,
+        wanted: Kind,
+        message: impl FnOnce() -> String,
+    ) -> Result<Expr, Box<Diagnostic>> {
+        let span = expr.span;
+        match (is, wanted) {
+            (Kind::Bool, Kind::Bool) | (Kind::Int, Kind::Int) => Ok(expr),
+            (Kind::Int, Kind::Bool) if self.language == Language::C89 => {
+                Ok(Expr::compare(CompareOp::Ne, expr, Expr::new(ExprKind::Int(0), span)))
+            }
+            (Kind::Bool, Kind::Int) if self.language == Language::C89 => {
+                let one = Box::new(Expr::new(ExprKind::Int(1), span));
+                let zero = Box::new(Expr::new(ExprKind::Int(0), span));
+                Ok(Expr::new(ExprKind::Select(Box::new(expr), one, zero), span))
+            }
+            (Kind::Int, Kind::Bool) => Err(Box::new(
+                kind_error(span, message()).help("compare it with something, as in `n != 0`"),
+            )),
+            (Kind::Bool, Kind::Int) => {
+                Err(Box::new(kind_error(span, message()).help("choose a number: `c ? 1 : 0`")))
+            }
+        }
+    }
+
+    /// As a condition: a number is true unless it is 0, in both languages.
+    fn truth(&self, ast: &Ast, names: &Names, known: Known<'_>) -> Result<Expr, Box<Diagnostic>> {
+        let (expr, kind) = self.value(ast, names, true, known)?;
+        let span = expr.span;
+        Ok(match kind {
+            Kind::Bool => expr,
+            Kind::Int => Expr::compare(CompareOp::Ne, expr, Expr::new(ExprKind::Int(0), span)),
+        })
+    }
+
+    fn number(&self, ast: &Ast, names: &Names, known: Known<'_>) -> Result<Expr, Box<Diagnostic>> {
+        let (expr, kind) = self.value(ast, names, false, known)?;
+        self.converted(expr, kind, Kind::Int, || {
+            "a number is needed here, this is true or false".to_owned()
+        })
+    }
+
+    /// As what it is. `as_truth`: only whether it is true matters. `known` gives values to names before the chart runs.
+    fn value(
+        &self,
+        ast: &Ast,
+        names: &Names,
+        as_truth: bool,
+        known: Known<'_>,
+    ) -> Result<(Expr, Kind), Box<Diagnostic>> {
+        let span = ast.span;
+        let made = |kind, is| Ok((Expr::new(kind, span), is));
+        match &ast.kind {
+            AstKind::Bool(value) => made(ExprKind::Bool(*value), Kind::Bool),
+            AstKind::Int(value) => made(ExprKind::Int(*value), Kind::Int),
+            AstKind::Name(name) => {
+                if let Some(value) = known(self, name, None) {
+                    return Ok((value.expr(span), value.kind()));
+                }
+                let var = self.get(name).ok_or_else(|| self.unknown(name, span, names))?;
+                if var.is_array {
+                    return Err(Box::new(
+                        kind_error(span, format!("the array {name} is no value itself"))
+                            .help(format!("name one element: `{name}[0]`")),
+                    ));
+                }
+                let path = Path::from(Name::new(var.name.as_str(), span));
+                made(ExprKind::Leaf(Leaf::Name(path)), var.kind())
+            }
+            AstKind::Element(name, index) => {
+                let var = self.get(name).ok_or_else(|| self.unknown(name, span, names))?;
+                if !var.is_array {
+                    return Err(Box::new(kind_error(span, format!("{name} is no array"))));
+                }
+                let index = self.number(index, names, known)?;
+                let folded = grafsynth_ir::simplify::simplify(&index);
+                if let ExprKind::Int(at) = folded.kind {
+                    if let Some(value) = known(self, name, Some(at)) {
+                        return Ok((value.expr(span), value.kind()));
+                    }
+                    if !(0..var.init.len() as i64).contains(&at) {
+                        let last = var.init.len().saturating_sub(1);
+                        return Err(Box::new(kind_error(
+                            index.span,
+                            format!("{name} has the elements 0..{last}, not {at}"),
+                        )));
+                    }
+                    if !var.is_assigned
+                        && let Some(value) =
+                            usize::try_from(at).ok().and_then(|at| var.init.get(at))
+                    {
+                        return Ok((value.expr(span), value.kind()));
+                    }
+                }
+                let path = Path::from(Name::new(var.name.as_str(), span));
+                made(ExprKind::Element(Leaf::Name(path), Box::new(index)), var.kind())
+            }
+            AstKind::In(id, place) => {
+                let Some(state) = names.states.get(id) else {
+                    return Err(Box::new(names.unknown(id, *place)));
+                };
+                if state.is_history {
+                    // A history is never in the situation (assertion 580).
+                    return made(ExprKind::Bool(false), Kind::Bool);
+                }
+                let mut path = names.path_of(state, *place);
+                path.names.push(Name::new("active", *place));
+                made(ExprKind::Leaf(Leaf::Name(path)), Kind::Bool)
+            }
+            AstKind::Array(_) => {
+                Err(refuse(span, "an array as a value", "name one of its elements"))
+            }
+            AstKind::Not(inner) => {
+                let inner = Box::new(self.truth(inner, names, known)?);
+                made(ExprKind::Not(inner), Kind::Bool)
+            }
+            AstKind::And(all) | AstKind::Or(all) => {
+                let mut operands = Vec::with_capacity(all.len());
+                for one in all {
+                    let (expr, kind) = self.value(one, names, as_truth, known)?;
+                    if kind == Kind::Int && !as_truth && self.language == Language::Ecmascript {
+                        return Err(Box::new(
+                            kind_error(
+                                one.span,
+                                "`&&` and `||` of numbers give a number in ECMAScript".to_owned(),
+                            )
+                            .help("compare the number with something, as in `n != 0`"),
+                        ));
+                    }
+                    let operand_span = expr.span;
+                    operands.push(match kind {
+                        Kind::Bool => expr,
+                        Kind::Int => Expr::compare(
+                            CompareOp::Ne,
+                            expr,
+                            Expr::new(ExprKind::Int(0), operand_span),
+                        ),
+                    });
+                }
+                let kind = if matches!(ast.kind, AstKind::And(_)) {
+                    ExprKind::And(operands)
+                } else {
+                    ExprKind::Or(operands)
+                };
+                made(kind, Kind::Bool)
+            }
+            AstKind::Neg(inner) => {
+                let inner = Box::new(self.number(inner, names, known)?);
+                made(ExprKind::Neg(inner), Kind::Int)
+            }
+            AstKind::Arith(op, a, b) => {
+                let a = Box::new(self.number(a, names, known)?);
+                let b = Box::new(self.number(b, names, known)?);
+                if matches!(op, ArithOp::Div | ArithOp::Mod)
+                    && matches!(grafsynth_ir::simplify::simplify(&b).kind, ExprKind::Int(0))
+                {
+                    return Err(Box::new(kind_error(b.span, "the divisor is 0".to_owned())));
+                }
+                made(ExprKind::Arith(*op, a, b), Kind::Int)
+            }
+            AstKind::Compare(op, a, b) => {
+                let (a, a_kind) = self.value(a, names, false, known)?;
+                let (b, b_kind) = self.value(b, names, false, known)?;
+                let equality = matches!(op, CompareOp::Eq | CompareOp::Ne);
+                let (a, b) = if a_kind == b_kind && (equality || a_kind == Kind::Int) {
+                    (a, b)
+                } else {
+                    let message = || "a number is compared with a truth value".to_owned();
+                    (
+                        self.converted(a, a_kind, Kind::Int, message)?,
+                        self.converted(b, b_kind, Kind::Int, message)?,
+                    )
+                };
+                made(ExprKind::Compare(*op, Box::new(a), Box::new(b)), Kind::Bool)
+            }
+            AstKind::Choice(condition, a, b) => {
+                let condition = Box::new(self.truth(condition, names, known)?);
+                let (a, a_kind) = self.value(a, names, as_truth, known)?;
+                let (b, b_kind) = self.value(b, names, as_truth, known)?;
+                if a_kind == b_kind {
+                    return made(ExprKind::Select(condition, Box::new(a), Box::new(b)), a_kind);
+                }
+                let message = || "one side is a number, the other is true or false".to_owned();
+                let a = self.converted(a, a_kind, Kind::Int, message)?;
+                let b = self.converted(b, b_kind, Kind::Int, message)?;
+                made(ExprKind::Select(condition, Box::new(a), Box::new(b)), Kind::Int)
+            }
+        }
+    }
+
+    pub(super) fn unknown(&self, name: &str, span: Span, names: &Names) -> Box<Diagnostic> {
+        let finding =
+            Diagnostic::error(codes::SCXML_LOCATION, format!("no datum has the identifier {name}"))
+                .at(span, "");
+        Box::new(match nearest(name, self.by_id.keys().take(10_000).map(String::as_str)) {
+            Some(near) => finding.help(format!("did you mean {near}?")).fix(span, near),
+            None if names.states.contains_key(name) => {
+                finding.help(format!("{name} is a state: ask for it with In('{name}')"))
+            }
+            None => finding.help(format!("declare it: <data id=\"{name}\" expr=\"0\"/>")),
+        })
+    }
+
+    /// The types of all data, given all statements of the chart, and the names of copies with the array that each is a copy of.
+    pub(super) fn types<'s>(
+        &self,
+        blocks: impl IntoIterator<Item = &'s [Stmt]>,
+        copies: &[(String, String, Span)],
+    ) -> Vec<Type> {
+        let mut assigned: Vec<(usize, &Expr)> = Vec::new();
+        let mut by_name: BTreeMap<&str, usize> =
+            self.vars.iter().enumerate().map(|(index, var)| (var.name.as_str(), index)).collect();
+        for (array, copy, _) in copies {
+            if let Some(index) = by_name.get(array.as_str()).copied() {
+                by_name.insert(copy, index);
+            }
+        }
+        for block in blocks {
+            collect(block, &by_name, &mut assigned);
+        }
+        let mut ranges: Vec<(i64, i64)> = self
+            .vars
+            .iter()
+            .map(|var| {
+                let values = var.init.iter().map(|value| value.number());
+                let (lo, hi) = (values.clone().min().unwrap_or(0), values.max().unwrap_or(0));
+                match (var.range, var.role) {
+                    (Some(range), _) => range,
+                    // What comes from outside may be anything.
+                    (None, Role::Input) => DEFAULT,
+                    (None, Role::Variable | Role::Output) => (lo, hi),
+                }
+            })
+            .collect();
+        let mut is_settled = false;
+        for _ in 0..ROUNDS {
+            is_settled = true;
+            for (index, value) in &assigned {
+                let var = &self.vars[*index];
+                if var.range.is_some() || var.kind() == Kind::Bool {
+                    continue;
+                }
+                let mut leaves = Ranges { data: self, by_name: &by_name, ranges: &ranges };
+                let Ok(Type::Int { lo, hi }) = interval::check(value, &mut leaves) else {
+                    continue;
+                };
+                let (least, most) = ranges[*index];
+                // A datum may begin beyond what is its range otherwise.
+                let lo = lo.max(DEFAULT.0.min(least)).min(most);
+                let hi = hi.min(DEFAULT.1.max(most)).max(least);
+                let next = (least.min(lo), most.max(hi));
+                if next != ranges[*index] {
+                    ranges[*index] = next;
+                    is_settled = false;
+                }
+            }
+            if is_settled {
+                break;
+            }
+        }
+        if !is_settled {
+            for (index, _) in &assigned {
+                if self.vars[*index].range.is_none() {
+                    let (lo, hi) = ranges[*index];
+                    ranges[*index] = (lo.min(DEFAULT.0), hi.max(DEFAULT.1));
+                }
+            }
+        }
+        let types = self.vars.iter().zip(ranges).map(|(var, (lo, hi))| match var.kind() {
+            Kind::Bool => Type::Bool,
+            Kind::Int => Type::Int { lo, hi },
+        });
+        types.collect()
+    }
+}
+
+/// Values of names before the chart runs: of a datum, or of an element of an array.
+type Known<'k> = &'k dyn Fn(&Data, &str, Option<i64>) -> Option<Value>;
+
+fn collect<'s>(
+    block: &'s [Stmt],
+    by_name: &BTreeMap<&str, usize>,
+    out: &mut Vec<(usize, &'s Expr)>,
+) {
+    for stmt in block {
+        match &stmt.kind {
+            StmtKind::Assign { target, value, .. } => {
+                let name = target.names.first().map_or("", |name| name.text.as_str());
+                if let Some(index) = by_name.get(name) {
+                    out.push((*index, value));
+                }
+            }
+            StmtKind::If { then, otherwise, .. } => {
+                collect(then, by_name, out);
+                collect(otherwise, by_name, out);
+            }
+            StmtKind::Raise(_)
+            | StmtKind::Send { .. }
+            | StmtKind::Cancel(_)
+            | StmtKind::Call { .. }
+            | StmtKind::Code(_) => {}
+        }
+    }
+}
+
+/// The leaves of expressions with the ranges found so far.
+struct Ranges<'r> {
+    data: &'r Data,
+    by_name: &'r BTreeMap<&'r str, usize>,
+    ranges: &'r [(i64, i64)],
+}
+
+impl Ranges<'_> {
+    fn of(&self, leaf: &Leaf, span: Span) -> Result<Type, TypeError> {
+        let Leaf::Name(path) = leaf else {
+            return Err(TypeError { span, kind: TypeErrorKind::Dangling });
+        };
+        match path.names.as_slice() {
+            [only] => match self.by_name.get(only.text.as_str()) {
+                Some(index) => Ok(match self.data.vars[*index].kind() {
+                    Kind::Bool => Type::Bool,
+                    Kind::Int => {
+                        let (lo, hi) = self.ranges[*index];
+                        Type::Int { lo, hi }
+                    }
+                }),
+                None => Err(TypeError { span, kind: TypeErrorKind::Dangling }),
+            },
+            // Whether a state is active.
+            _ => Ok(Type::Bool),
+        }
+    }
+}
+
+impl Leaves<Leaf> for Ranges<'_> {
+    fn leaf(&mut self, leaf: &Leaf, span: Span) -> Result<Type, TypeError> {
+        self.of(leaf, span)
+    }
+
+    fn array(&mut self, leaf: &Leaf, span: Span) -> Result<(Type, Option<u32>), TypeError> {
+        self.of(leaf, span).map(|ty| (ty, None))
+    }
+}
+
+fn kind_error(span: Span, message: String) -> Diagnostic {
+    Diagnostic::error(codes::SCXML_KIND, message).at(span, "")
+}
