@@ -16,7 +16,7 @@ use crate::{Dialect, EmitOptions, Named, Object};
 use grafsynth_ir::arena::IdMap;
 use grafsynth_ir::diag::{Diagnostic, nearest};
 use grafsynth_ir::logic::{
-    Flop, FlopId, Logic, NodeId, PinInput, PinInputId, PinOutput, PinOutputId,
+    Flop, FlopId, Logic, NodeId, PinInput, PinInputId, PinOutput, PinOutputId, PinRole,
 };
 use grafsynth_ir::names::{CUPL, GALASM, Namer, PALASM, PALASM_CHIP};
 use grafsynth_ir::net::Meta;
@@ -641,6 +641,15 @@ fn widest(device: &Device) -> usize {
 }
 
 /// The comment at the head.
+/// A line for the head of a circuit whose reactions may take several clocks.
+pub(crate) fn busy_note(logic: &Logic) -> Option<String> {
+    let busy = logic.outputs.values().find(|output| output.role == PinRole::Busy)?;
+    Some(format!(
+        "one micro-step a clock: inputs are taken on a clock with {0} low, outputs hold until {0} is low again",
+        busy.name
+    ))
+}
+
 fn head(
     logic: &Logic,
     dialect: Dialect,
@@ -673,6 +682,7 @@ fn head(
     if logic.outputs.values().any(|output| output.mealy) {
         head.push("mealy outputs are valid just before the clock".to_owned());
     }
+    head.extend(busy_note(logic));
     if options.dont_cares && !logic.never.is_empty() {
         head.push("the equations rely on what the chart assumes of its inputs".to_owned());
     }

@@ -1,6 +1,6 @@
 //! A circuit ready for a multi-level language: names, and which functions in between become wires.
 
-use crate::equations::{one_line, register_name};
+use crate::equations::{busy_note, one_line, register_name};
 use crate::{Dialect, EmitOptions, Named, Object};
 use grafsynth_ir::arena::IdMap;
 use grafsynth_ir::logic::{Flop, Logic, Node, NodeId, PinInput, PinOutput};
@@ -68,6 +68,7 @@ impl Netlist {
         if logic.outputs.values().any(|output| output.mealy) {
             head.push("mealy outputs are valid just before the clock".to_owned());
         }
+        head.extend(busy_note(logic));
         head.extend(options.notes.iter().map(|note| one_line(note)));
         Netlist { title, head, clock, reset, inputs, flops, outputs, wires, meta }
     }

@@ -1,10 +1,14 @@
 //! Test vectors: rows of a trace as bits of a circuit's pins.
+//!
+//! A row is one reaction. Where that takes several clocks (semantics.md §9) events and the tick are high in the first of them only, and outputs are
+//! checked when `busy` has fallen.
 
 use crate::codes;
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::logic::{Logic, PinRole};
 use grafsynth_ir::net::Net;
 use grafsynth_ir::program::Origin;
+use grafsynth_logic::chip::{ChipSim, NoRow, most_clocks};
 
 /// Rows of bits; row 0 is the state after power-up.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -13,6 +17,12 @@ pub struct Vectors {
     pub rows: Vec<VectorRow>,
     /// For each output of the circuit: checked before the clock instead of after.
     pub mealy: Vec<bool>,
+    /// For each input of the circuit: an event or the tick, one clock wide.
+    pub pulses: Vec<bool>,
+    /// The place of the `busy` pin among the outputs, where a reaction may take several clocks.
+    pub busy: Option<usize>,
+    /// No reaction takes more clocks than this.
+    pub most_clocks: u64,
 }
 
 /// One row.
@@ -24,6 +34,31 @@ pub struct VectorRow {
     pub outputs: Vec<Option<bool>>,
     /// What each flip-flop must hold after the clock; none where it is not known. May be empty.
     pub flops: Vec<Option<bool>>,
+    /// How many clocks this circuit takes for it: 0 in row 0, 1 in all others where there is no `busy` pin.
+    pub clocks: u64,
+}
+
+/// Events and the tick are high for one clock.
+fn is_pulse(net: &Net, role: PinRole) -> bool {
+    match role {
+        PinRole::Input(id, _) => net.inputs[id].kind.is_event(),
+        PinRole::Tick => true,
+        PinRole::Reset
+        | PinRole::Output(..)
+        | PinRole::Busy
+        | PinRole::Fault
+        | PinRole::Unknown => false,
+    }
+}
+
+fn never_ends(row: usize, why: NoRow) -> Diagnostic {
+    let clocks = match why {
+        NoRow::StillBusy { clocks } => clocks,
+        NoRow::TooManyTicks { .. } => unreachable!("a row with more ticks is a finding before"),
+    };
+    let message = format!("the circuit is still busy with row {row} after {clocks} clocks");
+    Diagnostic::error(codes::BAD_VECTORS, message)
+        .help("this is a fault of the tool: please report it with the chart")
 }
 
 /// One row of a trace in the net's numbers.
@@ -52,6 +87,8 @@ impl Vectors {
             value.abs_diff(lo).checked_shr(bit).unwrap_or(0) & 1 == 1
         };
         let mut made = Vec::with_capacity(rows.len());
+        let busy = logic.outputs.iter().find(|(_, pin)| pin.role == PinRole::Busy);
+        let mut chip = busy.map(|_| ChipSim::new(net, logic));
         for (index, row) in rows.iter().enumerate() {
             if row.dt > 1 {
                 let message = format!(
@@ -86,18 +123,28 @@ impl Vectors {
                         .map(|value| bit_of(value, lo, bit))
                 }
                 PinRole::Fault => Some(row.fault),
-                PinRole::Input(..)
-                | PinRole::Tick
-                | PinRole::Reset
-                | PinRole::Busy
-                | PinRole::Unknown => None,
+                // A row is checked when the reaction has ended.
+                PinRole::Busy => Some(false),
+                PinRole::Input(..) | PinRole::Tick | PinRole::Reset | PinRole::Unknown => None,
             };
             let flops = logic.flops.values().map(|flop| {
                 let holds = flop.holds?;
                 let Origin::Step(step) = holds.origin else { return None };
                 row.steps.get(step.index()).map(|&is_active| is_active != holds.inverted)
             });
+            let clocks = match &mut chip {
+                _ if index == 0 => 0,
+                None => 1,
+                Some(chip) => match chip.react(&row.inputs, row.dt.min(1)) {
+                    Ok(clocks) => clocks,
+                    Err(why) => {
+                        findings.push(never_ends(index, why));
+                        break;
+                    }
+                },
+            };
             made.push(VectorRow {
+                clocks,
                 inputs: logic.inputs.values().map(|pin| input(pin.role)).collect(),
                 outputs: logic.outputs.values().map(|pin| output(pin.role)).collect(),
                 flops: flops.collect(),
@@ -107,6 +154,9 @@ impl Vectors {
             Ok(Vectors {
                 rows: made,
                 mealy: logic.outputs.values().map(|output| output.mealy).collect(),
+                pulses: logic.inputs.values().map(|pin| is_pulse(net, pin.role)).collect(),
+                busy: busy.map(|(pin, _)| pin.index()),
+                most_clocks: most_clocks(net),
             })
         } else {
             Err(findings)
@@ -116,6 +166,7 @@ impl Vectors {
     /// Whether the rows have as many bits as the circuit has pins.
     pub(crate) fn check(&self, logic: &Logic) -> Result<(), Vec<Diagnostic>> {
         let fits = self.mealy.len() == logic.outputs.len()
+            && self.pulses.len() == logic.inputs.len()
             && self.rows.iter().all(|row| {
                 row.inputs.len() == logic.inputs.len()
                     && row.outputs.len() == logic.outputs.len()

@@ -48,6 +48,19 @@ pub(crate) enum When {
     Never,
 }
 
+/// When a reaction of a circuit takes several clocks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Busy {
+    /// Never: one clock is one reaction, or the chart is refused.
+    Never,
+    /// Where the micro-steps are too large in one clock.
+    TooLarge,
+    /// There, and where it is not proved that the evolution ends within its limit.
+    Unproved,
+    /// Wherever the chart evolves.
+    Always,
+}
+
 #[derive(Debug, Subcommand)]
 pub(crate) enum Verb {
     /// Make a small project: chart, board, stimulus, and a Makefile that builds it.
@@ -136,6 +149,9 @@ pub(crate) struct Build {
     /// C: call the user's `activated` and `enabled` functions.
     #[arg(long)]
     pub(crate) callbacks: bool,
+    /// Circuits of a chart that evolves until it is stable: one micro-step a clock, with a `busy` pin, instead of all of them in one clock.
+    #[arg(long, value_name = "WHEN", value_enum, default_value = "unproved")]
+    pub(crate) busy: Busy,
     /// A stimulus for the SIMULATION section and the test bench.
     #[arg(long, value_name = "FILE")]
     pub(crate) stimulus: Option<String>,

@@ -5,6 +5,7 @@ use crate::run::net_trace;
 use grafsynth_ir::logic::{Logic, PinRole};
 use grafsynth_ir::net::Net;
 use grafsynth_ir::{Diagnostic, Valid};
+use grafsynth_logic::chip::most_clocks;
 use grafsynth_logic::sim::LogicSim;
 use grafsynth_sim::{ColumnKind, Difference, InputRow, Stimulus, Trace, Value};
 use std::collections::BTreeMap;
@@ -50,6 +51,9 @@ pub fn nets(
 }
 
 /// A net and logic by others: pins are found by name, and every Boolean output of the net that the logic has is compared.
+///
+/// Where the chart evolves until it is stable, logic with an output `busy` that the chart does not have takes several clocks for a reaction
+/// (semantics.md §9): it is clocked until `busy` is 0.
 ///
 /// # Errors
 /// When an input of the logic is not in the net, or no output is common, or the stimulus is not for a chip.
@@ -102,6 +106,13 @@ pub fn with_logic(
     let mut difference = None;
     let tick =
         logic.inputs.iter().find(|(_, input)| fold(&input.name) == "tick").map(|(pin, _)| pin);
+    let has_own_busy = net.outputs.values().any(|output| fold(&output.name.text) == "busy");
+    let is_stable = most_clocks(net) > 1;
+    let busy = logic
+        .outputs
+        .iter()
+        .find(|(_, output)| is_stable && !has_own_busy && fold(&output.name) == "busy")
+        .map(|(pin, _)| pin);
     let rows = std::iter::once(InputRow { dt: 0, ..InputRow::zero(net) }).chain(stimulus.rows());
     'rows: for (at, row) in rows.enumerate() {
         for (pin, id) in &inputs {
@@ -112,6 +123,33 @@ pub fn with_logic(
         }
         if at > 0 {
             chip.clock();
+            let mut clocks = 1;
+            let is_busy =
+                |chip: &mut LogicSim<'_>| busy.is_some_and(|busy| chip.output(busy) & 1 == 1);
+            if is_busy(&mut chip) {
+                // Events and the tick are one clock wide.
+                for (pin, id) in &inputs {
+                    if net.inputs[*id].kind.is_event() {
+                        chip.set_input(*pin, 0);
+                    }
+                }
+                if let Some(tick) = tick {
+                    chip.set_input(tick, 0);
+                }
+            }
+            while is_busy(&mut chip) {
+                if clocks >= most_clocks(net) {
+                    difference = Some(Difference {
+                        row: at,
+                        column: "busy".to_owned(),
+                        left: "0".to_owned(),
+                        right: "1".to_owned(),
+                    });
+                    break 'rows;
+                }
+                chip.clock();
+                clocks += 1;
+            }
         }
         let Some(expected) = trace.rows.get(at) else { break };
         for (column, pin, name) in &outputs {

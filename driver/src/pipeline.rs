@@ -17,10 +17,12 @@ use grafsynth_backend_pld::vectors::TraceRow;
 use grafsynth_backend_pld::{Dialect, EmitOptions, Emitted, Vectors};
 use grafsynth_ir::diag::any_error;
 use grafsynth_ir::facts::Facts;
-use grafsynth_ir::logic::Logic;
+use grafsynth_ir::logic::{Logic, PinRole};
 use grafsynth_ir::lower::program::{ProgramOptions, program};
 use grafsynth_ir::net::{Evolution, Net};
 use grafsynth_ir::{Diagnostic, FileId, Valid};
+pub use grafsynth_logic::BusyMode;
+use grafsynth_logic::EncodeOptions;
 use grafsynth_sim::{InputRow, Row, Simulator, Stimulus};
 use grafsynth_verify::Limits;
 
@@ -31,6 +33,8 @@ pub struct BuildOptions {
     pub device: Option<String>,
     /// C: style, callbacks.
     pub c: grafsynth_backend_c::Options,
+    /// When a reaction of a circuit may take several clocks.
+    pub busy: BusyMode,
     /// Test vectors for the SIMULATION section and the test bench.
     pub stimulus: Option<Stimulus>,
     /// Prove the outputs equal.
@@ -108,7 +112,7 @@ pub fn facts(net: &Valid<Net>, limits: &Limits) -> Facts {
 pub fn build(net: &Valid<Net>, facts: &Facts, targets: &[Target], options: &BuildOptions) -> Built {
     let mut built = Built::default();
     let needs_logic = targets.iter().any(|target| target.dialect().is_some());
-    let logic = needs_logic.then(|| logic(net, facts));
+    let logic = needs_logic.then(|| logic_as(net, facts, options.busy));
     if let Some(Err(found)) = &logic {
         built.found.extend(found.iter().cloned());
     }
@@ -144,13 +148,27 @@ pub fn build(net: &Valid<Net>, facts: &Facts, targets: &[Target], options: &Buil
     built
 }
 
-/// The circuit of a net.
+/// The circuit of a net: one clock a reaction where the depth of its evolution is proved and the composition is not too large, else one micro-step a
+/// clock with `busy` (semantics.md §9).
 ///
 /// # Errors
 /// What a chip cannot do, each with its place.
 pub fn logic(net: &Valid<Net>, facts: &Facts) -> Result<Logic, Vec<Diagnostic>> {
+    logic_as(net, facts, BusyMode::default())
+}
+
+/// The circuit of a net, with a choice when a reaction may take several clocks.
+///
+/// # Errors
+/// What a chip cannot do, each with its place.
+pub fn logic_as(net: &Valid<Net>, facts: &Facts, busy: BusyMode) -> Result<Logic, Vec<Diagnostic>> {
     let program = program(net, &ProgramOptions::default())?;
-    grafsynth_logic::encode(net, &program, facts, &grafsynth_logic::EncodeOptions::default())
+    grafsynth_logic::encode(
+        net,
+        &program,
+        facts,
+        &EncodeOptions { busy, ..EncodeOptions::default() },
+    )
 }
 
 /// A text and the circuit that a stranger reads in it.
@@ -254,7 +272,7 @@ fn equations(
             format!("{stem}.{}", dialect.extension())
         }
     };
-    let line = if options.prove {
+    let mut line = if options.prove {
         Line::of_verdict(
             &name,
             &grafsynth_verify::equiv(net, facts, &through.read_back, &options.limits),
@@ -263,6 +281,9 @@ fn equations(
         Line::open(&name, "read back; not proved, as asked")
     };
     let is_refuted = line.outcome == Outcome::Refuted;
+    if let Some(form) = form(net, facts, logic, options.busy) {
+        line.text = format!("{}; {form}", line.text);
+    }
     built.lines.push(line);
     if is_refuted {
         return;
@@ -287,6 +308,36 @@ fn equations(
             map: Vec::new(),
         });
     }
+}
+
+/// How a circuit evolves until it is stable, and why so; nothing for a chart that makes one micro-step a reaction.
+#[must_use]
+pub fn form(net: &Net, facts: &Facts, logic: &Logic, busy: BusyMode) -> Option<String> {
+    let Evolution::Stable { limit } = net.settings.evolution else { return None };
+    let is_proved = grafsynth_logic::is_depth_proved(net, facts);
+    if logic.outputs.values().any(|output| output.role == PinRole::Busy) {
+        let why = match busy {
+            BusyMode::Always | BusyMode::Never => "as asked".to_owned(),
+            BusyMode::WhenUnproved if !is_proved => {
+                format!("for it is not proved that {limit} of them are always enough")
+            }
+            BusyMode::WhenUnproved | BusyMode::WhenTooLarge => {
+                "for they are too large in one".to_owned()
+            }
+        };
+        return Some(format!("one micro-step a clock with `busy`, {why}"));
+    }
+    let why = match &facts.stable_depth {
+        Some(depth) => format!("{} deep as proved", depth.value),
+        None if is_proved => format!("{limit} are always enough as proved"),
+        None => match busy {
+            BusyMode::Never | BusyMode::WhenTooLarge => "as asked".to_owned(),
+            BusyMode::WhenUnproved | BusyMode::Always => {
+                "for none can have a clock of its own: nothing fires, or actions are called on the way".to_owned()
+            }
+        },
+    };
+    Some(format!("micro-steps composed into one clock, {why}"))
 }
 
 /// The reference trace of a stimulus as bits of the circuit's pins.

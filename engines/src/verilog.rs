@@ -9,6 +9,7 @@ use grafsynth_driver::pipeline;
 use grafsynth_ir::logic::PinRole;
 use grafsynth_ir::net::{Driver, Net};
 use grafsynth_ir::program::Origin;
+use grafsynth_logic::chip::most_clocks;
 use grafsynth_sim::{Effect, InputRow, Row, Trace, TraceLayout};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -60,7 +61,8 @@ impl Engine for VerilogEngine {
             &emitted.names,
             &[InputRow { dt: 0, ..InputRow::zero(job.net) }],
         );
-        let bench = bench(&module, &emitted.names, &shown, &zeros, rows.len());
+        let wait = Wait::of(job.net, &emitted.names);
+        let bench = bench(&module, &emitted.names, &shown, &zeros, rows.len(), wait.as_ref());
         let output =
             simulate(&emitted.text, &bench, &stimulus_bits(job.net, &emitted.names, &rows))?;
         trace(job.net, &shown, &rows, &output)
@@ -109,7 +111,59 @@ fn stimulus_bits(net: &Net, names: &[Named], rows: &[InputRow]) -> String {
     text
 }
 
-fn bench(module: &str, names: &[Named], shown: &[&Named], zeros: &str, n_rows: usize) -> String {
+/// How the bench waits for the end of a reaction that may take several clocks.
+struct Wait {
+    /// The place of the `busy` pin among what is shown.
+    busy: usize,
+    /// For each input pin: high in the first clock only.
+    pulses: String,
+    /// No reaction takes more clocks.
+    most_clocks: u64,
+}
+
+/// What the bench prints where a reaction does not end.
+const STILL_BUSY: &str = "still busy";
+
+impl Wait {
+    fn of(net: &Net, names: &[Named]) -> Option<Self> {
+        let is_busy = |named: &&Named| matches!(&named.object, Object::Output(pin) if pin.role == PinRole::Busy);
+        let busy = shown(names).iter().position(is_busy)?;
+        let mut pulses = String::new();
+        for named in names {
+            if let Object::Input(pin) = &named.object {
+                let is_pulse = match pin.role {
+                    PinRole::Input(id, _) => net.inputs[id].kind.is_event(),
+                    PinRole::Tick => true,
+                    PinRole::Reset
+                    | PinRole::Output(..)
+                    | PinRole::Busy
+                    | PinRole::Fault
+                    | PinRole::Unknown => false,
+                };
+                pulses.push(if is_pulse { '1' } else { '0' });
+            }
+        }
+        pulses.push('0');
+        Some(Wait { busy, pulses, most_clocks: most_clocks(net).min(1 << 30) })
+    }
+
+    fn text(&self) -> String {
+        let Wait { busy, pulses, most_clocks } = self;
+        let width = pulses.len();
+        format!(
+            "      #1 clocks = 1;\n      if (out_{busy} === 1'b1) in_bits = in_bits & ~{width}'b{pulses};\n      while (out_{busy} === 1'b1 && clocks < {most_clocks}) begin\n        #4 clock_pin = 1'b0;\n        #5 clock_pin = 1'b1;\n        #1 clocks = clocks + 1;\n      end\n      if (out_{busy} === 1'b1) begin\n        $display(\"{STILL_BUSY}\");\n        $finish;\n      end\n"
+        )
+    }
+}
+
+fn bench(
+    module: &str,
+    names: &[Named],
+    shown: &[&Named],
+    zeros: &str,
+    n_rows: usize,
+    wait: Option<&Wait>,
+) -> String {
     let inputs: Vec<&str> = names
         .iter()
         .filter(|named| matches!(named.object, Object::Input(_)))
@@ -157,10 +211,14 @@ fn bench(module: &str, names: &[Named], shown: &[&Named], zeros: &str, n_rows: u
         .map(|(at, _)| format!("before_{at} = out_{at}; "))
         .collect();
     outputs.push("1'b0".to_owned());
+    if wait.is_some() {
+        text.push_str("  integer clocks;\n");
+    }
+    let wait = wait.map_or_else(String::new, Wait::text);
     let zeros = zeros.trim_end();
     let _ = write!(
         text,
-        "  {module} dut ({});\n  initial begin\n    $readmemb(\"rows.txt\", rows);\n    clock_pin = 1'b0;\n    in_bits = {width}'b{zeros};\n    #4 {sample}#1 $display(\"%b\", {{{}}});\n    for (at = 0; at < {n_rows}; at = at + 1) begin\n      in_bits = rows[at];\n      #4 {sample}#1 clock_pin = 1'b1;\n      #4 $display(\"%b\", {{{}}});\n      #1 clock_pin = 1'b0;\n    end\n    $finish;\n  end\nendmodule\n",
+        "  {module} dut ({});\n  initial begin\n    $readmemb(\"rows.txt\", rows);\n    clock_pin = 1'b0;\n    in_bits = {width}'b{zeros};\n    #4 {sample}#1 $display(\"%b\", {{{}}});\n    for (at = 0; at < {n_rows}; at = at + 1) begin\n      in_bits = rows[at];\n      #4 {sample}#1 clock_pin = 1'b1;\n{wait}      #4 $display(\"%b\", {{{}}});\n      #1 clock_pin = 1'b0;\n    end\n    $finish;\n  end\nendmodule\n",
         ports.join(", "),
         outputs.join(", "),
         outputs.join(", ")
@@ -211,9 +269,14 @@ fn trace(
         .filter(|line| line.first().is_some_and(|c| b"01xz".contains(c)));
     let first = InputRow { dt: 0, ..InputRow::zero(net) };
     for (at, input) in std::iter::once(&first).chain(rows).enumerate() {
-        let line = lines.next().ok_or_else(|| {
-            EngineError::Failed(format!("vvp printed {at} of {} rows", rows.len() + 1))
-        })?;
+        let Some(line) = lines.next() else {
+            // A reaction that does not end is a difference: the trace has no more rows.
+            if output.split(|byte| *byte == b'\n').any(|line| line == STILL_BUSY.as_bytes()) {
+                return Ok(trace);
+            }
+            let why = format!("vvp printed {at} of {} rows", rows.len() + 1);
+            return Err(EngineError::Failed(why));
+        };
         let row = row(net, shown, input, line)
             .map_err(|why| EngineError::Failed(format!("row {at}: {why}")))?;
         let cells = trace.layout.row(&row);

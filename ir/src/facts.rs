@@ -20,6 +20,9 @@ pub struct Facts {
     pub dead_transitions: Vec<TransitionId>,
     /// A bound on the micro-steps of one reaction, where one below `limit` was proved.
     pub stable_depth: Option<Proved<u32>>,
+    /// No reaction ever ends with a fault: each evolution becomes stable within the limit, and no queue overflows. Also for statecharts, where the limit
+    /// counts anew with each external event and so is no depth.
+    pub always_stable: Option<Proof>,
     /// At most one event is ever pending in the internal queue.
     pub single_pending: Option<Proved<bool>>,
     /// What was not found out, and why: for reports.

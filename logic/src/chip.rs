@@ -3,11 +3,11 @@
 use crate::sim::LogicSim;
 use grafsynth_ir::arena::IdMap;
 use grafsynth_ir::logic::{FlopBit, FlopId, Logic, PinInputId, PinOutputId, PinRole};
-use grafsynth_ir::net::{InputId, Net, Output, OutputId, StepId, VarId};
+use grafsynth_ir::net::{Evolution, InputId, Net, Output, OutputId, StepId, VarId};
 use grafsynth_ir::program::Origin;
 use std::collections::BTreeMap;
 
-/// The circuit executes one reaction a clock; inputs go in and outputs, steps and variables come out as numbers of the net.
+/// The circuit executes one reaction a clock, or clocks until its `busy` pin is 0; inputs go in and outputs, steps and variables come out as numbers of the net.
 ///
 /// Pins and flip-flops are found by their roles ([`PinRole`], [`FlopBit`]), so a circuit that was read from a text needs them put back first. A pin is
 /// sampled as semantics.md §9 says: after the clock with the row's inputs still held, a `mealy` one just before it.
@@ -19,6 +19,9 @@ pub struct ChipSim<'a> {
     ticks: Vec<PinInputId>,
     outputs: BTreeMap<OutputId, Vec<(PinOutputId, u32)>>,
     faults: Vec<PinOutputId>,
+    busy: Option<PinOutputId>,
+    /// [`most_clocks`].
+    patience: u64,
     /// Flip-flops of each thing and element.
     holders: BTreeMap<(Origin, u32), Vec<Holder>>,
     sampled: IdMap<Output, Option<i64>>,
@@ -32,11 +35,37 @@ struct Holder {
     inverted: bool,
 }
 
-/// More than one tick in a row: a chip cannot do that.
+/// Why there is no row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct TooManyTicks {
-    /// How many.
-    pub dt: u64,
+pub enum NoRow {
+    /// More than one tick in a row: a chip cannot do that.
+    TooManyTicks {
+        /// How many.
+        dt: u64,
+    },
+    /// The reaction does not end: `busy` is still 1 after more clocks than a right circuit of this net can need.
+    StillBusy {
+        /// How many.
+        clocks: u64,
+    },
+}
+
+/// More clocks than a reaction of a right circuit takes, first and last one included: micro-steps, events taken from queues, the empty check that ends
+/// it, and a few more. 1 where one clock is one reaction by the settings.
+#[must_use]
+pub fn most_clocks(net: &Net) -> u64 {
+    let Evolution::Stable { limit } = net.settings.evolution else { return 1 };
+    let limit = u64::from(limit);
+    let spare = 4;
+    if !net.settings.policy.is_statechart() {
+        return limit.saturating_add(spare);
+    }
+    // The count starts anew with each event that waits at the start; raised and sent events wait in queues of so many places.
+    let n_events = net.inputs.values().filter(|input| input.kind.is_event()).count() as u64;
+    let places = net.settings.queue.map_or(n_events, u64::from).max(n_events);
+    let steps = places.saturating_add(1).saturating_mul(limit);
+    let waited = steps.saturating_add(2).saturating_mul(places).saturating_mul(2);
+    steps.saturating_add(waited).saturating_add(spare)
 }
 
 impl<'a> ChipSim<'a> {
@@ -58,15 +87,13 @@ impl<'a> ChipSim<'a> {
         }
         let mut outputs: BTreeMap<OutputId, Vec<(PinOutputId, u32)>> = BTreeMap::new();
         let mut faults = Vec::new();
+        let mut busy = None;
         for (pin, output) in logic.outputs.iter() {
             match output.role {
                 PinRole::Output(id, bit) => outputs.entry(id).or_default().push((pin, bit)),
                 PinRole::Fault => faults.push(pin),
-                PinRole::Input(..)
-                | PinRole::Tick
-                | PinRole::Reset
-                | PinRole::Busy
-                | PinRole::Unknown => {}
+                PinRole::Busy => busy = Some(pin),
+                PinRole::Input(..) | PinRole::Tick | PinRole::Reset | PinRole::Unknown => {}
             }
         }
         let mut holders: BTreeMap<(Origin, u32), Vec<Holder>> = BTreeMap::new();
@@ -87,6 +114,8 @@ impl<'a> ChipSim<'a> {
             ticks,
             outputs,
             faults,
+            busy,
+            patience: most_clocks(net),
             holders,
             sampled,
         };
@@ -103,19 +132,57 @@ impl<'a> ChipSim<'a> {
         self.sample(false);
     }
 
-    /// One clock: `inputs` by number of the net's input (those without a pin are ignored, a missing one is 0), `dt` 0 or 1.
+    /// One reaction: `inputs` by number of the net's input (those without a pin are ignored, a missing one is 0), `dt` 0 or 1.
+    ///
+    /// A circuit with a `busy` pin is clocked until it is 0, with no new event or tick (semantics.md §9); gives the number of clocks.
     ///
     /// # Errors
-    /// When `dt` is larger than 1; nothing has happened then.
-    pub fn react(&mut self, inputs: &[i64], dt: u64) -> Result<(), TooManyTicks> {
+    /// When `dt` is larger than 1, and nothing has happened then; when the reaction does not end.
+    pub fn react(&mut self, inputs: &[i64], dt: u64) -> Result<u64, NoRow> {
         if dt > 1 {
-            return Err(TooManyTicks { dt });
+            return Err(NoRow::TooManyTicks { dt });
         }
         self.put(inputs, dt == 1);
         self.sample(true);
         self.sim.clock();
+        let mut clocks = 1;
+        if self.is_busy() {
+            self.end_events();
+        }
+        while self.is_busy() {
+            if clocks >= self.patience {
+                return Err(NoRow::StillBusy { clocks });
+            }
+            self.sim.clock();
+            clocks += 1;
+        }
         self.sample(false);
-        Ok(())
+        Ok(clocks)
+    }
+
+    /// A single clock with these pins, whether or not the reaction before has ended; outputs are sampled after it.
+    pub fn clock(&mut self, inputs: &[i64], tick: bool) {
+        self.put(inputs, tick);
+        self.sim.clock();
+        self.sample(false);
+    }
+
+    /// The reaction still runs. Never so without a `busy` pin.
+    #[must_use]
+    pub fn is_busy(&mut self) -> bool {
+        self.busy.is_some_and(|busy| self.sim.output(busy) & 1 == 1)
+    }
+
+    /// Events and the tick are one clock wide.
+    fn end_events(&mut self) {
+        for &pin in &self.ticks {
+            self.sim.set_input(pin, 0);
+        }
+        for &(pin, input, _) in &self.inputs {
+            if self.net.inputs[input].kind.is_event() {
+                self.sim.set_input(pin, 0);
+            }
+        }
     }
 
     fn put(&mut self, inputs: &[i64], tick: bool) {

@@ -11,11 +11,13 @@
 //! list, the fault flag) gets a flip-flop of its own whose D is its function of the old state; its pin shows the same value after the clock.
 //! A `mealy` output is combinational in the old state, and sampled before the clock.
 
+mod busy;
 mod run;
 
 use crate::build::Builder;
 use crate::codes;
 use crate::word::{self, Word};
+use busy::{Registers, Stepwise};
 use grafsynth_ir::arena::IdMap;
 use grafsynth_ir::diag::{Diagnostic, any_error};
 use grafsynth_ir::expr::{Expr, ExprKind, Type};
@@ -23,8 +25,10 @@ use grafsynth_ir::facts::Facts;
 use grafsynth_ir::logic::{
     Flop, FlopBit, Logic, Node, NodeId, PinInput, PinInputId, PinOutput, PinRole,
 };
-use grafsynth_ir::net::{self, Driver, InputKind, Meta, Net, PropertyLeaf, PropertyRole};
-use grafsynth_ir::program::{Leaf, Origin, Program, ResetEffect, Stmt};
+use grafsynth_ir::net::{
+    self, Driver, Evolution, InputKind, Meta, Net, PropertyLeaf, PropertyRole,
+};
+use grafsynth_ir::program::{CellId, Leaf, Origin, Program, ResetEffect, Stmt};
 use grafsynth_ir::{Span, Valid};
 use std::collections::BTreeMap;
 
@@ -35,18 +39,55 @@ pub struct EncodeOptions {
     pub assumptions: bool,
     /// The largest circuit, in nodes (about 50 bytes each while it is made).
     pub max_nodes: usize,
+    /// The largest circuit of micro-steps composed into one clock, in nodes, where several clocks are allowed too.
+    pub max_composed: usize,
+    /// Whether a reaction may take several clocks.
+    pub busy: BusyMode,
+}
+
+/// When a reaction takes several clocks, one micro-step each, with a `busy` output (semantics.md §9). Whatever is chosen, an evolution that calls
+/// actions between its micro-steps stays composed into one clock, for a chip has one strobe a reaction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum BusyMode {
+    /// Never: one clock is one reaction.
+    Never,
+    /// Where the composition into one clock is too large ([`EncodeOptions::max_composed`]).
+    WhenTooLarge,
+    /// There, and wherever it is not proved that every evolution ends within the limit.
+    #[default]
+    WhenUnproved,
+    /// Wherever something evolves.
+    Always,
 }
 
 impl Default for EncodeOptions {
+    /// One clock for a reaction, for callers that do not wait for `busy`.
     fn default() -> Self {
-        EncodeOptions { assumptions: true, max_nodes: 2_000_000 }
+        EncodeOptions {
+            assumptions: true,
+            max_nodes: 2_000_000,
+            max_composed: 200_000,
+            busy: BusyMode::Never,
+        }
+    }
+}
+
+/// True where it is proved that every evolution ends within the chart's limit, so that a composition of its micro-steps never runs out.
+#[must_use]
+pub fn is_depth_proved(net: &Net, facts: &Facts) -> bool {
+    match net.settings.evolution {
+        Evolution::Single => true,
+        Evolution::Stable { limit } => {
+            facts.always_stable.is_some()
+                || facts.stable_depth.as_ref().is_some_and(|depth| depth.value <= limit)
+        }
     }
 }
 
 /// One flip-flop per step; see the module.
 ///
 /// A chart that evolves until it is stable is composed into one clock: its micro-steps are unrolled as often as [`Facts::stable_depth`] proves to be
-/// enough, else as often as the chart's limit allows.
+/// enough, else as often as the chart's limit allows; or, as [`EncodeOptions::busy`] says, each of them gets a clock of its own.
 ///
 /// # Errors
 /// What a chip cannot do, each with its place: verbatim code, calls with arguments, an action that may be called twice in one reaction, and a circuit
@@ -57,7 +98,45 @@ pub fn encode(
     facts: &Facts,
     options: &EncodeOptions,
 ) -> Result<Logic, Vec<Diagnostic>> {
+    let one_clock = |max_nodes: usize| composed(net, program, facts, options, max_nodes, None);
+    let stepwise = match (net.settings.evolution, options.busy) {
+        (Evolution::Single, _) | (_, BusyMode::Never) => None,
+        (
+            Evolution::Stable { .. },
+            BusyMode::WhenTooLarge | BusyMode::WhenUnproved | BusyMode::Always,
+        ) => busy::stepwise(net, program),
+    };
+    let Some(stepwise) = stepwise else { return one_clock(options.max_nodes) };
+    let try_composed = match options.busy {
+        BusyMode::Never | BusyMode::Always => false,
+        BusyMode::WhenTooLarge => true,
+        BusyMode::WhenUnproved => is_depth_proved(net, facts),
+    };
+    if try_composed {
+        let is_too_large = |findings: &[Diagnostic]| {
+            findings.iter().any(|finding| finding.code == codes::TOO_LARGE)
+        };
+        match one_clock(options.max_composed.min(options.max_nodes)) {
+            Err(findings) if is_too_large(&findings) => {}
+            settled => return settled,
+        }
+    }
+    let Stepwise { program, registers } = stepwise;
+    composed(net, &program, facts, options, options.max_nodes, Some(&registers))
+}
+
+/// The program in one clock; with the cells that stand behind pins where it is one of several.
+fn composed(
+    net: &Valid<Net>,
+    program: &Program,
+    facts: &Facts,
+    options: &EncodeOptions,
+    max_nodes: usize,
+    registers: Option<&Registers>,
+) -> Result<Logic, Vec<Diagnostic>> {
     let mut encoder = Encoder::new(net, program, facts, options);
+    encoder.max_nodes = max_nodes;
+    encoder.stepwise = registers;
     encoder.refuse_reset_effects();
     encoder.block(&program.body, 0);
     if let Some(diagnostic) = encoder.overflow.take() {
@@ -102,6 +181,9 @@ struct Encoder<'a> {
     program: &'a Program,
     facts: &'a Facts,
     options: &'a EncodeOptions,
+    max_nodes: usize,
+    /// The cells behind pins, where the program is one clock of several.
+    stepwise: Option<&'a Registers>,
     builder: Builder,
     diagnostics: Vec<Diagnostic>,
     overflow: Option<Diagnostic>,
@@ -198,6 +280,8 @@ impl<'a> Encoder<'a> {
             program,
             facts,
             options,
+            max_nodes: options.max_nodes,
+            stepwise: None,
             builder,
             diagnostics: Vec::new(),
             overflow: None,
@@ -299,23 +383,57 @@ impl<'a> Encoder<'a> {
             self.builder.logic.flops[flop].next = bit;
         }
         self.output_pins()?;
-        let can_fault = |value: NodeId| {
-            self.builder.as_constant(value) != Some(false) || self.program.reset_fault
-        };
-        if let Some(value) = self.fault.filter(|&value| can_fault(value)) {
-            self.builder.logic.outputs.push(PinOutput {
-                name: "fault".to_owned(),
-                role: PinRole::Fault,
-                value,
-                registered: Some(self.program.reset_fault),
-                mealy: false,
-                meta: Meta::default(),
-            });
+        self.fault_pin();
+        if let Some(registers) = self.stepwise {
+            let value = self.register_bits(registers.busy);
+            self.signal("busy", PinRole::Busy, value, None);
         }
         if self.options.assumptions {
             self.constraints();
         }
         Ok(self.builder.finish())
+    }
+
+    /// The flip-flop of a Boolean cell.
+    fn register_bits(&self, cell: CellId) -> NodeId {
+        match &self.registers[self.places[cell]] {
+            Value::Bool(node) => *node,
+            Value::Int(_) => unreachable!("a flag is Boolean"),
+        }
+    }
+
+    fn signal(&mut self, name: &str, role: PinRole, value: NodeId, registered: Option<bool>) {
+        self.builder.logic.outputs.push(PinOutput {
+            name: name.to_owned(),
+            role,
+            value,
+            registered,
+            mealy: false,
+            meta: Meta::default(),
+        });
+    }
+
+    /// A pin where a fault is possible. Where the reaction takes several clocks its register is a cell already.
+    fn fault_pin(&mut self) {
+        let reset = self.program.reset_fault;
+        let is_never = |value: NodeId| self.builder.as_constant(value) == Some(false) && !reset;
+        let (value, own) = match self.stepwise {
+            Some(registers) => {
+                let next = match &self.values[self.places[registers.fault]] {
+                    Some(Value::Bool(next)) => *next,
+                    Some(Value::Int(_)) | None => unreachable!("a flag is Boolean"),
+                };
+                if is_never(next) {
+                    return;
+                }
+                (self.register_bits(registers.fault), None)
+            }
+            None => match self.fault {
+                Some(value) if !is_never(value) => (value, Some(reset)),
+                Some(_) | None => return,
+            },
+        };
+        self.signal("fault", PinRole::Fault, value, own);
     }
 
     /// The bits of each output in both forms; what it shows at reset.
@@ -351,6 +469,16 @@ impl<'a> Encoder<'a> {
                 .reset_effects
                 .iter()
                 .any(|effect| matches!(effect, ResetEffect::Call(called, _) if *called == id));
+            if let Some(&strobe) = self.stepwise.and_then(|all| all.strobes.get(&id)) {
+                let held = self.register_bits(strobe);
+                let shown = Shown {
+                    before: vec![held],
+                    after: Some(vec![held]),
+                    reset: u64::from(is_called_at_reset),
+                };
+                all.insert(id, shown);
+                continue;
+            }
             let after: Option<Vec<NodeId>> = sites.iter().map(|site| site.after).collect();
             let after = after.map(|after| vec![self.builder.or(after)]);
             let before = vec![self.builder.or(sites.iter().map(|site| site.before))];
@@ -388,6 +516,8 @@ impl<'a> Encoder<'a> {
             });
             let is_mealy = matches!(output.driver, Driver::Mealy(_));
             let (bits, is_registered, mealy) = match after {
+                // Behind every output of several clocks there is a register already.
+                Some(after) if self.stepwise.is_some() => (after, false, false),
                 _ if output.registered => (shown.before, true, false),
                 _ if is_mealy => (shown.before, false, true),
                 Some(after) => (after, false, false),

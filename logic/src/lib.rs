@@ -22,4 +22,4 @@ pub mod sim;
 pub mod support;
 pub mod word;
 
-pub use encode::{EncodeOptions, encode};
+pub use encode::{BusyMode, EncodeOptions, encode, is_depth_proved};

@@ -205,6 +205,7 @@ fn explicit_facts(net: &Valid<Net>, limits: &Limits, facts: &mut Facts) {
     if let Evolution::Stable { limit } = net.settings.evolution
         && !unstable
     {
+        facts.always_stable = Some(Proof::Explicit);
         facts.stable_depth = depth(net, limits, limit);
     }
     if net.settings.queue.is_some() {

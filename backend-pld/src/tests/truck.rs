@@ -41,6 +41,7 @@ fn vectors(logic: &Logic, n_rows: usize) -> Vectors {
         inputs,
         outputs: logic.outputs.ids().map(|id| Some(sim.output(id) & 1 == 1)).collect(),
         flops: logic.flops.ids().map(|id| Some(sim.flop(id) & 1 == 1)).collect(),
+        clocks: 1,
     };
     let mut rows = vec![row(&mut sim, vec![false; logic.inputs.len()])];
     for k in 0..n_rows {
@@ -52,7 +53,12 @@ fn vectors(logic: &Logic, n_rows: usize) -> Vectors {
         sim.clock();
         rows.push(row(&mut sim, inputs));
     }
-    Vectors { rows, mealy: vec![false; logic.outputs.len()] }
+    Vectors {
+        rows,
+        mealy: vec![false; logic.outputs.len()],
+        pulses: vec![false; logic.inputs.len()],
+        ..Vectors::default()
+    }
 }
 
 #[test]

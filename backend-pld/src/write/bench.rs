@@ -2,7 +2,8 @@
 //!
 //! Each row is one call of a task: it puts the inputs, samples `mealy` outputs, clocks, and compares all outputs and the known flip-flops. The bench
 //! prints one line for each difference and ends with `PASS` or `FAIL`; with `+trace` on the simulator's command line it also prints every row's bits:
-//! `row OUTPUTS FLIPFLOPS`, first output and first flip-flop leftmost.
+//! `row OUTPUTS FLIPFLOPS`, first output and first flip-flop leftmost. Where a reaction may take several clocks the task takes back events and tick
+//! after the first and clocks until `busy` is 0, or for as many clocks as no reaction needs: the comparison then shows that it is not.
 
 use crate::netlist::Netlist;
 use crate::vectors::Vectors;
@@ -34,6 +35,9 @@ pub(crate) fn write(logic: &Logic, netlist: &Netlist, vectors: &Vectors) -> Stri
     line(format!("    reg [0:{}] tb_seen;", n_out - 1));
     line("    integer tb_row = 0;".to_owned());
     line("    integer tb_errors = 0;".to_owned());
+    if vectors.busy.is_some() {
+        line("    integer tb_clocks = 0;".to_owned());
+    }
     line("    reg tb_trace;".to_owned());
     let mut ports: Vec<String> = Vec::new();
     ports.extend(netlist.clock.iter().map(|name| format!(".{name}(tb_clock)")));
@@ -65,13 +69,25 @@ pub(crate) fn write(logic: &Logic, netlist: &Netlist, vectors: &Vectors) -> Stri
     if netlist.clock.is_some() {
         line("            if (tb_row > 0) tb_clock = 1'b1;".to_owned());
     }
+    if let Some(busy) = vectors.busy {
+        let pulses = bits(vectors.pulses.iter().copied(), n_in);
+        let most = vectors.most_clocks.min(u64::from(u32::MAX >> 1));
+        line("            #1 tb_clocks = 1;".to_owned());
+        line(format!("            if (tb_out[{busy}] === 1'b1) tb_in = in & ~{n_in}'b{pulses};"));
+        line(format!("            while (tb_out[{busy}] === 1'b1 && tb_clocks < {most}) begin"));
+        line("                #4 tb_clock = 1'b0;".to_owned());
+        line("                #5 tb_clock = 1'b1;".to_owned());
+        line("                #1 tb_clocks = tb_clocks + 1;".to_owned());
+        line("            end".to_owned());
+    }
     line(format!(
         "            #1 tb_seen = (tb_seen & {n_out}'b{mealy}) | (tb_out & ~{n_out}'b{mealy});"
     ));
     line("            if (((tb_seen ^ want) & known) !== 0 || ((tb_flops ^ held) & known_held) !== 0) begin".to_owned());
     line("                tb_errors = tb_errors + 1;".to_owned());
     line("                $display(\"row %0d: in %b gives out %b state %b, expected out %b state %b\",".to_owned());
-    line("                         tb_row, tb_in, tb_seen, tb_flops, want, held);".to_owned());
+    let shown = if vectors.busy.is_some() { "in" } else { "tb_in" };
+    line(format!("                         tb_row, {shown}, tb_seen, tb_flops, want, held);"));
     line("            end".to_owned());
     line("            if (tb_trace) $display(\"row %b %b\", tb_seen, tb_flops);".to_owned());
     line("            #4 tb_clock = 1'b0;".to_owned());

@@ -65,7 +65,8 @@ pub(crate) fn write(equations: &Equations, vectors: Option<&Vectors>) -> Sheet {
     sheet
 }
 
-/// The first row is the state after power-up; each further row sets what changed, clocks, and checks every pin.
+/// The first row is the state after power-up; each further row sets what changed, clocks, and checks every pin. A row of several clocks takes back its
+/// events after the first, and `busy` is checked between them.
 fn simulation(sheet: &mut Sheet, equations: &Equations, vectors: &Vectors) {
     let literal = |index: usize, value: bool| {
         let name = &equations.signals[index].name;
@@ -81,11 +82,13 @@ fn simulation(sheet: &mut Sheet, equations: &Equations, vectors: &Vectors) {
     sheet.line("");
     let all: Vec<&str> = equations.signals.iter().map(|signal| signal.name.as_str()).collect();
     wrapped(sheet, "TRACE_ON", &all);
-    let mut before: Option<&[bool]> = None;
+    let mut before: Option<Vec<bool>> = None;
     for row in &vectors.rows {
         let changed: Vec<String> = inputs
             .iter()
-            .filter(|(_, input)| before.is_none_or(|before| before[*input] != row.inputs[*input]))
+            .filter(|(_, input)| {
+                before.as_ref().is_none_or(|before| before[*input] != row.inputs[*input])
+            })
             .map(|&(index, input)| literal(index, row.inputs[input]))
             .collect();
         if !changed.is_empty() {
@@ -109,11 +112,30 @@ fn simulation(sheet: &mut Sheet, equations: &Equations, vectors: &Vectors) {
         };
         // A mealy output belongs to the time before the clock.
         wrapped(sheet, "CHECK", &check(true));
-        if let (Some(_), Some(clock)) = (before, equations.clock()) {
+        let mut now = row.inputs.clone();
+        if let (Some(_), Some(clock)) = (&before, equations.clock()) {
             sheet.line(&format!("CLOCKF {}", clock.name));
+            if row.clocks > 1 {
+                let over: Vec<String> = inputs
+                    .iter()
+                    .filter(|&&(_, input)| vectors.pulses[input] && row.inputs[input])
+                    .map(|&(index, _)| literal(index, false))
+                    .collect();
+                wrapped(sheet, "SETF", &over);
+                now.iter_mut().zip(&vectors.pulses).for_each(|(value, pulse)| *value &= !pulse);
+            }
+            for _ in 1..row.clocks {
+                let still = equations.signals.iter().position(|signal| {
+                    matches!(signal.source, Source::Output(id) if vectors.busy == Some(id.index()))
+                });
+                let still: Vec<String> =
+                    still.map(|index| literal(index, true)).into_iter().collect();
+                wrapped(sheet, "CHECK", &still);
+                sheet.line(&format!("CLOCKF {}", clock.name));
+            }
         }
         wrapped(sheet, "CHECK", &check(false));
-        before = Some(&row.inputs);
+        before = Some(now);
     }
     sheet.line("TRACE_OFF");
 }

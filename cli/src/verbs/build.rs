@@ -1,11 +1,11 @@
 //! `grafsynth build FILE --target T -o DIR`.
 
-use crate::args::Build;
+use crate::args::{Build, Busy};
 use crate::exit::Exit;
 use crate::files;
 use crate::load::{Session, Stop};
 use grafsynth_backend_c::Style;
-use grafsynth_driver::pipeline::{self, BuildOptions, Built, MapEntry};
+use grafsynth_driver::pipeline::{self, BuildOptions, Built, BusyMode, MapEntry};
 use grafsynth_driver::report::{Line, Outcome};
 use grafsynth_driver::target::Target;
 use grafsynth_engines::exhaustive;
@@ -49,6 +49,12 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
             callbacks: arguments.callbacks,
             source,
             ..Default::default()
+        },
+        busy: match arguments.busy {
+            Busy::Never => BusyMode::Never,
+            Busy::TooLarge => BusyMode::WhenTooLarge,
+            Busy::Unproved => BusyMode::WhenUnproved,
+            Busy::Always => BusyMode::Always,
         },
         stimulus,
         prove: !arguments.no_proof,

@@ -22,7 +22,7 @@ impl Encoder<'_> {
             if depth == 0 {
                 self.now += 1;
             }
-            if self.overflow.is_none() && self.builder.logic.nodes.len() > self.options.max_nodes {
+            if self.overflow.is_none() && self.builder.logic.nodes.len() > self.max_nodes {
                 self.overflow = Some(self.too_large());
             }
             if self.overflow.is_some() {
@@ -33,16 +33,17 @@ impl Encoder<'_> {
     }
 
     fn too_large(&self) -> Diagnostic {
-        let message = format!(
-            "the circuit of `{}` needs more than {} nodes",
-            self.net.name, self.options.max_nodes
-        );
+        let message =
+            format!("the circuit of `{}` needs more than {} nodes", self.net.name, self.max_nodes);
         let help = match (self.net.settings.evolution, &self.facts.stable_depth) {
+            (Evolution::Stable { .. }, _) if self.stepwise.is_some() => {
+                "each micro-step has a clock of its own already, so it is arrays and arithmetic that are large: narrow their ranges, or build for `c`".to_owned()
+            }
             (Evolution::Stable { limit }, None) => format!(
-                "the evolution is composed into one clock, {limit} micro-steps deep, for no smaller depth is proved; a smaller `limit` makes it smaller"
+                "the evolution is composed into one clock, {limit} micro-steps deep, for no smaller depth is proved; a smaller `limit` makes it smaller, and one without calls in action lists can have a clock for each micro-step"
             ),
             (Evolution::Single | Evolution::Stable { .. }, _) => {
-                "divisions and multiplications of wide integers are large: narrow their ranges, or build for `c`".to_owned()
+                "long arrays are large, and so are divisions and multiplications of wide integers: narrow their ranges, or build for `c`".to_owned()
             }
         };
         Diagnostic::error(codes::TOO_LARGE, message).at(self.net.name.span, "this chart").help(help)

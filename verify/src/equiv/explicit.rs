@@ -1,9 +1,10 @@
 //! The product of the reference simulator and the circuit, searched breadth first.
 
 use grafsynth_ir::Valid;
-use grafsynth_ir::logic::{Logic, Node, PinRole};
+use grafsynth_ir::logic::{FlopId, Logic, Node, NodeId, PinOutputId, PinRole};
 use grafsynth_ir::net::Net;
 use grafsynth_logic::build::for_each_operand;
+use grafsynth_logic::chip::most_clocks;
 use grafsynth_logic::sim::LogicSim;
 use grafsynth_sim::{Difference, InputRow, Row, Simulator, State, Stimulus};
 use indexmap::{IndexMap, IndexSet};
@@ -21,24 +22,18 @@ pub(super) struct Lanes<'a> {
     sim: LogicSim<'a>,
     /// For each compared bit its value in each lane.
     pub(super) bits: Vec<u64>,
-    /// The most clocks that a reaction may take while `busy`.
-    patience: u32,
+    /// The most clocks that a reaction may take.
+    patience: u64,
 }
 
 impl<'a> Lanes<'a> {
     pub(super) fn new(net: &Net, logic: &'a Logic, binding: &'a Binding) -> Self {
-        let patience = match net.settings.evolution {
-            grafsynth_ir::net::Evolution::Single => 4,
-            grafsynth_ir::net::Evolution::Stable { limit } => {
-                limit.saturating_mul(4).saturating_add(16)
-            }
-        };
         Lanes {
             logic,
             binding,
             sim: LogicSim::new(logic),
             bits: vec![0; binding.compared.len()],
-            patience,
+            patience: most_clocks(net),
         }
     }
 
@@ -54,12 +49,13 @@ impl<'a> Lanes<'a> {
         self.sample(false);
     }
 
-    /// The flip-flops of one lane.
-    pub(super) fn code(&self, lane: usize) -> Vec<u64> {
+    /// The flip-flops of one lane, those of the mask.
+    pub(super) fn code(&self, lane: usize, mask: &[u64]) -> Vec<u64> {
         let mut code = vec![0; self.logic.flops.len().div_ceil(64)];
         for flop in self.logic.flops.ids() {
             code[flop.index() / 64] |= (self.sim.flop(flop) >> lane & 1) << (flop.index() % 64);
         }
+        code.iter_mut().zip(mask).for_each(|(word, mask)| *word &= mask);
         code
     }
 
@@ -71,8 +67,11 @@ impl<'a> Lanes<'a> {
         }
     }
 
-    /// One reaction with a row for each lane (at most 64). None if `busy` does not end.
-    pub(super) fn react(&mut self, net: &Net, rows: &[InputRow]) -> Option<()> {
+    /// One reaction with a row for each lane (at most 64).
+    ///
+    /// # Errors
+    /// A lane whose `busy` does not end.
+    pub(super) fn react(&mut self, net: &Net, rows: &[InputRow]) -> Result<(), usize> {
         let mut words = vec![0_u64; self.logic.inputs.len()];
         for (lane, row) in rows.iter().enumerate() {
             for (pin, value) in self.binding.pin_bits(net, row) {
@@ -88,16 +87,11 @@ impl<'a> Lanes<'a> {
             self.wait(net, busy, rows.len())?;
         }
         self.sample(false);
-        Some(())
+        Ok(())
     }
 
     /// Clocks on while busy, with no new event or tick. A lane that has ended keeps its state.
-    fn wait(
-        &mut self,
-        net: &Net,
-        busy: grafsynth_ir::logic::PinOutputId,
-        n_lanes: usize,
-    ) -> Option<()> {
+    fn wait(&mut self, net: &Net, busy: PinOutputId, n_lanes: usize) -> Result<(), usize> {
         let used = if n_lanes >= 64 { !0 } else { (1_u64 << n_lanes) - 1 };
         for pin in &self.binding.ticks {
             self.sim.set_input(*pin, 0);
@@ -107,11 +101,16 @@ impl<'a> Lanes<'a> {
                 self.sim.set_input(*pin, 0);
             }
         }
-        for _ in 0..self.patience {
+        let mut clocks = 1;
+        loop {
             let running = self.sim.output(busy) & used;
             if running == 0 {
-                return Some(());
+                return Ok(());
             }
+            if clocks >= self.patience {
+                return Err(running.trailing_zeros() as usize);
+            }
+            clocks += 1;
             let before: Vec<u64> = self.logic.flops.ids().map(|flop| self.sim.flop(flop)).collect();
             self.sim.clock();
             for flop in self.logic.flops.ids() {
@@ -119,7 +118,16 @@ impl<'a> Lanes<'a> {
                 self.sim.set_flop(flop, value);
             }
         }
-        None
+    }
+
+    /// The difference of a lane whose reaction does not end.
+    pub(super) fn still_busy(number: usize) -> Difference {
+        Difference {
+            row: number,
+            column: "busy".to_owned(),
+            left: "0".to_owned(),
+            right: "1".to_owned(),
+        }
     }
 
     fn sample(&mut self, want_mealy: bool) {
@@ -172,18 +180,81 @@ struct Reads<'a> {
     logic: &'a Logic,
     values: Vec<Option<bool>>,
     is_needed: Vec<bool>,
+    /// Leads to a pin that is sampled after the clock.
+    is_shown: Vec<bool>,
 }
 
 impl Reads<'_> {
     /// The inputs, and whether the tick matters.
     fn of(&mut self, code: &[u64]) -> (Inputs, bool) {
+        self.with(&|flop| Some(code[flop.index() / 64] >> (flop.index() % 64) & 1 == 1))
+    }
+
+    /// The inputs that count in the clocks after the first, in whatever state they find the circuit: none, if it holds what it has taken. Events and the
+    /// tick are 0 in those clocks, so they never do.
+    fn while_busy(&mut self, busy: PinOutputId) -> Inputs {
+        let (read, _) = self.with_busy(busy, true);
+        let mut held = Inputs::none(self.net);
+        for (id, input) in self.net.inputs.iter() {
+            if read.contains(id) && !input.kind.is_event() {
+                held.insert(id);
+            }
+        }
+        held
+    }
+
+    /// A mask of the flip-flops that count when a reaction begins. What was held for the last one does not: its value is never seen again.
+    fn count_between_reactions(&mut self, busy: Option<PinOutputId>) -> Vec<u64> {
+        let n_words = self.logic.flops.len().div_ceil(64);
+        let Some(busy) = busy else { return vec![!0; n_words] };
+        self.with_busy(busy, false);
+        let mut mask = vec![0; n_words];
+        for (id, node) in self.logic.nodes.iter() {
+            if let Node::Flop(flop) = node
+                && (self.is_needed[id.index()] || self.is_shown[id.index()])
+            {
+                mask[flop.index() / 64] |= 1 << (flop.index() % 64);
+            }
+        }
+        mask
+    }
+
+    /// In all states with this value of `busy`, where that pin shows a flip-flop; else in all states.
+    fn with_busy(&mut self, busy: PinOutputId, value: bool) -> (Inputs, bool) {
+        let logic = self.logic;
+        let flop_of = |node: NodeId| match &logic.nodes[node] {
+            Node::Flop(flop) => Some(*flop),
+            Node::Const(_)
+            | Node::Input(_)
+            | Node::Not(_)
+            | Node::And(_)
+            | Node::Or(_)
+            | Node::Xor(..)
+            | Node::Mux(..) => None,
+        };
+        let shown = logic.outputs[busy].value;
+        let known = match &logic.nodes[shown] {
+            Node::Not(a) => flop_of(*a).map(|flop| (flop, !value)),
+            Node::Const(_)
+            | Node::Input(_)
+            | Node::Flop(_)
+            | Node::And(_)
+            | Node::Or(_)
+            | Node::Xor(..)
+            | Node::Mux(..) => flop_of(shown).map(|flop| (flop, value)),
+        };
+        self.with(&|flop| known.filter(|(of_busy, _)| *of_busy == flop).map(|(_, value)| value))
+    }
+
+    /// The same with what is known of the flip-flops.
+    fn with(&mut self, flops: &dyn Fn(FlopId) -> Option<bool>) -> (Inputs, bool) {
         let logic = self.logic;
         for (id, node) in logic.nodes.iter() {
             let value = |a: &grafsynth_ir::logic::NodeId| self.values[a.index()];
             self.values[id.index()] = match node {
                 Node::Const(constant) => Some(*constant),
                 Node::Input(_) => None,
-                Node::Flop(flop) => Some(code[flop.index() / 64] >> (flop.index() % 64) & 1 == 1),
+                Node::Flop(flop) => flops(*flop),
                 Node::Not(a) => value(a).map(|a| !a),
                 Node::And(all) if all.iter().any(|a| value(a) == Some(false)) => Some(false),
                 Node::And(all) => all.iter().all(|a| value(a) == Some(true)).then_some(true),
@@ -199,7 +270,8 @@ impl Reads<'_> {
         }
         self.is_needed.fill(false);
         // What is sampled after the clock sees the flip-flops move, so its inputs count whatever the present state makes of it.
-        let mut after = vec![false; logic.nodes.len()];
+        let mut after = std::mem::take(&mut self.is_shown);
+        after.fill(false);
         for output in logic.outputs.values() {
             if output.mealy || output.registered.is_some() {
                 self.is_needed[output.value.index()] = true;
@@ -228,11 +300,25 @@ impl Reads<'_> {
                 }
             }
             let is_after = after[at];
+            let chosen = match node {
+                Node::Mux(c, a, b) => {
+                    self.values[c.index()].map(|value| if value { *a } else { *b })
+                }
+                Node::Const(_)
+                | Node::Input(_)
+                | Node::Flop(_)
+                | Node::Not(_)
+                | Node::And(_)
+                | Node::Or(_)
+                | Node::Xor(..) => None,
+            };
             for_each_operand(node, |operand| {
-                self.is_needed[operand.index()] |= live;
+                let is_passed = live && chosen.is_none_or(|chosen| chosen == operand);
+                self.is_needed[operand.index()] |= is_passed;
                 after[operand.index()] |= is_after;
             });
         }
+        self.is_shown = after;
         (inputs, tick)
     }
 }
@@ -262,10 +348,13 @@ pub(super) fn equiv(
         logic,
         values: vec![None; logic.nodes.len()],
         is_needed: vec![false; logic.nodes.len()],
+        is_shown: vec![false; logic.nodes.len()],
     };
+    let while_busy = binding.busy.map(|busy| reads.while_busy(busy));
+    let mask = reads.count_between_reactions(binding.busy);
     let mut states: IndexSet<(State, Vec<u64>)> = IndexSet::new();
     let mut parents: Vec<Option<(u32, InputRow)>> = vec![None];
-    states.insert((simulator.state().clone(), lanes.code(0)));
+    states.insert((simulator.state().clone(), lanes.code(0, &mask)));
     let mut cache: IndexMap<(Inputs, bool), Vec<InputRow>> = IndexMap::new();
     let mut pairs: u64 = 0;
     let mut at = 0;
@@ -274,6 +363,9 @@ pub(super) fn equiv(
         let mut matter = relevance.inputs(state.situation());
         let (read, tick) = reads.of(&code);
         matter.add(&read);
+        if let Some(read) = &while_busy {
+            matter.add(read);
+        }
         let time = tick || relevance.largest_dt(state.situation()).is_some();
         let key = (matter, time);
         if !cache.contains_key(&key) {
@@ -318,16 +410,15 @@ pub(super) fn equiv(
                     rows.reverse();
                     rows
                 };
-                if ended.is_none() {
-                    let difference = Difference {
-                        row: way().len(),
-                        column: "busy".to_owned(),
-                        left: "0".to_owned(),
-                        right: "1".to_owned(),
-                    };
+                if let Err(stuck) = ended {
+                    // Nothing is known of the other lanes: they were not sampled.
+                    if stuck != lane {
+                        continue;
+                    }
+                    let rows = way();
                     return Verdict::Refuted(Counterexample {
-                        stimulus: Stimulus::of_rows(net, &way()),
-                        difference,
+                        difference: Lanes::still_busy(rows.len()),
+                        stimulus: Stimulus::of_rows(net, &rows),
                     });
                 }
                 if let Some(differs) = lanes.difference(net, row, lane) {
@@ -343,7 +434,7 @@ pub(super) fn equiv(
                     continue;
                 }
                 let (to, is_new) =
-                    states.insert_full((simulator.state().clone(), lanes.code(lane)));
+                    states.insert_full((simulator.state().clone(), lanes.code(lane, &mask)));
                 if is_new {
                     debug_assert_eq!(to, parents.len());
                     parents.push(Some((at as u32, input.clone())));

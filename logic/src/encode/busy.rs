@@ -1,0 +1,617 @@
+//! The reaction over several clocks: the program rewritten so that one clock makes one round of the evolution (semantics.md §9).
+//!
+//! ```text
+//!   one reaction              one clock
+//!   before                    take the inputs, or those held         an event that comes while busy is kept
+//!   repeat while c       ──►  if not busy { before } else { what of before and of the last round is still read := held }
+//!     { round }               if c { round }
+//!   after                     if not c { after, outputs and fault into registers }
+//!                             busy := c;  held := what the next clock reads
+//! ```
+//! A round is a check with what it fires: a micro-step, an event taken from a queue, or the empty check that ends the reaction. So a reaction of k
+//! micro-steps outside statecharts takes k + 1 clocks, and one that changes nothing takes one. The count of micro-steps, the limit and the fault are
+//! those of the program itself. The rest of the encoder knows nothing of all this but the cells that stand behind pins ([`Registers`]).
+//!
+//! What is held means nothing once `busy` is 0: the clock that then comes overwrites it before it reads it. It is not cleared, for that would cost
+//! every such flip-flop the products of `busy`'s own function.
+
+use super::has_pin;
+use grafsynth_ir::Span;
+use grafsynth_ir::arena::{Arena, Id};
+use grafsynth_ir::expr::{CompareOp, ExprKind, Type};
+use grafsynth_ir::net::{Driver, InputId, Net, OutputId};
+use grafsynth_ir::program::{
+    Cell, CellId, Expr, Leaf, Origin, Program, ResetEffect, Stmt, Temp, TempId, TempRole,
+};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// A program of one round a clock.
+pub(super) struct Stepwise {
+    pub(super) program: Program,
+    pub(super) registers: Registers,
+}
+
+/// The cells that a pin shows as they are: they move when a reaction ends.
+pub(super) struct Registers {
+    /// 1 while the reaction goes on; this one moves at every clock.
+    pub(super) busy: CellId,
+    /// The fault flag of the last row.
+    pub(super) fault: CellId,
+    /// Whether the extern action was called in the last row.
+    pub(super) strobes: BTreeMap<OutputId, CellId>,
+}
+
+/// The program over several clocks. None where its shape does not allow it: nothing evolves, or actions are called on the way, of which a chip can
+/// show one call a reaction and cannot know here that there is no second one in a later clock.
+pub(super) fn stepwise(net: &Net, program: &Program) -> Option<Stepwise> {
+    let at = program.body.iter().position(|stmt| is_evolution(program, stmt))?;
+    let (before, rest) = program.body.split_at(at);
+    let (Some(Stmt::Repeat { condition, body, .. }), after) =
+        (rest.first(), rest.get(1..).unwrap_or(&[]))
+    else {
+        return None;
+    };
+    if !(only_stores(before) && only_stores(body)) {
+        return None;
+    }
+    let mut exposed = Exposed::default();
+    exposed.block(body);
+    exposed.expr(condition);
+    exposed.block(after);
+    // What depends on nothing but inputs is made anew in each clock; all else that is still read must be held.
+    let (pure, start) = split_pure(program, before, &exposed.read);
+    let pure_temps: BTreeSet<TempId> = pure.iter().map(|&(temp, _)| temp).collect();
+    let mut later = Used::default();
+    pure.iter().for_each(|(_, value)| later.expr(value));
+    later.block(body);
+    later.expr(condition);
+    later.block(after);
+    let mut at_start = Used::default();
+    at_start.block(&start);
+
+    let mut maker = Maker::new(net, program, &at_start, &later);
+    maker.note_calls(net, after);
+    let held: Vec<(TempId, CellId)> = exposed
+        .read
+        .difference(&pure_temps)
+        .map(|&temp| {
+            let Temp { name, ty, .. } = &program.temps[temp];
+            (temp, maker.cell(name.clone(), *ty, 0, Origin::Helper))
+        })
+        .collect();
+    let mut out = maker.take_inputs();
+    for (temp, value) in pure {
+        out.push(Stmt::Set(temp, maker.expr(value)));
+    }
+    let goes_on = maker.temp("goes_on", Type::Bool);
+    let mut start = maker.block(&start);
+    start.push(Stmt::Set(goes_on, maker.expr(condition)));
+    let mut resume: Vec<Stmt> =
+        held.iter().map(|&(temp, cell)| Stmt::Set(temp, of_cell(cell))).collect();
+    resume.push(Stmt::Set(goes_on, Expr::bool(true)));
+    out.push(Stmt::If(of_cell(maker.busy), resume, start));
+    out.push(Stmt::If(of_temp(goes_on), maker.block(body), Vec::new()));
+    let again = maker.temp("again", Type::Bool);
+    out.push(Stmt::Set(again, maker.expr(condition)));
+    let end = maker.end(after);
+    out.push(Stmt::If(of_temp(again), Vec::new(), end));
+    out.extend(maker.hold(again, &held));
+    Some(maker.finish(out))
+}
+
+/// The loop that moves the situation; other loops settle conflicts or order what is due.
+fn is_evolution(program: &Program, stmt: &Stmt) -> bool {
+    fn moves(program: &Program, block: &[Stmt]) -> bool {
+        block.iter().any(|stmt| match stmt {
+            Stmt::Store(cell, ..) => matches!(program.cells[*cell].origin, Origin::Step(_)),
+            Stmt::If(_, then, otherwise) => moves(program, then) || moves(program, otherwise),
+            Stmt::Repeat { body, .. } => moves(program, body),
+            Stmt::Set(..) | Stmt::Output(..) | Stmt::Call(..) | Stmt::Code(_) | Stmt::Fault(_) => {
+                false
+            }
+        })
+    }
+    matches!(stmt, Stmt::Repeat { body, .. } if moves(program, body))
+}
+
+/// Temporaries that are set once, to something that follows from inputs alone, and that `wanted` asks for, directly or through each other; and the
+/// block without them.
+fn split_pure<'a>(
+    program: &Program,
+    before: &'a [Stmt],
+    wanted: &BTreeSet<TempId>,
+) -> (Vec<(TempId, &'a Expr)>, Vec<Stmt>) {
+    let mut n_sets: BTreeMap<TempId, usize> = BTreeMap::new();
+    count_sets(&program.body, &mut n_sets);
+    let mut pure: BTreeSet<TempId> = BTreeSet::new();
+    for stmt in before {
+        if let Stmt::Set(temp, value) = stmt
+            && n_sets.get(temp) == Some(&1)
+        {
+            let mut follows = true;
+            value.for_each_leaf(&mut |leaf| {
+                follows &= match leaf {
+                    Leaf::Input(_) | Leaf::Dt => true,
+                    Leaf::Temp(temp) => pure.contains(temp),
+                    Leaf::Cell(_) => false,
+                };
+            });
+            if follows {
+                pure.insert(*temp);
+            }
+        }
+    }
+    let mut needed: BTreeSet<TempId> = wanted.intersection(&pure).copied().collect();
+    for stmt in before.iter().rev() {
+        if let Stmt::Set(temp, value) = stmt
+            && needed.contains(temp)
+        {
+            value.for_each_leaf(&mut |leaf| {
+                if let Leaf::Temp(temp) = leaf {
+                    needed.insert(*temp);
+                }
+            });
+        }
+    }
+    let mut sets = Vec::new();
+    let mut rest = Vec::new();
+    for stmt in before {
+        match stmt {
+            Stmt::Set(temp, value) if needed.contains(temp) => sets.push((*temp, value)),
+            Stmt::Set(..)
+            | Stmt::Store(..)
+            | Stmt::If(..)
+            | Stmt::Repeat { .. }
+            | Stmt::Output(..)
+            | Stmt::Call(..)
+            | Stmt::Code(_)
+            | Stmt::Fault(_) => rest.push(stmt.clone()),
+        }
+    }
+    (sets, rest)
+}
+
+fn count_sets(block: &[Stmt], counts: &mut BTreeMap<TempId, usize>) {
+    for stmt in block {
+        match stmt {
+            Stmt::Set(temp, _) => *counts.entry(*temp).or_default() += 1,
+            Stmt::If(_, then, otherwise) => {
+                count_sets(then, counts);
+                count_sets(otherwise, counts);
+            }
+            Stmt::Repeat { body, .. } => count_sets(body, counts),
+            Stmt::Store(..)
+            | Stmt::Output(..)
+            | Stmt::Call(..)
+            | Stmt::Code(_)
+            | Stmt::Fault(_) => {}
+        }
+    }
+}
+
+/// Nothing that shows outside the reaction.
+fn only_stores(block: &[Stmt]) -> bool {
+    block.iter().all(|stmt| match stmt {
+        Stmt::Set(..) | Stmt::Store(..) => true,
+        Stmt::If(_, then, otherwise) => only_stores(then) && only_stores(otherwise),
+        Stmt::Repeat { body, .. } => only_stores(body),
+        Stmt::Output(..) | Stmt::Call(..) | Stmt::Code(_) | Stmt::Fault(_) => false,
+    })
+}
+
+fn calls(block: &[Stmt], called: &mut BTreeSet<OutputId>) {
+    for stmt in block {
+        match stmt {
+            Stmt::Call(output, _) => {
+                called.insert(*output);
+            }
+            Stmt::If(_, then, otherwise) => {
+                calls(then, called);
+                calls(otherwise, called);
+            }
+            Stmt::Repeat { body, .. } => calls(body, called),
+            Stmt::Set(..) | Stmt::Store(..) | Stmt::Output(..) | Stmt::Code(_) | Stmt::Fault(_) => {
+            }
+        }
+    }
+}
+
+fn of_cell(cell: CellId) -> Expr {
+    Expr::leaf(Leaf::Cell(cell), Span::default())
+}
+
+fn of_temp(temp: TempId) -> Expr {
+    Expr::leaf(Leaf::Temp(temp), Span::default())
+}
+
+fn select(condition: Expr, then: Expr, otherwise: Expr) -> Expr {
+    Expr::new(
+        ExprKind::Select(Box::new(condition), Box::new(then), Box::new(otherwise)),
+        Span::default(),
+    )
+}
+
+/// Inputs and time that the program reads.
+#[derive(Default)]
+struct Used {
+    inputs: BTreeSet<InputId>,
+    dt: bool,
+}
+
+impl Used {
+    fn expr(&mut self, expr: &Expr) {
+        expr.for_each_leaf(&mut |leaf| match leaf {
+            Leaf::Input(input) => {
+                self.inputs.insert(*input);
+            }
+            Leaf::Dt => self.dt = true,
+            Leaf::Cell(_) | Leaf::Temp(_) => {}
+        });
+    }
+
+    fn block(&mut self, block: &[Stmt]) {
+        for_each_expr(block, &mut |expr| self.expr(expr));
+    }
+}
+
+fn for_each_expr(block: &[Stmt], visit: &mut impl FnMut(&Expr)) {
+    for stmt in block {
+        match stmt {
+            Stmt::Set(_, expr) | Stmt::Output(_, expr) | Stmt::Fault(expr) => visit(expr),
+            Stmt::Store(_, index, expr) => {
+                index.iter().for_each(&mut *visit);
+                visit(expr);
+            }
+            Stmt::If(condition, then, otherwise) => {
+                visit(condition);
+                for_each_expr(then, visit);
+                for_each_expr(otherwise, visit);
+            }
+            Stmt::Repeat { condition, body, .. } => {
+                visit(condition);
+                for_each_expr(body, visit);
+            }
+            Stmt::Call(_, arguments) => arguments.iter().for_each(&mut *visit),
+            Stmt::Code(_) => {}
+        }
+    }
+}
+
+/// The temporaries that a block may read before it has set them. What only a branch sets counts as set in that branch alone.
+#[derive(Default)]
+struct Exposed {
+    read: BTreeSet<TempId>,
+    set: BTreeSet<TempId>,
+}
+
+impl Exposed {
+    fn expr(&mut self, expr: &Expr) {
+        expr.for_each_leaf(&mut |leaf| {
+            if let Leaf::Temp(temp) = leaf
+                && !self.set.contains(temp)
+            {
+                self.read.insert(*temp);
+            }
+        });
+    }
+
+    fn branch(&mut self, block: &[Stmt]) {
+        let outer = self.set.clone();
+        self.block(block);
+        self.set = outer;
+    }
+
+    fn block(&mut self, block: &[Stmt]) {
+        for stmt in block {
+            match stmt {
+                Stmt::Set(temp, value) => {
+                    self.expr(value);
+                    self.set.insert(*temp);
+                }
+                Stmt::If(condition, then, otherwise) => {
+                    self.expr(condition);
+                    self.branch(then);
+                    self.branch(otherwise);
+                }
+                Stmt::Repeat { condition, body, .. } => {
+                    self.expr(condition);
+                    self.branch(body);
+                }
+                Stmt::Store(..)
+                | Stmt::Output(..)
+                | Stmt::Call(..)
+                | Stmt::Fault(_)
+                | Stmt::Code(_) => {
+                    for_each_expr(std::slice::from_ref(stmt), &mut |expr| self.expr(expr));
+                }
+            }
+        }
+    }
+}
+
+/// An input of the reaction, or its tick.
+struct Taken {
+    /// What the pin carries.
+    pin: Expr,
+    /// What the reaction works with.
+    now: TempId,
+    ty: Type,
+    /// For the clocks after the first, where one of them reads it.
+    held: Option<CellId>,
+    /// Of an event or the tick: one that came while busy.
+    late: Option<CellId>,
+}
+
+struct Maker<'a> {
+    program: &'a Program,
+    cells: Arena<Cell>,
+    temps: Arena<Temp>,
+    busy: CellId,
+    inputs: BTreeMap<InputId, Taken>,
+    tick: Option<Taken>,
+    /// An event or tick came when one was kept already.
+    lost: Option<CellId>,
+    outputs: BTreeMap<OutputId, CellId>,
+    /// Where it is noted at the end that an extern action is called.
+    called: BTreeMap<OutputId, TempId>,
+    strobes: BTreeMap<OutputId, CellId>,
+    fault: CellId,
+}
+
+impl<'a> Maker<'a> {
+    fn new(net: &Net, program: &'a Program, at_start: &Used, later: &Used) -> Self {
+        let (cells, temps) = (program.cells.clone(), program.temps.clone());
+        // The two cells that every such program has get their ids just below.
+        let mut maker = Maker {
+            program,
+            cells,
+            temps,
+            busy: Id::from_index(0),
+            inputs: BTreeMap::new(),
+            tick: None,
+            lost: None,
+            outputs: BTreeMap::new(),
+            called: BTreeMap::new(),
+            strobes: BTreeMap::new(),
+            fault: Id::from_index(0),
+        };
+        maker.busy = maker.cell("busy".to_owned(), Type::Bool, 0, Origin::Helper);
+        let init = i64::from(program.reset_fault);
+        maker.fault = maker.cell("fault".to_owned(), Type::Bool, init, Origin::Fault);
+        for &id in at_start.inputs.union(&later.inputs) {
+            let input = &net.inputs[id];
+            if has_pin(input.kind) {
+                let pin = Expr::leaf(Leaf::Input(id), Span::default());
+                let is_held = later.inputs.contains(&id);
+                let taken =
+                    maker.taken(&input.name.text, input.ty, pin, is_held, input.kind.is_event());
+                maker.inputs.insert(id, taken);
+            }
+        }
+        if at_start.dt || later.dt {
+            let pin = Expr::leaf(Leaf::Dt, Span::default());
+            let ty = Type::Int { lo: 0, hi: 1 };
+            maker.tick = Some(maker.taken("tick", ty, pin, later.dt, true));
+        }
+        for (id, output) in net.outputs.iter() {
+            let init = program.reset_outputs.get(id.index()).copied().unwrap_or(0);
+            match output.driver {
+                Driver::Continuous(_)
+                | Driver::Stored(_)
+                | Driver::Controlled(_)
+                | Driver::Mealy(_) => {
+                    let origin = Origin::HeldOutput(id, Id::from_index(0));
+                    let held = maker.cell(output.name.text.clone(), output.ty, init, origin);
+                    maker.outputs.insert(id, held);
+                }
+                Driver::Extern { .. } => {}
+            }
+        }
+        maker
+    }
+
+    /// Registers of the actions that are called at the end of a reaction or at reset.
+    fn note_calls(&mut self, net: &Net, after: &[Stmt]) {
+        let mut at_reset = BTreeSet::new();
+        for effect in &self.program.reset_effects {
+            match effect {
+                ResetEffect::Call(output, _) => {
+                    at_reset.insert(*output);
+                }
+                ResetEffect::Code(_) => {}
+            }
+        }
+        let mut called = at_reset.clone();
+        calls(after, &mut called);
+        for id in called {
+            let name = net.outputs[id].name.text.clone();
+            let here = self.temp(&format!("{name}.called"), Type::Bool);
+            let origin = Origin::HeldOutput(id, Id::from_index(0));
+            let held = self.cell(name, Type::Bool, i64::from(at_reset.contains(&id)), origin);
+            self.called.insert(id, here);
+            self.strobes.insert(id, held);
+        }
+    }
+
+    fn cell(&mut self, name: String, ty: Type, init: i64, origin: Origin) -> CellId {
+        self.cells.push(Cell { name, ty, len: None, init: vec![ty.saturate(init)], origin })
+    }
+
+    fn temp(&mut self, name: &str, ty: Type) -> TempId {
+        self.temps.push(Temp { name: name.to_owned(), ty, role: TempRole::Helper })
+    }
+
+    fn taken(&mut self, name: &str, ty: Type, pin: Expr, is_held: bool, is_event: bool) -> Taken {
+        let now = self.temp(name, ty);
+        let held = is_held.then(|| self.cell(format!("{name}.taken"), ty, 0, Origin::Helper));
+        let late =
+            is_event.then(|| self.cell(format!("{name}.late"), Type::Bool, 0, Origin::Helper));
+        if is_event && self.lost.is_none() {
+            self.lost = Some(self.cell("lost".to_owned(), Type::Bool, 0, Origin::Helper));
+        }
+        Taken { pin, now, ty, held, late }
+    }
+
+    fn all_taken(&self) -> impl Iterator<Item = &Taken> {
+        self.inputs.values().chain(&self.tick)
+    }
+
+    /// On a clock with busy 0 what the pins carry and what came late, else what was taken then.
+    fn take_inputs(&self) -> Vec<Stmt> {
+        let mut out = Vec::new();
+        let mut lost = Vec::new();
+        let mut keep = Vec::new();
+        for taken in self.all_taken() {
+            let mut fresh = taken.pin.clone();
+            if let Some(late) = taken.late {
+                let occurs = match taken.ty {
+                    Type::Bool => taken.pin.clone(),
+                    Type::Int { .. } => {
+                        Expr::compare(CompareOp::Ne, taken.pin.clone(), Expr::int(0))
+                    }
+                };
+                fresh = match taken.ty {
+                    Type::Bool => Expr::or([fresh, of_cell(late)]),
+                    Type::Int { .. } => select(of_cell(late), Expr::int(1), fresh),
+                };
+                lost.push(Expr::and([occurs.clone(), of_cell(late)]));
+                let kept = Expr::or([occurs, of_cell(late)]);
+                keep.push(Stmt::Store(late, None, Expr::and([of_cell(self.busy), kept])));
+            }
+            // Without a cell it is read in the first clock only.
+            let value = match taken.held {
+                Some(held) => select(of_cell(self.busy), of_cell(held), fresh),
+                None => fresh,
+            };
+            out.push(Stmt::Set(taken.now, value));
+        }
+        if let Some(cell) = self.lost {
+            // What was lost in an earlier reaction was told in its row.
+            lost.push(Expr::and([of_cell(self.busy), of_cell(cell)]));
+            out.push(Stmt::Store(cell, None, Expr::or(lost)));
+        }
+        out.extend(keep);
+        out
+    }
+
+    /// The end of the reaction: outputs, calls and the fault flag go into registers.
+    fn end(&self, after: &[Stmt]) -> Vec<Stmt> {
+        let mut out: Vec<Stmt> =
+            self.called.values().map(|&called| Stmt::Set(called, Expr::bool(false))).collect();
+        // A row that does not speak of a fault has none.
+        out.push(Stmt::Store(
+            self.fault,
+            None,
+            self.lost.map_or_else(|| Expr::bool(false), of_cell),
+        ));
+        out.extend(self.registers(self.block(after)));
+        for (output, &held) in &self.strobes {
+            out.extend(
+                self.called.get(output).map(|&called| Stmt::Store(held, None, of_temp(called))),
+            );
+        }
+        out
+    }
+
+    fn registers(&self, block: Vec<Stmt>) -> Vec<Stmt> {
+        let mut out = Vec::new();
+        for stmt in block {
+            let stmt = match stmt {
+                Stmt::Output(output, value) => match self.outputs.get(&output) {
+                    Some(&cell) => Stmt::Store(cell, None, value),
+                    None => Stmt::Output(output, value),
+                },
+                Stmt::Fault(raised) => {
+                    let raised = [raised].into_iter().chain(self.lost.map(of_cell));
+                    Stmt::Store(self.fault, None, Expr::or(raised))
+                }
+                Stmt::If(condition, then, otherwise) => {
+                    Stmt::If(condition, self.registers(then), self.registers(otherwise))
+                }
+                Stmt::Repeat { limit, condition, body } => {
+                    Stmt::Repeat { limit, condition, body: self.registers(body) }
+                }
+                Stmt::Call(output, arguments) => {
+                    // The call stays, for the encoder asks whether there may be two.
+                    if let Some(&called) = self.called.get(&output) {
+                        out.push(Stmt::Set(called, Expr::bool(true)));
+                    }
+                    Stmt::Call(output, arguments)
+                }
+                stmt @ (Stmt::Set(..) | Stmt::Store(..) | Stmt::Code(_)) => stmt,
+            };
+            out.push(stmt);
+        }
+        out
+    }
+
+    /// What the next clock needs, and the pins.
+    fn hold(&self, again: TempId, temps: &[(TempId, CellId)]) -> Vec<Stmt> {
+        let mut out = Vec::new();
+        let inputs = self.all_taken().filter_map(|taken| taken.held.map(|held| (taken.now, held)));
+        for (temp, cell) in inputs.chain(temps.iter().copied()) {
+            out.push(Stmt::Store(cell, None, of_temp(temp)));
+        }
+        out.push(Stmt::Store(self.busy, None, of_temp(again)));
+        for (&output, &cell) in &self.outputs {
+            out.push(Stmt::Output(output, of_cell(cell)));
+        }
+        out
+    }
+
+    /// Inputs and `dt` read as they were taken.
+    fn expr(&self, expr: &Expr) -> Expr {
+        let read = |leaf: &Leaf| match leaf {
+            Leaf::Input(input) => {
+                self.inputs.get(input).map_or(*leaf, |taken| Leaf::Temp(taken.now))
+            }
+            Leaf::Dt => self.tick.as_ref().map_or(*leaf, |taken| Leaf::Temp(taken.now)),
+            Leaf::Cell(_) | Leaf::Temp(_) => *leaf,
+        };
+        let mapped = expr.try_map(
+            &mut |leaf, span| Ok::<_, std::convert::Infallible>(Expr::leaf(read(leaf), span)),
+            &mut |leaf, _| Ok(read(leaf)),
+        );
+        match mapped {
+            Ok(expr) => expr,
+            Err(never) => match never {},
+        }
+    }
+
+    fn block(&self, block: &[Stmt]) -> Vec<Stmt> {
+        let rewrite = |stmt: &Stmt| match stmt {
+            Stmt::Set(temp, value) => Stmt::Set(*temp, self.expr(value)),
+            Stmt::Store(cell, index, value) => {
+                Stmt::Store(*cell, index.as_ref().map(|index| self.expr(index)), self.expr(value))
+            }
+            Stmt::If(condition, then, otherwise) => {
+                Stmt::If(self.expr(condition), self.block(then), self.block(otherwise))
+            }
+            Stmt::Repeat { limit, condition, body } => Stmt::Repeat {
+                limit: *limit,
+                condition: self.expr(condition),
+                body: self.block(body),
+            },
+            Stmt::Output(output, value) => Stmt::Output(*output, self.expr(value)),
+            Stmt::Call(output, arguments) => {
+                Stmt::Call(*output, arguments.iter().map(|a| self.expr(a)).collect())
+            }
+            Stmt::Code(text) => Stmt::Code(text.clone()),
+            Stmt::Fault(raised) => Stmt::Fault(self.expr(raised)),
+        };
+        block.iter().map(rewrite).collect()
+    }
+
+    fn finish(self, body: Vec<Stmt>) -> Stepwise {
+        let registers = Registers { busy: self.busy, fault: self.fault, strobes: self.strobes };
+        let program = Program {
+            cells: self.cells,
+            temps: self.temps,
+            reset_effects: self.program.reset_effects.clone(),
+            reset_outputs: self.program.reset_outputs.clone(),
+            reset_fault: self.program.reset_fault,
+            body,
+        };
+        Stepwise { program, registers }
+    }
+}

@@ -1,0 +1,329 @@
+//! Circuits of one micro-step a clock against the reference simulator: a row is a reaction, whatever the number of its clocks (semantics.md §9).
+
+#![allow(
+    clippy::print_stdout,
+    clippy::disallowed_methods,
+    reason = "tests say what they ran, and write files for Icarus Verilog"
+)]
+
+use grafsynth_backend_pld::Dialect;
+use grafsynth_driver::pipeline;
+use grafsynth_driver::read::{Design, ReadLimits, Texts, read};
+use grafsynth_driver::run::{logic_trace, net_trace};
+use grafsynth_driver::source::Sources;
+use grafsynth_engines::tools;
+use grafsynth_ir::Valid;
+use grafsynth_ir::arena::Id;
+use grafsynth_ir::logic::{Logic, PinRole};
+use grafsynth_ir::net::{Evolution, Net, Policy};
+use grafsynth_logic::BusyMode;
+use grafsynth_logic::chip::{ChipSim, NoRow, most_clocks};
+use grafsynth_sim::{Difference, Stimulus, compare};
+use grafsynth_tests::random_net::{Features, random_net, shrink};
+use grafsynth_tests::{readable, rounds};
+use grafsynth_verify::equiv::{by_chance, by_enumeration, by_induction};
+use grafsynth_verify::{Limits, Verdict, structural_facts};
+use std::time::Duration;
+
+const ROWS: usize = 60;
+
+/// The circuit with a clock for each micro-step, whether or not it could be composed.
+fn clocked(net: &Valid<Net>) -> Option<Logic> {
+    let logic = pipeline::logic_as(net, &structural_facts(net), BusyMode::Always).ok()?;
+    has_busy(&logic).then_some(logic)
+}
+
+fn has_busy(logic: &Logic) -> bool {
+    logic.outputs.values().any(|output| output.role == PinRole::Busy)
+}
+
+fn difference(net: &Valid<Net>, logic: &Logic, seed: u64) -> Option<Difference> {
+    let stimulus = Stimulus::random(net, ROWS, seed, 1);
+    let got = logic_trace(net, logic, &stimulus).expect("the stimulus is for a chip");
+    compare(&net_trace(net, &stimulus), &got)
+}
+
+/// Runs random stable nets of these policies; how many of them became circuits with `busy`.
+fn check(policies: Vec<Policy>, total: u64) -> u64 {
+    let features = Features { policies, ..Features::everything() };
+    let (mut n_clocked, mut n_stable, mut n_faults) = (0, 0, 0);
+    for seed in 0..total {
+        let net = random_net(seed, &features);
+        if net.settings.evolution == Evolution::Single {
+            continue;
+        }
+        n_stable += 1;
+        let Some(logic) = clocked(&net) else { continue };
+        n_clocked += 1;
+        let trace = net_trace(&net, &Stimulus::random(&net, ROWS, seed, 1));
+        n_faults += u64::from(trace.to_csv().lines().skip(1).any(|line| line.ends_with(",1")));
+        if let Some(found) = difference(&net, &logic, seed) {
+            let is_wrong = |net: &Valid<Net>| {
+                clocked(net).is_some_and(|logic| difference(net, &logic, seed).is_some())
+            };
+            let small = shrink(&net, is_wrong);
+            let again = clocked(&small).and_then(|logic| difference(&small, &logic, seed));
+            panic!("seed {seed}: {found:?}\nshrunk: {again:?}\n{}", readable(&small));
+        }
+    }
+    println!("{n_clocked} of {n_stable} stable nets took several clocks, {n_faults} with faults");
+    assert!(n_faults > 0, "no net reached its limit");
+    n_clocked
+}
+
+#[test]
+fn grafcet_charts_with_a_clock_for_each_micro_step() {
+    use Policy::{All, Priority, PriorityAge};
+    let total = rounds(120, 6_000);
+    let n_clocked = check(vec![All, Priority, PriorityAge], total);
+    assert!(n_clocked * 10 >= total, "only {n_clocked} of {total}");
+}
+
+#[test]
+fn statecharts_with_a_clock_for_each_step() {
+    use Policy::{InnerFirst, OuterFirst};
+    let total = rounds(60, 3_000);
+    let n_clocked = check(vec![InnerFirst, OuterFirst], total);
+    assert!(n_clocked * 10 >= total, "only {n_clocked} of {total}");
+}
+
+/// Each text of such a circuit, read back, does the same.
+#[test]
+fn texts_of_circuits_with_busy() {
+    let total = rounds(50, 1_500);
+    let (mut n_clocked, mut n_texts) = (0, 0);
+    for seed in 0..total {
+        let net = random_net(seed, &Features::everything());
+        let Some(logic) = clocked(&net) else { continue };
+        let dialect = Dialect::ALL[(n_clocked % 5) as usize];
+        n_clocked += 1;
+        let options = pipeline::emit_options(&net, None, None);
+        let Ok(through) = pipeline::through(&logic, dialect, &options) else { continue };
+        n_texts += 1;
+        if let Some(found) = difference(&net, &through.read_back, seed) {
+            panic!("seed {seed}, {}: {found:?}\n{}", dialect.name(), readable(&net));
+        }
+    }
+    println!("{n_texts} texts of {n_clocked} circuits");
+    assert!(n_texts > 3, "only {n_texts} of {n_clocked} circuits became texts");
+}
+
+/// The enumeration proves such a circuit, and finds it wrong when a register is spoiled; the induction says that it is not for it.
+#[test]
+fn enumeration_proves_circuits_with_busy() {
+    let limits = Limits { pairs: 4_000, rows_per_state: 256, states: 1_000, ..Limits::default() };
+    let (mut n_proved, mut n_spoiled, mut n_refuted) = (0, 0, 0);
+    for seed in 0..rounds(60, 1_500) {
+        let net = random_net(seed, &Features::everything());
+        let Some(logic) = clocked(&net) else { continue };
+        let facts = structural_facts(&net);
+        assert!(
+            matches!(by_induction(&net, &facts, &logic, &limits), Verdict::Open(why) if why.contains("several clocks"))
+        );
+        match by_enumeration(&net, &logic, &limits) {
+            Verdict::Proved(_) => n_proved += 1,
+            Verdict::Open(_) => continue,
+            Verdict::Refuted(found) => panic!("seed {seed}: {found:?}\n{}", readable(&net)),
+        }
+        let busy = logic.flops.iter().find(|(_, flop)| flop.name == "busy").map(|(id, _)| id);
+        let Some(busy) = busy else { continue };
+        // It never waits; it never ends.
+        for node in [false, true] {
+            let mut spoiled = logic.clone();
+            let constant = spoiled.nodes.push(grafsynth_ir::logic::Node::Const(node));
+            spoiled.flops[busy].next = constant;
+            n_spoiled += 1;
+            if let Verdict::Refuted(_) = by_enumeration(&net, &spoiled, &limits) {
+                n_refuted += 1;
+            }
+            if node {
+                let found = by_chance(&net, &spoiled, 200).expect("it is busy for ever");
+                assert_eq!(found.difference.column, "busy", "seed {seed}");
+            }
+        }
+    }
+    println!("{n_proved} proved; {n_refuted} of {n_spoiled} spoiled ones refuted");
+    assert!(n_proved > 3 && n_refuted * 2 > n_spoiled, "{n_proved} {n_refuted} {n_spoiled}");
+}
+
+/// The engine's loop and the emitted bench both wait for `busy` in Icarus Verilog.
+#[test]
+fn icarus_waits_for_busy() {
+    let (Some(iverilog), Some(vvp)) = (tools::find(&["iverilog"]), tools::find(&["vvp"])) else {
+        assert!(std::env::var_os("CI").is_none(), "iverilog is missing, and CI must have it");
+        println!("skipped: iverilog is not here");
+        return;
+    };
+    let engine = grafsynth_engines::named("verilog").expect("there is an engine of that name");
+    let wanted = rounds(4, 100);
+    let (mut n_run, mut seed) = (0, 0);
+    while n_run < wanted {
+        assert!(seed < wanted * 30, "only {n_run} of {seed} nets");
+        let net = random_net(seed, &Features::everything());
+        let facts = structural_facts(&net);
+        seed += 1;
+        let Ok(logic) = pipeline::logic(&net, &facts) else { continue };
+        if !has_busy(&logic) {
+            continue;
+        }
+        n_run += 1;
+        let stimulus = Stimulus::random(&net, ROWS, seed, 1);
+        let job = grafsynth_engines::Job { net: &net, facts: &facts, stimulus: &stimulus };
+        let got = engine.run(&job).unwrap_or_else(|why| panic!("{why:?}\n{}", readable(&net)));
+        if let Some(found) = compare(&net_trace(&net, &stimulus), &got) {
+            panic!("seed {}: {found:?}\n{}", seed - 1, readable(&net));
+        }
+        let vectors = pipeline::vectors(&net, &logic, &stimulus).expect("vectors of the circuit");
+        let options = pipeline::emit_options(&net, None, Some(vectors));
+        let emitted = grafsynth_backend_pld::emit(&logic, Dialect::Verilog, &options)
+            .expect("every circuit can be said in Verilog");
+        let folder = tempfile::tempdir().expect("a folder");
+        let put = |name: &str, text: &str| {
+            std::fs::write(folder.path().join(name), text).expect("a file can be written");
+        };
+        put("design.v", &emitted.text);
+        put("bench.v", &emitted.bench.expect("a bench was asked for"));
+        let limit = Duration::from_secs(60);
+        let arguments = ["-g2001", "-o", "bench.vvp", "design.v", "bench.v"];
+        let made = tools::run(&iverilog, &arguments, folder.path(), b"", limit).expect("iverilog");
+        assert!(made.is_success, "seed {}: {}", seed - 1, made.stderr);
+        let run =
+            tools::run(&vvp, &["-n", "bench.vvp"], folder.path(), b"", limit).expect("vvp runs");
+        let said = String::from_utf8_lossy(&run.stdout).into_owned();
+        assert!(said.contains("PASS"), "seed {}: {said}\n{}", seed - 1, readable(&net));
+    }
+}
+
+fn chart(text: &str) -> Valid<Net> {
+    let mut sources = Sources::default();
+    let main = sources.add("chart.graf", text);
+    let (design, found) =
+        read(&sources, &Texts { main, ..Texts::default() }, ReadLimits::default());
+    match design {
+        Some(Design::Net(design)) => design.net,
+        Some(Design::Logic(_)) | None => panic!("{found:?}"),
+    }
+}
+
+/// Runs for three micro-steps after `go`; E counts wherever it is.
+const WALK: &str = "chart walk {
+    evolution stable limit 8
+    input go
+    event E
+    var n: int 0..7 = 0
+    output there
+    initial step p0
+    step p1
+    step p2
+    step p3 { there }
+    p0 -> p1 when rise(go)
+    p1 -> p2
+    p2 -> p3
+    p3 -> p0 on E do { n := n + 1 }
+}
+";
+
+/// The protocol of semantics.md §9, clock by clock: outside the contract of rows, so it is tried on the circuit itself.
+#[test]
+fn what_arrives_while_busy_waits_for_the_next_reaction() {
+    let net = chart(WALK);
+    let logic = clocked(&net).expect("a circuit");
+    let (there, n) = (Id::from_index(0), Id::from_index(0));
+    let (go, event) = ([1, 0], [0, 1]);
+    let mut chip = ChipSim::new(&net, &logic);
+    // Row 1: three micro-steps and the check that ends it. Inputs are held: taking `go` away again does not matter.
+    chip.clock(&go, false);
+    for _ in 0..3 {
+        assert!(chip.is_busy());
+        assert_eq!(chip.output(there), Some(0), "outputs keep their last stable value");
+        chip.clock(&[0, 0], false);
+    }
+    assert!(!chip.is_busy());
+    assert_eq!((chip.output(there), chip.fault()), (Some(1), false));
+    assert_eq!(chip.react(&event, 0), Ok(2));
+    assert_eq!((chip.output(there), chip.var(n, 0)), (Some(0), Some(1)));
+
+    // An event in the second clock is kept in its bit, and takes part in the next reaction.
+    chip.clock(&go, false);
+    chip.clock(&event, false);
+    chip.clock(&[0, 0], false);
+    assert!(chip.is_busy());
+    chip.clock(&[0, 0], false);
+    assert_eq!((chip.is_busy(), chip.output(there), chip.var(n, 0)), (false, Some(1), Some(1)));
+    assert!(!chip.fault());
+    assert_eq!(chip.react(&[0, 0], 0), Ok(2));
+    assert_eq!((chip.output(there), chip.var(n, 0), chip.fault()), (Some(0), Some(2), false));
+    assert_eq!(chip.react(&[0, 0], 0), Ok(1), "it was taken once");
+    assert_eq!(chip.var(n, 0), Some(2));
+
+    // A second one while the first still waits is lost, and the row says so; the one kept counts.
+    chip.clock(&go, false);
+    chip.clock(&event, false);
+    chip.clock(&event, false);
+    chip.clock(&[0, 0], false);
+    assert_eq!((chip.is_busy(), chip.output(there), chip.fault()), (false, Some(1), true));
+    assert_eq!(chip.react(&[0, 0], 0), Ok(2));
+    assert_eq!((chip.var(n, 0), chip.fault()), (Some(3), false));
+
+    // So is one in the very clock that takes the one kept.
+    chip.clock(&go, false);
+    chip.clock(&event, false);
+    chip.clock(&[0, 0], false);
+    chip.clock(&[0, 0], false);
+    assert_eq!(chip.react(&event, 0), Ok(2));
+    assert_eq!((chip.var(n, 0), chip.fault()), (Some(4), true));
+}
+
+/// A tick that comes while busy is not lost: the time of the step counts it in the next reaction.
+#[test]
+fn a_tick_while_busy_is_counted_later() {
+    let timed = WALK.replace("p0 on E do", "p0 when p3.t >= 20 ms do");
+    let net = chart(&timed);
+    let logic = clocked(&net).expect("a circuit");
+    let n = Id::from_index(0);
+    let mut chip = ChipSim::new(&net, &logic);
+    chip.clock(&[1, 0], false);
+    chip.clock(&[0, 0], true);
+    chip.clock(&[0, 0], false);
+    chip.clock(&[0, 0], false);
+    assert!(!chip.is_busy());
+    assert_eq!(chip.react(&[0, 0], 0), Ok(1));
+    assert_eq!(chip.var(n, 0), Some(0));
+    assert_eq!(chip.react(&[0, 0], 1), Ok(2));
+    assert_eq!((chip.var(n, 0), chip.fault()), (Some(1), false));
+}
+
+/// A chart that never becomes stable takes as many clocks as the limit allows and faults; a circuit that never ends is no row.
+#[test]
+fn a_livelock_faults_and_a_hang_is_found() {
+    let net = chart(
+        "chart swing {
+    evolution stable limit 5
+    input go
+    initial step a
+    step b
+    a -> b when go
+    b -> a when go
+}
+",
+    );
+    let logic = clocked(&net).expect("a circuit");
+    let mut chip = ChipSim::new(&net, &logic);
+    assert_eq!(chip.react(&[1], 0), Ok(6));
+    assert_eq!((chip.fault(), chip.is_active(Id::from_index(1))), (true, Some(true)));
+    assert_eq!(chip.react(&[0], 0), Ok(1));
+    assert!(!chip.fault());
+    let mut stuck = logic.clone();
+    let one = stuck.nodes.push(grafsynth_ir::logic::Node::Const(true));
+    for (_, flop) in stuck.flops.iter_mut() {
+        if flop.name == "busy" {
+            flop.next = one;
+        }
+    }
+    let mut chip = ChipSim::new(&net, &stuck);
+    assert_eq!(chip.react(&[0], 0), Err(NoRow::StillBusy { clocks: most_clocks(&net) }));
+    let stimulus = Stimulus::random(&net, 3, 1, 1);
+    let trace = logic_trace(&net, &stuck, &stimulus).expect("a short trace");
+    assert_eq!(trace.rows.len(), 1);
+    assert!(compare(&net_trace(&net, &stimulus), &trace).is_some());
+}
