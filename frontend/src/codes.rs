@@ -93,6 +93,37 @@ pub const SCXML_NO_VALUE: Code = Code { id: "G0438", title: "datum without a fir
 /// A chart holds something for which SCXML has no words.
 pub const SCXML_CANNOT_WRITE: Code = Code { id: "G0439", title: "not expressible in SCXML" };
 
+/// C text that is no C.
+pub const C_SYNTAX: Code = Code { id: "G0481", title: "C not understood" };
+/// A character, number, string or comment that C does not know.
+pub const C_CHARACTERS: Code = Code { id: "G0482", title: "character, number or string that C does not know" };
+/// A line of the preprocessor that is not done here.
+pub const C_DIRECTIVE: Code = Code { id: "G0483", title: "preprocessor line not read" };
+/// A header that is not read.
+pub const C_INCLUDE: Code = Code { id: "G0484", title: "header not read" };
+/// A function that is wanted and not there.
+pub const C_NO_FUNCTION: Code = Code { id: "G0485", title: "no such function in the C source" };
+/// A function that calls itself.
+pub const C_RECURSION: Code = Code { id: "G0486", title: "recursive function" };
+/// `break`, `continue`, `goto`, `case` or a label in a place where it leads nowhere.
+pub const C_JUMP: Code = Code { id: "G0487", title: "jump without a target" };
+/// A name that nothing declares.
+pub const C_UNDECLARED: Code = Code { id: "G0488", title: "name not declared in the C source" };
+/// Two effects, or an effect and a use, in no order.
+pub const C_UNSEQUENCED: Code = Code { id: "G0489", title: "variable changed and used in no order" };
+/// Something of the wrong kind for its place.
+pub const C_TYPE: Code = Code { id: "G0490", title: "C that cannot mean anything here" };
+/// A constant is needed.
+pub const C_CONSTANT: Code = Code { id: "G0491", title: "constant expression needed" };
+/// A piece that only C can say.
+pub const C_OPAQUE: Code = Code { id: "G0492", title: "left to the C library" };
+/// An array parameter without a length.
+pub const C_ARRAY_LENGTH: Code = Code { id: "G0493", title: "array of unknown length" };
+/// More or fewer arguments than parameters.
+pub const C_ARGUMENTS: Code = Code { id: "G0494", title: "number of arguments" };
+/// Several functions that nothing calls.
+pub const C_ENTRY: Code = Code { id: "G0495", title: "function that the chart does not run" };
+
 /// Every code of this crate.
 pub const ALL: &[Code] = &[
     UNEXPECTED,
@@ -120,4 +151,19 @@ pub const ALL: &[Code] = &[
     STEP_IN_CONDITION,
     RIGHT_SIDE,
     LIST_TWICE,
+    C_SYNTAX,
+    C_CHARACTERS,
+    C_DIRECTIVE,
+    C_INCLUDE,
+    C_NO_FUNCTION,
+    C_RECURSION,
+    C_JUMP,
+    C_UNDECLARED,
+    C_UNSEQUENCED,
+    C_TYPE,
+    C_CONSTANT,
+    C_OPAQUE,
+    C_ARRAY_LENGTH,
+    C_ARGUMENTS,
+    C_ENTRY,
 ];

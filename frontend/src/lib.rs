@@ -4,6 +4,7 @@
 //! sees a file, a clock or another language.
 
 pub mod board;
+pub mod c;
 pub mod codes;
 mod from_net;
 pub mod graf;

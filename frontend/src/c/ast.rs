@@ -1,0 +1,235 @@
+//! The tree of a C source, close to the text: names are not resolved, types are as written.
+
+use grafsynth_ir::{Name, Span};
+
+/// A whole source.
+#[derive(Debug, Default)]
+pub(super) struct Source {
+    pub(super) items: Vec<External>,
+    /// Comments with their signs, in the order of the text.
+    pub(super) comments: Vec<Span>,
+    /// `#define NAME constant`.
+    pub(super) constants: Vec<(Name, i64)>,
+    /// Lines that a library needs word for word: includes, and defines that are no constants.
+    pub(super) lines: Vec<Span>,
+    /// Names of the defines that are no constants.
+    pub(super) opaque_macros: Vec<String>,
+}
+
+/// Something at the level of the file.
+#[derive(Debug)]
+pub(super) enum External {
+    Function(Function),
+    Declaration(Declaration),
+}
+
+/// A function with its body.
+#[derive(Debug)]
+pub(super) struct Function {
+    pub(super) name: Name,
+    pub(super) specifiers: Specifiers,
+    pub(super) declarator: Declarator,
+    pub(super) params: Vec<Param>,
+    pub(super) body: Stmt,
+    /// From the first specifier to the closing brace.
+    pub(super) span: Span,
+}
+
+/// A parameter, of either style of definition.
+#[derive(Debug, Clone)]
+pub(super) struct Param {
+    pub(super) name: Name,
+    pub(super) specifiers: Specifiers,
+    pub(super) declarator: Declarator,
+}
+
+/// What stands before the declarators.
+#[derive(Debug, Clone)]
+pub(super) struct Specifiers {
+    pub(super) base: Base,
+    pub(super) is_static: bool,
+    pub(super) is_extern: bool,
+    pub(super) is_typedef: bool,
+    pub(super) is_const: bool,
+    pub(super) is_volatile: bool,
+    /// The words of the type, without storage class; empty where nothing was written (`int` is meant).
+    pub(super) span: Span,
+}
+
+/// The type that specifiers name.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum Base {
+    Void,
+    Bool,
+    /// Width in the order char, short, int, long, long long; sign as written.
+    Char(Option<bool>),
+    Short { is_signed: bool },
+    Int { is_signed: bool },
+    Long { is_signed: bool },
+    /// `long long` and 64-bit types.
+    LongLong,
+    /// Of a fixed width.
+    Fixed { bits: u32, is_signed: bool },
+    /// `enum ..`
+    Enum,
+    /// What a typedef of this source means is put in its place when it is read; what stands here is opaque: `float`, structures, unknown names.
+    Opaque,
+}
+
+/// A declared name with what surrounds it.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Declarator {
+    pub(super) name: Name,
+    /// Stars before the name.
+    pub(super) n_pointers: u32,
+    /// Lengths of an array, outermost first; none for `[]`.
+    pub(super) lengths: Vec<Option<Expr>>,
+    /// True for a function (`f()`), or a pointer to one.
+    pub(super) is_function: bool,
+    /// Too intricate to be more than text, such as a pointer to a function.
+    pub(super) is_opaque: bool,
+    /// From the first star to the last bracket.
+    pub(super) span: Span,
+}
+
+/// A declaration.
+#[derive(Debug)]
+pub(super) struct Declaration {
+    pub(super) specifiers: Specifiers,
+    pub(super) declared: Vec<(Declarator, Option<Init>)>,
+    pub(super) span: Span,
+}
+
+/// An initial value.
+#[derive(Debug)]
+pub(super) enum Init {
+    One(Expr),
+    /// `{ .. }`; designators make it opaque.
+    List(Vec<Init>, Span),
+}
+
+/// A statement.
+#[derive(Debug)]
+pub(super) struct Stmt {
+    pub(super) kind: StmtKind,
+    pub(super) span: Span,
+}
+
+/// The kinds of statements.
+#[derive(Debug)]
+pub(super) enum StmtKind {
+    Null,
+    Expr(Expr),
+    Block(Vec<Stmt>),
+    Declaration(Declaration),
+    If(Expr, Box<Stmt>, Option<Box<Stmt>>),
+    While(Expr, Box<Stmt>),
+    Do(Box<Stmt>, Expr),
+    For { first: Option<Box<Stmt>>, condition: Option<Expr>, last: Option<Expr>, body: Box<Stmt> },
+    Switch(Expr, Box<Stmt>),
+    Case(Expr, Box<Stmt>),
+    Default(Box<Stmt>),
+    Label(Name, Box<Stmt>),
+    Goto(Name),
+    Break,
+    Continue,
+    Return(Option<Expr>),
+}
+
+/// An expression.
+#[derive(Debug, Clone)]
+pub(super) struct Expr {
+    pub(super) kind: ExprKind,
+    pub(super) span: Span,
+}
+
+/// The kinds of expressions.
+#[derive(Debug, Clone)]
+pub(super) enum ExprKind {
+    Number { value: u64, is_unsigned: bool, n_long: u8, is_decimal: bool },
+    Char(i64),
+    Float,
+    Text,
+    Name(String),
+    Index(Box<Expr>, Box<Expr>),
+    Call(Name, Vec<Expr>),
+    /// A member of a structure, a call through a pointer, and what else only a C compiler understands.
+    Opaque(Vec<Expr>),
+    /// `++` and `--`: by how much, whether before.
+    Step { operand: Box<Expr>, by: i64, is_prefix: bool },
+    Unary(UnaryOp, Box<Expr>),
+    Deref(Box<Expr>),
+    AddressOf(Box<Expr>),
+    Cast(Box<TypeName>, Box<Expr>),
+    SizeofType(Box<TypeName>),
+    Sizeof(Box<Expr>),
+    Binary(BinaryOp, Box<Expr>, Box<Expr>),
+    /// `&&` (true) and `||` (false), flat.
+    Junction(bool, Vec<Expr>),
+    Conditional(Box<Expr>, Box<Expr>, Box<Expr>),
+    Assign(Option<BinaryOp>, Box<Expr>, Box<Expr>),
+    Comma(Vec<Expr>),
+}
+
+/// A type without a name, as in a cast.
+#[derive(Debug, Clone)]
+pub(super) struct TypeName {
+    pub(super) specifiers: Specifiers,
+    pub(super) declarator: Declarator,
+}
+
+/// Operators with one operand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum UnaryOp {
+    Plus,
+    Minus,
+    /// `~`
+    Complement,
+    /// `!`
+    Not,
+}
+
+/// Operators with two operands that are both evaluated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum BinaryOp {
+    Add,
+    Sub,
+    Mul,
+    Div,
+    Mod,
+    ShiftLeft,
+    ShiftRight,
+    And,
+    Or,
+    Xor,
+    Eq,
+    Ne,
+    Lt,
+    Le,
+    Gt,
+    Ge,
+}
+
+impl Expr {
+    /// The direct operands, left to right.
+    pub(super) fn operands(&self) -> Vec<&Expr> {
+        match &self.kind {
+            ExprKind::Number { .. } | ExprKind::Char(_) | ExprKind::Float | ExprKind::Text | ExprKind::Name(_) | ExprKind::SizeofType(_) => Vec::new(),
+            ExprKind::Index(a, b) | ExprKind::Binary(_, a, b) | ExprKind::Assign(_, a, b) => vec![a, b],
+            ExprKind::Call(_, all) | ExprKind::Opaque(all) | ExprKind::Junction(_, all) | ExprKind::Comma(all) => all.iter().collect(),
+            ExprKind::Step { operand: a, .. } | ExprKind::Unary(_, a) | ExprKind::Deref(a) | ExprKind::AddressOf(a) | ExprKind::Cast(_, a) | ExprKind::Sizeof(a) => vec![a],
+            ExprKind::Conditional(a, b, c) => vec![a, b, c],
+        }
+    }
+
+    /// Calls `visit` on it and everything in it, outermost first; `sizeof` is not entered, for its operand is not evaluated.
+    pub(super) fn each<'e>(&'e self, visit: &mut impl FnMut(&'e Expr)) {
+        visit(self);
+        if matches!(self.kind, ExprKind::Sizeof(_)) {
+            return;
+        }
+        for operand in self.operands() {
+            operand.each(visit);
+        }
+    }
+}

@@ -1,0 +1,710 @@
+//! A function as a flow graph: one node for each statement, as [NBS88] gives each one a step; conditions between them.
+//!
+//! Every statement of C is made of conditional and unconditional jumps here: `while`, `do`, `for`, `switch`, `break`, `continue` and `goto` only decide
+//! which node comes next. Effects under a condition (`a && i++`, a call in `?:`) become branches of the graph too, so the statements of a node always
+//! run all, in order.
+
+use super::ast::{Declaration, Expr, ExprKind, Function, Init, Stmt, StmtKind};
+use super::resolve::{FunctionId, Home, Program, VarId};
+use super::types::Type;
+use super::{Group, constant};
+use crate::codes;
+use crate::graf::parser::Findings;
+use grafsynth_ir::chart::{self, Path};
+use grafsynth_ir::diag::{Diagnostic, nearest};
+use grafsynth_ir::expr::Type as NetType;
+use grafsynth_ir::{Name, Span};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Number of a node in [`Graph::nodes`].
+pub(super) type NodeId = usize;
+
+/// One step to be.
+#[derive(Debug)]
+pub(super) struct Node {
+    /// What to call it; empty for a join that stands for nothing in the text.
+    pub(super) hint: String,
+    /// Its C text; empty for what has none.
+    pub(super) text: String,
+    /// The C text of the condition behind it.
+    pub(super) test: String,
+    pub(super) comments: Vec<String>,
+    pub(super) span: Span,
+    pub(super) body: chart::Block,
+    pub(super) next: Next,
+    /// It must be a step of its own: an empty statement, the step at which a function begins, one that a label names.
+    pub(super) is_kept: bool,
+    /// Evaluating a condition only: may join the step in front of it.
+    pub(super) is_test: bool,
+    /// Innermost group that it belongs to; 0 is the function.
+    pub(super) group: usize,
+}
+
+/// What comes behind a node.
+#[derive(Debug, Clone)]
+pub(super) enum Next {
+    /// Nothing yet, or nothing ever.
+    None,
+    Goto(NodeId),
+    /// The first way whose condition holds; the last one otherwise.
+    Branch(Vec<Way>, NodeId),
+    /// A macro-step; then the node.
+    Call(Box<CallSite>, NodeId),
+    /// The end of the function.
+    Exit,
+}
+
+/// One way out of a branch.
+#[derive(Debug, Clone)]
+pub(super) struct Way {
+    pub(super) guard: chart::Expr,
+    pub(super) text: String,
+    pub(super) to: NodeId,
+}
+
+/// A call of a function of the chart.
+#[derive(Debug, Clone)]
+pub(super) struct CallSite {
+    pub(super) callee: FunctionId,
+    /// The macro-step.
+    pub(super) step: String,
+    /// The step that waits for a shared macro-step.
+    pub(super) wait: Option<String>,
+    /// What hands over the arguments.
+    pub(super) latches: chart::Block,
+    pub(super) span: Span,
+}
+
+/// A macro-step to be, inside the function.
+#[derive(Debug)]
+pub(super) struct Part {
+    pub(super) parent: usize,
+    pub(super) name: String,
+    pub(super) text: String,
+}
+
+/// A function as a graph.
+#[derive(Debug)]
+pub(super) struct Graph {
+    pub(super) nodes: Vec<Node>,
+    pub(super) start: NodeId,
+    pub(super) parts: Vec<Part>,
+    /// Variables that the lowering needed.
+    pub(super) temps: Vec<(String, NetType)>,
+}
+
+/// Names of one namespace of the chart; what is handed out is never handed out again.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Names {
+    taken: BTreeSet<String>,
+}
+
+impl Names {
+    /// The name itself, or with the first free number behind it.
+    pub(super) fn fresh(&mut self, wanted: &str) -> String {
+        let mut base: String = wanted.chars().map(|letter| if letter.is_ascii_alphanumeric() || letter == '_' { letter } else { '_' }).take(40).collect();
+        if base.is_empty() || base.starts_with(|first: char| first.is_ascii_digit()) {
+            base.insert(0, 's');
+        }
+        // What asks a step for something cannot name what stands in a macro-step.
+        if ["active", "t", "T", "done"].contains(&base.as_str()) {
+            base.push('_');
+        }
+        let mut name = base.clone();
+        let mut n = 1_usize;
+        while !self.taken.insert(name.clone()) {
+            n += 1;
+            name = format!("{base}_{n}");
+        }
+        name
+    }
+}
+
+/// What the lowering of one function needs of the others.
+pub(super) struct Context<'p, 's> {
+    pub(super) program: &'p Program<'s>,
+    /// The name in the chart of every variable, without the macro-step it lies in.
+    pub(super) var_names: &'p BTreeMap<VarId, String>,
+    /// Names of shared macro-steps.
+    pub(super) shared: &'p BTreeMap<FunctionId, String>,
+}
+
+/// The extern functions that the units of a chart became.
+#[derive(Debug, Default)]
+pub(super) struct Externs {
+    pub(super) names: Names,
+    /// Name, C text of the body.
+    pub(super) actions: Vec<(String, String, Span)>,
+    /// Name, C text of the value, range of a number or none for a truth value.
+    pub(super) conditions: Vec<(String, String, Option<(i64, i64)>, Span)>,
+}
+
+/// Builds the graph of a function.
+pub(super) struct Flow<'p, 's> {
+    pub(super) context: &'p Context<'p, 's>,
+    pub(super) function: FunctionId,
+    pub(super) names: &'p mut Names,
+    pub(super) externs: &'p mut Externs,
+    pub(super) findings: &'p mut Findings,
+    pub(super) nodes: Vec<Node>,
+    /// None where control never comes.
+    pub(super) current: Option<NodeId>,
+    pub(super) temps: Vec<(String, NetType)>,
+    /// Temporaries by what they are for; how many the present full expression uses.
+    pub(super) pool: BTreeMap<(String, NetType), (Vec<String>, usize)>,
+    /// Values of calls in the present opaque unit: place of the call, text that replaces it.
+    pub(super) replaced: Vec<(Span, String)>,
+    parts: Vec<Part>,
+    part: usize,
+    breaks: Vec<NodeId>,
+    continues: Vec<NodeId>,
+    labels: BTreeMap<String, (NodeId, bool, Span)>,
+    switches: Vec<Switch>,
+    exit: NodeId,
+}
+
+/// A `switch` that is being read.
+struct Switch {
+    cases: Vec<(i64, NodeId, Span, String)>,
+    default: Option<(NodeId, Span)>,
+}
+
+/// Builds the graph of a function.
+pub(super) fn graph(context: &Context<'_, '_>, function: FunctionId, names: &mut Names, externs: &mut Externs, findings: &mut Findings) -> Graph {
+    let def = context.program.functions[function].def;
+    let mut flow = Flow {
+        context,
+        function,
+        names,
+        externs,
+        findings,
+        nodes: Vec::new(),
+        current: None,
+        temps: Vec::new(),
+        pool: BTreeMap::new(),
+        replaced: Vec::new(),
+        parts: vec![Part { parent: 0, name: def.name.text.clone(), text: String::new() }],
+        part: 0,
+        breaks: Vec::new(),
+        continues: Vec::new(),
+        labels: BTreeMap::new(),
+        switches: Vec::new(),
+        exit: 0,
+    };
+    flow.exit = flow.node("", "", def.span);
+    flow.nodes[flow.exit].next = Next::Exit;
+    let start = flow.node("enter", "", def.name.span);
+    flow.nodes[start].is_kept = true;
+    flow.current = Some(start);
+    flow.function_body(def);
+    flow.undefined_labels();
+    Graph { nodes: flow.nodes, start, parts: flow.parts, temps: flow.temps }
+}
+
+impl<'s> Flow<'_, 's> {
+    pub(super) fn program(&self) -> &Program<'s> {
+        self.context.program
+    }
+
+    // Nodes
+
+    fn node(&mut self, hint: &str, text: &str, span: Span) -> NodeId {
+        self.nodes.push(Node {
+            hint: hint.to_owned(),
+            text: text.to_owned(),
+            test: String::new(),
+            comments: Vec::new(),
+            span,
+            body: Vec::new(),
+            next: Next::None,
+            is_kept: false,
+            is_test: false,
+            group: self.part,
+        });
+        self.nodes.len() - 1
+    }
+
+    /// A node for nothing: where ways meet.
+    pub(super) fn join(&mut self, span: Span) -> NodeId {
+        self.node("", "", Span { end: span.start, ..span })
+    }
+
+    fn end_with(&mut self, next: Next) {
+        if let Some(current) = self.current.take()
+            && matches!(self.nodes[current].next, Next::None)
+        {
+            self.nodes[current].next = next;
+        }
+    }
+
+    /// Goes on at `node`, from where we are and from wherever else jumps there.
+    pub(super) fn go_on(&mut self, node: NodeId) {
+        self.end_with(Next::Goto(node));
+        self.current = Some(node);
+    }
+
+    /// A node behind the present one.
+    pub(super) fn open(&mut self, hint: &str, text: &str, span: Span) -> NodeId {
+        let node = self.node(hint, text, span);
+        self.go_on(node);
+        node
+    }
+
+    /// The node that statements go to.
+    pub(super) fn here(&mut self) -> NodeId {
+        match self.current {
+            Some(node) => node,
+            None => {
+                let node = self.node("", "", Span::default());
+                self.current = Some(node);
+                node
+            }
+        }
+    }
+
+    pub(super) fn emit(&mut self, kind: chart::StmtKind, span: Span) {
+        let here = self.here();
+        self.nodes[here].body.push(chart::Stmt { kind, span });
+    }
+
+    pub(super) fn assign(&mut self, target: Path, index: Option<chart::Expr>, value: chart::Expr, span: Span) {
+        self.emit(chart::StmtKind::Assign { target, index, value }, span);
+    }
+
+    /// Ends the present node with two ways.
+    pub(super) fn branch(&mut self, guard: chart::Expr, span: Span, then: NodeId, otherwise: NodeId) {
+        let text = one_line(self.program().text_of(span));
+        let here = self.here();
+        if self.nodes[here].test.is_empty() {
+            self.nodes[here].test.clone_from(&text);
+        }
+        self.end_with(Next::Branch(vec![Way { guard, text, to: then }], otherwise));
+    }
+
+    /// A call ends the present node; the value is there in the next one.
+    pub(super) fn call_site(&mut self, site: CallSite) {
+        let here = self.here();
+        let (hint, text, span, is_test) = {
+            let node = &self.nodes[here];
+            (node.hint.clone(), node.text.clone(), node.span, node.is_test)
+        };
+        let then = self.node(&hint, &text, span);
+        self.nodes[then].is_test = is_test;
+        self.nodes[here].hint = format!("call_{}", self.program().functions[site.callee].def.name);
+        self.end_with(Next::Call(Box::new(site), then));
+        self.current = Some(then);
+    }
+
+    /// A new full expression begins: temporaries of the last one are free.
+    pub(super) fn full_expression(&mut self) {
+        for (_, n_used) in self.pool.values_mut() {
+            *n_used = 0;
+        }
+        self.replaced.clear();
+    }
+
+    // Statements
+
+    fn function_body(&mut self, def: &'s Function) {
+        self.statement(&def.body);
+        let exit = self.exit;
+        self.end_with(Next::Goto(exit));
+    }
+
+    fn statement(&mut self, statement: &'s Stmt) {
+        let span = statement.span;
+        let text = one_line(self.program().text_of(span));
+        match &statement.kind {
+            StmtKind::Null => {
+                let node = self.open("null", &text, span);
+                self.nodes[node].is_kept = true;
+            }
+            StmtKind::Expr(expr) => {
+                let hint = hint(expr);
+                self.open(&hint, &text, span);
+                self.effect(expr);
+            }
+            StmtKind::Block(all) => self.block(all),
+            StmtKind::Declaration(declaration) => self.declaration(declaration),
+            StmtKind::If(condition, then, otherwise) => self.if_statement(condition, then, otherwise.as_deref()),
+            StmtKind::While(condition, body) => {
+                let test = self.test_node("while", condition);
+                let (inside, behind) = (self.join(body.span), self.join(span));
+                self.condition(condition, inside, behind);
+                self.current = Some(inside);
+                self.loop_body(body, "while_body", behind, test);
+                self.end_with(Next::Goto(test));
+                self.current = Some(behind);
+            }
+            StmtKind::Do(body, condition) => {
+                let begin = self.join(body.span);
+                self.go_on(begin);
+                let (test, behind) = (self.join(condition.span), self.join(span));
+                self.loop_body(body, "do_body", behind, test);
+                self.go_on(test);
+                self.test_node("do", condition);
+                self.condition(condition, begin, behind);
+                self.current = Some(behind);
+            }
+            StmtKind::For { first, condition, last, body } => self.for_statement(span, first.as_deref(), condition.as_ref(), last.as_ref(), body),
+            StmtKind::Switch(value, body) => self.switch(span, value, body),
+            StmtKind::Case(value, inner) => {
+                let node = self.join(inner.span);
+                self.case(value, node);
+                self.go_on(node);
+                self.labelled(inner);
+            }
+            StmtKind::Default(inner) => {
+                let node = self.join(inner.span);
+                match self.switches.last_mut() {
+                    None => self.jump_error(span, "default stands in no switch"),
+                    Some(Switch { default: Some((_, first)), .. }) => {
+                        let first = *first;
+                        self.findings.report(|| Diagnostic::error(codes::C_JUMP, "two defaults in one switch").at(span, "again here").at(first, "first here"));
+                    }
+                    Some(switch) => switch.default = Some((node, span)),
+                }
+                self.go_on(node);
+                self.labelled(inner);
+            }
+            StmtKind::Label(name, inner) => {
+                let node = self.label(name, true);
+                self.nodes[node].span = Span { end: inner.span.start, start: inner.span.start, ..inner.span };
+                self.go_on(node);
+                self.labelled(inner);
+            }
+            StmtKind::Goto(name) => {
+                let node = self.label(name, false);
+                self.end_with(Next::Goto(node));
+            }
+            StmtKind::Break => match self.breaks.last().copied() {
+                Some(node) => self.end_with(Next::Goto(node)),
+                None => self.jump_error(span, "break stands in no loop and no switch"),
+            },
+            StmtKind::Continue => match self.continues.last().copied() {
+                Some(node) => self.end_with(Next::Goto(node)),
+                None => self.jump_error(span, "continue stands in no loop"),
+            },
+            StmtKind::Return(value) => self.return_statement(span, &text, value.as_ref()),
+        }
+    }
+
+    /// What a label stands before. At the end of a block that is nothing, and nothing is drawn for it.
+    fn labelled(&mut self, inner: &'s Stmt) {
+        if inner.span.start < inner.span.end {
+            self.statement(inner);
+        }
+    }
+
+    /// The node at which a condition is evaluated.
+    fn test_node(&mut self, hint: &str, condition: &Expr) -> NodeId {
+        let node = self.open(hint, "", condition.span);
+        self.nodes[node].is_test = true;
+        node
+    }
+
+    fn if_statement(&mut self, condition: &'s Expr, then: &'s Stmt, otherwise: Option<&'s Stmt>) {
+        self.test_node("if", condition);
+        let (yes, behind) = (self.join(then.span), self.join(Span { start: then.span.end, ..then.span }));
+        let no = otherwise.map(|otherwise| self.join(otherwise.span));
+        self.condition(condition, yes, no.unwrap_or(behind));
+        self.current = Some(yes);
+        self.under(then, "then");
+        self.end_with(Next::Goto(behind));
+        if let (Some(no), Some(otherwise)) = (no, otherwise) {
+            self.current = Some(no);
+            self.under(otherwise, "else");
+            self.end_with(Next::Goto(behind));
+        }
+        self.current = Some(behind);
+    }
+
+    fn loop_body(&mut self, body: &'s Stmt, name: &str, behind: NodeId, again: NodeId) {
+        self.breaks.push(behind);
+        self.continues.push(again);
+        self.under(body, name);
+        self.breaks.pop();
+        self.continues.pop();
+    }
+
+    /// A statement under a condition: with `--group blocks` its block is a macro-step.
+    fn under(&mut self, statement: &'s Stmt, name: &str) {
+        let is_part = self.program().options.group == Group::Blocks && matches!(statement.kind, StmtKind::Block(_));
+        if is_part {
+            self.in_part(name, "", |flow| flow.statement(statement));
+        } else {
+            self.statement(statement);
+        }
+    }
+
+    /// What `build` makes belongs to a macro-step of this name.
+    fn in_part(&mut self, name: &str, text: &str, build: impl FnOnce(&mut Self)) {
+        let outer = self.part;
+        self.parts.push(Part { parent: outer, name: name.to_owned(), text: text.to_owned() });
+        self.part = self.parts.len() - 1;
+        build(self);
+        self.part = outer;
+    }
+
+    fn for_statement(&mut self, span: Span, first: Option<&'s Stmt>, condition: Option<&'s Expr>, last: Option<&'s Expr>, body: &'s Stmt) {
+        // [NBS88]: an expression that is missing is a null statement, a missing condition is true.
+        match first {
+            Some(first) => self.statement(first),
+            None => {
+                let node = self.open("null", "", Span { end: span.start, ..span });
+                self.nodes[node].is_kept = true;
+            }
+        }
+        let head = condition.map_or(body.span, |condition| condition.span);
+        let (inside, step, behind) = (self.join(body.span), self.join(head), self.join(span));
+        let test = match condition {
+            Some(condition) => {
+                let test = self.test_node("for", condition);
+                self.condition(condition, inside, behind);
+                test
+            }
+            None => {
+                self.go_on(inside);
+                inside
+            }
+        };
+        self.current = Some(inside);
+        self.loop_body(body, "for_body", behind, step);
+        self.go_on(step);
+        match last {
+            Some(last) => {
+                let text = one_line(self.program().text_of(last.span));
+                self.open(&hint(last), &text, last.span);
+                self.effect(last);
+            }
+            None => {
+                let node = self.open("null", "", Span { end: span.start, ..span });
+                self.nodes[node].is_kept = true;
+            }
+        }
+        self.end_with(Next::Goto(test));
+        self.current = Some(behind);
+    }
+
+    fn switch(&mut self, span: Span, value: &'s Expr, body: &'s Stmt) {
+        self.test_node("switch", value);
+        let selected = self.selector(value);
+        let head = self.current.take();
+        let behind = self.join(span);
+        self.switches.push(Switch { cases: Vec::new(), default: None });
+        self.breaks.push(behind);
+        // What stands before the first label is never reached, unless a goto leads there.
+        self.statement(body);
+        self.end_with(Next::Goto(behind));
+        self.breaks.pop();
+        let Some(switch) = self.switches.pop() else { return };
+        let default = match switch.default {
+            Some((node, _)) => node,
+            None => {
+                // [NBS88]: without a default a null statement stands behind `otherwise`.
+                let null = self.node("null", "", Span { end: span.start, ..span });
+                self.nodes[null].next = Next::Goto(behind);
+                null
+            }
+        };
+        let mut seen: BTreeMap<i64, Span> = BTreeMap::new();
+        let mut ways = Vec::new();
+        for (constant, node, at, text) in switch.cases {
+            let folded = selected.fold(constant);
+            if let Some(first) = seen.insert(folded, at) {
+                self.findings.report(|| Diagnostic::error(codes::C_JUMP, format!("two cases for {constant} in one switch")).at(at, "again here").at(first, "first here"));
+            }
+            ways.push(Way { guard: selected.equals(folded, at), text, to: node });
+        }
+        if let Some(head) = head {
+            self.nodes[head].test = format!("switch ({})", one_line(self.program().text_of(value.span)));
+            self.nodes[head].next = if ways.is_empty() { Next::Goto(default) } else { Next::Branch(ways, default) };
+        }
+        self.current = Some(behind);
+    }
+
+    fn case(&mut self, value: &Expr, node: NodeId) {
+        let constant = match constant::value(value, &self.program().constants) {
+            Ok(constant) => constant,
+            Err(span) => {
+                self.findings.report(|| {
+                    Diagnostic::error(codes::C_CONSTANT, "a case label is no constant").at(span, "not known before the program runs").help("use numbers, characters, and names from `#define` and `enum`")
+                });
+                return;
+            }
+        };
+        let text = format!("case {}", one_line(self.program().text_of(value.span)));
+        match self.switches.last_mut() {
+            Some(switch) => switch.cases.push((constant, node, value.span, text)),
+            None => self.jump_error(value.span, "case stands in no switch"),
+        }
+    }
+
+    fn jump_error(&mut self, span: Span, message: &str) {
+        self.findings.report(|| Diagnostic::error(codes::C_JUMP, message).at(span, ""));
+    }
+
+    fn label(&mut self, name: &Name, is_definition: bool) -> NodeId {
+        if let Some((node, is_defined, first)) = self.labels.get(&name.text).copied() {
+            if is_definition && is_defined {
+                self.findings.report(|| Diagnostic::error(codes::C_JUMP, format!("the label {name} stands twice")).at(name.span, "again here").at(first, "first here"));
+            }
+            if is_definition {
+                self.labels.insert(name.text.clone(), (node, true, name.span));
+                self.nodes[node].group = self.part;
+            }
+            return node;
+        }
+        let node = self.join(name.span);
+        // The statement behind the label becomes a step of its name.
+        self.nodes[node].hint.clone_from(&name.text);
+        self.labels.insert(name.text.clone(), (node, is_definition, name.span));
+        node
+    }
+
+    fn undefined_labels(&mut self) {
+        let missing: Vec<(String, Span)> = self.labels.iter().filter(|(_, (_, is_defined, _))| !is_defined).map(|(name, (_, _, span))| (name.clone(), *span)).collect();
+        for (name, span) in missing {
+            let known = self.labels.iter().filter(|(_, (_, is_defined, _))| *is_defined).map(|(name, _)| name.as_str());
+            let near = nearest(&name, known).map(|near| format!("did you mean {near}?"));
+            self.findings.report(|| {
+                let finding = Diagnostic::error(codes::C_JUMP, format!("there is no label {name} in this function")).at(span, "");
+                near.into_iter().fold(finding, Diagnostic::help)
+            });
+        }
+    }
+
+    fn return_statement(&mut self, span: Span, text: &str, value: Option<&'s Expr>) {
+        self.open("return_", text, span);
+        let result = self.program().functions[self.function].result;
+        if let Some(value) = value {
+            match result {
+                Some(result) => self.initialise(result, value),
+                None => self.findings.report(|| {
+                    Diagnostic::error(codes::C_TYPE, "a void function returns a value").at(value.span, "").help("write the type of the value in front of the function's name")
+                }),
+            }
+        }
+        let exit = self.exit;
+        self.end_with(Next::Goto(exit));
+    }
+
+    fn declaration(&mut self, declaration: &'s Declaration) {
+        for (declarator, init) in &declaration.declared {
+            let Some(var) = self.program().declared.get(&declarator.name.span.start).copied() else { continue };
+            let Some(init) = init else { continue };
+            if !matches!(self.program().vars[var].home, Home::Local(_)) {
+                continue;
+            }
+            let span = declarator.span;
+            let whole = match init {
+                Init::One(expr) => span.to(expr.span),
+                Init::List(_, list) => span.to(*list),
+            };
+            let text = one_line(self.program().text_of(declaration.specifiers.span.to(whole)));
+            let hint = format!("init_{}", declarator.name);
+            self.open(&hint, &text, whole);
+            match init {
+                Init::One(Expr { kind: ExprKind::Text, span }) if matches!(self.program().vars[var].ty, Type::Array(..)) => {
+                    let text = *span;
+                    if self.program().vars[var].in_library {
+                        self.library_init(var, text);
+                    } else {
+                        self.full_expression();
+                        self.init_string(var, text);
+                    }
+                }
+                Init::One(expr) => self.initialise(var, expr),
+                Init::List(all, list) => {
+                    self.full_expression();
+                    if self.program().is_opaque(*list) || self.program().vars[var].in_library {
+                        self.library_init(var, *list);
+                    } else {
+                        self.init_list(var, all, *list);
+                    }
+                }
+            }
+        }
+    }
+
+    fn block(&mut self, all: &'s [Stmt]) {
+        if self.program().options.group != Group::Comments {
+            all.iter().for_each(|one| self.statement(one));
+            return;
+        }
+        let starts: Vec<Option<String>> = all.iter().enumerate().map(|(index, one)| self.heading(index.checked_sub(1).map(|before| all[before].span), one.span)).collect();
+        let mut index = 0;
+        while index < all.len() {
+            let Some(heading) = &starts[index] else {
+                self.statement(&all[index]);
+                index += 1;
+                continue;
+            };
+            let end = (index + 1..all.len()).find(|next| starts[*next].is_some()).unwrap_or(all.len());
+            let (name, group) = (heading.clone(), &all[index..end]);
+            self.in_part(&name, &name, |flow| group.iter().for_each(|one| flow.statement(one)));
+            index = end;
+        }
+    }
+
+    /// The comment on lines of its own right in front of a statement, as a heading.
+    fn heading(&self, before: Option<Span>, statement: Span) -> Option<String> {
+        let program = self.program();
+        let text = program.text;
+        let comment = program.source.comments.iter().rfind(|comment| comment.end <= statement.start)?;
+        if before.is_some_and(|before| comment.start < before.end) {
+            return None;
+        }
+        // Between the comment and the statement, and between the line's beginning and the comment, only blanks stand.
+        let gap = text.get(comment.end as usize..statement.start as usize)?;
+        let line_start = text[..comment.start as usize].rfind('\n').map_or(0, |at| at + 1);
+        let lead = text.get(line_start..comment.start as usize)?;
+        (gap.trim().is_empty() && lead.trim().is_empty()).then(|| comment_text(program.text_of(*comment)))
+    }
+}
+
+/// A comment without its signs, on one line.
+pub(super) fn comment_text(comment: &str) -> String {
+    let inner = comment.strip_prefix("/*").map_or_else(|| comment.trim_start_matches('/'), |rest| rest.strip_suffix("*/").unwrap_or(rest));
+    let lines = inner.lines().map(|line| line.trim().trim_start_matches('*').trim());
+    lines.filter(|line| !line.is_empty()).collect::<Vec<_>>().join(" ")
+}
+
+/// A text on one line, blanks and comments as single blanks; at most 200 characters.
+pub(super) fn one_line(text: &str) -> String {
+    let mut without = String::new();
+    let mut rest = text;
+    while let Some(at) = rest.find("/*").into_iter().chain(rest.find("//")).min() {
+        // Inside a string the signs mean nothing; a label that is cut there is only a label.
+        without.push_str(&rest[..at]);
+        without.push(' ');
+        let comment = &rest[at..];
+        let length = if comment.starts_with("/*") { comment.find("*/").map(|end| end + 2) } else { comment.find('\n') };
+        rest = &comment[length.unwrap_or(comment.len())..];
+    }
+    without.push_str(rest);
+    let line = without.split_whitespace().collect::<Vec<_>>().join(" ");
+    if line.chars().count() > 200 { line.chars().take(199).chain(['…']).collect() } else { line }
+}
+
+/// What to call the step of an expression statement, as the appendix of [NBS88] does: `set_n`, `inc_i`, `call_f`.
+fn hint(expr: &Expr) -> String {
+    let target = |expr: &Expr| {
+        let mut expr = expr;
+        loop {
+            match &expr.kind {
+                ExprKind::Name(name) => return name.clone(),
+                ExprKind::Index(inner, _) | ExprKind::Deref(inner) => expr = inner,
+                _ => return "value".to_owned(),
+            }
+        }
+    };
+    match &expr.kind {
+        ExprKind::Assign(_, left, _) => format!("set_{}", target(left)),
+        ExprKind::Step { operand, by, .. } => format!("{}_{}", if *by > 0 { "inc" } else { "dec" }, target(operand)),
+        ExprKind::Call(name, _) => format!("do_{name}"),
+        ExprKind::Comma(all) => all.last().map_or_else(|| "eval".to_owned(), hint),
+        ExprKind::Cast(_, inner) => hint(inner),
+        _ => "eval".to_owned(),
+    }
+}

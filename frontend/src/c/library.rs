@@ -1,0 +1,308 @@
+//! What the net cannot say: extern functions of the chart, and the C text behind them.
+//!
+//! An opaque statement becomes an extern action, an opaque condition an extern condition. Their text is that of the source; local variables become
+//! variables of the library's file (there is no recursion, so one of each is enough), parameters and results too.
+
+use super::ast::{Expr, ExprKind, External};
+use super::draw::is_type_or_prototype;
+use super::flow::{Externs, Flow, one_line};
+use super::lexer::{self, Kind};
+use super::resolve::{FunctionId, Home, Program, VarId};
+use super::types::Type;
+use crate::codes;
+use crate::graf::parser::Findings;
+use grafsynth_ir::chart::{self, Leaf, Path, StmtKind};
+use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::{Name, Span};
+use std::fmt::Write;
+
+/// The name of a variable in the library.
+fn library_name(program: &Program<'_>, id: VarId) -> String {
+    let var = &program.vars[id];
+    let same = |other: &super::resolve::Var<'_>, owner: FunctionId| {
+        matches!(other.home, Home::Local(f) | Home::Param(f, _) | Home::Result(f) if f == owner) && other.name.text == var.name.text
+    };
+    let (owner, plain) = match (var.home, var.owner) {
+        (Home::Global, None) => return var.name.text.clone(),
+        (Home::Global, Some(function)) | (Home::Local(function) | Home::Param(function, _) | Home::Result(function), _) => (function, &var.name.text),
+    };
+    let before = program.vars[..id].iter().filter(|other| same(other, owner)).count();
+    let number = if before > 0 { format!("_{}", before + 1) } else { String::new() };
+    format!("{}_{plain}{number}", program.functions[owner].def.name)
+}
+
+/// A piece of the source with the names of the library in it; `replaced` are calls of the chart whose value lies elsewhere.
+fn rewritten(program: &Program<'_>, span: Span, replaced: &[(Span, String)]) -> String {
+    let mut silent = Findings { kept: Vec::new(), limit: 0, rest: 0 };
+    let lexed = lexer::lex(program.file, program.text, span.range(), program.options.is_unsigned_char, &mut silent);
+    let mut text = String::new();
+    let mut at = span.start;
+    for token in lexed.tokens {
+        if token.span.start < at || token.kind == Kind::End {
+            continue;
+        }
+        let call = replaced.iter().find(|(call, _)| call.start == token.span.start);
+        let (piece, end) = if let Some((call, value)) = call {
+            (value.clone(), call.end)
+        } else {
+            let name = if token.kind == Kind::Word { program.uses.get(&token.span.start).map(|var| library_name(program, *var)) } else { None };
+            (name.unwrap_or_else(|| program.text_of(token.span).to_owned()), token.span.end)
+        };
+        text.push_str(program.text.get(at as usize..token.span.start as usize).unwrap_or(""));
+        text.push_str(&piece);
+        at = end;
+    }
+    text.push_str(program.text.get(at as usize..span.end as usize).unwrap_or(""));
+    one_whole_line(&text)
+}
+
+/// Comments and line breaks out: the text stands in one line of the library.
+fn one_whole_line(text: &str) -> String {
+    if text.contains('\n') || text.contains("/*") {
+        let mut line = String::new();
+        for part in text.lines() {
+            if !line.is_empty() {
+                line.push(' ');
+            }
+            // A `//` comment would swallow what follows on the one line.
+            let part = if part.contains('"') || part.contains('\'') { part } else { part.split("//").next().unwrap_or(part) };
+            line.push_str(part.trim());
+        }
+        return line;
+    }
+    text.to_owned()
+}
+
+impl<'s> Flow<'_, 's> {
+    /// Runs the calls of the chart inside an opaque unit; their values lie in the library then.
+    fn calls_before(&mut self, expr: &'s Expr) {
+        let mut open = vec![expr];
+        let mut calls: Vec<(&'s Expr, FunctionId)> = Vec::new();
+        while let Some(one) = open.pop() {
+            if let ExprKind::Call(name, _) = &one.kind
+                && let Some(callee) = self.program().callee(&name.text)
+            {
+                calls.push((one, callee));
+                continue;
+            }
+            open.extend(one.operands());
+        }
+        calls.sort_by_key(|(call, _)| call.span.start);
+        for (index, (call, callee)) in calls.iter().enumerate() {
+            if calls[..index].iter().any(|(_, other)| other == callee) {
+                let span = call.span;
+                self.findings.report(|| {
+                    Diagnostic::error(codes::C_TYPE, "two calls of one function in an expression that is left to the library").at(span, "the second one").help("write two statements")
+                });
+                return;
+            }
+            if let ExprKind::Call(_, arguments) = &call.kind {
+                self.call(*callee, arguments, call.span);
+                if let Some(result) = self.program().functions[*callee].result {
+                    let name = library_name(self.program(), result);
+                    self.replaced.push((call.span, name));
+                }
+            }
+        }
+    }
+
+    fn action(&mut self, text: String, span: Span) {
+        let here = self.here();
+        let function = self.program().functions[self.function].def.name.text.clone();
+        let hint = self.nodes[here].hint.clone();
+        let known = self.externs.actions.iter().find(|(_, known, _)| *known == text).map(|(name, _, _)| name.clone());
+        let name = match known {
+            Some(name) => name,
+            None => {
+                let name = self.externs.names.fresh(&format!("{function}_{}", if hint.is_empty() { "do" } else { &hint }));
+                self.externs.actions.push((name.clone(), text, span));
+                name
+            }
+        };
+        self.emit(StmtKind::Call { function: Name::new(name, span), arguments: Vec::new() }, span);
+    }
+
+    /// An opaque expression statement.
+    pub(super) fn library_effect(&mut self, expr: &'s Expr) {
+        self.calls_before(expr);
+        let is_call = matches!(&expr.kind, ExprKind::Call(name, _) if self.program().callee(&name.text).is_some());
+        if !is_call {
+            let text = format!("{};", rewritten(self.program(), expr.span, &self.replaced));
+            self.action(text, expr.span);
+        }
+    }
+
+    /// `var = expr` where both lie in the library.
+    pub(super) fn library_assign(&mut self, var: VarId, expr: &'s Expr) {
+        self.calls_before(expr);
+        let name = library_name(self.program(), var);
+        let text = format!("{name} = {};", rewritten(self.program(), expr.span, &self.replaced));
+        self.action(text, expr.span);
+    }
+
+    /// The initial value of an array or structure in the library.
+    pub(super) fn library_init(&mut self, var: VarId, list: Span) {
+        let program = self.program();
+        let name = library_name(program, var);
+        let Some(declared) = declared_as(program, var, "initial") else { return };
+        let text = format!("{{ const {declared} = {}; memcpy(&{name}, &initial, sizeof initial); }}", rewritten(program, list, &[]));
+        self.action(text, list);
+    }
+
+    /// An opaque condition.
+    pub(super) fn library_condition(&mut self, expr: &'s Expr) -> chart::Expr {
+        self.calls_before(expr);
+        let text = format!("return ({}) != 0;", rewritten(self.program(), expr.span, &self.replaced));
+        self.question(text, None, expr.span)
+    }
+
+    /// The number that a `switch` of the library looks at.
+    pub(super) fn library_number(&mut self, expr: &'s Expr) -> chart::Expr {
+        self.calls_before(expr);
+        let range = self.int_type().range();
+        let text = format!("return {};", rewritten(self.program(), expr.span, &self.replaced));
+        self.question(text, Some(range), expr.span)
+    }
+
+    fn question(&mut self, text: String, range: Option<(i64, i64)>, span: Span) -> chart::Expr {
+        let function = self.program().functions[self.function].def.name.text.clone();
+        let here = self.here();
+        let hint = self.nodes[here].hint.clone();
+        let kind = if self.nodes[here].is_test && !hint.is_empty() { hint } else { "condition".to_owned() };
+        // The same text may be asked twice in one reaction only where it has no effect, so every place gets a function of its own.
+        let name = self.externs.names.fresh(&format!("{function}_{kind}"));
+        self.externs.conditions.push((name.clone(), text, range, span));
+        chart::Expr::leaf(Leaf::Name(Path::from(Name::new(name, span))), span)
+    }
+}
+
+/// The declaration of a variable under another name, without storage class: `double x[3]` → `double initial[3]`.
+fn declared_as(program: &Program<'_>, id: VarId, name: &str) -> Option<String> {
+    let var = &program.vars[id];
+    let Some((specifiers, declarator)) = var.declared else {
+        let Home::Result(function) = var.home else { return None };
+        let def = program.functions[function].def;
+        let ty = program.text_of(def.specifiers.span);
+        let stars = "*".repeat(def.declarator.n_pointers as usize);
+        return Some(format!("{} {stars}{name}", if ty.is_empty() { "int" } else { ty }));
+    };
+    let ty = program.text_of(specifiers.span);
+    // A body of a structure is written once, with the types.
+    let ty = ty.find('{').map_or(ty, |at| ty[..at].trim_end());
+    let words: Vec<&str> = ty.split_whitespace().filter(|word| *word != "const").collect();
+    let ty = if words.is_empty() { "int".to_owned() } else { words.join(" ") };
+    let before = program.text.get(declarator.span.start as usize..declarator.name.span.start as usize).unwrap_or("");
+    let after = program.text.get(declarator.name.span.end as usize..declarator.span.end as usize).unwrap_or("");
+    if matches!(var.home, Home::Param(..)) && !declarator.lengths.is_empty() {
+        // An array parameter is a pointer to its first row.
+        let rest = after.split_once(']').map_or("", |(_, rest)| rest);
+        let rest = rewritten_plain(rest);
+        return Some(if rest.is_empty() { format!("{ty} {before}*{name}") } else { format!("{ty} {before}(*{name}){rest}") });
+    }
+    let after = match (&var.ty, declarator.lengths.first()) {
+        (Type::Array(_, Some(length), _), Some(None)) => after.replacen("[]", &format!("[{length}]"), 1),
+        _ => after.to_owned(),
+    };
+    Some(format!("{ty} {before}{name}{after}"))
+}
+
+fn rewritten_plain(text: &str) -> String {
+    text.trim().to_owned()
+}
+
+/// The text of the library of a chart; none where the chart has no extern functions.
+pub(super) fn write(program: &Program<'_>, chart: &str, externs: &Externs, used: &[FunctionId]) -> Option<String> {
+    if externs.actions.is_empty() && externs.conditions.is_empty() {
+        return None;
+    }
+    let mut text = String::new();
+    let mut line = |words: std::fmt::Arguments<'_>| {
+        let _ = text.write_fmt(words);
+        text.push('\n');
+    };
+    line(format_args!("/* What stays C of the functions that the chart {chart} runs. Local variables are variables of this file: one call at a time. */"));
+    line(format_args!("#include \"{chart}_user.h\""));
+    line(format_args!("#include <string.h>"));
+    for directive in &program.source.lines {
+        line(format_args!("{}", program.text_of(*directive)));
+    }
+    for (name, value) in &program.source.constants {
+        // Constants of `enum` come with its declaration.
+        let at = name.span.start as usize;
+        let is_define = program.text.get(..at).is_some_and(|before| before.trim_end().ends_with("define"));
+        if is_define {
+            line(format_args!("#define {name} ({value})"));
+        }
+    }
+    line(format_args!(""));
+    for item in &program.source.items {
+        if is_type_or_prototype(item)
+            && let External::Declaration(declaration) = item
+        {
+            line(format_args!("{}", program.text_of(declaration.span)));
+        } else if let External::Declaration(declaration) = item
+            && program.text_of(declaration.specifiers.span).contains('{')
+        {
+            line(format_args!("{};", program.text_of(declaration.specifiers.span)));
+        }
+    }
+    let mut entry_params = Vec::new();
+    for (id, var) in program.vars.iter().enumerate() {
+        if !var.in_library {
+            continue;
+        }
+        let of_used = match var.home {
+            Home::Global => true,
+            Home::Local(function) | Home::Param(function, _) | Home::Result(function) => used.contains(&function),
+        };
+        let name = library_name(program, id);
+        let Some(declared) = declared_as(program, id, &name).filter(|_| of_used && var.ty != Type::Void) else { continue };
+        let storage = if var.is_extern && var.init.is_none() { "extern" } else { "static" };
+        let init = match (var.home, var.init) {
+            (Home::Global, Some(super::ast::Init::One(expr))) => format!(" = {}", program.text_of(expr.span)),
+            (Home::Global, Some(super::ast::Init::List(_, span))) => format!(" = {}", program.text_of(*span)),
+            _ => String::new(),
+        };
+        line(format_args!("{storage} {declared}{init};"));
+        match var.home {
+            Home::Param(function, _) if function == program.entry => entry_params.push((id, true)),
+            Home::Result(function) if function == program.entry => entry_params.push((id, false)),
+            Home::Global | Home::Local(_) | Home::Param(..) | Home::Result(_) => {}
+        }
+    }
+    for info in program.functions.iter().filter(|info| info.is_kept) {
+        line(format_args!(""));
+        let body = program.text_of(info.def.span);
+        let storage = if info.def.specifiers.is_static || body.starts_with("static") { "" } else { "static " };
+        line(format_args!("{storage}{body}"));
+    }
+    line(format_args!(""));
+    for (id, is_param) in entry_params {
+        let name = library_name(program, id);
+        let plain = &program.vars[id].name.text;
+        if is_param {
+            if let Some(declared) = declared_as(program, id, plain) {
+                line(format_args!("/* The caller's: before the chart starts. */"));
+                line(format_args!("void {chart}_set_{plain}({declared});"));
+                line(format_args!("void {chart}_set_{plain}({declared}) {{ {name} = {plain}; }}"));
+            }
+        } else if let Some(declared) = declared_as(program, id, &format!("{chart}_get_result")) {
+            line(format_args!("/* The caller's: when the chart has ended. */"));
+            line(format_args!("{declared}(void);"));
+            line(format_args!("{declared}(void) {{ return {name}; }}"));
+        }
+    }
+    for (name, body, range, _) in &externs.conditions {
+        let ty = match range {
+            None => "bool",
+            Some((_, hi)) if *hi > i64::from(i16::MAX) => "int32_t",
+            Some(_) => "int16_t",
+        };
+        line(format_args!("{ty} {name}(void) {{ {body} }}"));
+    }
+    for (name, body, _) in &externs.actions {
+        line(format_args!("void {name}(void) {{ {body} }}"));
+    }
+    let _ = one_line;
+    Some(text)
+}

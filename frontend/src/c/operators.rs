@@ -1,0 +1,506 @@
+//! The arithmetic of C, exactly, in expressions of the net: exact integers with `+ - * / mod`, comparisons and choices.
+//!
+//! Unsigned results wrap (`mod 2^n`), conversions to narrower types keep the low bits, `>>` of a negative number rounds down, division truncates.
+//! Signed arithmetic is exact as long as 64 bits hold it; what C leaves undefined saturates when it is stored.
+
+use super::ast::{BinaryOp, UnaryOp};
+use super::flow::Flow;
+use super::types::Scalar;
+use grafsynth_ir::Span;
+use grafsynth_ir::chart::{Expr, Leaf, Path};
+use grafsynth_ir::expr::{ArithOp, CompareOp, ExprKind, Type as NetType};
+use grafsynth_ir::interval::type_of;
+use grafsynth_ir::{Name, expr};
+
+/// A number of the net with the interval that the net finds for it.
+#[derive(Debug, Clone)]
+pub(super) struct Num {
+    pub(super) expr: Expr,
+    pub(super) lo: i64,
+    pub(super) hi: i64,
+}
+
+/// How a value stands in the net.
+#[derive(Debug, Clone)]
+pub(super) enum Repr {
+    /// 0 or 1 as a truth value.
+    Bool(Expr),
+    Num(Num),
+}
+
+/// The value of a C expression.
+#[derive(Debug, Clone)]
+pub(super) struct Value {
+    pub(super) repr: Repr,
+    pub(super) ty: Scalar,
+}
+
+/// Deeper expressions are cut by a variable: the chart language reads 256 levels, and a lowering adds some.
+const DEEPEST: usize = 48;
+
+impl Num {
+    pub(super) fn constant(value: i64, span: Span) -> Num {
+        Num { expr: Expr::new(ExprKind::Int(value), span), lo: value, hi: value }
+    }
+
+    fn is_constant(&self) -> bool {
+        matches!(self.expr.kind, ExprKind::Int(_))
+    }
+
+    /// True if writing it twice costs nothing.
+    fn is_small(&self) -> bool {
+        matches!(self.expr.kind, ExprKind::Int(_) | ExprKind::Leaf(_))
+    }
+
+    fn within(&self, (lo, hi): (i64, i64)) -> bool {
+        self.lo >= lo && self.hi <= hi
+    }
+
+    /// The operation, or none where 64 bits do not hold its interval or the divisor's contains 0.
+    pub(super) fn op(&self, op: ArithOp, other: &Num) -> Option<Num> {
+        let span = self.expr.span.to(other.expr.span);
+        if self.is_constant() && other.is_constant() {
+            return op.apply(self.lo, other.lo).map(|value| Num::constant(value, span));
+        }
+        let neutral = match op {
+            ArithOp::Add | ArithOp::Sub => 0,
+            ArithOp::Mul | ArithOp::Div => 1,
+            ArithOp::Mod => i64::MIN,
+        };
+        if other.is_constant() && other.lo == neutral {
+            return Some(self.clone());
+        }
+        if self.is_constant() && self.lo == neutral && matches!(op, ArithOp::Add | ArithOp::Mul) {
+            return Some(other.clone());
+        }
+        // x mod n where x lies in 0..n already
+        if op == ArithOp::Mod && other.is_constant() && self.lo >= 0 && self.hi < other.lo {
+            return Some(self.clone());
+        }
+        let probe: expr::Expr<bool> = expr::Expr::new(
+            ExprKind::Arith(op, Box::new(expr::Expr::leaf(false, span)), Box::new(expr::Expr::leaf(true, span))),
+            span,
+        );
+        let ty = type_of(&probe, &mut |is_second| if *is_second { NetType::Int { lo: other.lo, hi: other.hi } } else { NetType::Int { lo: self.lo, hi: self.hi } });
+        let (lo, hi) = ty.ok()?.bounds();
+        let expr = Expr::new(ExprKind::Arith(op, Box::new(self.expr.clone()), Box::new(other.expr.clone())), span);
+        Some(Num { expr, lo, hi })
+    }
+
+    fn by(&self, op: ArithOp, constant: i64) -> Option<Num> {
+        self.op(op, &Num::constant(constant, self.expr.span))
+    }
+
+    fn select(condition: Expr, a: &Num, b: &Num) -> Num {
+        let span = a.expr.span.to(b.expr.span);
+        let (lo, hi) = (a.lo.min(b.lo), a.hi.max(b.hi));
+        Num { expr: Expr::new(ExprKind::Select(Box::new(condition), Box::new(a.expr.clone()), Box::new(b.expr.clone())), span), lo, hi }
+    }
+
+    pub(super) fn compare(&self, op: CompareOp, other: &Num) -> Expr {
+        if self.is_constant() && other.is_constant() {
+            return Expr::new(ExprKind::Bool(op.apply(self.lo, other.lo)), self.expr.span);
+        }
+        Expr::compare(op, self.expr.clone(), other.expr.clone())
+    }
+
+    fn compare_with(&self, op: CompareOp, constant: i64) -> Expr {
+        self.compare(op, &Num::constant(constant, self.expr.span))
+    }
+}
+
+/// Levels of an expression's tree.
+fn depth(expr: &Expr) -> usize {
+    1 + expr.operands().map(depth).max().unwrap_or(0)
+}
+
+impl Value {
+    pub(super) fn int(value: i64, ty: Scalar, span: Span) -> Value {
+        Value { repr: Repr::Num(Num::constant(value, span)), ty }
+    }
+
+    /// As a number.
+    pub(super) fn num(&self) -> Num {
+        match &self.repr {
+            Repr::Num(num) => num.clone(),
+            Repr::Bool(Expr { kind: ExprKind::Bool(value), span }) => Num::constant(i64::from(*value), *span),
+            Repr::Bool(expr) => Num::select(expr.clone(), &Num::constant(1, expr.span), &Num::constant(0, expr.span)),
+        }
+    }
+
+    /// As a truth value: not 0.
+    pub(super) fn truth(&self) -> Expr {
+        match &self.repr {
+            Repr::Bool(expr) => expr.clone(),
+            Repr::Num(num) => num.compare_with(CompareOp::Ne, 0),
+        }
+    }
+}
+
+impl Flow<'_, '_> {
+    pub(super) fn int_type(&self) -> Scalar {
+        Scalar::Int { bits: self.program().widths.int, is_signed: true }
+    }
+
+    pub(super) fn of_truth(&self, expr: Expr) -> Value {
+        Value { repr: Repr::Bool(expr), ty: self.int_type() }
+    }
+
+    /// A variable for `what`, free until the end of the full expression.
+    pub(super) fn temp(&mut self, what: &str, ty: NetType) -> String {
+        let key = (what.to_owned(), ty);
+        if let Some((names, n_used)) = self.pool.get_mut(&key)
+            && let Some(name) = names.get(*n_used)
+        {
+            *n_used += 1;
+            return name.clone();
+        }
+        let name = self.names.fresh(what);
+        self.temps.push((name.clone(), ty));
+        let (names, n_used) = self.pool.entry(key).or_default();
+        names.push(name.clone());
+        *n_used += 1;
+        name
+    }
+
+    /// Puts a number into a variable of that range (it saturates there) and reads it from there.
+    pub(super) fn through(&mut self, what: &str, num: &Num, lo: i64, hi: i64) -> Num {
+        let span = num.expr.span;
+        let name = self.temp(what, NetType::Int { lo, hi });
+        let path = Path::from(Name::new(name, span));
+        self.assign(path.clone(), None, num.expr.clone(), span);
+        Num { expr: Expr::leaf(Leaf::Name(path), span), lo, hi }
+    }
+
+    /// The value held in a variable of its type.
+    pub(super) fn held(&mut self, value: &Value, what: &str) -> Value {
+        match &value.repr {
+            Repr::Bool(expr) => {
+                let span = expr.span;
+                let name = self.temp(what, NetType::Bool);
+                let path = Path::from(Name::new(name, span));
+                self.assign(path.clone(), None, expr.clone(), span);
+                Value { repr: Repr::Bool(Expr::leaf(Leaf::Name(path), span)), ty: value.ty }
+            }
+            Repr::Num(num) => {
+                let raw = self.stored(&num.clone(), value.ty);
+                let (lo, hi) = value.ty.stored().bounds();
+                let held = self.through(what, &raw, lo, hi);
+                Value { repr: Repr::Num(loaded(&held, value.ty)), ty: value.ty }
+            }
+        }
+    }
+
+    fn small(&mut self, num: &Num, ty: Scalar) -> Num {
+        if num.is_small() {
+            return num.clone();
+        }
+        let held = self.held(&Value { repr: Repr::Num(num.clone()), ty }, "value");
+        held.num()
+    }
+
+    /// What a variable of this type stores for a number of this type.
+    pub(super) fn stored(&mut self, num: &Num, ty: Scalar) -> Num {
+        if !ty.is_folded() || num.within((0, i64::from(i32::MAX))) {
+            return num.clone();
+        }
+        let half = 1_i64 << 31;
+        if num.is_constant() {
+            return Num::constant(if num.lo >= half { num.lo - 2 * half } else { num.lo }, num.expr.span);
+        }
+        let folded = num.by(ArithOp::Add, half).and_then(|num| num.by(ArithOp::Mod, 2 * half)).and_then(|num| num.by(ArithOp::Sub, half));
+        folded.unwrap_or_else(|| num.clone())
+    }
+
+    /// The low bits of a number as a value of the type (C99 6.3.1.3; for signed types as all compilers that we know do).
+    fn wrap(&mut self, num: &Num, ty: Scalar) -> Num {
+        let Scalar::Int { bits, is_signed } = ty else { return num.clone() };
+        if num.within(ty.range()) {
+            return num.clone();
+        }
+        let n = 1_i64 << bits;
+        let offset = if is_signed { n / 2 } else { 0 };
+        // A multiple of 2^n that makes everything positive, so that one `mod` is enough.
+        let low = num.lo.saturating_add(offset);
+        let lift = if low < 0 { (low.unsigned_abs().div_ceil(n.unsigned_abs())).saturating_mul(n.unsigned_abs()) } else { 0 };
+        let direct = i64::try_from(lift).ok().and_then(|lift| {
+            let lifted = num.by(ArithOp::Add, lift.checked_add(offset)?)?;
+            lifted.by(ArithOp::Mod, n)?.by(ArithOp::Sub, offset)
+        });
+        let around = || num.by(ArithOp::Mod, n)?.by(ArithOp::Add, n + offset)?.by(ArithOp::Mod, n)?.by(ArithOp::Sub, offset);
+        direct.or_else(around).unwrap_or_else(|| num.clone())
+    }
+
+    /// The value converted to a type.
+    pub(super) fn converted(&mut self, value: &Value, ty: Scalar) -> Value {
+        if ty == Scalar::Bool {
+            return Value { repr: Repr::Bool(value.truth()), ty };
+        }
+        if matches!(value.repr, Repr::Bool(_)) {
+            return Value { repr: value.repr.clone(), ty };
+        }
+        let num = value.num();
+        // A signed value beyond its own range is an overflow, so only its own range has to be right.
+        let (lo, hi) = value.ty.range();
+        let (to_lo, to_hi) = ty.range();
+        let is_signed = matches!(ty, Scalar::Int { is_signed: true, .. });
+        let num = if is_signed && lo >= to_lo && hi <= to_hi { num } else { self.wrap(&num, ty) };
+        Value { repr: Repr::Num(num), ty }
+    }
+
+    /// Keeps an expression within the levels that every reader takes.
+    pub(super) fn shallow(&mut self, value: Value) -> Value {
+        let levels = match &value.repr {
+            Repr::Bool(expr) | Repr::Num(Num { expr, .. }) => depth(expr),
+        };
+        if levels > DEEPEST { self.held(&value, "value") } else { value }
+    }
+
+    pub(super) fn unary(&mut self, op: UnaryOp, operand: &Value, span: Span) -> Value {
+        if op == UnaryOp::Not {
+            return self.of_truth(Expr { span, ..operand.truth().not() });
+        }
+        let ty = operand.ty.promoted(self.program().widths);
+        let num = self.converted(operand, ty).num();
+        let zero = Num::constant(0, span);
+        let result = match op {
+            UnaryOp::Plus | UnaryOp::Not => num,
+            UnaryOp::Minus => self.exact(ArithOp::Sub, &zero, &num, ty),
+            // ~x = -1 - x, and for an unsigned type its largest value less x.
+            UnaryOp::Complement => {
+                let top = Num::constant(if matches!(ty, Scalar::Int { is_signed: false, .. }) { ty.range().1 } else { -1 }, span);
+                self.exact(ArithOp::Sub, &top, &num, ty)
+            }
+        };
+        let num = self.result(&result, ty);
+        self.shallow(Value { repr: Repr::Num(num), ty })
+    }
+
+    /// An operation whose operands are put into variables where 64 bits would not hold the result.
+    fn exact(&mut self, op: ArithOp, a: &Num, b: &Num, ty: Scalar) -> Num {
+        if let Some(result) = a.op(op, b) {
+            return result;
+        }
+        let (lo, hi) = ty.range();
+        // Only signed operands leave their range; back in it, 32 bits each, they fit.
+        let (a, b) = if ty.is_folded() { (a.clone(), b.clone()) } else { (self.through("value", a, lo, hi), self.through("value", b, lo, hi)) };
+        a.op(op, &b).unwrap_or(a)
+    }
+
+    fn result(&mut self, num: &Num, ty: Scalar) -> Num {
+        if matches!(ty, Scalar::Int { is_signed: false, .. }) { self.wrap(num, ty) } else { num.clone() }
+    }
+
+    /// An operator with two evaluated operands.
+    pub(super) fn binary(&mut self, op: BinaryOp, a: &Value, b: &Value, span: Span) -> Value {
+        let widths = self.program().widths;
+        let compare = match op {
+            BinaryOp::Eq => Some(CompareOp::Eq),
+            BinaryOp::Ne => Some(CompareOp::Ne),
+            BinaryOp::Lt => Some(CompareOp::Lt),
+            BinaryOp::Le => Some(CompareOp::Le),
+            BinaryOp::Gt => Some(CompareOp::Gt),
+            BinaryOp::Ge => Some(CompareOp::Ge),
+            BinaryOp::Add | BinaryOp::Sub | BinaryOp::Mul | BinaryOp::Div | BinaryOp::Mod | BinaryOp::ShiftLeft | BinaryOp::ShiftRight | BinaryOp::And | BinaryOp::Or | BinaryOp::Xor => None,
+        };
+        if let (Repr::Bool(x), Repr::Bool(y)) = (&a.repr, &b.repr) {
+            let both = || (x.clone(), y.clone());
+            let truth = match op {
+                BinaryOp::And => Some(Expr::and(<[Expr; 2]>::from(both()))),
+                BinaryOp::Or => Some(Expr::or(<[Expr; 2]>::from(both()))),
+                BinaryOp::Eq => Some(Expr::compare(CompareOp::Eq, x.clone(), y.clone())),
+                BinaryOp::Xor | BinaryOp::Ne => Some(Expr::compare(CompareOp::Ne, x.clone(), y.clone())),
+                BinaryOp::Add | BinaryOp::Sub | BinaryOp::Mul | BinaryOp::Div | BinaryOp::Mod | BinaryOp::ShiftLeft | BinaryOp::ShiftRight | BinaryOp::Lt | BinaryOp::Le | BinaryOp::Gt | BinaryOp::Ge => None,
+            };
+            if let Some(truth) = truth {
+                let value = self.of_truth(truth);
+                return self.shallow(value);
+            }
+        }
+        if matches!(op, BinaryOp::ShiftLeft | BinaryOp::ShiftRight) {
+            let ty = a.ty.promoted(widths);
+            let num = self.converted(a, ty).num();
+            let amount = b.num();
+            let num = self.shift(op == BinaryOp::ShiftLeft, &num, &amount, ty, span);
+            return self.shallow(Value { repr: Repr::Num(num), ty });
+        }
+        let ty = a.ty.common(b.ty, widths);
+        let (x, y) = (self.converted(a, ty).num(), self.converted(b, ty).num());
+        if let Some(op) = compare {
+            let value = self.of_truth(Expr { span, ..x.compare(op, &y) });
+            return self.shallow(value);
+        }
+        let num = match op {
+            BinaryOp::Add => self.exact(ArithOp::Add, &x, &y, ty),
+            BinaryOp::Sub => self.exact(ArithOp::Sub, &x, &y, ty),
+            BinaryOp::Mul => self.product(&x, &y, ty),
+            BinaryOp::Div | BinaryOp::Mod => self.quotient(op == BinaryOp::Div, &x, &y, ty),
+            BinaryOp::And | BinaryOp::Or | BinaryOp::Xor => self.bitwise(op, &x, &y, ty),
+            BinaryOp::ShiftLeft | BinaryOp::ShiftRight | BinaryOp::Eq | BinaryOp::Ne | BinaryOp::Lt | BinaryOp::Le | BinaryOp::Gt | BinaryOp::Ge => x,
+        };
+        let num = self.result(&num, ty);
+        self.shallow(Value { repr: Repr::Num(num), ty })
+    }
+
+    fn product(&mut self, x: &Num, y: &Num, ty: Scalar) -> Num {
+        if let Some(product) = x.op(ArithOp::Mul, y) {
+            return product;
+        }
+        if !ty.is_folded() {
+            return self.exact(ArithOp::Mul, x, y, ty);
+        }
+        // 32 × 32 bits unsigned, modulo 2^32: x · y = x · low(y) + (x · high(y) mod 2^16) · 2^16
+        let (x, y) = (self.small(x, ty), self.small(y, ty));
+        let half = 1_i64 << 16;
+        let whole = || {
+            let low = x.op(ArithOp::Mul, &y.by(ArithOp::Mod, half)?)?;
+            let high = x.op(ArithOp::Mul, &y.by(ArithOp::Div, half)?)?.by(ArithOp::Mod, half)?.by(ArithOp::Mul, half)?;
+            low.op(ArithOp::Add, &high)
+        };
+        whole().unwrap_or_else(|| x.clone())
+    }
+
+    /// Quotient or remainder. A divisor that might be 0 goes through variables that cannot: C leaves the division by 0 undefined.
+    fn quotient(&mut self, is_quotient: bool, x: &Num, y: &Num, ty: Scalar) -> Num {
+        let op = if is_quotient { ArithOp::Div } else { ArithOp::Mod };
+        if let Some(result) = x.op(op, y) {
+            return result;
+        }
+        let most = i64::from(i32::MAX);
+        let y = self.small(y, ty);
+        let x = if y.hi > most || y.lo < 0 || x.by(op, 3).is_none() { self.small(x, ty) } else { x.clone() };
+        let positive = self.through("divisor", &y, 1, y.hi.clamp(1, most));
+        let by_positive = x.op(op, &positive).unwrap_or_else(|| x.clone());
+        if y.lo < 0 {
+            let negative = self.through("divisor", &y, y.lo.max(i64::from(i32::MIN)), -1);
+            let by_negative = x.op(op, &negative).unwrap_or_else(|| x.clone());
+            return Num::select(y.compare_with(CompareOp::Gt, 0), &by_positive, &by_negative);
+        }
+        if y.hi > most {
+            // A divisor above 2^31 goes into a number of 32 bits once at most.
+            let zero = Num::constant(0, x.expr.span);
+            let one = Num::constant(1, x.expr.span);
+            let is_larger = x.compare(CompareOp::Ge, &y);
+            let large = if is_quotient {
+                Num::select(is_larger, &one, &zero)
+            } else {
+                let rest = x.op(ArithOp::Sub, &y).unwrap_or_else(|| x.clone());
+                Num::select(is_larger, &rest, &x)
+            };
+            return Num::select(y.compare_with(CompareOp::Gt, most), &large, &by_positive);
+        }
+        by_positive
+    }
+
+    fn shift(&mut self, is_left: bool, x: &Num, amount: &Num, ty: Scalar, span: Span) -> Num {
+        let Scalar::Int { bits, .. } = ty else { return x.clone() };
+        let most = i64::from(bits) - 1;
+        let factor = if amount.is_constant() {
+            Num::constant(1 << amount.lo.clamp(0, most), span)
+        } else {
+            let amount = self.through("shift", amount, 0, most);
+            let mut factor = Num::constant(1, span);
+            for bit in 0..bits.trailing_zeros() {
+                let digit = amount.by(ArithOp::Div, 1 << bit).and_then(|num| num.by(ArithOp::Mod, 2));
+                let power = Num::constant(1 << (1_u32 << bit), span);
+                if let Some(digit) = digit {
+                    let chosen = Num::select(digit.compare_with(CompareOp::Eq, 1), &power, &Num::constant(1, span));
+                    factor = factor.op(ArithOp::Mul, &chosen).unwrap_or(factor);
+                }
+            }
+            factor
+        };
+        if is_left {
+            let product = self.exact(ArithOp::Mul, x, &factor, ty);
+            return self.result(&product, ty);
+        }
+        if x.lo >= 0 {
+            return x.op(ArithOp::Div, &factor).unwrap_or_else(|| x.clone());
+        }
+        // Rounding down: (x - (2^n - 1)) / 2^n where x is negative.
+        let x = self.small(x, ty);
+        let floor = || {
+            let below = x.op(ArithOp::Sub, &factor.by(ArithOp::Sub, 1)?)?;
+            Some(Num::select(x.compare_with(CompareOp::Lt, 0), &below, &x)).and_then(|num| num.op(ArithOp::Div, &factor))
+        };
+        floor().unwrap_or_else(|| x.clone())
+    }
+
+    fn bitwise(&mut self, op: BinaryOp, x: &Num, y: &Num, ty: Scalar) -> Num {
+        let Scalar::Int { bits, .. } = ty else { return x.clone() };
+        if x.is_constant() && y.is_constant() {
+            let value = match op {
+                BinaryOp::And => x.lo & y.lo,
+                BinaryOp::Or => x.lo | y.lo,
+                _ => x.lo ^ y.lo,
+            };
+            return Num::constant(value, x.expr.span);
+        }
+        let unsigned = Scalar::Int { bits, is_signed: false };
+        // Two's complement, at most so many bits as both need.
+        let (x, y) = (self.wrap(x, unsigned), self.wrap(y, unsigned));
+        let (x, y) = if x.is_constant() { (y, x) } else { (x, y) };
+        let x = self.small(&x, unsigned);
+        let both = if y.is_constant() {
+            self.masked(&x, y.lo)
+        } else {
+            let y = self.small(&y, unsigned);
+            let width = 64 - x.hi.min(y.hi).max(0).leading_zeros();
+            let terms = (0..width).filter_map(|bit| {
+                let digit = |num: &Num| num.by(ArithOp::Div, 1 << bit)?.by(ArithOp::Mod, 2).map(|digit| digit.compare_with(CompareOp::Eq, 1));
+                let is_set = Expr::and([digit(&x)?, digit(&y)?]);
+                Some(Num::select(is_set, &Num::constant(1 << bit, x.expr.span), &Num::constant(0, x.expr.span)))
+            });
+            sum(terms.collect(), x.expr.span)
+        };
+        // x | y = x + y - (x & y), x ^ y = x + y - 2 (x & y)
+        let result = match op {
+            BinaryOp::And => Some(both.clone()),
+            BinaryOp::Or => x.op(ArithOp::Add, &y).and_then(|all| all.op(ArithOp::Sub, &both)),
+            _ => x.op(ArithOp::Add, &y).and_then(|all| all.op(ArithOp::Sub, &both.by(ArithOp::Mul, 2)?)),
+        };
+        let result = result.unwrap_or(both);
+        // The exact result lies in the unsigned range, though its interval may not; a signed type reads its bits as signed.
+        let result = if result.within(unsigned.range()) { result } else { result.by(ArithOp::Mod, 1 << bits).map_or(result, |num| num) };
+        let result = if result.within(unsigned.range()) { result } else { self.wrap(&result, unsigned) };
+        self.wrap(&result, ty)
+    }
+
+    /// `x & mask`, as a sum over the runs of ones of the mask.
+    fn masked(&mut self, x: &Num, mask: i64) -> Num {
+        let mut terms = Vec::new();
+        let mut bit = 0_u32;
+        while bit < 32 {
+            if (mask >> bit) & 1 == 0 {
+                bit += 1;
+                continue;
+            }
+            let length = (!(mask >> bit)).trailing_zeros().min(32 - bit);
+            let run = || x.by(ArithOp::Div, 1 << bit)?.by(ArithOp::Mod, 1 << length)?.by(ArithOp::Mul, 1 << bit);
+            terms.extend(run());
+            bit += length;
+        }
+        sum(terms, x.expr.span)
+    }
+}
+
+/// A sum as a balanced tree.
+fn sum(mut terms: Vec<Num>, span: Span) -> Num {
+    while terms.len() > 1 {
+        let pairs = terms.chunks(2).map(|pair| match pair {
+            [a, b] => a.op(ArithOp::Add, b).unwrap_or_else(|| a.clone()),
+            _ => pair[0].clone(),
+        });
+        terms = pairs.collect();
+    }
+    terms.pop().unwrap_or_else(|| Num::constant(0, span))
+}
+
+/// The number that a variable of this type holds, as it is stored there.
+pub(super) fn loaded(raw: &Num, ty: Scalar) -> Num {
+    if !ty.is_folded() || raw.lo >= 0 {
+        return raw.clone();
+    }
+    let n = 1_i64 << 32;
+    raw.by(ArithOp::Add, n).and_then(|num| num.by(ArithOp::Mod, n)).unwrap_or_else(|| raw.clone())
+}

@@ -1,0 +1,275 @@
+//! Expressions of C: a Pratt parser, with chains of `&&`, `||` and `,` flat.
+
+use super::ast::{BinaryOp, Expr, ExprKind, UnaryOp};
+use super::lexer::Kind;
+use super::parser::{Parser, Read};
+use grafsynth_ir::{Name, Span};
+
+/// Binding powers, weakest first: `,` 1, assignment 2, `?:` 3, `||` 4, `&&` 5, then these.
+fn binary(sign: &str) -> Option<(BinaryOp, u8)> {
+    Some(match sign {
+        "|" => (BinaryOp::Or, 6),
+        "^" => (BinaryOp::Xor, 7),
+        "&" => (BinaryOp::And, 8),
+        "==" => (BinaryOp::Eq, 9),
+        "!=" => (BinaryOp::Ne, 9),
+        "<" => (BinaryOp::Lt, 10),
+        "<=" => (BinaryOp::Le, 10),
+        ">" => (BinaryOp::Gt, 10),
+        ">=" => (BinaryOp::Ge, 10),
+        "<<" => (BinaryOp::ShiftLeft, 11),
+        ">>" => (BinaryOp::ShiftRight, 11),
+        "+" => (BinaryOp::Add, 12),
+        "-" => (BinaryOp::Sub, 12),
+        "*" => (BinaryOp::Mul, 13),
+        "/" => (BinaryOp::Div, 13),
+        "%" => (BinaryOp::Mod, 13),
+        _ => return None,
+    })
+}
+
+/// What `op=` computes; `None` inside for the plain assignment.
+fn assignment(sign: &str) -> Option<Option<BinaryOp>> {
+    if sign == "=" {
+        return Some(None);
+    }
+    let op = sign.strip_suffix('=')?;
+    match op {
+        "*" | "/" | "%" | "+" | "-" | "<<" | ">>" | "&" | "^" | "|" => binary(op).map(|(op, _)| Some(op)),
+        _ => None,
+    }
+}
+
+impl Parser<'_> {
+    /// The whole expression, commas included.
+    pub(super) fn expression(&mut self) -> Read<Expr> {
+        let first = self.assignment()?;
+        if !self.is(",") {
+            return Ok(first);
+        }
+        let start = first.span;
+        let mut all = vec![first];
+        while self.accept(",") {
+            all.push(self.assignment()?);
+        }
+        Ok(Expr { kind: ExprKind::Comma(all), span: self.since(start) })
+    }
+
+    /// An expression without a comma at the top.
+    pub(super) fn assignment(&mut self) -> Read<Expr> {
+        self.deeper(|p| {
+            let left = p.conditional()?;
+            let token = p.here();
+            if token.kind == Kind::Sign
+                && let Some(op) = assignment(p.word_of(token))
+            {
+                p.take();
+                let right = p.assignment()?;
+                let span = left.span.to(right.span);
+                return Ok(Expr { kind: ExprKind::Assign(op, Box::new(left), Box::new(right)), span });
+            }
+            Ok(left)
+        })
+    }
+
+    fn conditional(&mut self) -> Read<Expr> {
+        let condition = self.junction(false)?;
+        if !self.accept("?") {
+            return Ok(condition);
+        }
+        let then = self.deeper(Self::expression)?;
+        self.expect(":")?;
+        let otherwise = self.deeper(Self::conditional)?;
+        let span = condition.span.to(otherwise.span);
+        Ok(Expr { kind: ExprKind::Conditional(Box::new(condition), Box::new(then), Box::new(otherwise)), span })
+    }
+
+    /// A chain of `||`, or of `&&`.
+    fn junction(&mut self, is_and: bool) -> Read<Expr> {
+        let sign = if is_and { "&&" } else { "||" };
+        let operand = |p: &mut Self| if is_and { p.binary(6) } else { p.junction(true) };
+        let first = operand(self)?;
+        if !self.is(sign) {
+            return Ok(first);
+        }
+        let start = first.span;
+        let mut all = vec![first];
+        while self.accept(sign) {
+            all.push(operand(self)?);
+        }
+        Ok(Expr { kind: ExprKind::Junction(is_and, all), span: self.since(start) })
+    }
+
+    /// Operators that bind at least as strongly as `least`.
+    fn binary(&mut self, least: u8) -> Read<Expr> {
+        let mut left = self.unary()?;
+        let mut levels = self.levels_left();
+        loop {
+            let token = self.here();
+            let Some((op, power)) = (if token.kind == Kind::Sign { binary(self.word_of(token)) } else { None }) else { return Ok(left) };
+            if power < least {
+                return Ok(left);
+            }
+            // The tree of a chain grows to the left, one level for each operand.
+            if levels == 0 {
+                return self.too_long();
+            }
+            levels -= 1;
+            self.take();
+            let right = self.deeper(|p| p.binary(power + 1))?;
+            let span = left.span.to(right.span);
+            left = Expr { kind: ExprKind::Binary(op, Box::new(left), Box::new(right)), span };
+        }
+    }
+
+    /// Reports as nesting what has no level left.
+    fn too_long<T>(&mut self) -> Read<T> {
+        fn deepest<T>(parser: &mut Parser<'_>) -> Read<T> {
+            parser.deeper(deepest)
+        }
+        deepest(self)
+    }
+
+    fn unary(&mut self) -> Read<Expr> {
+        let start = self.here().span;
+        let token = self.here();
+        let sign = if matches!(token.kind, Kind::Sign | Kind::Word) { self.word_of(token) } else { "" };
+        let by = match sign {
+            "++" => 1,
+            "--" => -1,
+            _ => 0,
+        };
+        if by != 0 {
+            self.take();
+            let operand = Box::new(self.deeper(Self::unary)?);
+            return Ok(Expr { kind: ExprKind::Step { operand, by, is_prefix: true }, span: self.since(start) });
+        }
+        let op = match sign {
+            "+" => Some(UnaryOp::Plus),
+            "-" => Some(UnaryOp::Minus),
+            "~" => Some(UnaryOp::Complement),
+            "!" => Some(UnaryOp::Not),
+            _ => None,
+        };
+        if let Some(op) = op {
+            self.take();
+            let operand = self.deeper(Self::unary)?;
+            return Ok(Expr { kind: ExprKind::Unary(op, Box::new(operand)), span: self.since(start) });
+        }
+        match sign {
+            "*" => {
+                self.take();
+                let operand = self.deeper(Self::unary)?;
+                Ok(Expr { kind: ExprKind::Deref(Box::new(operand)), span: self.since(start) })
+            }
+            "&" => {
+                self.take();
+                let operand = self.deeper(Self::unary)?;
+                Ok(Expr { kind: ExprKind::AddressOf(Box::new(operand)), span: self.since(start) })
+            }
+            "sizeof" => {
+                self.take();
+                if self.is("(") && self.begins_cast() {
+                    self.take();
+                    let ty = self.type_name()?;
+                    self.expect(")")?;
+                    return Ok(Expr { kind: ExprKind::SizeofType(Box::new(ty)), span: self.since(start) });
+                }
+                let operand = self.deeper(Self::unary)?;
+                Ok(Expr { kind: ExprKind::Sizeof(Box::new(operand)), span: self.since(start) })
+            }
+            "(" if self.begins_cast() => {
+                self.take();
+                let ty = self.type_name()?;
+                self.expect(")")?;
+                let operand = self.deeper(Self::unary)?;
+                Ok(Expr { kind: ExprKind::Cast(Box::new(ty), Box::new(operand)), span: self.since(start) })
+            }
+            _ => self.postfix(start),
+        }
+    }
+
+    fn postfix(&mut self, start: Span) -> Read<Expr> {
+        let mut value = self.primary()?;
+        let mut levels = self.levels_left();
+        loop {
+            if levels == 0 {
+                return self.too_long();
+            }
+            levels -= 1;
+            let kind = if self.accept("[") {
+                let index = self.deeper(Self::expression)?;
+                self.expect("]")?;
+                ExprKind::Index(Box::new(value), Box::new(index))
+            } else if self.accept("(") {
+                let arguments = self.deeper(Self::arguments)?;
+                match value.kind {
+                    ExprKind::Name(name) => ExprKind::Call(Name::new(name, value.span), arguments),
+                    kind => {
+                        let mut all = vec![Expr { kind, span: value.span }];
+                        all.extend(arguments);
+                        self.opaque(all)
+                    }
+                }
+            } else if self.is(".") || self.is("->") {
+                self.take();
+                if !self.is_name(self.here()) {
+                    return self.unexpected("the name of a member");
+                }
+                self.take();
+                self.opaque(vec![value])
+            } else if self.is("++") || self.is("--") {
+                let by = if self.is("++") { 1 } else { -1 };
+                self.take();
+                ExprKind::Step { operand: Box::new(value), by, is_prefix: false }
+            } else {
+                return Ok(value);
+            };
+            value = Expr { kind, span: self.since(start) };
+        }
+    }
+
+    fn arguments(&mut self) -> Read<Vec<Expr>> {
+        let mut all = Vec::new();
+        if self.accept(")") {
+            return Ok(all);
+        }
+        loop {
+            all.push(self.assignment()?);
+            if !self.accept(",") {
+                break;
+            }
+        }
+        self.expect(")")?;
+        Ok(all)
+    }
+
+    fn primary(&mut self) -> Read<Expr> {
+        let token = self.here();
+        let kind = match token.kind {
+            Kind::Number { value, is_unsigned, n_long, is_decimal } => ExprKind::Number { value, is_unsigned, n_long, is_decimal },
+            Kind::Char(value) => ExprKind::Char(value),
+            Kind::Float => ExprKind::Float,
+            Kind::Text => {
+                self.take();
+                // Strings side by side are one.
+                while self.here().kind == Kind::Text {
+                    self.take();
+                }
+                return Ok(Expr { kind: ExprKind::Text, span: self.since(token.span) });
+            }
+            Kind::Word if self.is_name(token) => ExprKind::Name(self.word_of(token).to_owned()),
+            Kind::Sign if self.is("(") => {
+                self.take();
+                let inner = self.deeper(Self::expression)?;
+                self.expect(")")?;
+                // A bare name keeps its own place, by which it is looked up.
+                let span = if matches!(inner.kind, ExprKind::Name(_)) { inner.span } else { self.since(token.span) };
+                return Ok(Expr { kind: inner.kind, span });
+            }
+            Kind::Word | Kind::Sign | Kind::End => return self.unexpected("an expression"),
+        };
+        self.take();
+        Ok(Expr { kind, span: token.span })
+    }
+}

@@ -1,0 +1,819 @@
+//! Tokens to the tree: declarations and statements. A hand-written recursive descent that goes on behind each error at the next `;` or `}`.
+
+use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::{FileId, Name, Span};
+use std::collections::BTreeMap;
+
+use super::ast::{
+    Base, Declaration, Declarator, ExprKind, External, Function, Init, Param, Source, Specifiers, Stmt, StmtKind, TypeName,
+};
+use super::constant;
+use super::lexer::{self, Kind, Line, Token};
+use crate::codes;
+use crate::graf::Limits;
+use crate::graf::parser::Findings;
+
+/// The words that C99 keeps for itself.
+pub(super) const KEYWORDS: [&str; 37] = [
+    "auto", "break", "case", "char", "const", "continue", "default", "do", "double", "else", "enum", "extern", "float",
+    "for", "goto", "if", "inline", "int", "long", "register", "restrict", "return", "short", "signed", "sizeof", "static",
+    "struct", "switch", "typedef", "union", "unsigned", "void", "volatile", "while", "_Bool", "_Complex", "_Imaginary",
+];
+
+/// A part could not be read; the finding is reported.
+#[derive(Debug)]
+pub(super) struct Failed;
+/// What reading a part gives.
+pub(super) type Read<T> = Result<T, Failed>;
+
+/// Reads one source.
+pub(super) struct Parser<'t> {
+    pub(super) file: FileId,
+    pub(super) text: &'t str,
+    tokens: Vec<Token>,
+    at: usize,
+    pub(super) findings: Findings,
+    depth: u32,
+    nesting: u32,
+    is_unsigned_char: bool,
+    /// What a name means where an expression or a declaration begins: constants of `#define` and `enum`.
+    pub(super) constants: BTreeMap<String, i64>,
+    typedefs: BTreeMap<String, Base>,
+    source: Source,
+}
+
+/// Types that the standard headers define; wider ones and those that no number stands for are opaque.
+fn known_type(name: &str) -> Option<Base> {
+    let fixed = |bits, is_signed| Some(Base::Fixed { bits, is_signed });
+    match name {
+        "bool" => Some(Base::Bool),
+        "int8_t" | "int_least8_t" => fixed(8, true),
+        "uint8_t" | "uint_least8_t" => fixed(8, false),
+        "int16_t" | "int_least16_t" => fixed(16, true),
+        "uint16_t" | "uint_least16_t" => fixed(16, false),
+        "int32_t" | "int_least32_t" => fixed(32, true),
+        "uint32_t" | "uint_least32_t" => fixed(32, false),
+        "int64_t" | "uint64_t" | "size_t" | "ptrdiff_t" | "intptr_t" | "uintptr_t" | "intmax_t" | "uintmax_t" => Some(Base::LongLong),
+        "FILE" | "time_t" | "clock_t" | "va_list" | "wchar_t" => Some(Base::Opaque),
+        _ => None,
+    }
+}
+
+/// Reads a source into its tree; what could not be read is left out and reported.
+pub(super) fn parse(file: FileId, text: &str, limits: &Limits, is_unsigned_char: bool) -> (Source, Findings) {
+    let mut findings = Findings { kept: Vec::new(), limit: limits.diagnostics, rest: 0 };
+    let lexed = lexer::lex(file, text, 0..text.len(), is_unsigned_char, &mut findings);
+    let mut parser = Parser {
+        file,
+        text,
+        tokens: lexed.tokens,
+        at: 0,
+        findings,
+        depth: 0,
+        nesting: limits.nesting,
+        is_unsigned_char,
+        constants: BTreeMap::new(),
+        typedefs: BTreeMap::new(),
+        source: Source { comments: lexed.comments, ..Source::default() },
+    };
+    for line in lexed.lines {
+        parser.directive(line);
+    }
+    parser.file();
+    (parser.source, parser.findings)
+}
+
+impl<'t> Parser<'t> {
+    // Tokens
+
+    pub(super) fn here(&self) -> Token {
+        self.tokens[self.at.min(self.tokens.len() - 1)]
+    }
+
+    fn ahead(&self, n: usize) -> Token {
+        self.tokens[(self.at + n).min(self.tokens.len() - 1)]
+    }
+
+    pub(super) fn word_of(&self, token: Token) -> &'t str {
+        self.text.get(token.span.range()).unwrap_or("")
+    }
+
+    pub(super) fn take(&mut self) -> Token {
+        let token = self.here();
+        if token.kind != Kind::End {
+            self.at += 1;
+        }
+        token
+    }
+
+    /// True if this sign or word is next.
+    pub(super) fn is(&self, sign: &str) -> bool {
+        let token = self.here();
+        matches!(token.kind, Kind::Sign | Kind::Word) && self.word_of(token) == sign
+    }
+
+    pub(super) fn accept(&mut self, sign: &str) -> bool {
+        let is = self.is(sign);
+        if is {
+            self.take();
+        }
+        is
+    }
+
+    pub(super) fn is_name(&self, token: Token) -> bool {
+        token.kind == Kind::Word && !KEYWORDS.contains(&self.word_of(token))
+    }
+
+    /// The span from `start` to the token taken last.
+    pub(super) fn since(&self, start: Span) -> Span {
+        let last = self.tokens[self.at.saturating_sub(1)];
+        if last.span.end >= start.end { start.to(last.span) } else { start }
+    }
+
+    pub(super) fn unexpected<T>(&mut self, wanted: &str) -> Read<T> {
+        let token = self.here();
+        let found = match token.kind {
+            Kind::End => "the end of the file".to_owned(),
+            Kind::Text | Kind::Word | Kind::Number { .. } | Kind::Float | Kind::Char(_) | Kind::Sign => {
+                format!("`{}`", self.word_of(token))
+            }
+        };
+        self.findings.report(|| {
+            Diagnostic::error(codes::C_SYNTAX, format!("expected {wanted}, found {found}")).at(token.span, format!("{wanted} is expected here"))
+        });
+        Err(Failed)
+    }
+
+    pub(super) fn expect(&mut self, sign: &str) -> Read<Span> {
+        if self.is(sign) { Ok(self.take().span) } else { self.unexpected(&format!("`{sign}`")) }
+    }
+
+    fn name(&mut self, wanted: &str) -> Read<Name> {
+        let token = self.here();
+        if self.is_name(token) {
+            self.take();
+            Ok(Name::new(self.word_of(token), token.span))
+        } else {
+            self.unexpected(wanted)
+        }
+    }
+
+    /// Runs `read` one level deeper.
+    pub(super) fn deeper<T>(&mut self, read: impl FnOnce(&mut Self) -> Read<T>) -> Read<T> {
+        if self.depth >= self.nesting {
+            let (span, most) = (self.here().span, self.nesting);
+            self.findings.report(|| {
+                Diagnostic::error(codes::NESTING, format!("statements and expressions are nested deeper than {most} levels"))
+                    .at(span, "the first one too deep")
+                    .help("take a part out, or raise the limit with --nesting-limit")
+            });
+            return Err(Failed);
+        }
+        self.depth += 1;
+        let result = read(self);
+        self.depth -= 1;
+        result
+    }
+
+    /// How many levels are left.
+    pub(super) fn levels_left(&self) -> u32 {
+        self.nesting.saturating_sub(self.depth)
+    }
+
+    /// Goes behind the next `;` or to the next `}` of this level.
+    fn recover(&mut self) {
+        let mut open = 0_usize;
+        loop {
+            let token = self.here();
+            if token.kind == Kind::End {
+                return;
+            }
+            match self.word_of(token) {
+                "{" => open += 1,
+                "}" if open == 0 => return,
+                "}" => {
+                    open -= 1;
+                    if open == 0 {
+                        self.take();
+                        return;
+                    }
+                }
+                ";" if open == 0 => {
+                    self.take();
+                    return;
+                }
+                _ => {}
+            }
+            self.take();
+        }
+    }
+
+    // Lines of the preprocessor
+
+    fn directive(&mut self, line: Line) {
+        let text = self.text.get(line.span.range()).unwrap_or("");
+        let body = text.trim_start_matches('#').trim_start();
+        let offset = line.span.start as usize + (text.len() - body.len());
+        let word: String = body.chars().take_while(char::is_ascii_alphanumeric).collect();
+        match word.as_str() {
+            "include" => {
+                self.source.lines.push(line.span);
+                let name = body["include".len()..].trim().to_owned();
+                if !["<stdbool.h>", "<stdint.h>", "<limits.h>", "<stddef.h>"].contains(&name.as_str()) {
+                    self.findings.report(|| {
+                        Diagnostic::note(codes::C_INCLUDE, format!("{name} is not read"))
+                            .at(line.span, "what it declares is not known here")
+                            .help("declare in this file what it uses of it, or hand over the output of `cc -E`")
+                    });
+                }
+            }
+            "define" => self.define(line, offset + "define".len()),
+            // Line markers of a preprocessor's output, an empty directive, and what only a compiler heeds.
+            "" | "pragma" | "line" | "ident" | "error" | "warning" if word != "error" => {}
+            _ if word.bytes().all(|byte| byte.is_ascii_digit()) => {}
+            _ => self.findings.report(|| {
+                Diagnostic::error(codes::C_DIRECTIVE, format!("#{word} is not read"))
+                    .at(line.span, "")
+                    .help("hand over the output of `cc -E`, in which such lines are done")
+            }),
+        }
+    }
+
+    /// `#define NAME constant`; anything else is kept as text for the library, and is opaque where it is used.
+    fn define(&mut self, line: Line, from: usize) {
+        let lexed = lexer::lex(self.file, self.text, from..line.span.end as usize, self.is_unsigned_char, &mut self.findings);
+        let tokens = std::mem::replace(&mut self.tokens, lexed.tokens);
+        let at = std::mem::take(&mut self.at);
+        let name = self.here();
+        if self.is_name(name) {
+            self.take();
+            let text = self.word_of(name).to_owned();
+            // The bracket of a parameter list touches the name.
+            let is_function = self.is("(") && self.here().span.start == name.span.end;
+            let is_empty = self.here().kind == Kind::End;
+            let value = (!is_function && !is_empty && self.here().kind != Kind::Text).then(|| self.quietly(|p| {
+                let value = p.expression()?;
+                if p.here().kind == Kind::End { Ok(value) } else { Err(Failed) }
+            })).flatten();
+            match value.and_then(|value| constant::value(&value, &self.constants).ok()) {
+                Some(value) => {
+                    self.constants.insert(text.clone(), value);
+                    self.source.constants.push((Name::new(text, name.span), value));
+                }
+                None => {
+                    if !is_empty {
+                        self.source.opaque_macros.push(text);
+                    }
+                    self.source.lines.push(line.span);
+                }
+            }
+        } else {
+            let _: Read<()> = self.unexpected("the name to define");
+        }
+        self.tokens = tokens;
+        self.at = at;
+    }
+
+    /// Runs `read` without keeping what it reports.
+    fn quietly<T>(&mut self, read: impl FnOnce(&mut Self) -> Read<T>) -> Option<T> {
+        let (kept, rest) = (self.findings.kept.len(), self.findings.rest);
+        let result = read(self).ok();
+        self.findings.kept.truncate(kept);
+        self.findings.rest = rest;
+        result
+    }
+
+    // The file
+
+    fn file(&mut self) {
+        while self.here().kind != Kind::End {
+            let before = self.at;
+            if self.accept(";") {
+                continue;
+            }
+            if self.external().is_err() {
+                self.recover();
+                if self.at == before || self.is("}") {
+                    self.take();
+                }
+            }
+        }
+    }
+
+    fn external(&mut self) -> Read<()> {
+        let start = self.here().span;
+        let specifiers = self.specifiers(true)?;
+        if self.is(";") {
+            self.take();
+            let span = self.since(start);
+            self.source.items.push(External::Declaration(Declaration { specifiers, declared: Vec::new(), span }));
+            return Ok(());
+        }
+        let (declarator, names) = self.declarator(true)?;
+        if declarator.is_function && !declarator.is_opaque && !self.is(";") && !self.is(",") && !self.is("=") {
+            let params = self.old_style(names)?;
+            if !self.is("{") {
+                return self.unexpected("`{` of the function's body, or `;`");
+            }
+            let body = self.statement()?;
+            let span = self.since(start);
+            let name = declarator.name.clone();
+            self.source.items.push(External::Function(Function { name, specifiers, declarator, params, body, span }));
+            return Ok(());
+        }
+        let declaration = self.declaration_from(start, specifiers, Some(declarator))?;
+        self.source.items.push(External::Declaration(declaration));
+        Ok(())
+    }
+
+    /// The declarations between the head and the body of a K&R definition; those without are `int`.
+    fn old_style(&mut self, mut params: Vec<Param>) -> Read<Vec<Param>> {
+        while !self.is("{") && self.here().kind != Kind::End {
+            let start = self.here().span;
+            let specifiers = self.specifiers(false)?;
+            let declaration = self.declaration_from(start, specifiers.clone(), None)?;
+            for (declarator, _) in declaration.declared {
+                match params.iter_mut().find(|param| param.name.text == declarator.name.text) {
+                    Some(param) => *param = Param { name: param.name.clone(), specifiers: specifiers.clone(), declarator },
+                    None => {
+                        let name = declarator.name.clone();
+                        self.findings.report(|| {
+                            Diagnostic::error(codes::C_SYNTAX, format!("{name} is declared between head and body, but is no parameter")).at(name.span, "not in the list of parameters")
+                        });
+                    }
+                }
+            }
+        }
+        Ok(params)
+    }
+
+    // Declarations
+
+    /// True if a declaration begins here.
+    pub(super) fn begins_declaration(&self) -> bool {
+        let token = self.here();
+        if token.kind != Kind::Word {
+            return false;
+        }
+        let word = self.word_of(token);
+        if self.is_type_word(word) {
+            return true;
+        }
+        if !self.is_name(token) {
+            return false;
+        }
+        // A name in front of a name is an unknown type; `name * name ;` too where the first one is no variable that we could know of.
+        self.is_name(self.ahead(1))
+    }
+
+    pub(super) fn is_type_word(&self, word: &str) -> bool {
+        matches!(
+            word,
+            "void" | "char" | "short" | "int" | "long" | "signed" | "unsigned" | "float" | "double" | "_Bool" | "_Complex" | "struct" | "union" | "enum" | "const"
+                | "volatile" | "register" | "static" | "extern" | "auto" | "typedef" | "inline" | "restrict"
+        ) || self.typedefs.contains_key(word)
+            || (known_type(word).is_some() && !self.constants.contains_key(word))
+    }
+
+    /// The words in front of declarators. `implicit` allows none at all (`int` is meant then, as in K&R definitions).
+    #[expect(clippy::too_many_lines, reason = "one arm for each word of a type")]
+    pub(super) fn specifiers(&mut self, implicit: bool) -> Read<Specifiers> {
+        let start = self.here().span;
+        let mut found = Specifiers {
+            base: Base::Int { is_signed: true },
+            is_static: false,
+            is_extern: false,
+            is_typedef: false,
+            is_const: false,
+            is_volatile: false,
+            span: Span::new(self.file, start.start as usize, start.start as usize),
+        };
+        let (mut sign, mut n_long, mut word_base): (Option<bool>, u8, Option<Base>) = (None, 0, None);
+        let mut type_span: Option<Span> = None;
+        let mut is_any = false;
+        loop {
+            let token = self.here();
+            if token.kind != Kind::Word {
+                break;
+            }
+            let word = self.word_of(token);
+            let mut is_of_type = true;
+            match word {
+                "const" => found.is_const = true,
+                "volatile" => found.is_volatile = true,
+                "static" => (found.is_static, is_of_type) = (true, false),
+                "extern" => (found.is_extern, is_of_type) = (true, false),
+                "typedef" => (found.is_typedef, is_of_type) = (true, false),
+                "register" | "auto" | "inline" | "restrict" => is_of_type = false,
+                "signed" => sign = Some(true),
+                "unsigned" => sign = Some(false),
+                "long" => n_long = n_long.saturating_add(1),
+                "void" => word_base = Some(Base::Void),
+                "_Bool" => word_base = Some(Base::Bool),
+                "char" => word_base = Some(Base::Char(None)),
+                "short" => word_base = Some(Base::Short { is_signed: true }),
+                "int" => word_base = word_base.or(Some(Base::Int { is_signed: true })),
+                "float" | "double" | "_Complex" | "_Imaginary" => word_base = Some(Base::Opaque),
+                "struct" | "union" | "enum" => {
+                    self.take();
+                    let base = self.tagged(word == "enum")?;
+                    word_base = Some(base);
+                    type_span = Some(self.since(type_span.unwrap_or(token.span)));
+                    is_any = true;
+                    continue;
+                }
+                _ if word_base.is_none() && sign.is_none() && n_long == 0 && self.is_name(token) => {
+                    let known = self.typedefs.get(word).cloned().or_else(|| known_type(word));
+                    let next = self.ahead(1);
+                    match known {
+                        Some(base) => word_base = Some(base),
+                        None if self.is_name(next) || (!implicit && !is_any && self.word_of(next) == "*") => word_base = Some(Base::Opaque),
+                        None => break,
+                    }
+                }
+                _ => break,
+            }
+            self.take();
+            is_any = true;
+            if is_of_type {
+                type_span = Some(type_span.map_or(token.span, |span| span.to(token.span)));
+            }
+        }
+        if !is_any && !implicit {
+            return self.unexpected("a type");
+        }
+        found.span = type_span.unwrap_or(found.span);
+        let is_signed = sign.unwrap_or(true);
+        found.base = match (word_base, n_long) {
+            (Some(Base::Opaque), _) => Base::Opaque,
+            (Some(Base::Char(_)), _) => Base::Char(sign),
+            (Some(Base::Short { .. }), _) => Base::Short { is_signed },
+            (Some(Base::Int { .. }) | None, 0) => Base::Int { is_signed },
+            (Some(Base::Int { .. }) | None, 1) => Base::Long { is_signed },
+            (Some(Base::Int { .. }) | None, _) => Base::LongLong,
+            (Some(base), _) => base,
+        };
+        Ok(found)
+    }
+
+    /// Behind `struct`, `union` or `enum`: the tag and the body. The constants of an `enum` are known from here on.
+    fn tagged(&mut self, is_enum: bool) -> Read<Base> {
+        if self.is_name(self.here()) {
+            self.take();
+        } else if !self.is("{") {
+            return self.unexpected("a tag or `{`");
+        }
+        if !self.is("{") {
+            return Ok(if is_enum { Base::Enum } else { Base::Opaque });
+        }
+        if !is_enum {
+            let open = self.take().span;
+            let mut depth = 1_usize;
+            while depth > 0 {
+                let token = self.take();
+                match self.word_of(token) {
+                    "{" => depth += 1,
+                    "}" => depth -= 1,
+                    _ if token.kind == Kind::End => {
+                        self.findings.report(|| Diagnostic::error(codes::C_SYNTAX, "the `{` here has no `}`").at(open, "opened here"));
+                        return Err(Failed);
+                    }
+                    _ => {}
+                }
+            }
+            return Ok(Base::Opaque);
+        }
+        self.expect("{")?;
+        let mut next: i64 = 0;
+        while !self.is("}") {
+            let name = self.name("the name of a constant")?;
+            if self.accept("=") {
+                let expr = self.deeper(Self::assignment)?;
+                match constant::value(&expr, &self.constants) {
+                    Ok(value) => next = value,
+                    Err(span) => self.not_constant(span, "the value of an enumeration constant"),
+                }
+            }
+            self.constants.insert(name.text.clone(), next);
+            self.source.constants.push((name, next));
+            next = next.saturating_add(1);
+            if !self.accept(",") {
+                break;
+            }
+        }
+        self.expect("}")?;
+        Ok(Base::Enum)
+    }
+
+    pub(super) fn not_constant(&mut self, span: Span, what: &str) {
+        self.findings.report(|| {
+            Diagnostic::error(codes::C_CONSTANT, format!("{what} is no constant")).at(span, "not known before the program runs").help("use numbers, characters, and names from `#define` and `enum`")
+        });
+    }
+
+    /// A declarator; of a function also its parameters. `named` asks for a name.
+    pub(super) fn declarator(&mut self, named: bool) -> Read<(Declarator, Vec<Param>)> {
+        self.deeper(|p| p.declarator_inner(named))
+    }
+
+    fn declarator_inner(&mut self, named: bool) -> Read<(Declarator, Vec<Param>)> {
+        let start = self.here().span;
+        let mut found = Declarator { span: start, ..Declarator::default() };
+        let mut params = Vec::new();
+        while self.accept("*") {
+            found.n_pointers += 1;
+            while self.is("const") || self.is("volatile") || self.is("restrict") {
+                self.take();
+            }
+        }
+        if self.is("(") && (self.word_of(self.ahead(1)) == "*" || self.word_of(self.ahead(1)) == "(") {
+            self.take();
+            let (inner, _) = self.declarator(named)?;
+            self.expect(")")?;
+            found.name = inner.name;
+            found.is_opaque = true;
+        } else if self.is_name(self.here()) && (named || !self.is_type_word(self.word_of(self.here()))) {
+            found.name = self.name("a name")?;
+        } else if named {
+            return self.unexpected("a name");
+        }
+        loop {
+            if self.accept("[") {
+                found.lengths.push(if self.is("]") { None } else { Some(self.deeper(Self::expression)?) });
+                self.expect("]")?;
+            } else if self.is("(") && !found.is_function {
+                self.take();
+                params = self.parameters()?;
+                found.is_function = true;
+            } else {
+                break;
+            }
+        }
+        found.is_opaque |= found.is_function && !found.lengths.is_empty();
+        found.span = self.since(start);
+        Ok((found, params))
+    }
+
+    /// Behind `(`: the parameters of a prototype, or the names of a K&R head.
+    fn parameters(&mut self) -> Read<Vec<Param>> {
+        let mut params = Vec::new();
+        if self.accept(")") {
+            return Ok(params);
+        }
+        if self.is("void") && self.word_of(self.ahead(1)) == ")" {
+            self.take();
+            self.take();
+            return Ok(params);
+        }
+        loop {
+            if self.accept("...") {
+                break;
+            }
+            let token = self.here();
+            let is_old = self.is_name(token) && !self.is_type_word(self.word_of(token)) && matches!(self.word_of(self.ahead(1)), "," | ")");
+            if is_old {
+                let name = self.name("a parameter")?;
+                let specifiers = Specifiers {
+                    base: Base::Int { is_signed: true },
+                    is_static: false,
+                    is_extern: false,
+                    is_typedef: false,
+                    is_const: false,
+                    is_volatile: false,
+                    span: Span::new(self.file, name.span.start as usize, name.span.start as usize),
+                };
+                let declarator = Declarator { name: name.clone(), span: name.span, ..Declarator::default() };
+                params.push(Param { name, specifiers, declarator });
+            } else {
+                let specifiers = self.specifiers(false)?;
+                let (declarator, _) = self.declarator(false)?;
+                params.push(Param { name: declarator.name.clone(), specifiers, declarator });
+            }
+            if !self.accept(",") {
+                break;
+            }
+        }
+        self.expect(")")?;
+        Ok(params)
+    }
+
+    fn declaration_from(&mut self, start: Span, specifiers: Specifiers, first: Option<Declarator>) -> Read<Declaration> {
+        let mut declared = Vec::new();
+        let mut next = first;
+        if !self.is(";") || next.is_some() {
+            loop {
+                let declarator = match next.take() {
+                    Some(declarator) => declarator,
+                    None => self.declarator(true)?.0,
+                };
+                if specifiers.is_typedef {
+                    let is_plain = declarator.n_pointers == 0 && declarator.lengths.is_empty() && !declarator.is_function && !declarator.is_opaque;
+                    let base = if is_plain { specifiers.base.clone() } else { Base::Opaque };
+                    self.typedefs.insert(declarator.name.text.clone(), base);
+                }
+                let init = if self.accept("=") { Some(self.initial(0)?) } else { None };
+                declared.push((declarator, init));
+                if !self.accept(",") {
+                    break;
+                }
+            }
+        }
+        self.expect(";")?;
+        Ok(Declaration { specifiers, declared, span: self.since(start) })
+    }
+
+    fn initial(&mut self, level: u32) -> Read<Init> {
+        if level > 8 || !self.is("{") {
+            return Ok(Init::One(self.deeper(Self::assignment)?));
+        }
+        let open = self.take().span;
+        let mut values = Vec::new();
+        while !self.is("}") {
+            if self.is(".") || self.is("[") {
+                return self.unexpected("a value (designators are not read)");
+            }
+            values.push(self.initial(level + 1)?);
+            if !self.accept(",") {
+                break;
+            }
+        }
+        let close = self.expect("}")?;
+        Ok(Init::List(values, open.to(close)))
+    }
+
+    pub(super) fn type_name(&mut self) -> Read<TypeName> {
+        let specifiers = self.specifiers(false)?;
+        let (declarator, _) = self.declarator(false)?;
+        Ok(TypeName { specifiers, declarator })
+    }
+
+    // Statements
+
+    fn statement(&mut self) -> Read<Stmt> {
+        self.deeper(Self::statement_inner)
+    }
+
+    fn condition(&mut self) -> Read<super::ast::Expr> {
+        self.expect("(")?;
+        let condition = self.expression()?;
+        self.expect(")")?;
+        Ok(condition)
+    }
+
+    fn block(&mut self) -> Read<StmtKind> {
+        let open = self.expect("{")?;
+        let mut all = Vec::new();
+        loop {
+            if self.accept("}") {
+                return Ok(StmtKind::Block(all));
+            }
+            if self.here().kind == Kind::End {
+                self.findings.report(|| Diagnostic::error(codes::C_SYNTAX, "the `{` here has no `}`").at(open, "opened here"));
+                return Err(Failed);
+            }
+            let before = self.at;
+            match self.statement() {
+                Ok(statement) => all.push(statement),
+                Err(Failed) => {
+                    self.recover();
+                    if self.at == before && !self.is("}") {
+                        self.take();
+                    }
+                }
+            }
+        }
+    }
+
+    #[expect(clippy::too_many_lines, reason = "one arm for each statement of C")]
+    fn statement_inner(&mut self) -> Read<Stmt> {
+        let start = self.here().span;
+        let token = self.here();
+        let kind = match if token.kind == Kind::Word || token.kind == Kind::Sign { self.word_of(token) } else { "" } {
+            "{" => self.block()?,
+            ";" => {
+                self.take();
+                StmtKind::Null
+            }
+            "if" => {
+                self.take();
+                let condition = self.condition()?;
+                let then = Box::new(self.statement()?);
+                let otherwise = if self.accept("else") { Some(Box::new(self.statement()?)) } else { None };
+                StmtKind::If(condition, then, otherwise)
+            }
+            "while" => {
+                self.take();
+                let condition = self.condition()?;
+                StmtKind::While(condition, Box::new(self.statement()?))
+            }
+            "do" => {
+                self.take();
+                let body = Box::new(self.statement()?);
+                self.expect("while")?;
+                let condition = self.condition()?;
+                self.expect(";")?;
+                StmtKind::Do(body, condition)
+            }
+            "for" => {
+                self.take();
+                self.expect("(")?;
+                let first = if self.accept(";") {
+                    None
+                } else if self.begins_declaration() {
+                    let from = self.here().span;
+                    let specifiers = self.specifiers(false)?;
+                    let declaration = self.declaration_from(from, specifiers, None)?;
+                    let span = declaration.span;
+                    Some(Box::new(Stmt { kind: StmtKind::Declaration(declaration), span }))
+                } else {
+                    let value = self.expression()?;
+                    self.expect(";")?;
+                    let span = value.span;
+                    Some(Box::new(Stmt { kind: StmtKind::Expr(value), span }))
+                };
+                let condition = if self.is(";") { None } else { Some(self.expression()?) };
+                self.expect(";")?;
+                let last = if self.is(")") { None } else { Some(self.expression()?) };
+                self.expect(")")?;
+                StmtKind::For { first, condition, last, body: Box::new(self.statement()?) }
+            }
+            "switch" => {
+                self.take();
+                let value = self.condition()?;
+                StmtKind::Switch(value, Box::new(self.statement()?))
+            }
+            "case" => {
+                self.take();
+                let value = self.expression()?;
+                self.expect(":")?;
+                StmtKind::Case(value, Box::new(self.labelled()?))
+            }
+            "default" => {
+                self.take();
+                self.expect(":")?;
+                StmtKind::Default(Box::new(self.labelled()?))
+            }
+            "goto" => {
+                self.take();
+                let label = self.name("a label")?;
+                self.expect(";")?;
+                StmtKind::Goto(label)
+            }
+            "break" => {
+                self.take();
+                self.expect(";")?;
+                StmtKind::Break
+            }
+            "continue" => {
+                self.take();
+                self.expect(";")?;
+                StmtKind::Continue
+            }
+            "return" => {
+                self.take();
+                let value = if self.is(";") { None } else { Some(self.expression()?) };
+                self.expect(";")?;
+                StmtKind::Return(value)
+            }
+            "else" => return self.unexpected("a statement (this `else` has no `if`)"),
+            _ if self.is_name(token) && self.word_of(self.ahead(1)) == ":" => {
+                let label = self.name("a label")?;
+                self.take();
+                StmtKind::Label(label, Box::new(self.labelled()?))
+            }
+            _ if self.begins_declaration() => {
+                let specifiers = self.specifiers(false)?;
+                StmtKind::Declaration(self.declaration_from(start, specifiers, None)?)
+            }
+            _ => {
+                let value = self.expression()?;
+                self.expect(";")?;
+                StmtKind::Expr(value)
+            }
+        };
+        Ok(Stmt { kind, span: self.since(start) })
+    }
+
+    /// What a label stands before; at the end of a block nothing (C23 allows it, and so do most compilers).
+    fn labelled(&mut self) -> Read<Stmt> {
+        if self.is("}") {
+            let at = self.here().span;
+            return Ok(Stmt { kind: StmtKind::Null, span: Span::new(self.file, at.start as usize, at.start as usize) });
+        }
+        self.statement()
+    }
+
+    /// True for a cast or a compound type in brackets: `(` is next.
+    pub(super) fn begins_cast(&self) -> bool {
+        let next = self.ahead(1);
+        if next.kind != Kind::Word {
+            return false;
+        }
+        let word = self.word_of(next);
+        self.is_type_word(word) || (self.is_name(next) && self.word_of(self.ahead(2)) == "*" && self.word_of(self.ahead(3)) == ")")
+    }
+
+    pub(super) fn opaque(&self, operands: Vec<super::ast::Expr>) -> ExprKind {
+        ExprKind::Opaque(operands)
+    }
+}

@@ -1,0 +1,104 @@
+//! Unsequenced effects: C99 6.5 leaves `i = i++` and `v[i] = i++` undefined, so there is nothing that a chart could agree with.
+
+use super::ast::{Expr, ExprKind};
+use crate::codes;
+use crate::graf::parser::Findings;
+use grafsynth_ir::Span;
+use grafsynth_ir::diag::Diagnostic;
+use std::collections::BTreeMap;
+
+/// Variables that a part of an expression reads, and those that its effects write, with a place.
+#[derive(Default)]
+struct Effects {
+    reads: BTreeMap<String, Span>,
+    writes: BTreeMap<String, Span>,
+}
+
+impl Effects {
+    fn add(&mut self, other: Effects) {
+        self.reads.extend(other.reads);
+        self.writes.extend(other.writes);
+    }
+}
+
+/// Reports what one expression does to a variable in two places between which C prescribes no order.
+pub(super) fn check(expr: &Expr, findings: &mut Findings) {
+    effects(expr, findings);
+}
+
+/// Operands without an order between them.
+fn unordered(operands: &[&Expr], findings: &mut Findings) -> Effects {
+    let mut all = Effects::default();
+    for operand in operands {
+        let next = effects(operand, findings);
+        let clash = next
+            .writes
+            .iter()
+            .find_map(|(name, span)| all.reads.get(name).or_else(|| all.writes.get(name)).map(|earlier| (name, *earlier, *span)))
+            .or_else(|| next.reads.iter().find_map(|(name, span)| all.writes.get(name).map(|earlier| (name, *span, *earlier))));
+        if let Some((name, other, written)) = clash {
+            report(name, written, other, findings);
+        }
+        all.add(next);
+    }
+    all
+}
+
+fn report(name: &str, written: Span, other: Span, findings: &mut Findings) {
+    findings.report(|| {
+        Diagnostic::error(codes::C_UNSEQUENCED, format!("{name} is changed and used in one expression, in no order that C prescribes"))
+            .at(written, "changed here")
+            .at(other, "used here")
+            .help("write two statements")
+    });
+}
+
+/// The name of a target, where it is a variable by itself.
+fn target(expr: &Expr) -> Option<&str> {
+    match &expr.kind {
+        ExprKind::Name(name) => Some(name),
+        _ => None,
+    }
+}
+
+fn effects(expr: &Expr, findings: &mut Findings) -> Effects {
+    let mut found = Effects::default();
+    match &expr.kind {
+        ExprKind::Name(name) => {
+            found.reads.insert(name.clone(), expr.span);
+        }
+        ExprKind::Sizeof(_) => {}
+        ExprKind::Index(..) | ExprKind::Binary(..) | ExprKind::Call(..) | ExprKind::Opaque(_) => {
+            found = unordered(&expr.operands(), findings);
+        }
+        ExprKind::Step { operand, .. } => match target(operand) {
+            Some(name) => {
+                found.writes.insert(name.to_owned(), expr.span);
+            }
+            None => found = effects(operand, findings),
+        },
+        ExprKind::Assign(op, left, right) => match target(left) {
+            Some(name) => {
+                found = effects(right, findings);
+                // `n = n + 1` reads before it writes; an effect on n inside the right side has no order to this one.
+                if let Some(written) = found.writes.get(name) {
+                    report(name, *written, expr.span, findings);
+                }
+                found.reads.remove(name);
+                if op.is_some() {
+                    found.reads.remove(name);
+                }
+                found.writes.insert(name.to_owned(), left.span);
+            }
+            None => found = unordered(&[left, right], findings),
+        },
+        ExprKind::Junction(_, _) | ExprKind::Comma(_) | ExprKind::Conditional(..) => {
+            for operand in expr.operands() {
+                found.add(effects(operand, findings));
+            }
+        }
+        ExprKind::Number { .. } | ExprKind::Char(_) | ExprKind::Float | ExprKind::Text | ExprKind::SizeofType(_) => {}
+        ExprKind::Unary(_, a) | ExprKind::Deref(a) | ExprKind::AddressOf(a) | ExprKind::Cast(_, a) => found = effects(a, findings),
+    }
+    found
+}

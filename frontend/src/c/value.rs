@@ -1,0 +1,643 @@
+//! Expressions of C as expressions of the net, and what their evaluation does as statements of the present node.
+
+use super::ast::{BinaryOp, Expr, ExprKind, Init, UnaryOp};
+use super::flow::{CallSite, Flow, one_line};
+use super::operators::{Num, Repr, Value, loaded};
+use super::resolve::{FunctionId, Home, Program, Reference, VarId};
+use super::types::{self, Scalar, Type};
+use super::lexer;
+use crate::codes;
+use grafsynth_ir::chart::{self, Leaf, Path, StmtKind};
+use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::expr::{CompareOp, ExprKind as NetKind, Type as NetType};
+use grafsynth_ir::{Name, Span};
+
+/// A place that can be assigned to.
+pub(super) struct Place {
+    path: Path,
+    index: Option<Num>,
+    ty: Scalar,
+}
+
+/// The value that a `switch` looks at.
+pub(super) struct Selected(Value);
+
+/// Array and indices of `a[i][j]`, `*p` (no index) and `*(p + i)`.
+pub(super) fn element(expr: &Expr) -> Option<(&Expr, Vec<&Expr>)> {
+    match &expr.kind {
+        ExprKind::Name(_) => Some((expr, Vec::new())),
+        ExprKind::Index(base, index) => {
+            let (base, mut indices) = element(base)?;
+            indices.push(index);
+            Some((base, indices))
+        }
+        ExprKind::Deref(inner) => match &inner.kind {
+            ExprKind::Name(_) => Some((inner, Vec::new())),
+            ExprKind::Binary(BinaryOp::Add, a, b) if matches!(a.kind, ExprKind::Name(_)) => Some((a, vec![b])),
+            _ => None,
+        },
+        _ => None,
+    }
+}
+
+/// What `sizeof` gives, where it can be known.
+pub(super) fn size_of(program: &Program<'_>, expr: &Expr) -> Option<i64> {
+    match &expr.kind {
+        ExprKind::SizeofType(ty) => {
+            let is_plain = ty.declarator.n_pointers == 0 && ty.declarator.lengths.is_empty() && !ty.declarator.is_opaque && !ty.declarator.is_function;
+            types::scalar(&ty.specifiers.base, program.widths).filter(|_| is_plain).map(Scalar::size)
+        }
+        ExprKind::Sizeof(operand) => match &operand.kind {
+            ExprKind::Name(_) | ExprKind::Index(..) => {
+                let (base, indices) = element(operand)?;
+                let var = &program.vars[program.var_at(base.span)?];
+                match (&var.ty, indices.len()) {
+                    (Type::Scalar(scalar), 0) if var.reference == Reference::None => Some(scalar.size()),
+                    (Type::Array(scalar, ..), 0) if var.reference == Reference::None => Some(scalar.size() * i64::from(var.length()?)),
+                    (Type::Array(scalar, _, rest), n) if n == rest.len() + 1 => Some(scalar.size()),
+                    _ => None,
+                }
+            }
+            _ => None,
+        },
+        _ => None,
+    }
+}
+
+impl Selected {
+    /// The constant converted to the selected type, as C does with a case label.
+    pub(super) fn fold(&self, constant: i64) -> i64 {
+        match self.0.ty {
+            Scalar::Int { bits, is_signed } => {
+                let n = 1_i64 << bits;
+                let low = constant.rem_euclid(n);
+                if is_signed && low >= n / 2 { low - n } else { low }
+            }
+            Scalar::Bool => constant,
+        }
+    }
+
+    /// The condition of one case.
+    pub(super) fn equals(&self, constant: i64, span: Span) -> chart::Expr {
+        self.0.num().compare(CompareOp::Eq, &Num::constant(constant, span))
+    }
+}
+
+impl<'s> Flow<'_, 's> {
+    // Variables
+
+    /// The name of a variable, seen from this function.
+    pub(super) fn path(&self, var: VarId, span: Span) -> Path {
+        let name = self.context.var_names.get(&var).cloned().unwrap_or_default();
+        Path::from(Name::new(name, span))
+    }
+
+    fn load(&self, place: &Place, span: Span) -> Value {
+        let leaf = Leaf::Name(place.path.clone());
+        let expr = match &place.index {
+            None => chart::Expr::leaf(leaf, span),
+            Some(index) => chart::Expr::new(NetKind::Element(leaf, Box::new(index.expr.clone())), span),
+        };
+        self.loaded(expr, place.ty)
+    }
+
+    fn loaded(&self, expr: chart::Expr, ty: Scalar) -> Value {
+        if ty == Scalar::Bool {
+            return Value { repr: Repr::Bool(expr), ty };
+        }
+        let (lo, hi) = ty.stored().bounds();
+        Value { repr: Repr::Num(loaded(&Num { expr, lo, hi }, ty)), ty }
+    }
+
+    /// What is assigned to a place for a value.
+    fn raw(&mut self, value: &Value, ty: Scalar) -> chart::Expr {
+        let value = self.converted(value, ty);
+        match &value.repr {
+            Repr::Bool(expr) if ty == Scalar::Bool => expr.clone(),
+            Repr::Bool(_) | Repr::Num(_) => self.stored(&value.num(), ty).expr,
+        }
+    }
+
+    fn store(&mut self, place: &Place, value: &Value, span: Span) {
+        let raw = self.raw(value, place.ty);
+        self.assign(place.path.clone(), place.index.as_ref().map(|index| index.expr.clone()), raw, span);
+    }
+
+    fn error(&mut self, span: Span, message: impl FnOnce() -> String) -> Value {
+        self.findings.report(|| Diagnostic::error(codes::C_TYPE, message()).at(span, ""));
+        Value::int(0, self.int_type(), span)
+    }
+
+    /// The place that an expression names; none (reported) if it names none.
+    fn place(&mut self, expr: &'s Expr) -> Option<Place> {
+        let span = expr.span;
+        let Some((base, indices)) = element(expr) else {
+            self.error(span, || "a variable or an element is needed here".to_owned());
+            return None;
+        };
+        let Some(var) = self.program().var_at(base.span) else {
+            self.error(span, || format!("{} is no variable", one_line("a constant")));
+            return None;
+        };
+        let path = self.path(var, base.span);
+        match self.program().vars[var].ty.clone() {
+            Type::Scalar(ty) => Some(Place { path, index: None, ty }),
+            Type::Array(ty, _, rest) => {
+                let what = self.program().vars[var].name.text.clone();
+                let length = i64::from(self.program().vars[var].length().unwrap_or(1));
+                let int = self.int_type();
+                let mut flat = Num::constant(0, span);
+                for (position, index) in indices.iter().enumerate() {
+                    let stride: i64 = rest.get(position..).unwrap_or(&[]).iter().map(|one| i64::from(*one)).product();
+                    let value = self.eval(index);
+                    let Value { repr, .. } = self.binary(BinaryOp::Mul, &value, &Value::int(stride, int, index.span), index.span);
+                    let part = Value { repr, ty: int };
+                    flat = self.binary(BinaryOp::Add, &Value { repr: Repr::Num(flat), ty: int }, &part, index.span).num();
+                }
+                if flat.lo == flat.hi && !(0..length).contains(&flat.lo) {
+                    self.error(span, || format!("element {} of {what}, which has the elements 0..{}", flat.lo, length - 1));
+                    return None;
+                }
+                let index = if flat.lo >= 0 && flat.hi < length {
+                    flat
+                } else {
+                    let hint = match indices.as_slice() {
+                        [Expr { kind: ExprKind::Name(name), .. }] => format!("{name}_of_{what}"),
+                        _ => format!("index_of_{what}"),
+                    };
+                    self.through(&hint, &flat, 0, length - 1)
+                };
+                Some(Place { path, index: Some(index), ty })
+            }
+            Type::Void | Type::Pointer(_) | Type::Opaque => {
+                self.error(span, || "the net has no variable of this type".to_owned());
+                None
+            }
+        }
+    }
+
+    // Expressions
+
+    /// The value of an expression; its effects go to the present node.
+    pub(super) fn eval(&mut self, expr: &'s Expr) -> Value {
+        let span = expr.span;
+        let int = self.int_type();
+        match &expr.kind {
+            ExprKind::Number { value, is_unsigned, n_long, is_decimal } => {
+                let value = i64::try_from(*value).unwrap_or(0);
+                Value::int(value, self.literal_type(value, *is_unsigned, *n_long > 0, *is_decimal), span)
+            }
+            ExprKind::Char(value) => Value::int(*value, int, span),
+            ExprKind::Name(name) => match self.program().var_at(span) {
+                Some(_) => self.place(expr).map_or_else(|| Value::int(0, int, span), |place| self.load(&place, span)),
+                None => match name.as_str() {
+                    "true" => self.of_truth(chart::Expr::new(NetKind::Bool(true), span)),
+                    "false" | "NULL" => self.of_truth(chart::Expr::new(NetKind::Bool(false), span)),
+                    _ => {
+                        let value = self.program().constants.get(name).copied().unwrap_or(0);
+                        Value::int(value, self.literal_type(value, false, false, true), span)
+                    }
+                },
+            },
+            ExprKind::Index(..) | ExprKind::Deref(_) => match self.place(expr) {
+                Some(place) => self.load(&place, span),
+                None => Value::int(0, int, span),
+            },
+            ExprKind::Call(name, arguments) => match self.program().callee(&name.text) {
+                Some(callee) => match self.call(callee, arguments, span) {
+                    Some(value) => value,
+                    None => self.error(span, || format!("{name} returns nothing")),
+                },
+                None => self.error(span, || format!("{name} is no function of this chart")),
+            },
+            ExprKind::Step { operand, by, is_prefix } => self.step(operand, *by, *is_prefix, span),
+            ExprKind::Unary(op, operand) => {
+                let value = self.eval(operand);
+                self.unary(*op, &value, span)
+            }
+            ExprKind::Cast(ty, operand) => {
+                let value = self.eval(operand);
+                match types::scalar(&ty.specifiers.base, self.program().widths) {
+                    Some(ty) => {
+                        let value = self.converted(&value, ty);
+                        self.shallow(value)
+                    }
+                    None => value,
+                }
+            }
+            ExprKind::SizeofType(_) | ExprKind::Sizeof(_) => {
+                let size = size_of(self.program(), expr).unwrap_or(0);
+                Value::int(size, Scalar::Int { bits: self.program().widths.int, is_signed: false }, span)
+            }
+            ExprKind::Binary(op, a, b) => {
+                let left = self.eval(a);
+                let right = self.eval(b);
+                self.binary(*op, &left, &right, span)
+            }
+            ExprKind::Junction(is_and, all) => self.junction(*is_and, all, expr),
+            ExprKind::Conditional(condition, a, b) => self.conditional(condition, a, b, span),
+            ExprKind::Assign(op, left, right) => self.assignment(*op, left, right, span),
+            ExprKind::Comma(all) => {
+                let Some((last, before)) = all.split_last() else { return Value::int(0, int, span) };
+                before.iter().for_each(|one| self.discard(one));
+                self.eval(last)
+            }
+            ExprKind::Float | ExprKind::Text | ExprKind::Opaque(_) | ExprKind::AddressOf(_) => self.error(span, || "the net has no such value".to_owned()),
+        }
+    }
+
+    /// C99 6.4.4.1: the first type that holds the value.
+    fn literal_type(&self, value: i64, is_unsigned: bool, is_long: bool, is_decimal: bool) -> Scalar {
+        let int = self.program().widths.int;
+        let widths: &[u32] = if is_long || int == 32 { &[32] } else { &[16, 32] };
+        for bits in widths {
+            let signed = Scalar::Int { bits: *bits, is_signed: true };
+            let unsigned = Scalar::Int { bits: *bits, is_signed: false };
+            if !is_unsigned && (signed.range().0..=signed.range().1).contains(&value) {
+                return signed;
+            }
+            if (is_unsigned || !is_decimal || *bits == 32) && (0..=unsigned.range().1).contains(&value) {
+                return unsigned;
+            }
+        }
+        Scalar::Int { bits: 32, is_signed: true }
+    }
+
+    /// Evaluates for the effects alone.
+    fn discard(&mut self, expr: &'s Expr) {
+        match &expr.kind {
+            ExprKind::Call(name, arguments) => {
+                if let Some(callee) = self.program().callee(&name.text) {
+                    self.call(callee, arguments, expr.span);
+                } else {
+                    self.eval(expr);
+                }
+            }
+            ExprKind::Step { operand, by, .. } => {
+                self.step(operand, *by, true, expr.span);
+            }
+            ExprKind::Cast(_, inner) => self.discard(inner),
+            ExprKind::Comma(all) => all.iter().for_each(|one| self.discard(one)),
+            ExprKind::Conditional(condition, a, b) if self.program().has_effect(a) || self.program().has_effect(b) => {
+                let (yes, no, behind) = (self.join(a.span), self.join(b.span), self.join(expr.span));
+                self.branch_on(condition, yes, no);
+                for (node, one) in [(yes, a), (no, b)] {
+                    self.current = Some(node);
+                    self.open("eval", &one_line(self.program().text_of(one.span)), one.span);
+                    self.discard(one);
+                    self.go_on(behind);
+                }
+            }
+            _ if self.program().has_effect(expr) => {
+                self.eval(expr);
+            }
+            _ => {}
+        }
+    }
+
+    /// An expression statement.
+    pub(super) fn effect(&mut self, expr: &'s Expr) {
+        self.full_expression();
+        if self.program().is_opaque(expr.span) {
+            self.library_effect(expr);
+            return;
+        }
+        self.discard(expr);
+    }
+
+    /// `var = expr`, where a variable gets its first value, a parameter its argument, or a function its result.
+    pub(super) fn initialise(&mut self, var: VarId, expr: &'s Expr) {
+        self.full_expression();
+        if self.program().is_opaque(expr.span) {
+            self.library_assign(var, expr);
+            return;
+        }
+        let value = self.eval(expr);
+        let Some(ty) = self.program().vars[var].scalar() else { return };
+        let place = Place { path: self.path(var, expr.span), index: None, ty };
+        self.store(&place, &value, expr.span);
+    }
+
+    fn step(&mut self, operand: &'s Expr, by: i64, is_prefix: bool, span: Span) -> Value {
+        let int = self.int_type();
+        let Some(place) = self.place(operand) else { return Value::int(0, int, span) };
+        let old = self.load(&place, span);
+        let old = if is_prefix { old } else { self.held(&old, "old") };
+        let new = self.binary(BinaryOp::Add, &old, &Value::int(by, int, span), span);
+        self.store(&place, &new, span);
+        if is_prefix { self.load(&place, span) } else { old }
+    }
+
+    fn assignment(&mut self, op: Option<BinaryOp>, left: &'s Expr, right: &'s Expr, span: Span) -> Value {
+        // The value first: a call in it may end the node, and the index of the target must be that of the node behind.
+        let is_element = !matches!(left.kind, ExprKind::Name(_));
+        let early = if is_element && self.program().has_effect(left) { self.place(left) } else { None };
+        let value = self.eval(right);
+        let Some(place) = early.or_else(|| self.place(left)) else { return value };
+        let value = match op {
+            None => value,
+            Some(op) => {
+                let old = self.load(&place, left.span);
+                self.binary(op, &old, &value, span)
+            }
+        };
+        self.store(&place, &value, span);
+        self.load(&place, left.span)
+    }
+
+    fn junction(&mut self, is_and: bool, all: &'s [Expr], expr: &'s Expr) -> Value {
+        if all[1..].iter().any(|one| self.program().has_effect(one)) {
+            let span = expr.span;
+            let (yes, no, behind) = (self.join(span), self.join(span), self.join(span));
+            let name = self.temp("truth", NetType::Bool);
+            let path = Path::from(Name::new(name, span));
+            self.branch_on(expr, yes, no);
+            for (node, value) in [(yes, true), (no, false)] {
+                self.current = Some(node);
+                self.assign(path.clone(), None, chart::Expr::new(NetKind::Bool(value), span), span);
+                self.go_on(behind);
+            }
+            return self.of_truth(chart::Expr::leaf(Leaf::Name(path), span));
+        }
+        // No effect on the right: evaluating it too changes nothing, since every operator of the net has a value.
+        let truths: Vec<chart::Expr> = all.iter().map(|one| self.eval(one).truth()).collect();
+        let truth = if is_and { chart::Expr::and(truths) } else { chart::Expr::or(truths) };
+        let value = self.of_truth(chart::Expr { span: expr.span, ..truth });
+        self.shallow(value)
+    }
+
+    fn conditional(&mut self, condition: &'s Expr, a: &'s Expr, b: &'s Expr, span: Span) -> Value {
+        let widths = self.program().widths;
+        if !self.program().has_effect(a) && !self.program().has_effect(b) {
+            let truth = self.eval(condition).truth();
+            let (x, y) = (self.eval(a), self.eval(b));
+            if let (Repr::Bool(p), Repr::Bool(q)) = (&x.repr, &y.repr) {
+                let choice = chart::Expr::new(NetKind::Select(Box::new(truth), Box::new(p.clone()), Box::new(q.clone())), span);
+                let value = self.of_truth(choice);
+                return self.shallow(value);
+            }
+            let ty = x.ty.common(y.ty, widths);
+            let (x, y) = (self.converted(&x, ty).num(), self.converted(&y, ty).num());
+            let (lo, hi) = (x.lo.min(y.lo), x.hi.max(y.hi));
+            let expr = chart::Expr::new(NetKind::Select(Box::new(truth), Box::new(x.expr), Box::new(y.expr)), span);
+            return self.shallow(Value { repr: Repr::Num(Num { expr, lo, hi }), ty });
+        }
+        let (yes, no, behind) = (self.join(a.span), self.join(b.span), self.join(span));
+        self.branch_on(condition, yes, no);
+        self.current = Some(yes);
+        let x = self.eval(a);
+        let yes_end = self.current.take();
+        self.current = Some(no);
+        let y = self.eval(b);
+        let no_end = self.current.take();
+        let ty = x.ty.common(y.ty, widths);
+        let name = self.temp("choice", ty.stored());
+        let place = Place { path: Path::from(Name::new(name, span)), index: None, ty };
+        for (end, value) in [(yes_end, x), (no_end, y)] {
+            self.current = end;
+            self.store(&place, &value, span);
+            self.go_on(behind);
+        }
+        self.load(&place, span)
+    }
+
+    // Conditions
+
+    /// Ends the present node with two ways, after what evaluating the condition does.
+    pub(super) fn condition(&mut self, expr: &'s Expr, then: usize, otherwise: usize) {
+        self.full_expression();
+        if self.program().is_opaque(expr.span) {
+            let guard = self.library_condition(expr);
+            self.branch(guard, expr.span, then, otherwise);
+            return;
+        }
+        self.branch_on(expr, then, otherwise);
+    }
+
+    fn branch_on(&mut self, expr: &'s Expr, then: usize, otherwise: usize) {
+        match &expr.kind {
+            ExprKind::Unary(UnaryOp::Not, inner) if self.program().has_effect(inner) => self.branch_on(inner, otherwise, then),
+            ExprKind::Junction(is_and, all) if all[1..].iter().any(|one| self.program().has_effect(one)) => {
+                let Some((last, before)) = all.split_last() else { return };
+                for one in before {
+                    let next = self.join(one.span);
+                    if *is_and { self.branch_on(one, next, otherwise) } else { self.branch_on(one, then, next) }
+                    self.nodes[next].is_test = true;
+                    self.nodes[next].hint = "test".to_owned();
+                    self.current = Some(next);
+                }
+                self.branch_on(last, then, otherwise);
+            }
+            _ => {
+                let guard = self.eval(expr).truth();
+                self.branch(guard, expr.span, then, otherwise);
+            }
+        }
+    }
+
+    /// The value that a `switch` looks at, promoted.
+    pub(super) fn selector(&mut self, expr: &'s Expr) -> Selected {
+        self.full_expression();
+        let int = self.int_type();
+        if self.program().is_opaque(expr.span) {
+            let value = self.library_number(expr);
+            let (lo, hi) = int.range();
+            return Selected(Value { repr: Repr::Num(Num { expr: value, lo, hi }), ty: int });
+        }
+        let value = self.eval(expr);
+        let ty = value.ty.promoted(self.program().widths);
+        let value = self.converted(&value, ty);
+        // Every case compares it.
+        let is_small = matches!(&value.repr, Repr::Num(Num { expr, .. }) if matches!(expr.kind, NetKind::Leaf(_) | NetKind::Element(..) | NetKind::Int(_)));
+        Selected(if is_small { value } else { self.held(&value, "selected") })
+    }
+
+    // Calls
+
+    /// Calls a function of the chart; the value where it returns one.
+    pub(super) fn call(&mut self, callee: FunctionId, arguments: &'s [Expr], span: Span) -> Option<Value> {
+        let params = self.program().functions[callee].params.clone();
+        let name = self.program().functions[callee].def.name.clone();
+        if params.len() != arguments.len() {
+            let (wanted, given) = (params.len(), arguments.len());
+            self.findings.report(|| {
+                Diagnostic::error(codes::C_ARGUMENTS, format!("{name} takes {wanted} arguments, not {given}")).at(span, "").at(name.span, "the function")
+            });
+        }
+        let shared = self.context.shared.get(&callee).cloned();
+        let is_shared = shared.is_some();
+        let step = match shared {
+            Some(step) => step,
+            None => self.names.fresh(&format!("call_{name}")),
+        };
+        let mut latches = Vec::new();
+        let mut returns: Vec<(Place, Path, Option<u32>)> = Vec::new();
+        for (param, argument) in params.iter().zip(arguments) {
+            self.argument(callee, *param, argument, &step, &mut latches, &mut returns);
+        }
+        let wait = is_shared.then(|| self.names.fresh(&format!("wait_{name}")));
+        self.call_site(CallSite { callee, step: step.clone(), wait, latches, span });
+        for (place, from, length) in returns {
+            match length {
+                None => {
+                    let value = self.loaded(chart::Expr::leaf(Leaf::Name(from), span), place.ty);
+                    self.store(&place, &value, span);
+                }
+                Some(length) => {
+                    for index in 0..i64::from(length) {
+                        let at = chart::Expr::new(NetKind::Int(index), span);
+                        let value = chart::Expr::new(NetKind::Element(Leaf::Name(from.clone()), Box::new(at.clone())), span);
+                        self.assign(place.path.clone(), Some(at), value, span);
+                    }
+                }
+            }
+        }
+        let result = self.program().functions[callee].result?;
+        if self.program().vars[result].in_library {
+            return Some(Value::int(0, self.int_type(), span));
+        }
+        let ty = self.program().vars[result].scalar()?;
+        let path = self.inside(&step, result, span);
+        let value = self.loaded(chart::Expr::leaf(Leaf::Name(path), span), ty);
+        // The next call of a shared macro-step would overwrite it.
+        Some(if is_shared { self.held(&value, &format!("{name}_value")) } else { value })
+    }
+
+    /// A variable of a macro-step, seen from outside.
+    fn inside(&self, step: &str, var: VarId, span: Span) -> Path {
+        let mut path = Path::from(Name::new(step, span));
+        path.names.extend(self.path(var, span).names);
+        path
+    }
+
+    fn argument(&mut self, callee: FunctionId, param: VarId, argument: &'s Expr, step: &str, latches: &mut chart::Block, returns: &mut Vec<(Place, Path, Option<u32>)>) {
+        let span = argument.span;
+        let (reference, in_library, is_written) = {
+            let param = &self.program().vars[param];
+            (param.reference, param.in_library, param.is_written)
+        };
+        if in_library {
+            self.library_assign(param, argument);
+            return;
+        }
+        let path = self.inside(step, param, span);
+        match reference {
+            Reference::None => {
+                let value = self.eval(argument);
+                let Some(ty) = self.program().vars[param].scalar() else { return };
+                let raw = self.raw(&value, ty);
+                latches.push(chart::Stmt { kind: StmtKind::Assign { target: path, index: None, value: raw }, span });
+            }
+            Reference::Scalar => {
+                let target = if let ExprKind::AddressOf(inner) = &argument.kind { inner } else { argument };
+                let Some(place) = self.place(target) else { return };
+                let value = self.load(&place, span);
+                let Some(ty) = self.program().vars[param].scalar() else { return };
+                let raw = self.raw(&value, ty);
+                latches.push(chart::Stmt { kind: StmtKind::Assign { target: path.clone(), index: None, value: raw }, span });
+                self.aliases(callee, target, span);
+                returns.push((place, path, None));
+            }
+            Reference::Array => {
+                let Some(var) = self.program().var_at(span) else { return };
+                let (Some(mine), Some(theirs), Some(ty)) = (self.program().vars[var].length(), self.program().vars[param].length(), self.program().vars[var].scalar()) else { return };
+                let length = mine.min(theirs);
+                let from = self.path(var, span);
+                for index in 0..i64::from(length) {
+                    let at = chart::Expr::new(NetKind::Int(index), span);
+                    let value = chart::Expr::new(NetKind::Element(Leaf::Name(from.clone()), Box::new(at.clone())), span);
+                    latches.push(chart::Stmt { kind: StmtKind::Assign { target: path.clone(), index: Some(at), value }, span });
+                }
+                self.aliases(callee, argument, span);
+                if is_written {
+                    returns.push((Place { path: from, index: None, ty }, path, Some(length)));
+                }
+            }
+        }
+    }
+
+    /// A global variable that a function gets by reference and uses by its name too would have two values at once.
+    fn aliases(&mut self, callee: FunctionId, target: &Expr, span: Span) {
+        let Some(var) = element(target).and_then(|(base, _)| self.program().var_at(base.span)) else { return };
+        if self.program().vars[var].home != Home::Global {
+            return;
+        }
+        let mut open = vec![callee];
+        let mut seen = vec![callee];
+        while let Some(function) = open.pop() {
+            let info = &self.program().functions[function];
+            let body = info.def.body.span;
+            if self.program().uses.range(body.start..body.end).any(|(_, used)| *used == var) {
+                let name = self.program().vars[var].name.text.clone();
+                let function = info.def.name.text.clone();
+                self.error(span, || format!("{name} is handed over by its address, and {function} uses it by its name too"));
+                return;
+            }
+            for (next, _) in &info.calls {
+                if !seen.contains(next) {
+                    seen.push(*next);
+                    open.push(*next);
+                }
+            }
+        }
+    }
+
+    // Initial values of local arrays
+
+    pub(super) fn init_list(&mut self, var: VarId, all: &'s [Init], span: Span) {
+        let Some(ty) = self.program().vars[var].scalar() else { return };
+        let length = self.program().vars[var].length();
+        let mut values: Vec<Option<&'s Expr>> = Vec::new();
+        match (length, &self.program().vars[var].ty) {
+            (None, _) => values.extend(all.first().and_then(|one| if let Init::One(expr) = one { Some(Some(expr)) } else { None })),
+            (Some(length), Type::Array(_, _, rest)) => {
+                flatten(all, rest, &mut values);
+                if values.len() > length as usize {
+                    let n = values.len();
+                    self.error(span, || format!("{n} values for {length} elements"));
+                    return;
+                }
+                // What is not written is 0.
+                values.resize(length as usize, None);
+            }
+            (Some(_), _) => {}
+        }
+        for (index, value) in values.into_iter().enumerate() {
+            let value = match value {
+                Some(expr) => self.eval(expr),
+                None => Value::int(0, self.int_type(), span),
+            };
+            let index = length.map(|_| Num::constant(i64::try_from(index).unwrap_or(0), span));
+            let place = Place { path: self.path(var, span), index, ty };
+            self.store(&place, &value, span);
+        }
+    }
+
+    pub(super) fn init_string(&mut self, var: VarId, text: Span) {
+        let (file, source) = (self.program().file, self.program().text);
+        let mut all = lexer::characters(file, source, text, self.findings);
+        let (Some(length), Some(ty)) = (self.program().vars[var].length(), self.program().vars[var].scalar()) else { return };
+        all.resize(length as usize, 0);
+        for (index, value) in all.into_iter().enumerate() {
+            let place = Place { path: self.path(var, text), index: Some(Num::constant(i64::try_from(index).unwrap_or(0), text)), ty };
+            self.store(&place, &Value::int(value, self.int_type(), text), text);
+        }
+    }
+}
+
+/// The values of nested lists in the order of the elements; none where a row is shorter than it could be.
+pub(super) fn flatten<'s>(all: &'s [Init], rest: &[u32], values: &mut Vec<Option<&'s Expr>>) {
+    for one in all {
+        match one {
+            Init::One(expr) => values.push(Some(expr)),
+            Init::List(inner, _) => {
+                let row: usize = rest.iter().map(|one| *one as usize).product();
+                let begin = values.len();
+                flatten(inner, rest.get(1..).unwrap_or(&[]), values);
+                if values.len() < begin + row {
+                    values.resize(begin + row, None);
+                }
+            }
+        }
+    }
+}
