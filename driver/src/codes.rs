@@ -8,5 +8,7 @@ pub const UNKNOWN_FORMAT: Code = Code { id: "G0001", title: "the format of a fil
 pub const NEEDS_CHART: Code = Code { id: "G0002", title: "logic has no steps" };
 /// Logic read from a text does not fit the chart it shall be compared with.
 pub const LOGIC_DOES_NOT_FIT: Code = Code { id: "G0003", title: "nothing to compare by" };
+/// A conversion to C, which is more than one text.
+pub const WRITES_C: Code = Code { id: "G0004", title: "C is written by build" };
 /// All of them.
-pub const ALL: &[Code] = &[UNKNOWN_FORMAT, NEEDS_CHART, LOGIC_DOES_NOT_FIT];
+pub const ALL: &[Code] = &[UNKNOWN_FORMAT, NEEDS_CHART, LOGIC_DOES_NOT_FIT, WRITES_C];

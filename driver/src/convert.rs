@@ -40,6 +40,10 @@ pub fn convert(design: &Design, to: Format) -> Result<String, Vec<Diagnostic>> {
             let options = grafsynth_backend_pld::EmitOptions::default();
             Ok(grafsynth_backend_pld::emit(logic, dialect(to), &options)?.text)
         }
+        (_, Format::C) => Err(vec![
+            Diagnostic::error(codes::WRITES_C, "C is not one text: it has a header and more")
+                .help("write it with `build --target c`"),
+        ]),
         (Design::Logic(_), Format::Graf | Format::Rules | Format::Scxml | Format::Net) => {
             Err(vec![
             Diagnostic::error(

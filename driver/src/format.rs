@@ -13,11 +13,12 @@ pub enum Format {
     Galasm,
     Verilog,
     Blif,
+    C,
 }
 
 impl Format {
     /// All of them with their name on the command line and their file extension.
-    pub const ALL: [(Format, &'static str, &'static str); 9] = [
+    pub const ALL: [(Format, &'static str, &'static str); 10] = [
         (Format::Graf, "graf", "graf"),
         (Format::Rules, "rules", "rules"),
         (Format::Scxml, "scxml", "scxml"),
@@ -27,6 +28,7 @@ impl Format {
         (Format::Galasm, "galasm", "pld"),
         (Format::Verilog, "verilog", "v"),
         (Format::Blif, "blif", "blif"),
+        (Format::C, "c", "c"),
     ];
 
     /// The format of a file by its extension; `.pld` is GALasm if its first line that is no comment names a GAL, else CUPL.
@@ -71,7 +73,7 @@ impl Format {
     /// True for charts and nets, false for logic.
     #[must_use]
     pub fn is_chart(self) -> bool {
-        matches!(self, Format::Graf | Format::Rules | Format::Scxml | Format::Net)
+        matches!(self, Format::Graf | Format::Rules | Format::Scxml | Format::Net | Format::C)
     }
 }
 

@@ -25,6 +25,8 @@ pub struct NetDesign {
     pub chart: Option<chart::Design>,
     /// As it runs.
     pub net: Valid<Net>,
+    /// C text that defines the extern functions of a chart that was read from C.
+    pub library: Option<String>,
 }
 
 /// The texts of one design.
@@ -38,6 +40,8 @@ pub struct Texts {
     pub board: Option<FileId>,
     /// Files with properties, and single properties from the command line.
     pub properties: Vec<FileId>,
+    /// How a design in C becomes a chart.
+    pub c: grafsynth_frontend::c::Options,
 }
 
 /// Limits of the front ends.
@@ -98,6 +102,17 @@ pub fn read(
             found.extend(parsed.diagnostics);
             chart_design(sources, texts, limits, parsed.design, &mut found)
         }
+        Format::C => {
+            let front = limits.front();
+            let parsed =
+                grafsynth_frontend::c::parse_within(texts.main, &source.text, &front, &texts.c);
+            found.extend(parsed.diagnostics);
+            let mut design = chart_design(sources, texts, limits, parsed.design, &mut found);
+            if let Some(Design::Net(design)) = &mut design {
+                design.library = parsed.library;
+            }
+            design
+        }
         Format::Net => {
             let (net, more) = text::parse(texts.main, &source.text);
             found.extend(more);
@@ -128,7 +143,7 @@ pub(crate) fn dialect(format: Format) -> Dialect {
         Format::Galasm => Dialect::Galasm,
         Format::Verilog => Dialect::Verilog,
         Format::Blif => Dialect::Blif,
-        Format::Palasm | Format::Graf | Format::Rules | Format::Scxml | Format::Net => {
+        Format::Palasm | Format::Graf | Format::Rules | Format::Scxml | Format::Net | Format::C => {
             Dialect::Palasm
         }
     }
@@ -217,7 +232,7 @@ fn with_properties(
     found: &mut Vec<Diagnostic>,
 ) -> Option<Design> {
     if texts.properties.is_empty() {
-        return Some(Design::Net(Box::new(NetDesign { chart, net })));
+        return Some(Design::Net(Box::new(NetDesign { chart, net, library: None })));
     }
     let (properties, more) = read_properties(sources, texts, limits, &net);
     found.extend(more);
@@ -227,7 +242,7 @@ fn with_properties(
         validate(net)
     });
     match net {
-        Ok(net) => Some(Design::Net(Box::new(NetDesign { chart, net }))),
+        Ok(net) => Some(Design::Net(Box::new(NetDesign { chart, net, library: None }))),
         Err(more) => {
             found.extend(more);
             None

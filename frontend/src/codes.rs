@@ -96,7 +96,8 @@ pub const SCXML_CANNOT_WRITE: Code = Code { id: "G0439", title: "not expressible
 /// C text that is no C.
 pub const C_SYNTAX: Code = Code { id: "G0481", title: "C not understood" };
 /// A character, number, string or comment that C does not know.
-pub const C_CHARACTERS: Code = Code { id: "G0482", title: "character, number or string that C does not know" };
+pub const C_CHARACTERS: Code =
+    Code { id: "G0482", title: "character, number or string that C does not know" };
 /// A line of the preprocessor that is not done here.
 pub const C_DIRECTIVE: Code = Code { id: "G0483", title: "preprocessor line not read" };
 /// A header that is not read.
@@ -110,7 +111,8 @@ pub const C_JUMP: Code = Code { id: "G0487", title: "jump without a target" };
 /// A name that nothing declares.
 pub const C_UNDECLARED: Code = Code { id: "G0488", title: "name not declared in the C source" };
 /// Two effects, or an effect and a use, in no order.
-pub const C_UNSEQUENCED: Code = Code { id: "G0489", title: "variable changed and used in no order" };
+pub const C_UNSEQUENCED: Code =
+    Code { id: "G0489", title: "variable changed and used in no order" };
 /// Something of the wrong kind for its place.
 pub const C_TYPE: Code = Code { id: "G0490", title: "C that cannot mean anything here" };
 /// A constant is needed.

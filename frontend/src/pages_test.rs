@@ -3,7 +3,7 @@
 
 use grafsynth_ir::{FileId, lower};
 
-use crate::{codes, graf, rules};
+use crate::{c, codes, graf, rules};
 
 /// Language, options and text of a page's example.
 fn example(page: &str) -> (String, Vec<String>, String) {
@@ -34,6 +34,13 @@ fn every_code_has_a_page_whose_example_triggers_it() {
             nesting: u32::try_from(option("--nesting-limit", defaults.nesting as usize)).unwrap(),
             diagnostics: option("--max-diagnostics", defaults.diagnostics),
         };
+        if language == "c" {
+            let parsed = c::parse_within(FileId(0), &text, &limits, &c::Options::default());
+            let findings = parsed.diagnostics;
+            assert!(findings.iter().any(|finding| finding.code == *code), "{path}: {findings:#?}");
+            assert!(findings.iter().all(|finding| finding.code == *code), "{path}: {findings:#?}");
+            continue;
+        }
         let parsed = if language == "rules" {
             rules::parse_within(FileId(0), &text, &limits)
         } else {

@@ -22,6 +22,12 @@ const CHARTS: [&str; 6] = [
 const SCXML: [&str; 2] =
     [include_str!("../scxml/w3c/388.scxml"), include_str!("../scxml/w3c/525.scxml")];
 
+const SOURCES: [&str; 3] = [
+    include_str!("../cases/c/atoi.c"),
+    include_str!("../cases/c/duff.c"),
+    include_str!("../cases/c/statements.c"),
+];
+
 /// Sound texts of a format, to be damaged.
 fn sound(format: Format) -> Vec<String> {
     let of_charts = |write: &dyn Fn(&grafsynth_driver::read::NetDesign) -> Option<String>| {
@@ -60,6 +66,7 @@ fn sound(format: Format) -> Vec<String> {
         Format::Galasm => equations(Dialect::Galasm),
         Format::Verilog => equations(Dialect::Verilog),
         Format::Blif => equations(Dialect::Blif),
+        Format::C => SOURCES.iter().map(|text| (*text).to_owned()).collect(),
     }
 }
 

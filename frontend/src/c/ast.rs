@@ -63,13 +63,22 @@ pub(super) enum Base {
     Bool,
     /// Width in the order char, short, int, long, long long; sign as written.
     Char(Option<bool>),
-    Short { is_signed: bool },
-    Int { is_signed: bool },
-    Long { is_signed: bool },
+    Short {
+        is_signed: bool,
+    },
+    Int {
+        is_signed: bool,
+    },
+    Long {
+        is_signed: bool,
+    },
     /// `long long` and 64-bit types.
     LongLong,
     /// Of a fixed width.
-    Fixed { bits: u32, is_signed: bool },
+    Fixed {
+        bits: u32,
+        is_signed: bool,
+    },
     /// `enum ..`
     Enum,
     /// What a typedef of this source means is put in its place when it is read; what stands here is opaque: `float`, structures, unknown names.
@@ -146,7 +155,12 @@ pub(super) struct Expr {
 /// The kinds of expressions.
 #[derive(Debug, Clone)]
 pub(super) enum ExprKind {
-    Number { value: u64, is_unsigned: bool, n_long: u8, is_decimal: bool },
+    Number {
+        value: u64,
+        is_unsigned: bool,
+        n_long: u8,
+        is_decimal: bool,
+    },
     Char(i64),
     Float,
     Text,
@@ -156,7 +170,11 @@ pub(super) enum ExprKind {
     /// A member of a structure, a call through a pointer, and what else only a C compiler understands.
     Opaque(Vec<Expr>),
     /// `++` and `--`: by how much, whether before.
-    Step { operand: Box<Expr>, by: i64, is_prefix: bool },
+    Step {
+        operand: Box<Expr>,
+        by: i64,
+        is_prefix: bool,
+    },
     Unary(UnaryOp, Box<Expr>),
     Deref(Box<Expr>),
     AddressOf(Box<Expr>),
@@ -214,10 +232,25 @@ impl Expr {
     /// The direct operands, left to right.
     pub(super) fn operands(&self) -> Vec<&Expr> {
         match &self.kind {
-            ExprKind::Number { .. } | ExprKind::Char(_) | ExprKind::Float | ExprKind::Text | ExprKind::Name(_) | ExprKind::SizeofType(_) => Vec::new(),
-            ExprKind::Index(a, b) | ExprKind::Binary(_, a, b) | ExprKind::Assign(_, a, b) => vec![a, b],
-            ExprKind::Call(_, all) | ExprKind::Opaque(all) | ExprKind::Junction(_, all) | ExprKind::Comma(all) => all.iter().collect(),
-            ExprKind::Step { operand: a, .. } | ExprKind::Unary(_, a) | ExprKind::Deref(a) | ExprKind::AddressOf(a) | ExprKind::Cast(_, a) | ExprKind::Sizeof(a) => vec![a],
+            ExprKind::Number { .. }
+            | ExprKind::Char(_)
+            | ExprKind::Float
+            | ExprKind::Text
+            | ExprKind::Name(_)
+            | ExprKind::SizeofType(_) => Vec::new(),
+            ExprKind::Index(a, b) | ExprKind::Binary(_, a, b) | ExprKind::Assign(_, a, b) => {
+                vec![a, b]
+            }
+            ExprKind::Call(_, all)
+            | ExprKind::Opaque(all)
+            | ExprKind::Junction(_, all)
+            | ExprKind::Comma(all) => all.iter().collect(),
+            ExprKind::Step { operand: a, .. }
+            | ExprKind::Unary(_, a)
+            | ExprKind::Deref(a)
+            | ExprKind::AddressOf(a)
+            | ExprKind::Cast(_, a)
+            | ExprKind::Sizeof(a) => vec![a],
             ExprKind::Conditional(a, b, c) => vec![a, b, c],
         }
     }

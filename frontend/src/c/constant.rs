@@ -60,7 +60,11 @@ pub(super) fn value(expr: &Expr, names: &BTreeMap<String, i64>) -> Result<i64, S
             Ok(i64::from(*is_and))
         }
         ExprKind::Conditional(condition, a, b) => {
-            if of(condition)? != 0 { of(a) } else { of(b) }
+            if of(condition)? != 0 {
+                of(a)
+            } else {
+                of(b)
+            }
         }
         ExprKind::Float
         | ExprKind::Text

@@ -16,8 +16,8 @@ use super::{Calls, constant, lexer, library, value};
 use crate::codes;
 use crate::graf::parser::Findings;
 use grafsynth_ir::chart::{
-    Block, Chart, Declaration, DeclarationKind, Design, Expr, Item, Leaf, Macro, MacroStep, Path, Setting, SettingKind, Step,
-    StepItem, StepItemKind, StepRole, Stmt, StmtKind, Transition,
+    Block, Chart, Declaration, DeclarationKind, Design, Expr, Item, Leaf, Macro, MacroStep, Path,
+    Setting, SettingKind, Step, StepItem, StepItemKind, StepRole, Stmt, StmtKind, Transition,
 };
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::expr::{Expr as GenericExpr, ExprKind as NetKind, Type as NetType};
@@ -26,17 +26,21 @@ use grafsynth_ir::{Name, Span};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Draws a source; with the text of its library, if it needs one.
-pub(super) fn draw(program: &Program<'_>, findings: &mut Findings) -> Option<(Design, Option<String>)> {
+pub(super) fn draw(
+    program: &Program<'_>,
+    findings: &mut Findings,
+) -> Option<(Design, Option<String>)> {
     let used = used_functions(program);
     let mut top = Names::default();
     let mut var_names = BTreeMap::new();
     // What other files and other functions know by its name keeps it.
     for (id, var) in program.vars.iter().enumerate() {
         if var.home == Home::Global && !var.in_library && is_current(program, id) {
-            var_names.insert(id, top.fresh(&var.name.text));
+            var_names.insert(id, top.plain(&var.name.text));
         }
     }
-    let macros: BTreeMap<FunctionId, String> = used.iter().map(|id| (*id, top.fresh(&program.functions[*id].def.name.text))).collect();
+    let macros: BTreeMap<FunctionId, String> =
+        used.iter().map(|id| (*id, top.fresh(&program.functions[*id].def.name.text))).collect();
     let shared = shared_steps(program, &used, &mut top);
     let mut externs = Externs::default();
     // Extern functions lie in one namespace with the globals, seen from inside the macros.
@@ -68,7 +72,10 @@ pub(super) fn draw(program: &Program<'_>, findings: &mut Findings) -> Option<(De
         .filter_map(|(id, _)| var_names.get(&id).cloned())
         .collect();
     let mut items: Vec<Item> = vec![
-        Item::Setting(Setting { kind: SettingKind::Conflict(Policy::Priority), span: Span::default() }),
+        Item::Setting(Setting {
+            kind: SettingKind::Conflict(Policy::Priority),
+            span: Span::default(),
+        }),
         Item::Setting(Setting { kind: SettingKind::EvolutionSingle, span: Span::default() }),
     ];
     items.extend(globals(program, &var_names, findings));
@@ -77,24 +84,42 @@ pub(super) fn draw(program: &Program<'_>, findings: &mut Findings) -> Option<(De
     for ((id, mut graph), mut names) in used.iter().zip(graphs).zip(function_names) {
         attach_comments(program, *id, &mut graph);
         shorten::shorten(&mut graph, program.options.fuse, &lasting);
-        let mut drawing = Drawing { program, graph, names: &mut names, macros: &macros, steps: BTreeMap::new(), part_names: BTreeMap::new(), members: BTreeMap::new() };
+        let mut drawing = Drawing {
+            program,
+            graph,
+            names: &mut names,
+            macros: &macros,
+            steps: BTreeMap::new(),
+            part_names: BTreeMap::new(),
+            members: BTreeMap::new(),
+        };
         let items = drawing.function(*id, &var_names);
         let def = program.functions[*id].def;
         let head = def.span.start as usize..def.body.span.start as usize;
         let label = one_line(program.text.get(head).unwrap_or(""));
         let meta = Meta { span: def.span, label, req: Vec::new() };
-        bodies.push(Item::Macro(Macro { name: Name::new(macros[id].clone(), def.name.span), items, meta }));
+        bodies.push(Item::Macro(Macro {
+            name: Name::new(macros[id].clone(), def.name.span),
+            items,
+            meta,
+        }));
     }
     items.extend(frame(program, &var_names, &macros, &shared, top, bodies));
     let name = &program.functions[program.entry].def.name;
-    let chart = Chart { name: name.clone(), span: program.functions[program.entry].def.span, items, meta: Meta::default() };
+    let chart = Chart {
+        name: name.clone(),
+        span: program.functions[program.entry].def.span,
+        items,
+        ..Chart::default()
+    };
     let library = library::write(program, &chart.name.text, &externs, &used);
-    Some((Design { edition: None, charts: vec![chart] }, library))
+    Some((Design { charts: vec![chart], ..Design::default() }, library))
 }
 
 /// True for the variable that its name stands for (an `extern` declaration may have been overtaken by the definition).
 fn is_current(program: &Program<'_>, id: VarId) -> bool {
-    program.uses.values().any(|used| *used == id) || program.vars[id].is_extern && program.vars[id].is_volatile
+    program.uses.values().any(|used| *used == id)
+        || program.vars[id].is_extern && program.vars[id].is_volatile
 }
 
 /// The functions that the chart needs, in the order of the text.
@@ -112,7 +137,11 @@ fn used_functions(program: &Program<'_>) -> Vec<FunctionId> {
 }
 
 /// With `--calls share`: a macro-step for each function with several calls.
-fn shared_steps(program: &Program<'_>, used: &[FunctionId], names: &mut Names) -> BTreeMap<FunctionId, String> {
+fn shared_steps(
+    program: &Program<'_>,
+    used: &[FunctionId],
+    names: &mut Names,
+) -> BTreeMap<FunctionId, String> {
     if program.options.calls != Calls::Share {
         return BTreeMap::new();
     }
@@ -122,8 +151,13 @@ fn shared_steps(program: &Program<'_>, used: &[FunctionId], names: &mut Names) -
             *n_calls.entry(*callee).or_default() += 1;
         }
     }
-    let is_shared = |id: &&FunctionId| n_calls.get(id).is_some_and(|n| *n > 1) && !program.functions[**id].is_kept;
-    used.iter().filter(is_shared).map(|id| (*id, names.fresh(&format!("run_{}", program.functions[*id].def.name)))).collect()
+    let is_shared = |id: &&FunctionId| {
+        n_calls.get(id).is_some_and(|n| *n > 1) && !program.functions[**id].is_kept
+    };
+    used.iter()
+        .filter(is_shared)
+        .map(|id| (*id, names.fresh(&format!("run_{}", program.functions[*id].def.name))))
+        .collect()
 }
 
 fn meta(span: Span, label: String) -> Meta {
@@ -135,7 +169,11 @@ fn declaration(name: &str, span: Span, kind: DeclarationKind, label: String) -> 
 }
 
 /// Variables of the file: what others write is an input, what others read an output.
-fn globals(program: &Program<'_>, var_names: &BTreeMap<VarId, String>, findings: &mut Findings) -> Vec<Item> {
+fn globals(
+    program: &Program<'_>,
+    var_names: &BTreeMap<VarId, String>,
+    findings: &mut Findings,
+) -> Vec<Item> {
     let mut items = Vec::new();
     for (id, var) in program.vars.iter().enumerate() {
         let (Home::Global, Some(name)) = (var.home, var_names.get(&id)) else { continue };
@@ -148,7 +186,12 @@ fn globals(program: &Program<'_>, var_names: &BTreeMap<VarId, String>, findings:
         let kind = if is_outside && !is_array && !var.is_written && var.init.is_none() {
             DeclarationKind::Input { ty, synchronous: false }
         } else if is_outside && !is_array {
-            DeclarationKind::Output { ty, init: init.into_iter().next(), registered: false, mealy: false }
+            DeclarationKind::Output {
+                ty,
+                init: init.into_iter().next(),
+                registered: false,
+                mealy: false,
+            }
         } else {
             DeclarationKind::Var { ty, len: var.length(), init }
         };
@@ -170,19 +213,29 @@ fn constant_expr(value: i64, scalar: Scalar, span: Span) -> Expr {
     if scalar == Scalar::Bool {
         return GenericExpr::new(NetKind::Bool(value != 0), span);
     }
-    let Scalar::Int { bits, is_signed } = scalar else { return GenericExpr::new(NetKind::Int(value), span) };
+    let Scalar::Int { bits, is_signed } = scalar else {
+        return GenericExpr::new(NetKind::Int(value), span);
+    };
     let n = 1_i64 << bits;
     let low = value.rem_euclid(n);
     let is_negative = (is_signed || scalar.is_folded()) && low >= n / 2;
     let value = if is_negative { low - n } else { low };
     match u64::try_from(value) {
         Ok(_) => GenericExpr::new(NetKind::Int(value), span),
-        Err(_) => GenericExpr::new(NetKind::Neg(Box::new(GenericExpr::new(NetKind::Int(-value), span))), span),
+        Err(_) => GenericExpr::new(
+            NetKind::Neg(Box::new(GenericExpr::new(NetKind::Int(-value), span))),
+            span,
+        ),
     }
 }
 
 /// The initial value of a variable of the file, or those of its elements.
-fn initial_values(program: &Program<'_>, id: VarId, scalar: Scalar, findings: &mut Findings) -> Vec<Expr> {
+fn initial_values(
+    program: &Program<'_>,
+    id: VarId,
+    scalar: Scalar,
+    findings: &mut Findings,
+) -> Vec<Expr> {
     let var = &program.vars[id];
     let mut of = |expr: Option<&super::ast::Expr>| match expr {
         None => constant_expr(0, scalar, var.name.span),
@@ -190,7 +243,11 @@ fn initial_values(program: &Program<'_>, id: VarId, scalar: Scalar, findings: &m
             Ok(value) => constant_expr(value, scalar, expr.span),
             Err(span) => {
                 findings.report(|| {
-                    Diagnostic::error(codes::C_CONSTANT, format!("the initial value of {} is no constant", var.name)).at(span, "not known before the program runs")
+                    Diagnostic::error(
+                        codes::C_CONSTANT,
+                        format!("the initial value of {} is no constant", var.name),
+                    )
+                    .at(span, "not known before the program runs")
                 });
                 constant_expr(0, scalar, span)
             }
@@ -213,9 +270,13 @@ fn initial_values(program: &Program<'_>, id: VarId, scalar: Scalar, findings: &m
             let mut values = Vec::new();
             value::flatten(all, rest, &mut values);
             let n = values.len();
-            let mut exprs: Vec<Expr> = values.into_iter().take(length as usize).map(&mut of).collect();
+            let mut exprs: Vec<Expr> =
+                values.into_iter().take(length as usize).map(&mut of).collect();
             if n > length as usize {
-                findings.report(|| Diagnostic::error(codes::C_TYPE, format!("{n} values for {length} elements")).at(*span, ""));
+                findings.report(|| {
+                    Diagnostic::error(codes::C_TYPE, format!("{n} values for {length} elements"))
+                        .at(*span, "")
+                });
             }
             exprs.resize_with(length as usize, || constant_expr(0, scalar, *span));
             exprs
@@ -227,10 +288,20 @@ fn extern_items(program: &Program<'_>, externs: &Externs) -> Vec<Item> {
     let mut items = Vec::new();
     for (name, text, range, span) in &externs.conditions {
         let ty = range.map_or(NetType::Bool, |(lo, hi)| NetType::Int { lo, hi });
-        items.push(declaration(name, *span, DeclarationKind::ExternCondition { ty }, one_line(text)));
+        items.push(declaration(
+            name,
+            *span,
+            DeclarationKind::ExternCondition { ty },
+            one_line(text),
+        ));
     }
     for (name, text, span) in &externs.actions {
-        items.push(declaration(name, *span, DeclarationKind::ExternAction { params: Vec::new() }, one_line(text)));
+        items.push(declaration(
+            name,
+            *span,
+            DeclarationKind::ExternAction { params: Vec::new() },
+            one_line(text),
+        ));
     }
     let _ = program;
     items
@@ -239,18 +310,35 @@ fn extern_items(program: &Program<'_>, externs: &Externs) -> Vec<Item> {
 /// Comments go to the statement behind them, or to the one on whose line they stand.
 fn attach_comments(program: &Program<'_>, id: FunctionId, graph: &mut Graph) {
     let body = program.functions[id].def.body.span;
-    let inside = program.source.comments.iter().filter(|comment| comment.start >= body.start && comment.end <= body.end);
+    let inside = program
+        .source
+        .comments
+        .iter()
+        .filter(|comment| comment.start >= body.start && comment.end <= body.end);
     for comment in inside {
         let text = comment_text(program.text_of(*comment));
-        let has_text = |node: &flow::Node| node.span.end > node.span.start && (!node.text.is_empty() || node.is_test);
-        let before = (0..graph.nodes.len()).filter(|id| has_text(&graph.nodes[*id]) && graph.nodes[*id].span.end <= comment.start).max_by_key(|id| graph.nodes[*id].span.end);
+        let has_text = |node: &flow::Node| {
+            node.span.end > node.span.start && (!node.text.is_empty() || node.is_test)
+        };
+        let before = (0..graph.nodes.len())
+            .filter(|id| has_text(&graph.nodes[*id]) && graph.nodes[*id].span.end <= comment.start)
+            .max_by_key(|id| graph.nodes[*id].span.end);
         let on_its_line = before.filter(|id| {
-            let gap = program.text.get(graph.nodes[*id].span.end as usize..comment.start as usize).unwrap_or("\n");
+            let gap = program
+                .text
+                .get(graph.nodes[*id].span.end as usize..comment.start as usize)
+                .unwrap_or("\n");
             !gap.contains('\n')
         });
-        let behind = (0..graph.nodes.len()).filter(|id| has_text(&graph.nodes[*id]) && graph.nodes[*id].span.start >= comment.end).min_by_key(|id| graph.nodes[*id].span.start);
+        let behind = (0..graph.nodes.len())
+            .filter(|id| has_text(&graph.nodes[*id]) && graph.nodes[*id].span.start >= comment.end)
+            .min_by_key(|id| graph.nodes[*id].span.start);
         // A statement that goes on behind the comment holds it.
-        let around = (0..graph.nodes.len()).find(|id| has_text(&graph.nodes[*id]) && graph.nodes[*id].span.start <= comment.start && graph.nodes[*id].span.end >= comment.end);
+        let around = (0..graph.nodes.len()).find(|id| {
+            has_text(&graph.nodes[*id])
+                && graph.nodes[*id].span.start <= comment.start
+                && graph.nodes[*id].span.end >= comment.end
+        });
         if let Some(node) = around.or(on_its_line).or(behind).or(before) {
             graph.nodes[node].comments.push(text);
         } else {
@@ -270,12 +358,29 @@ fn frame(
 ) -> Vec<Item> {
     let info = &program.functions[program.entry];
     let span = info.def.name.span;
-    let params: Vec<VarId> = info.params.iter().copied().filter(|var| !program.vars[*var].in_library).collect();
+    let params: Vec<VarId> =
+        info.params.iter().copied().filter(|var| !program.vars[*var].in_library).collect();
     let result = info.result.filter(|var| !program.vars[*var].in_library);
     let is_program = info.def.name.text == "main" && params.is_empty();
     let mut items = Vec::new();
-    let step = |name: &str, role, body, label: &str| Item::Step(Step { name: Name::new(name, span), role, body, meta: meta(span, label.to_owned()), ..Step::default() });
-    let macro_step = |name: &str, body: &str, is_initial| Item::MacroStep(MacroStep { name: Name::new(name, span), body: Name::new(body, span), is_initial, meta: meta(span, String::new()), ..MacroStep::default() });
+    let step = |name: &str, role, body, label: &str| {
+        Item::Step(Step {
+            name: Name::new(name, span),
+            role,
+            body,
+            meta: meta(span, label.to_owned()),
+            ..Step::default()
+        })
+    };
+    let macro_step = |name: &str, body: &str, is_initial| {
+        Item::MacroStep(MacroStep {
+            name: Name::new(name, span),
+            body: Name::new(body, span),
+            is_initial,
+            meta: meta(span, String::new()),
+            ..MacroStep::default()
+        })
+    };
     let path = |name: &str| Path::from(Name::new(name, span));
     let name_of = |var: &VarId| var_names.get(var).cloned().unwrap_or_default();
     let run = if is_program { names.fresh("run") } else { String::new() };
@@ -289,33 +394,52 @@ fn frame(
     let start = names.fresh("start");
     input_names.fresh("start");
     let run = names.fresh("run");
-    let input = |name: &str, ty, label: String| declaration(name, span, DeclarationKind::Input { ty, synchronous: false }, label);
+    let input = |name: &str, ty, label: String| {
+        declaration(name, span, DeclarationKind::Input { ty, synchronous: false }, label)
+    };
     items.push(input(&start, NetType::Bool, format!("run {} once", info.def.name)));
     let mut latches = Block::new();
     let mut leaves = Block::new();
     let mut outputs = Vec::new();
-    let assign = |target: Path, index: Option<Expr>, value: Expr| Stmt { kind: StmtKind::Assign { target, index, value }, span };
-    let inside = |var: &VarId| Path { names: vec![Name::new(run.clone(), span), Name::new(name_of(var), span)] };
+    let assign = |target: Path, index: Option<Expr>, value: Expr| Stmt {
+        kind: StmtKind::Assign { target, index, value },
+        span,
+    };
+    let inside = |var: &VarId| Path {
+        names: vec![Name::new(run.clone(), span), Name::new(name_of(var), span)],
+    };
     for var in &params {
         let info = &program.vars[*var];
         let Some(scalar) = info.scalar() else { continue };
         let ty = scalar.stored();
         match info.length() {
             None => {
-                let name = names.fresh(&info.name.text);
-                items.push(input(&name, ty, comment_at(program, info.name.span).unwrap_or_default()));
+                let name = names.plain(&info.name.text);
+                items.push(input(
+                    &name,
+                    ty,
+                    comment_at(program, info.name.span).unwrap_or_default(),
+                ));
                 latches.push(assign(inside(var), None, Expr::leaf(Leaf::Name(path(&name)), span)));
                 if info.reference == Reference::Scalar && info.is_written {
                     let name = names.fresh(&format!("{}_out", info.name));
                     outputs.push((name.clone(), ty, format!("*{}", info.name)));
-                    leaves.push(assign(path(&name), None, Expr::leaf(Leaf::Name(inside(var)), span)));
+                    leaves.push(assign(
+                        path(&name),
+                        None,
+                        Expr::leaf(Leaf::Name(inside(var)), span),
+                    ));
                 }
             }
             Some(length) => {
                 for index in 0..i64::from(length) {
                     let name = names.fresh(&format!("{}_{index}", info.name));
                     items.push(input(&name, ty, String::new()));
-                    latches.push(assign(inside(var), Some(Expr::int(index)), Expr::leaf(Leaf::Name(path(&name)), span)));
+                    latches.push(assign(
+                        inside(var),
+                        Some(Expr::int(index)),
+                        Expr::leaf(Leaf::Name(path(&name)), span),
+                    ));
                 }
             }
         }
@@ -327,21 +451,47 @@ fn frame(
         outputs.push((name.clone(), scalar.stored(), "what the function returns".to_owned()));
         leaves.push(assign(path(&name), None, Expr::leaf(Leaf::Name(inside(&var)), span)));
     }
-    let done = names.fresh("done");
-    // `done` is what a step can be asked for; as an output of the chart it is a plain name.
+    let done = names.plain("done");
     for (name, ty, label) in outputs {
-        items.push(declaration(&name, span, DeclarationKind::Output { ty, init: None, registered: false, mealy: false }, label));
+        items.push(declaration(
+            &name,
+            span,
+            DeclarationKind::Output { ty, init: None, registered: false, mealy: false },
+            label,
+        ));
     }
-    items.push(declaration(&done, span, DeclarationKind::Output { ty: NetType::Bool, init: None, registered: false, mealy: false }, "the function has returned".to_owned()));
+    items.push(declaration(
+        &done,
+        span,
+        DeclarationKind::Output { ty: NetType::Bool, init: None, registered: false, mealy: false },
+        "the function has returned".to_owned(),
+    ));
     let (ready, finished) = (names.fresh("ready"), names.fresh("finished"));
     items.extend(bodies);
     items.extend(shared.iter().map(|(id, step)| macro_step(step, &macros[id], false)));
     items.push(step(&ready, StepRole::Initial, Vec::new(), ""));
     items.push(macro_step(&run, &macros[&program.entry], false));
-    let action = StepItem { kind: StepItemKind::Action { target: Name::new(done, span), arguments: None, how: grafsynth_ir::chart::ActionHow::Bare, condition: None }, span };
+    let action = StepItem {
+        kind: StepItemKind::Action {
+            target: Name::new(done, span),
+            arguments: None,
+            how: grafsynth_ir::chart::ActionHow::Bare,
+            condition: None,
+        },
+        span,
+    };
     items.push(step(&finished, StepRole::Plain, vec![action], ""));
     let when_start = Expr::leaf(Leaf::Name(path(&start)), span);
-    let transition = |from: &str, to: &str, guard: Option<Expr>, actions: Block| Item::Transition(Transition { sources: vec![path(from)], targets: vec![path(to)], guard, actions, meta: meta(span, String::new()), ..Transition::default() });
+    let transition = |from: &str, to: &str, guard: Option<Expr>, actions: Block| {
+        Item::Transition(Transition {
+            sources: vec![path(from)],
+            targets: vec![path(to)],
+            guard,
+            actions,
+            meta: meta(span, String::new()),
+            ..Transition::default()
+        })
+    };
     items.push(transition(&ready, &run, Some(when_start.clone()), latches));
     items.push(transition(&run, &finished, None, leaves));
     items.push(transition(&finished, &ready, Some(when_start.not()), Block::new()));
@@ -366,15 +516,28 @@ impl Drawing<'_, '_> {
     fn function(&mut self, id: FunctionId, var_names: &BTreeMap<VarId, String>) -> Vec<Item> {
         let mut items = Vec::new();
         for (var_id, var) in self.program.vars.iter().enumerate() {
-            let is_mine = matches!(var.home, Home::Local(f) | Home::Param(f, _) | Home::Result(f) if f == id);
-            let (true, Some(name), Some(scalar)) = (is_mine, var_names.get(&var_id), var.scalar()) else { continue };
-            let kind = DeclarationKind::Var { ty: scalar.stored(), len: var.length(), init: Vec::new() };
-            let comment = var.declared.and_then(|_| comment_at(self.program, var.name.span)).unwrap_or_default();
+            let is_mine =
+                matches!(var.home, Home::Local(f) | Home::Param(f, _) | Home::Result(f) if f == id);
+            let (true, Some(name), Some(scalar)) = (is_mine, var_names.get(&var_id), var.scalar())
+            else {
+                continue;
+            };
+            let kind =
+                DeclarationKind::Var { ty: scalar.stored(), len: var.length(), init: Vec::new() };
+            let comment = var
+                .declared
+                .and_then(|_| comment_at(self.program, var.name.span))
+                .unwrap_or_default();
             items.push(declaration(name, var.name.span, kind, comment));
         }
         for (name, ty) in self.graph.temps.clone() {
             if self.is_used(&name) {
-                items.push(declaration(&name, self.program.functions[id].def.name.span, DeclarationKind::Var { ty, len: None, init: Vec::new() }, String::new()));
+                items.push(declaration(
+                    &name,
+                    self.program.functions[id].def.name.span,
+                    DeclarationKind::Var { ty, len: None, init: Vec::new() },
+                    String::new(),
+                ));
             }
         }
         self.parts();
@@ -382,7 +545,13 @@ impl Drawing<'_, '_> {
         for node in &order {
             let hint = self.graph.nodes[*node].hint.clone();
             let is_exit = matches!(self.graph.nodes[*node].next, Next::Exit);
-            let wanted = if is_exit { "end" } else if hint.is_empty() { "step" } else { &hint };
+            let wanted = if is_exit {
+                "end"
+            } else if hint.is_empty() {
+                "step"
+            } else {
+                &hint
+            };
             let name = self.names.fresh(wanted);
             self.steps.insert(*node, name);
         }
@@ -406,8 +575,17 @@ impl Drawing<'_, '_> {
         };
         let in_block = |block: &Block| {
             block.iter().any(|stmt| match &stmt.kind {
-                StmtKind::Assign { target, index, value } => (target.names.len() == 1 && target.names[0].text == name) || index.iter().any(in_expr) || in_expr(value),
-                StmtKind::Raise(_) | StmtKind::Send { .. } | StmtKind::Cancel(_) | StmtKind::Call { .. } | StmtKind::If { .. } | StmtKind::Code(_) => false,
+                StmtKind::Assign { target, index, value } => {
+                    (target.names.len() == 1 && target.names[0].text == name)
+                        || index.iter().any(in_expr)
+                        || in_expr(value)
+                }
+                StmtKind::Raise(_)
+                | StmtKind::Send { .. }
+                | StmtKind::Cancel(_)
+                | StmtKind::Call { .. }
+                | StmtKind::If { .. }
+                | StmtKind::Code(_) => false,
             })
         };
         self.graph.nodes.iter().any(|node| {
@@ -433,15 +611,21 @@ impl Drawing<'_, '_> {
     /// Which parts are macro-steps: those with two nodes or more, one way in and one way out. The nodes of others belong to the part around.
     fn parts(&mut self) {
         for part in (1..self.graph.parts.len()).rev() {
-            let members: BTreeSet<NodeId> = (0..self.graph.nodes.len()).filter(|id| self.is_inside(self.graph.nodes[*id].group, part)).collect();
-            let has_end = members.iter().any(|id| *id == self.graph.start || matches!(self.graph.nodes[*id].next, Next::Exit));
+            let members: BTreeSet<NodeId> = (0..self.graph.nodes.len())
+                .filter(|id| self.is_inside(self.graph.nodes[*id].group, part))
+                .collect();
+            let has_end = members.iter().any(|id| {
+                *id == self.graph.start || matches!(self.graph.nodes[*id].next, Next::Exit)
+            });
             let (entries, exits) = self.border(&members);
             if members.len() >= 2 && entries.len() == 1 && exits.len() == 1 && !has_end {
                 self.members.insert(part, members);
                 continue;
             }
             let parent = self.graph.parts[part].parent;
-            if let (1, Some(only), false) = (members.len(), members.first().copied(), self.graph.parts[part].text.is_empty()) {
+            if let (1, Some(only), false) =
+                (members.len(), members.first().copied(), self.graph.parts[part].text.is_empty())
+            {
                 self.graph.nodes[only].hint.clone_from(&self.graph.parts[part].name);
             }
             for node in &mut self.graph.nodes {
@@ -495,7 +679,11 @@ impl Drawing<'_, '_> {
         let mut steps = Vec::new();
         let mut transitions = Vec::new();
         let span = self.graph.nodes[self.graph.start].span;
-        let (begin, end) = if part == 0 { (String::new(), String::new()) } else { (self.names.fresh("enter"), self.names.fresh("end")) };
+        let (begin, end) = if part == 0 {
+            (String::new(), String::new())
+        } else {
+            (self.names.fresh("enter"), self.names.fresh("end"))
+        };
         if part != 0 {
             let members = self.members[&part].clone();
             let entry = self.border(&members).0.first().copied().unwrap_or(self.graph.start);
@@ -515,8 +703,17 @@ impl Drawing<'_, '_> {
                 let label = self.graph.parts[child].text.clone();
                 let items = self.level(child, order);
                 let at = self.graph.nodes[*node].span;
-                macros.push(Item::Macro(Macro { name: Name::new(body.clone(), at), items, meta: meta(at, label.clone()) }));
-                steps.push(Item::MacroStep(MacroStep { name: Name::new(step.clone(), at), body: Name::new(body, at), meta: meta(at, label), ..MacroStep::default() }));
+                macros.push(Item::Macro(Macro {
+                    name: Name::new(body.clone(), at),
+                    items,
+                    meta: meta(at, label.clone()),
+                }));
+                steps.push(Item::MacroStep(MacroStep {
+                    name: Name::new(step.clone(), at),
+                    body: Name::new(body, at),
+                    meta: meta(at, label),
+                    ..MacroStep::default()
+                }));
                 let members = self.members[&child].clone();
                 if let Some(exit) = self.border(&members).1.first().copied() {
                     let target = self.target(exit, part, &end);
@@ -557,14 +754,35 @@ impl Drawing<'_, '_> {
         }
     }
 
-    fn transition(&self, from: &str, to: String, guard: Option<Expr>, label: &str, span: Span) -> Item {
+    fn transition(
+        &self,
+        from: &str,
+        to: String,
+        guard: Option<Expr>,
+        label: &str,
+        span: Span,
+    ) -> Item {
         let path = |name: &str| Path::from(Name::new(name, span));
         // Entered from itself, a step must run its statements again.
         let restart = from == to;
-        Item::Transition(Transition { sources: vec![path(from)], targets: vec![path(&to)], guard, restart, meta: meta(span, label.to_owned()), ..Transition::default() })
+        Item::Transition(Transition {
+            sources: vec![path(from)],
+            targets: vec![path(&to)],
+            guard,
+            restart,
+            meta: meta(span, label.to_owned()),
+            ..Transition::default()
+        })
     }
 
-    fn node(&mut self, id: NodeId, part: usize, end: &str, steps: &mut Vec<Item>, transitions: &mut Vec<Item>) {
+    fn node(
+        &mut self,
+        id: NodeId,
+        part: usize,
+        end: &str,
+        steps: &mut Vec<Item>,
+        transitions: &mut Vec<Item>,
+    ) {
         let node = &self.graph.nodes[id];
         let (span, name) = (node.span, self.steps[&id].clone());
         let role = if id == self.graph.start {
@@ -574,7 +792,11 @@ impl Drawing<'_, '_> {
         } else {
             StepRole::Plain
         };
-        let body = if node.body.is_empty() { Vec::new() } else { vec![StepItem { kind: StepItemKind::Entry(node.body.clone()), span }] };
+        let body = if node.body.is_empty() {
+            Vec::new()
+        } else {
+            vec![StepItem { kind: StepItemKind::Entry(node.body.clone()), span }]
+        };
         let mut label = node.text.clone();
         for comment in &node.comments {
             if !label.is_empty() {
@@ -584,7 +806,13 @@ impl Drawing<'_, '_> {
             label.push_str(comment);
             label.push_str(" */");
         }
-        steps.push(Item::Step(Step { name: Name::new(name.clone(), span), role, body, meta: meta(span, label), ..Step::default() }));
+        steps.push(Item::Step(Step {
+            name: Name::new(name.clone(), span),
+            role,
+            body,
+            meta: meta(span, label),
+            ..Step::default()
+        }));
         match node.next.clone() {
             Next::None | Next::Exit => {}
             Next::Goto(to) => {
@@ -594,26 +822,58 @@ impl Drawing<'_, '_> {
             Next::Branch(ways, otherwise) => {
                 for way in ways {
                     let target = self.target(way.to, part, end);
-                    transitions.push(self.transition(&name, target, Some(way.guard), &way.text, span));
+                    transitions.push(self.transition(
+                        &name,
+                        target,
+                        Some(way.guard),
+                        &way.text,
+                        span,
+                    ));
                 }
                 let target = self.target(otherwise, part, end);
-                transitions.push(self.transition(&name, target, Some(Expr::leaf(Leaf::Otherwise, span)), "", span));
+                transitions.push(self.transition(
+                    &name,
+                    target,
+                    Some(Expr::leaf(Leaf::Otherwise, span)),
+                    "",
+                    span,
+                ));
             }
             Next::Call(site, then) => {
                 let target = self.target(then, part, end);
                 let path = |name: &str| Path::from(Name::new(name, site.span));
                 let text = one_line(self.program.text_of(site.span));
-                let mut into = Transition { sources: vec![path(&name)], targets: vec![path(&site.step)], actions: site.latches.clone(), meta: meta(site.span, text.clone()), ..Transition::default() };
-                let mut out = Transition { sources: vec![path(&site.step)], targets: vec![path(&target)], meta: meta(site.span, String::new()), ..Transition::default() };
+                let mut into = Transition {
+                    sources: vec![path(&name)],
+                    targets: vec![path(&site.step)],
+                    actions: site.latches.clone(),
+                    meta: meta(site.span, text.clone()),
+                    ..Transition::default()
+                };
+                let mut out = Transition {
+                    sources: vec![path(&site.step)],
+                    targets: vec![path(&target)],
+                    meta: meta(site.span, String::new()),
+                    ..Transition::default()
+                };
                 match &site.wait {
                     Some(wait) => {
-                        steps.push(Item::Step(Step { name: Name::new(wait.clone(), site.span), meta: meta(site.span, text), ..Step::default() }));
+                        steps.push(Item::Step(Step {
+                            name: Name::new(wait.clone(), site.span),
+                            meta: meta(site.span, text),
+                            ..Step::default()
+                        }));
                         into.targets.push(path(wait));
                         out.sources.push(path(wait));
                     }
                     None => {
                         let body = Name::new(self.macros[&site.callee].clone(), site.span);
-                        steps.push(Item::MacroStep(MacroStep { name: Name::new(site.step.clone(), site.span), body, meta: meta(site.span, text), ..MacroStep::default() }));
+                        steps.push(Item::MacroStep(MacroStep {
+                            name: Name::new(site.step.clone(), site.span),
+                            body,
+                            meta: meta(site.span, text),
+                            ..MacroStep::default()
+                        }));
                     }
                 }
                 transitions.push(Item::Transition(into));
@@ -624,7 +884,12 @@ impl Drawing<'_, '_> {
 }
 
 fn plain_step(name: &str, role: StepRole, span: Span) -> Item {
-    Item::Step(Step { name: Name::new(name, span), role, meta: meta(span, String::new()), ..Step::default() })
+    Item::Step(Step {
+        name: Name::new(name, span),
+        role,
+        meta: meta(span, String::new()),
+        ..Step::default()
+    })
 }
 
 /// True for the items of a file that only a library needs: types and prototypes.
@@ -632,7 +897,12 @@ pub(super) fn is_type_or_prototype(item: &External) -> bool {
     match item {
         External::Function(_) => false,
         External::Declaration(declaration) => {
-            declaration.specifiers.is_typedef || declaration.declared.is_empty() || declaration.declared.iter().all(|(declarator, _)| declarator.is_function && !declarator.is_opaque)
+            declaration.specifiers.is_typedef
+                || declaration.declared.is_empty()
+                || declaration
+                    .declared
+                    .iter()
+                    .all(|(declarator, _)| declarator.is_function && !declarator.is_opaque)
         }
     }
 }

@@ -5,6 +5,7 @@
 //! run all, in order.
 
 use super::ast::{Declaration, Expr, ExprKind, Function, Init, Stmt, StmtKind};
+use super::operators::Num;
 use super::resolve::{FunctionId, Home, Program, VarId};
 use super::types::Type;
 use super::{Group, constant};
@@ -100,9 +101,24 @@ pub(super) struct Names {
 }
 
 impl Names {
+    /// As [`Names::fresh`], for what never stands behind the dot of a macro-step.
+    pub(super) fn plain(&mut self, wanted: &str) -> String {
+        if !wanted.is_empty() && self.taken.insert(wanted.to_owned()) {
+            wanted.to_owned()
+        } else {
+            self.fresh(wanted)
+        }
+    }
+
     /// The name itself, or with the first free number behind it.
     pub(super) fn fresh(&mut self, wanted: &str) -> String {
-        let mut base: String = wanted.chars().map(|letter| if letter.is_ascii_alphanumeric() || letter == '_' { letter } else { '_' }).take(40).collect();
+        let mut base: String = wanted
+            .chars()
+            .map(
+                |letter| if letter.is_ascii_alphanumeric() || letter == '_' { letter } else { '_' },
+            )
+            .take(40)
+            .collect();
         if base.is_empty() || base.starts_with(|first: char| first.is_ascii_digit()) {
             base.insert(0, 's');
         }
@@ -152,6 +168,8 @@ pub(super) struct Flow<'p, 's> {
     pub(super) temps: Vec<(String, NetType)>,
     /// Temporaries by what they are for; how many the present full expression uses.
     pub(super) pool: BTreeMap<(String, NetType), (Vec<String>, usize)>,
+    /// Numbers that lie in a temporary already: what was put there, in which range, and what reads it. Forgotten at every effect.
+    pub(super) clamped: Vec<(chart::Expr, (i64, i64), Num)>,
     /// Values of calls in the present opaque unit: place of the call, text that replaces it.
     pub(super) replaced: Vec<(Span, String)>,
     parts: Vec<Part>,
@@ -170,7 +188,13 @@ struct Switch {
 }
 
 /// Builds the graph of a function.
-pub(super) fn graph(context: &Context<'_, '_>, function: FunctionId, names: &mut Names, externs: &mut Externs, findings: &mut Findings) -> Graph {
+pub(super) fn graph(
+    context: &Context<'_, '_>,
+    function: FunctionId,
+    names: &mut Names,
+    externs: &mut Externs,
+    findings: &mut Findings,
+) -> Graph {
     let def = context.program.functions[function].def;
     let mut flow = Flow {
         context,
@@ -182,6 +206,7 @@ pub(super) fn graph(context: &Context<'_, '_>, function: FunctionId, names: &mut
         current: None,
         temps: Vec::new(),
         pool: BTreeMap::new(),
+        clamped: Vec::new(),
         replaced: Vec::new(),
         parts: vec![Part { parent: 0, name: def.name.text.clone(), text: String::new() }],
         part: 0,
@@ -239,8 +264,14 @@ impl<'s> Flow<'_, 's> {
 
     /// Goes on at `node`, from where we are and from wherever else jumps there.
     pub(super) fn go_on(&mut self, node: NodeId) {
+        self.forget();
         self.end_with(Next::Goto(node));
         self.current = Some(node);
+    }
+
+    /// Ends the statements up to here: what a temporary holds may differ behind.
+    fn forget(&mut self) {
+        self.clamped.clear();
     }
 
     /// A node behind the present one.
@@ -267,18 +298,31 @@ impl<'s> Flow<'_, 's> {
         self.nodes[here].body.push(chart::Stmt { kind, span });
     }
 
-    pub(super) fn assign(&mut self, target: Path, index: Option<chart::Expr>, value: chart::Expr, span: Span) {
+    pub(super) fn assign(
+        &mut self,
+        target: Path,
+        index: Option<chart::Expr>,
+        value: chart::Expr,
+        span: Span,
+    ) {
         self.emit(chart::StmtKind::Assign { target, index, value }, span);
     }
 
     /// Ends the present node with two ways.
-    pub(super) fn branch(&mut self, guard: chart::Expr, span: Span, then: NodeId, otherwise: NodeId) {
+    pub(super) fn branch(
+        &mut self,
+        guard: chart::Expr,
+        span: Span,
+        then: NodeId,
+        otherwise: NodeId,
+    ) {
         let text = one_line(self.program().text_of(span));
         let here = self.here();
         if self.nodes[here].test.is_empty() {
             self.nodes[here].test.clone_from(&text);
         }
         self.end_with(Next::Branch(vec![Way { guard, text, to: then }], otherwise));
+        self.forget();
     }
 
     /// A call ends the present node; the value is there in the next one.
@@ -293,6 +337,7 @@ impl<'s> Flow<'_, 's> {
         self.nodes[here].hint = format!("call_{}", self.program().functions[site.callee].def.name);
         self.end_with(Next::Call(Box::new(site), then));
         self.current = Some(then);
+        self.forget();
     }
 
     /// A new full expression begins: temporaries of the last one are free.
@@ -301,6 +346,7 @@ impl<'s> Flow<'_, 's> {
             *n_used = 0;
         }
         self.replaced.clear();
+        self.clamped.clear();
     }
 
     // Statements
@@ -326,7 +372,9 @@ impl<'s> Flow<'_, 's> {
             }
             StmtKind::Block(all) => self.block(all),
             StmtKind::Declaration(declaration) => self.declaration(declaration),
-            StmtKind::If(condition, then, otherwise) => self.if_statement(condition, then, otherwise.as_deref()),
+            StmtKind::If(condition, then, otherwise) => {
+                self.if_statement(condition, then, otherwise.as_deref())
+            }
             StmtKind::While(condition, body) => {
                 let test = self.test_node("while", condition);
                 let (inside, behind) = (self.join(body.span), self.join(span));
@@ -346,7 +394,9 @@ impl<'s> Flow<'_, 's> {
                 self.condition(condition, begin, behind);
                 self.current = Some(behind);
             }
-            StmtKind::For { first, condition, last, body } => self.for_statement(span, first.as_deref(), condition.as_ref(), last.as_ref(), body),
+            StmtKind::For { first, condition, last, body } => {
+                self.for_statement(span, first.as_deref(), condition.as_ref(), last.as_ref(), body)
+            }
             StmtKind::Switch(value, body) => self.switch(span, value, body),
             StmtKind::Case(value, inner) => {
                 let node = self.join(inner.span);
@@ -360,7 +410,11 @@ impl<'s> Flow<'_, 's> {
                     None => self.jump_error(span, "default stands in no switch"),
                     Some(Switch { default: Some((_, first)), .. }) => {
                         let first = *first;
-                        self.findings.report(|| Diagnostic::error(codes::C_JUMP, "two defaults in one switch").at(span, "again here").at(first, "first here"));
+                        self.findings.report(|| {
+                            Diagnostic::error(codes::C_JUMP, "two defaults in one switch")
+                                .at(span, "again here")
+                                .at(first, "first here")
+                        });
                     }
                     Some(switch) => switch.default = Some((node, span)),
                 }
@@ -369,7 +423,8 @@ impl<'s> Flow<'_, 's> {
             }
             StmtKind::Label(name, inner) => {
                 let node = self.label(name, true);
-                self.nodes[node].span = Span { end: inner.span.start, start: inner.span.start, ..inner.span };
+                self.nodes[node].span =
+                    Span { end: inner.span.start, start: inner.span.start, ..inner.span };
                 self.go_on(node);
                 self.labelled(inner);
             }
@@ -405,7 +460,8 @@ impl<'s> Flow<'_, 's> {
 
     fn if_statement(&mut self, condition: &'s Expr, then: &'s Stmt, otherwise: Option<&'s Stmt>) {
         self.test_node("if", condition);
-        let (yes, behind) = (self.join(then.span), self.join(Span { start: then.span.end, ..then.span }));
+        let (yes, behind) =
+            (self.join(then.span), self.join(Span { start: then.span.end, ..then.span }));
         let no = otherwise.map(|otherwise| self.join(otherwise.span));
         self.condition(condition, yes, no.unwrap_or(behind));
         self.current = Some(yes);
@@ -429,7 +485,8 @@ impl<'s> Flow<'_, 's> {
 
     /// A statement under a condition: with `--group blocks` its block is a macro-step.
     fn under(&mut self, statement: &'s Stmt, name: &str) {
-        let is_part = self.program().options.group == Group::Blocks && matches!(statement.kind, StmtKind::Block(_));
+        let is_part = self.program().options.group == Group::Blocks
+            && matches!(statement.kind, StmtKind::Block(_));
         if is_part {
             self.in_part(name, "", |flow| flow.statement(statement));
         } else {
@@ -446,7 +503,14 @@ impl<'s> Flow<'_, 's> {
         self.part = outer;
     }
 
-    fn for_statement(&mut self, span: Span, first: Option<&'s Stmt>, condition: Option<&'s Expr>, last: Option<&'s Expr>, body: &'s Stmt) {
+    fn for_statement(
+        &mut self,
+        span: Span,
+        first: Option<&'s Stmt>,
+        condition: Option<&'s Expr>,
+        last: Option<&'s Expr>,
+        body: &'s Stmt,
+    ) {
         // [NBS88]: an expression that is missing is a null statement, a missing condition is true.
         match first {
             Some(first) => self.statement(first),
@@ -512,13 +576,22 @@ impl<'s> Flow<'_, 's> {
         for (constant, node, at, text) in switch.cases {
             let folded = selected.fold(constant);
             if let Some(first) = seen.insert(folded, at) {
-                self.findings.report(|| Diagnostic::error(codes::C_JUMP, format!("two cases for {constant} in one switch")).at(at, "again here").at(first, "first here"));
+                self.findings.report(|| {
+                    Diagnostic::error(
+                        codes::C_JUMP,
+                        format!("two cases for {constant} in one switch"),
+                    )
+                    .at(at, "again here")
+                    .at(first, "first here")
+                });
             }
             ways.push(Way { guard: selected.equals(folded, at), text, to: node });
         }
         if let Some(head) = head {
-            self.nodes[head].test = format!("switch ({})", one_line(self.program().text_of(value.span)));
-            self.nodes[head].next = if ways.is_empty() { Next::Goto(default) } else { Next::Branch(ways, default) };
+            self.nodes[head].test =
+                format!("switch ({})", one_line(self.program().text_of(value.span)));
+            self.nodes[head].next =
+                if ways.is_empty() { Next::Goto(default) } else { Next::Branch(ways, default) };
         }
         self.current = Some(behind);
     }
@@ -528,7 +601,9 @@ impl<'s> Flow<'_, 's> {
             Ok(constant) => constant,
             Err(span) => {
                 self.findings.report(|| {
-                    Diagnostic::error(codes::C_CONSTANT, "a case label is no constant").at(span, "not known before the program runs").help("use numbers, characters, and names from `#define` and `enum`")
+                    Diagnostic::error(codes::C_CONSTANT, "a case label is no constant")
+                        .at(span, "not known before the program runs")
+                        .help("use numbers, characters, and names from `#define` and `enum`")
                 });
                 return;
             }
@@ -547,7 +622,11 @@ impl<'s> Flow<'_, 's> {
     fn label(&mut self, name: &Name, is_definition: bool) -> NodeId {
         if let Some((node, is_defined, first)) = self.labels.get(&name.text).copied() {
             if is_definition && is_defined {
-                self.findings.report(|| Diagnostic::error(codes::C_JUMP, format!("the label {name} stands twice")).at(name.span, "again here").at(first, "first here"));
+                self.findings.report(|| {
+                    Diagnostic::error(codes::C_JUMP, format!("the label {name} stands twice"))
+                        .at(name.span, "again here")
+                        .at(first, "first here")
+                });
             }
             if is_definition {
                 self.labels.insert(name.text.clone(), (node, true, name.span));
@@ -563,12 +642,25 @@ impl<'s> Flow<'_, 's> {
     }
 
     fn undefined_labels(&mut self) {
-        let missing: Vec<(String, Span)> = self.labels.iter().filter(|(_, (_, is_defined, _))| !is_defined).map(|(name, (_, _, span))| (name.clone(), *span)).collect();
+        let missing: Vec<(String, Span)> = self
+            .labels
+            .iter()
+            .filter(|(_, (_, is_defined, _))| !is_defined)
+            .map(|(name, (_, _, span))| (name.clone(), *span))
+            .collect();
         for (name, span) in missing {
-            let known = self.labels.iter().filter(|(_, (_, is_defined, _))| *is_defined).map(|(name, _)| name.as_str());
+            let known = self
+                .labels
+                .iter()
+                .filter(|(_, (_, is_defined, _))| *is_defined)
+                .map(|(name, _)| name.as_str());
             let near = nearest(&name, known).map(|near| format!("did you mean {near}?"));
             self.findings.report(|| {
-                let finding = Diagnostic::error(codes::C_JUMP, format!("there is no label {name} in this function")).at(span, "");
+                let finding = Diagnostic::error(
+                    codes::C_JUMP,
+                    format!("there is no label {name} in this function"),
+                )
+                .at(span, "");
                 near.into_iter().fold(finding, Diagnostic::help)
             });
         }
@@ -581,7 +673,9 @@ impl<'s> Flow<'_, 's> {
             match result {
                 Some(result) => self.initialise(result, value),
                 None => self.findings.report(|| {
-                    Diagnostic::error(codes::C_TYPE, "a void function returns a value").at(value.span, "").help("write the type of the value in front of the function's name")
+                    Diagnostic::error(codes::C_TYPE, "a void function returns a value")
+                        .at(value.span, "")
+                        .help("write the type of the value in front of the function's name")
                 }),
             }
         }
@@ -591,7 +685,10 @@ impl<'s> Flow<'_, 's> {
 
     fn declaration(&mut self, declaration: &'s Declaration) {
         for (declarator, init) in &declaration.declared {
-            let Some(var) = self.program().declared.get(&declarator.name.span.start).copied() else { continue };
+            let Some(var) = self.program().declared.get(&declarator.name.span.start).copied()
+            else {
+                continue;
+            };
             let Some(init) = init else { continue };
             if !matches!(self.program().vars[var].home, Home::Local(_)) {
                 continue;
@@ -605,7 +702,9 @@ impl<'s> Flow<'_, 's> {
             let hint = format!("init_{}", declarator.name);
             self.open(&hint, &text, whole);
             match init {
-                Init::One(Expr { kind: ExprKind::Text, span }) if matches!(self.program().vars[var].ty, Type::Array(..)) => {
+                Init::One(Expr { kind: ExprKind::Text, span })
+                    if matches!(self.program().vars[var].ty, Type::Array(..)) =>
+                {
                     let text = *span;
                     if self.program().vars[var].in_library {
                         self.library_init(var, text);
@@ -632,7 +731,13 @@ impl<'s> Flow<'_, 's> {
             all.iter().for_each(|one| self.statement(one));
             return;
         }
-        let starts: Vec<Option<String>> = all.iter().enumerate().map(|(index, one)| self.heading(index.checked_sub(1).map(|before| all[before].span), one.span)).collect();
+        let starts: Vec<Option<String>> = all
+            .iter()
+            .enumerate()
+            .map(|(index, one)| {
+                self.heading(index.checked_sub(1).map(|before| all[before].span), one.span)
+            })
+            .collect();
         let mut index = 0;
         while index < all.len() {
             let Some(heading) = &starts[index] else {
@@ -640,7 +745,8 @@ impl<'s> Flow<'_, 's> {
                 index += 1;
                 continue;
             };
-            let end = (index + 1..all.len()).find(|next| starts[*next].is_some()).unwrap_or(all.len());
+            let end =
+                (index + 1..all.len()).find(|next| starts[*next].is_some()).unwrap_or(all.len());
             let (name, group) = (heading.clone(), &all[index..end]);
             self.in_part(&name, &name, |flow| group.iter().for_each(|one| flow.statement(one)));
             index = end;
@@ -651,7 +757,8 @@ impl<'s> Flow<'_, 's> {
     fn heading(&self, before: Option<Span>, statement: Span) -> Option<String> {
         let program = self.program();
         let text = program.text;
-        let comment = program.source.comments.iter().rfind(|comment| comment.end <= statement.start)?;
+        let comment =
+            program.source.comments.iter().rfind(|comment| comment.end <= statement.start)?;
         if before.is_some_and(|before| comment.start < before.end) {
             return None;
         }
@@ -659,13 +766,17 @@ impl<'s> Flow<'_, 's> {
         let gap = text.get(comment.end as usize..statement.start as usize)?;
         let line_start = text[..comment.start as usize].rfind('\n').map_or(0, |at| at + 1);
         let lead = text.get(line_start..comment.start as usize)?;
-        (gap.trim().is_empty() && lead.trim().is_empty()).then(|| comment_text(program.text_of(*comment)))
+        (gap.trim().is_empty() && lead.trim().is_empty())
+            .then(|| comment_text(program.text_of(*comment)))
     }
 }
 
 /// A comment without its signs, on one line.
 pub(super) fn comment_text(comment: &str) -> String {
-    let inner = comment.strip_prefix("/*").map_or_else(|| comment.trim_start_matches('/'), |rest| rest.strip_suffix("*/").unwrap_or(rest));
+    let inner = comment.strip_prefix("/*").map_or_else(
+        || comment.trim_start_matches('/'),
+        |rest| rest.strip_suffix("*/").unwrap_or(rest),
+    );
     let lines = inner.lines().map(|line| line.trim().trim_start_matches('*').trim());
     lines.filter(|line| !line.is_empty()).collect::<Vec<_>>().join(" ")
 }
@@ -679,7 +790,11 @@ pub(super) fn one_line(text: &str) -> String {
         without.push_str(&rest[..at]);
         without.push(' ');
         let comment = &rest[at..];
-        let length = if comment.starts_with("/*") { comment.find("*/").map(|end| end + 2) } else { comment.find('\n') };
+        let length = if comment.starts_with("/*") {
+            comment.find("*/").map(|end| end + 2)
+        } else {
+            comment.find('\n')
+        };
         rest = &comment[length.unwrap_or(comment.len())..];
     }
     without.push_str(rest);
@@ -701,7 +816,9 @@ fn hint(expr: &Expr) -> String {
     };
     match &expr.kind {
         ExprKind::Assign(_, left, _) => format!("set_{}", target(left)),
-        ExprKind::Step { operand, by, .. } => format!("{}_{}", if *by > 0 { "inc" } else { "dec" }, target(operand)),
+        ExprKind::Step { operand, by, .. } => {
+            format!("{}_{}", if *by > 0 { "inc" } else { "dec" }, target(operand))
+        }
         ExprKind::Call(name, _) => format!("do_{name}"),
         ExprKind::Comma(all) => all.last().map_or_else(|| "eval".to_owned(), hint),
         ExprKind::Cast(_, inner) => hint(inner),

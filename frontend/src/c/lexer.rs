@@ -51,9 +51,9 @@ pub(super) struct Lexed {
 
 /// The signs of C, longest first.
 const SIGNS: [&str; 45] = [
-    "<<=", ">>=", "...", "->", "++", "--", "<<", ">>", "<=", ">=", "==", "!=", "&&", "||", "*=", "/=", "%=", "+=", "-=",
-    "&=", "^=", "|=", "[", "]", "(", ")", "{", "}", ".", "&", "*", "+", "-", "~", "!", "/", "%", "<", ">", "^", "|", "?",
-    ":", ";", "=",
+    "<<=", ">>=", "...", "->", "++", "--", "<<", ">>", "<=", ">=", "==", "!=", "&&", "||", "*=",
+    "/=", "%=", "+=", "-=", "&=", "^=", "|=", "[", "]", "(", ")", "{", "}", ".", "&", "*", "+",
+    "-", "~", "!", "/", "%", "<", ">", "^", "|", "?", ":", ";", "=",
 ];
 
 /// Reads the bytes `range` of a text.
@@ -107,7 +107,8 @@ impl Lexer<'_, '_> {
             if self.byte(0) == b'/' && self.byte(1) == b'/' {
                 return self.comment(lexed);
             }
-            let is_continued = self.byte(0) == b'\\' && (self.byte(1) == b'\n' || (self.byte(1) == b'\r' && self.byte(2) == b'\n'));
+            let is_continued = self.byte(0) == b'\\'
+                && (self.byte(1) == b'\n' || (self.byte(1) == b'\r' && self.byte(2) == b'\n'));
             self.at += if is_continued { 2 + usize::from(self.byte(1) == b'\r') } else { 1 };
         }
     }
@@ -184,7 +185,15 @@ impl Lexer<'_, '_> {
     fn token_behind(&mut self, lexed: &mut Lexed) -> Option<Token> {
         while self.at < self.end {
             let byte = self.byte(0);
-            if byte.is_ascii() && byte != b'$' && byte != b'@' && byte != b'`' && byte != b'\\' && byte != 0 && byte != b'#' && (byte > 31 || byte.is_ascii_whitespace()) {
+            if byte.is_ascii()
+                && byte != b'$'
+                && byte != b'@'
+                && byte != b'`'
+                && byte != b'\\'
+                && byte != 0
+                && byte != b'#'
+                && (byte > 31 || byte.is_ascii_whitespace())
+            {
                 return self.token(lexed);
             }
             self.at += self.text[self.at..].chars().next().map_or(1, char::len_utf8);
@@ -197,8 +206,11 @@ impl Lexer<'_, '_> {
         let mut is_float = false;
         while self.byte(0).is_ascii_alphanumeric() || matches!(self.byte(0), b'.' | b'_') {
             let byte = self.byte(0);
-            is_float |= byte == b'.' || (!is_hex && matches!(byte, b'e' | b'E')) || (is_hex && matches!(byte, b'p' | b'P'));
-            let is_exponent = if is_hex { matches!(byte, b'p' | b'P') } else { matches!(byte, b'e' | b'E') };
+            is_float |= byte == b'.'
+                || (!is_hex && matches!(byte, b'e' | b'E'))
+                || (is_hex && matches!(byte, b'p' | b'P'));
+            let is_exponent =
+                if is_hex { matches!(byte, b'p' | b'P') } else { matches!(byte, b'e' | b'E') };
             self.at += 1;
             if is_exponent && matches!(self.byte(0), b'+' | b'-') {
                 self.at += 1;
@@ -259,7 +271,9 @@ impl Lexer<'_, '_> {
             b'x' => {
                 let mut value: i64 = 0;
                 while self.byte(0).is_ascii_hexdigit() {
-                    value = (value * 16 + i64::from((self.byte(0) as char).to_digit(16).unwrap_or(0))) & 0xff;
+                    value = (value * 16
+                        + i64::from((self.byte(0) as char).to_digit(16).unwrap_or(0)))
+                        & 0xff;
                     self.at += 1;
                 }
                 value
@@ -276,7 +290,8 @@ impl Lexer<'_, '_> {
             }
             _ => {
                 self.at = start + 1;
-                let letter = self.text.get(self.at..).and_then(|rest| rest.chars().next()).unwrap_or('?');
+                let letter =
+                    self.text.get(self.at..).and_then(|rest| rest.chars().next()).unwrap_or('?');
                 self.at = (self.at + letter.len_utf8()).min(self.end);
                 let span = self.span(start);
                 self.refuse(span, || format!("\\{letter} is no escape of C"));
@@ -298,10 +313,16 @@ impl Lexer<'_, '_> {
                 self.at += 1;
             }
             let span = self.span(start);
-            self.refuse(span, || "a character constant holds one character and ends with '".to_owned());
+            self.refuse(span, || {
+                "a character constant holds one character and ends with '".to_owned()
+            });
         }
         let value = value.unwrap_or(0);
-        Kind::Char(if value > 127 && value < 256 && !self.is_unsigned_char { value - 256 } else { value })
+        Kind::Char(if value > 127 && value < 256 && !self.is_unsigned_char {
+            value - 256
+        } else {
+            value
+        })
     }
 
     fn string(&mut self, start: usize) -> Kind {
@@ -309,7 +330,9 @@ impl Lexer<'_, '_> {
         while self.byte(0) != b'"' || self.at >= self.end {
             if self.escaped().is_none() {
                 let span = self.span(start);
-                self.refuse(span, || "the string that begins here does not end on its line".to_owned());
+                self.refuse(span, || {
+                    "the string that begins here does not end on its line".to_owned()
+                });
                 return Kind::Text;
             }
         }
@@ -319,17 +342,30 @@ impl Lexer<'_, '_> {
 }
 
 /// The characters of a string token, without the quotes and with escapes resolved; without the 0 behind them.
-pub(super) fn characters(file: FileId, text: &str, span: Span, findings: &mut Findings) -> Vec<i64> {
+pub(super) fn characters(
+    file: FileId,
+    text: &str,
+    span: Span,
+    findings: &mut Findings,
+) -> Vec<i64> {
     let range = span.range();
-    let end = range.end.saturating_sub(usize::from(text[range.clone()].len() > 1 && text[range.clone()].ends_with('"')));
-    let mut lexer = Lexer { file, text, at: range.start + 1, end, is_unsigned_char: false, findings };
+    let end = range.end.saturating_sub(usize::from(
+        text[range.clone()].len() > 1 && text[range.clone()].ends_with('"'),
+    ));
+    let mut lexer =
+        Lexer { file, text, at: range.start + 1, end, is_unsigned_char: false, findings };
     let mut all = Vec::new();
     while let Some(value) = lexer.escaped() {
         // A string is bytes: what lies beyond ASCII counts as its UTF-8.
         match u32::try_from(value).ok().and_then(char::from_u32) {
             Some(letter) if value > 255 => {
                 let mut buffer = [0; 4];
-                all.extend(letter.encode_utf8(&mut buffer).bytes().map(|byte| i64::from(i8::from_ne_bytes([byte]))));
+                all.extend(
+                    letter
+                        .encode_utf8(&mut buffer)
+                        .bytes()
+                        .map(|byte| i64::from(i8::from_ne_bytes([byte]))),
+                );
             }
             _ => all.push(if value > 127 { value - 256 } else { value }),
         }

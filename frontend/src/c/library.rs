@@ -20,11 +20,15 @@ use std::fmt::Write;
 fn library_name(program: &Program<'_>, id: VarId) -> String {
     let var = &program.vars[id];
     let same = |other: &super::resolve::Var<'_>, owner: FunctionId| {
-        matches!(other.home, Home::Local(f) | Home::Param(f, _) | Home::Result(f) if f == owner) && other.name.text == var.name.text
+        matches!(other.home, Home::Local(f) | Home::Param(f, _) | Home::Result(f) if f == owner)
+            && other.name.text == var.name.text
     };
     let (owner, plain) = match (var.home, var.owner) {
         (Home::Global, None) => return var.name.text.clone(),
-        (Home::Global, Some(function)) | (Home::Local(function) | Home::Param(function, _) | Home::Result(function), _) => (function, &var.name.text),
+        (Home::Global, Some(function))
+        | (Home::Local(function) | Home::Param(function, _) | Home::Result(function), _) => {
+            (function, &var.name.text)
+        }
     };
     let before = program.vars[..id].iter().filter(|other| same(other, owner)).count();
     let number = if before > 0 { format!("_{}", before + 1) } else { String::new() };
@@ -34,7 +38,13 @@ fn library_name(program: &Program<'_>, id: VarId) -> String {
 /// A piece of the source with the names of the library in it; `replaced` are calls of the chart whose value lies elsewhere.
 fn rewritten(program: &Program<'_>, span: Span, replaced: &[(Span, String)]) -> String {
     let mut silent = Findings { kept: Vec::new(), limit: 0, rest: 0 };
-    let lexed = lexer::lex(program.file, program.text, span.range(), program.options.is_unsigned_char, &mut silent);
+    let lexed = lexer::lex(
+        program.file,
+        program.text,
+        span.range(),
+        program.options.is_unsigned_char,
+        &mut silent,
+    );
     let mut text = String::new();
     let mut at = span.start;
     for token in lexed.tokens {
@@ -45,7 +55,11 @@ fn rewritten(program: &Program<'_>, span: Span, replaced: &[(Span, String)]) -> 
         let (piece, end) = if let Some((call, value)) = call {
             (value.clone(), call.end)
         } else {
-            let name = if token.kind == Kind::Word { program.uses.get(&token.span.start).map(|var| library_name(program, *var)) } else { None };
+            let name = if token.kind == Kind::Word {
+                program.uses.get(&token.span.start).map(|var| library_name(program, *var))
+            } else {
+                None
+            };
             (name.unwrap_or_else(|| program.text_of(token.span).to_owned()), token.span.end)
         };
         text.push_str(program.text.get(at as usize..token.span.start as usize).unwrap_or(""));
@@ -65,7 +79,11 @@ fn one_whole_line(text: &str) -> String {
                 line.push(' ');
             }
             // A `//` comment would swallow what follows on the one line.
-            let part = if part.contains('"') || part.contains('\'') { part } else { part.split("//").next().unwrap_or(part) };
+            let part = if part.contains('"') || part.contains('\'') {
+                part
+            } else {
+                part.split("//").next().unwrap_or(part)
+            };
             line.push_str(part.trim());
         }
         return line;
@@ -92,7 +110,12 @@ impl<'s> Flow<'_, 's> {
             if calls[..index].iter().any(|(_, other)| other == callee) {
                 let span = call.span;
                 self.findings.report(|| {
-                    Diagnostic::error(codes::C_TYPE, "two calls of one function in an expression that is left to the library").at(span, "the second one").help("write two statements")
+                    Diagnostic::error(
+                        codes::C_TYPE,
+                        "two calls of one function in an expression that is left to the library",
+                    )
+                    .at(span, "the second one")
+                    .help("write two statements")
                 });
                 return;
             }
@@ -110,11 +133,19 @@ impl<'s> Flow<'_, 's> {
         let here = self.here();
         let function = self.program().functions[self.function].def.name.text.clone();
         let hint = self.nodes[here].hint.clone();
-        let known = self.externs.actions.iter().find(|(_, known, _)| *known == text).map(|(name, _, _)| name.clone());
+        let known = self
+            .externs
+            .actions
+            .iter()
+            .find(|(_, known, _)| *known == text)
+            .map(|(name, _, _)| name.clone());
         let name = match known {
             Some(name) => name,
             None => {
-                let name = self.externs.names.fresh(&format!("{function}_{}", if hint.is_empty() { "do" } else { &hint }));
+                let name = self
+                    .externs
+                    .names
+                    .fresh(&format!("{function}_{}", if hint.is_empty() { "do" } else { &hint }));
                 self.externs.actions.push((name.clone(), text, span));
                 name
             }
@@ -145,14 +176,18 @@ impl<'s> Flow<'_, 's> {
         let program = self.program();
         let name = library_name(program, var);
         let Some(declared) = declared_as(program, var, "initial") else { return };
-        let text = format!("{{ const {declared} = {}; memcpy(&{name}, &initial, sizeof initial); }}", rewritten(program, list, &[]));
+        let text = format!(
+            "{{ const {declared} = {}; memcpy(&{name}, &initial, sizeof initial); }}",
+            rewritten(program, list, &[])
+        );
         self.action(text, list);
     }
 
     /// An opaque condition.
     pub(super) fn library_condition(&mut self, expr: &'s Expr) -> chart::Expr {
         self.calls_before(expr);
-        let text = format!("return ({}) != 0;", rewritten(self.program(), expr.span, &self.replaced));
+        let text =
+            format!("return ({}) != 0;", rewritten(self.program(), expr.span, &self.replaced));
         self.question(text, None, expr.span)
     }
 
@@ -168,7 +203,11 @@ impl<'s> Flow<'_, 's> {
         let function = self.program().functions[self.function].def.name.text.clone();
         let here = self.here();
         let hint = self.nodes[here].hint.clone();
-        let kind = if self.nodes[here].is_test && !hint.is_empty() { hint } else { "condition".to_owned() };
+        let kind = if self.nodes[here].is_test && !hint.is_empty() {
+            hint
+        } else {
+            "condition".to_owned()
+        };
         // The same text may be asked twice in one reaction only where it has no effect, so every place gets a function of its own.
         let name = self.externs.names.fresh(&format!("{function}_{kind}"));
         self.externs.conditions.push((name.clone(), text, range, span));
@@ -191,16 +230,28 @@ fn declared_as(program: &Program<'_>, id: VarId, name: &str) -> Option<String> {
     let ty = ty.find('{').map_or(ty, |at| ty[..at].trim_end());
     let words: Vec<&str> = ty.split_whitespace().filter(|word| *word != "const").collect();
     let ty = if words.is_empty() { "int".to_owned() } else { words.join(" ") };
-    let before = program.text.get(declarator.span.start as usize..declarator.name.span.start as usize).unwrap_or("");
-    let after = program.text.get(declarator.name.span.end as usize..declarator.span.end as usize).unwrap_or("");
+    let before = program
+        .text
+        .get(declarator.span.start as usize..declarator.name.span.start as usize)
+        .unwrap_or("");
+    let after = program
+        .text
+        .get(declarator.name.span.end as usize..declarator.span.end as usize)
+        .unwrap_or("");
     if matches!(var.home, Home::Param(..)) && !declarator.lengths.is_empty() {
         // An array parameter is a pointer to its first row.
         let rest = after.split_once(']').map_or("", |(_, rest)| rest);
         let rest = rewritten_plain(rest);
-        return Some(if rest.is_empty() { format!("{ty} {before}*{name}") } else { format!("{ty} {before}(*{name}){rest}") });
+        return Some(if rest.is_empty() {
+            format!("{ty} {before}*{name}")
+        } else {
+            format!("{ty} {before}(*{name}){rest}")
+        });
     }
     let after = match (&var.ty, declarator.lengths.first()) {
-        (Type::Array(_, Some(length), _), Some(None)) => after.replacen("[]", &format!("[{length}]"), 1),
+        (Type::Array(_, Some(length), _), Some(None)) => {
+            after.replacen("[]", &format!("[{length}]"), 1)
+        }
         _ => after.to_owned(),
     };
     Some(format!("{ty} {before}{name}{after}"))
@@ -211,7 +262,12 @@ fn rewritten_plain(text: &str) -> String {
 }
 
 /// The text of the library of a chart; none where the chart has no extern functions.
-pub(super) fn write(program: &Program<'_>, chart: &str, externs: &Externs, used: &[FunctionId]) -> Option<String> {
+pub(super) fn write(
+    program: &Program<'_>,
+    chart: &str,
+    externs: &Externs,
+    used: &[FunctionId],
+) -> Option<String> {
     if externs.actions.is_empty() && externs.conditions.is_empty() {
         return None;
     }
@@ -220,7 +276,9 @@ pub(super) fn write(program: &Program<'_>, chart: &str, externs: &Externs, used:
         let _ = text.write_fmt(words);
         text.push('\n');
     };
-    line(format_args!("/* What stays C of the functions that the chart {chart} runs. Local variables are variables of this file: one call at a time. */"));
+    line(format_args!(
+        "/* What stays C of the functions that the chart {chart} runs. Local variables are variables of this file: one call at a time. */"
+    ));
     line(format_args!("#include \"{chart}_user.h\""));
     line(format_args!("#include <string.h>"));
     for directive in &program.source.lines {
@@ -229,7 +287,8 @@ pub(super) fn write(program: &Program<'_>, chart: &str, externs: &Externs, used:
     for (name, value) in &program.source.constants {
         // Constants of `enum` come with its declaration.
         let at = name.span.start as usize;
-        let is_define = program.text.get(..at).is_some_and(|before| before.trim_end().ends_with("define"));
+        let is_define =
+            program.text.get(..at).is_some_and(|before| before.trim_end().ends_with("define"));
         if is_define {
             line(format_args!("#define {name} ({value})"));
         }
@@ -253,14 +312,24 @@ pub(super) fn write(program: &Program<'_>, chart: &str, externs: &Externs, used:
         }
         let of_used = match var.home {
             Home::Global => true,
-            Home::Local(function) | Home::Param(function, _) | Home::Result(function) => used.contains(&function),
+            Home::Local(function) | Home::Param(function, _) | Home::Result(function) => {
+                used.contains(&function)
+            }
         };
         let name = library_name(program, id);
-        let Some(declared) = declared_as(program, id, &name).filter(|_| of_used && var.ty != Type::Void) else { continue };
+        let Some(declared) =
+            declared_as(program, id, &name).filter(|_| of_used && var.ty != Type::Void)
+        else {
+            continue;
+        };
         let storage = if var.is_extern && var.init.is_none() { "extern" } else { "static" };
         let init = match (var.home, var.init) {
-            (Home::Global, Some(super::ast::Init::One(expr))) => format!(" = {}", program.text_of(expr.span)),
-            (Home::Global, Some(super::ast::Init::List(_, span))) => format!(" = {}", program.text_of(*span)),
+            (Home::Global, Some(super::ast::Init::One(expr))) => {
+                format!(" = {}", program.text_of(expr.span))
+            }
+            (Home::Global, Some(super::ast::Init::List(_, span))) => {
+                format!(" = {}", program.text_of(*span))
+            }
             _ => String::new(),
         };
         line(format_args!("{storage} {declared}{init};"));
@@ -273,7 +342,11 @@ pub(super) fn write(program: &Program<'_>, chart: &str, externs: &Externs, used:
     for info in program.functions.iter().filter(|info| info.is_kept) {
         line(format_args!(""));
         let body = program.text_of(info.def.span);
-        let storage = if info.def.specifiers.is_static || body.starts_with("static") { "" } else { "static " };
+        let storage = if info.def.specifiers.is_static || body.starts_with("static") {
+            ""
+        } else {
+            "static "
+        };
         line(format_args!("{storage}{body}"));
     }
     line(format_args!(""));

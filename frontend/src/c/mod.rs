@@ -36,7 +36,6 @@ mod shorten;
 mod types;
 mod value;
 
-
 use crate::codes;
 use crate::graf::{self, Limits};
 use grafsynth_ir::chart::Design;
@@ -136,7 +135,10 @@ pub fn parse_within(file: FileId, text: &str, limits: &Limits, options: &Options
     };
     if any_error(&findings.kept) || drawn.is_none() {
         if !any_error(&findings.kept) {
-            findings.report(|| Diagnostic::error(codes::C_NO_FUNCTION, "no function stands in this file").at(Span::new(file, 0, 0), ""));
+            findings.report(|| {
+                Diagnostic::error(codes::C_NO_FUNCTION, "no function stands in this file")
+                    .at(Span::new(file, 0, 0), "")
+            });
         }
         return Parsed { diagnostics: graf::sorted(findings.finish()), ..Parsed::default() };
     }

@@ -78,12 +78,25 @@ impl Num {
             return Some(self.clone());
         }
         let probe: expr::Expr<bool> = expr::Expr::new(
-            ExprKind::Arith(op, Box::new(expr::Expr::leaf(false, span)), Box::new(expr::Expr::leaf(true, span))),
+            ExprKind::Arith(
+                op,
+                Box::new(expr::Expr::leaf(false, span)),
+                Box::new(expr::Expr::leaf(true, span)),
+            ),
             span,
         );
-        let ty = type_of(&probe, &mut |is_second| if *is_second { NetType::Int { lo: other.lo, hi: other.hi } } else { NetType::Int { lo: self.lo, hi: self.hi } });
+        let ty = type_of(&probe, &mut |is_second| {
+            if *is_second {
+                NetType::Int { lo: other.lo, hi: other.hi }
+            } else {
+                NetType::Int { lo: self.lo, hi: self.hi }
+            }
+        });
         let (lo, hi) = ty.ok()?.bounds();
-        let expr = Expr::new(ExprKind::Arith(op, Box::new(self.expr.clone()), Box::new(other.expr.clone())), span);
+        let expr = Expr::new(
+            ExprKind::Arith(op, Box::new(self.expr.clone()), Box::new(other.expr.clone())),
+            span,
+        );
         Some(Num { expr, lo, hi })
     }
 
@@ -94,7 +107,18 @@ impl Num {
     fn select(condition: Expr, a: &Num, b: &Num) -> Num {
         let span = a.expr.span.to(b.expr.span);
         let (lo, hi) = (a.lo.min(b.lo), a.hi.max(b.hi));
-        Num { expr: Expr::new(ExprKind::Select(Box::new(condition), Box::new(a.expr.clone()), Box::new(b.expr.clone())), span), lo, hi }
+        Num {
+            expr: Expr::new(
+                ExprKind::Select(
+                    Box::new(condition),
+                    Box::new(a.expr.clone()),
+                    Box::new(b.expr.clone()),
+                ),
+                span,
+            ),
+            lo,
+            hi,
+        }
     }
 
     pub(super) fn compare(&self, op: CompareOp, other: &Num) -> Expr {
@@ -106,6 +130,43 @@ impl Num {
 
     fn compare_with(&self, op: CompareOp, constant: i64) -> Expr {
         self.compare(op, &Num::constant(constant, self.expr.span))
+    }
+}
+
+/// The expression without its places, to be compared with others.
+fn unplaced(expr: &Expr) -> Expr {
+    let none = Span::default();
+    let plain = |leaf: &Leaf| match leaf {
+        Leaf::Name(path) => Leaf::Name(Path {
+            names: path.names.iter().map(|name| Name::new(name.text.clone(), none)).collect(),
+        }),
+        other => other.clone(),
+    };
+    let mapped: Result<Expr, std::convert::Infallible> = expr
+        .try_map(&mut |leaf, _| Ok(Expr::leaf(plain(leaf), none)), &mut |leaf, _| Ok(plain(leaf)));
+    let mut mapped = match mapped {
+        Ok(mapped) => mapped,
+        Err(never) => match never {},
+    };
+    clear(&mut mapped);
+    mapped
+}
+
+fn clear(expr: &mut Expr) {
+    expr.span = Span::default();
+    match &mut expr.kind {
+        ExprKind::Bool(_) | ExprKind::Int(_) | ExprKind::Leaf(_) => {}
+        ExprKind::Element(_, a) | ExprKind::Not(a) | ExprKind::Neg(a) => clear(a),
+        ExprKind::And(all) | ExprKind::Or(all) => all.iter_mut().for_each(clear),
+        ExprKind::Compare(_, a, b) | ExprKind::Arith(_, a, b) => {
+            clear(a);
+            clear(b);
+        }
+        ExprKind::Select(a, b, c) => {
+            clear(a);
+            clear(b);
+            clear(c);
+        }
     }
 }
 
@@ -123,8 +184,14 @@ impl Value {
     pub(super) fn num(&self) -> Num {
         match &self.repr {
             Repr::Num(num) => num.clone(),
-            Repr::Bool(Expr { kind: ExprKind::Bool(value), span }) => Num::constant(i64::from(*value), *span),
-            Repr::Bool(expr) => Num::select(expr.clone(), &Num::constant(1, expr.span), &Num::constant(0, expr.span)),
+            Repr::Bool(Expr { kind: ExprKind::Bool(value), span }) => {
+                Num::constant(i64::from(*value), *span)
+            }
+            Repr::Bool(expr) => Num::select(
+                expr.clone(),
+                &Num::constant(1, expr.span),
+                &Num::constant(0, expr.span),
+            ),
         }
     }
 
@@ -172,6 +239,18 @@ impl Flow<'_, '_> {
         Num { expr: Expr::leaf(Leaf::Name(path), span), lo, hi }
     }
 
+    /// As [`Flow::through`], once for each number of a full expression as long as nothing changes.
+    pub(super) fn clamp(&mut self, what: &str, num: &Num, lo: i64, hi: i64) -> Num {
+        let key = unplaced(&num.expr);
+        let known = self.clamped.iter().find(|(expr, range, _)| *range == (lo, hi) && *expr == key);
+        if let Some((_, _, known)) = known {
+            return known.clone();
+        }
+        let clamped = self.through(what, num, lo, hi);
+        self.clamped.push((key, (lo, hi), clamped.clone()));
+        clamped
+    }
+
     /// The value held in a variable of its type.
     pub(super) fn held(&mut self, value: &Value, what: &str) -> Value {
         match &value.repr {
@@ -206,9 +285,15 @@ impl Flow<'_, '_> {
         }
         let half = 1_i64 << 31;
         if num.is_constant() {
-            return Num::constant(if num.lo >= half { num.lo - 2 * half } else { num.lo }, num.expr.span);
+            return Num::constant(
+                if num.lo >= half { num.lo - 2 * half } else { num.lo },
+                num.expr.span,
+            );
         }
-        let folded = num.by(ArithOp::Add, half).and_then(|num| num.by(ArithOp::Mod, 2 * half)).and_then(|num| num.by(ArithOp::Sub, half));
+        let folded = num
+            .by(ArithOp::Add, half)
+            .and_then(|num| num.by(ArithOp::Mod, 2 * half))
+            .and_then(|num| num.by(ArithOp::Sub, half));
         folded.unwrap_or_else(|| num.clone())
     }
 
@@ -222,12 +307,21 @@ impl Flow<'_, '_> {
         let offset = if is_signed { n / 2 } else { 0 };
         // A multiple of 2^n that makes everything positive, so that one `mod` is enough.
         let low = num.lo.saturating_add(offset);
-        let lift = if low < 0 { (low.unsigned_abs().div_ceil(n.unsigned_abs())).saturating_mul(n.unsigned_abs()) } else { 0 };
+        let lift = if low < 0 {
+            (low.unsigned_abs().div_ceil(n.unsigned_abs())).saturating_mul(n.unsigned_abs())
+        } else {
+            0
+        };
         let direct = i64::try_from(lift).ok().and_then(|lift| {
             let lifted = num.by(ArithOp::Add, lift.checked_add(offset)?)?;
             lifted.by(ArithOp::Mod, n)?.by(ArithOp::Sub, offset)
         });
-        let around = || num.by(ArithOp::Mod, n)?.by(ArithOp::Add, n + offset)?.by(ArithOp::Mod, n)?.by(ArithOp::Sub, offset);
+        let around = || {
+            num.by(ArithOp::Mod, n)?
+                .by(ArithOp::Add, n + offset)?
+                .by(ArithOp::Mod, n)?
+                .by(ArithOp::Sub, offset)
+        };
         direct.or_else(around).unwrap_or_else(|| num.clone())
     }
 
@@ -268,7 +362,14 @@ impl Flow<'_, '_> {
             UnaryOp::Minus => self.exact(ArithOp::Sub, &zero, &num, ty),
             // ~x = -1 - x, and for an unsigned type its largest value less x.
             UnaryOp::Complement => {
-                let top = Num::constant(if matches!(ty, Scalar::Int { is_signed: false, .. }) { ty.range().1 } else { -1 }, span);
+                let top = Num::constant(
+                    if matches!(ty, Scalar::Int { is_signed: false, .. }) {
+                        ty.range().1
+                    } else {
+                        -1
+                    },
+                    span,
+                );
                 self.exact(ArithOp::Sub, &top, &num, ty)
             }
         };
@@ -283,12 +384,20 @@ impl Flow<'_, '_> {
         }
         let (lo, hi) = ty.range();
         // Only signed operands leave their range; back in it, 32 bits each, they fit.
-        let (a, b) = if ty.is_folded() { (a.clone(), b.clone()) } else { (self.through("value", a, lo, hi), self.through("value", b, lo, hi)) };
+        let (a, b) = if ty.is_folded() {
+            (a.clone(), b.clone())
+        } else {
+            (self.through("value", a, lo, hi), self.through("value", b, lo, hi))
+        };
         a.op(op, &b).unwrap_or(a)
     }
 
     fn result(&mut self, num: &Num, ty: Scalar) -> Num {
-        if matches!(ty, Scalar::Int { is_signed: false, .. }) { self.wrap(num, ty) } else { num.clone() }
+        if matches!(ty, Scalar::Int { is_signed: false, .. }) {
+            self.wrap(num, ty)
+        } else {
+            num.clone()
+        }
     }
 
     /// An operator with two evaluated operands.
@@ -301,7 +410,16 @@ impl Flow<'_, '_> {
             BinaryOp::Le => Some(CompareOp::Le),
             BinaryOp::Gt => Some(CompareOp::Gt),
             BinaryOp::Ge => Some(CompareOp::Ge),
-            BinaryOp::Add | BinaryOp::Sub | BinaryOp::Mul | BinaryOp::Div | BinaryOp::Mod | BinaryOp::ShiftLeft | BinaryOp::ShiftRight | BinaryOp::And | BinaryOp::Or | BinaryOp::Xor => None,
+            BinaryOp::Add
+            | BinaryOp::Sub
+            | BinaryOp::Mul
+            | BinaryOp::Div
+            | BinaryOp::Mod
+            | BinaryOp::ShiftLeft
+            | BinaryOp::ShiftRight
+            | BinaryOp::And
+            | BinaryOp::Or
+            | BinaryOp::Xor => None,
         };
         if let (Repr::Bool(x), Repr::Bool(y)) = (&a.repr, &b.repr) {
             let both = || (x.clone(), y.clone());
@@ -309,8 +427,20 @@ impl Flow<'_, '_> {
                 BinaryOp::And => Some(Expr::and(<[Expr; 2]>::from(both()))),
                 BinaryOp::Or => Some(Expr::or(<[Expr; 2]>::from(both()))),
                 BinaryOp::Eq => Some(Expr::compare(CompareOp::Eq, x.clone(), y.clone())),
-                BinaryOp::Xor | BinaryOp::Ne => Some(Expr::compare(CompareOp::Ne, x.clone(), y.clone())),
-                BinaryOp::Add | BinaryOp::Sub | BinaryOp::Mul | BinaryOp::Div | BinaryOp::Mod | BinaryOp::ShiftLeft | BinaryOp::ShiftRight | BinaryOp::Lt | BinaryOp::Le | BinaryOp::Gt | BinaryOp::Ge => None,
+                BinaryOp::Xor | BinaryOp::Ne => {
+                    Some(Expr::compare(CompareOp::Ne, x.clone(), y.clone()))
+                }
+                BinaryOp::Add
+                | BinaryOp::Sub
+                | BinaryOp::Mul
+                | BinaryOp::Div
+                | BinaryOp::Mod
+                | BinaryOp::ShiftLeft
+                | BinaryOp::ShiftRight
+                | BinaryOp::Lt
+                | BinaryOp::Le
+                | BinaryOp::Gt
+                | BinaryOp::Ge => None,
             };
             if let Some(truth) = truth {
                 let value = self.of_truth(truth);
@@ -336,7 +466,14 @@ impl Flow<'_, '_> {
             BinaryOp::Mul => self.product(&x, &y, ty),
             BinaryOp::Div | BinaryOp::Mod => self.quotient(op == BinaryOp::Div, &x, &y, ty),
             BinaryOp::And | BinaryOp::Or | BinaryOp::Xor => self.bitwise(op, &x, &y, ty),
-            BinaryOp::ShiftLeft | BinaryOp::ShiftRight | BinaryOp::Eq | BinaryOp::Ne | BinaryOp::Lt | BinaryOp::Le | BinaryOp::Gt | BinaryOp::Ge => x,
+            BinaryOp::ShiftLeft
+            | BinaryOp::ShiftRight
+            | BinaryOp::Eq
+            | BinaryOp::Ne
+            | BinaryOp::Lt
+            | BinaryOp::Le
+            | BinaryOp::Gt
+            | BinaryOp::Ge => x,
         };
         let num = self.result(&num, ty);
         self.shallow(Value { repr: Repr::Num(num), ty })
@@ -354,7 +491,10 @@ impl Flow<'_, '_> {
         let half = 1_i64 << 16;
         let whole = || {
             let low = x.op(ArithOp::Mul, &y.by(ArithOp::Mod, half)?)?;
-            let high = x.op(ArithOp::Mul, &y.by(ArithOp::Div, half)?)?.by(ArithOp::Mod, half)?.by(ArithOp::Mul, half)?;
+            let high = x
+                .op(ArithOp::Mul, &y.by(ArithOp::Div, half)?)?
+                .by(ArithOp::Mod, half)?
+                .by(ArithOp::Mul, half)?;
             low.op(ArithOp::Add, &high)
         };
         whole().unwrap_or_else(|| x.clone())
@@ -368,7 +508,11 @@ impl Flow<'_, '_> {
         }
         let most = i64::from(i32::MAX);
         let y = self.small(y, ty);
-        let x = if y.hi > most || y.lo < 0 || x.by(op, 3).is_none() { self.small(x, ty) } else { x.clone() };
+        let x = if y.hi > most || y.lo < 0 || x.by(op, 3).is_none() {
+            self.small(x, ty)
+        } else {
+            x.clone()
+        };
         let positive = self.through("divisor", &y, 1, y.hi.clamp(1, most));
         let by_positive = x.op(op, &positive).unwrap_or_else(|| x.clone());
         if y.lo < 0 {
@@ -401,10 +545,15 @@ impl Flow<'_, '_> {
             let amount = self.through("shift", amount, 0, most);
             let mut factor = Num::constant(1, span);
             for bit in 0..bits.trailing_zeros() {
-                let digit = amount.by(ArithOp::Div, 1 << bit).and_then(|num| num.by(ArithOp::Mod, 2));
+                let digit =
+                    amount.by(ArithOp::Div, 1 << bit).and_then(|num| num.by(ArithOp::Mod, 2));
                 let power = Num::constant(1 << (1_u32 << bit), span);
                 if let Some(digit) = digit {
-                    let chosen = Num::select(digit.compare_with(CompareOp::Eq, 1), &power, &Num::constant(1, span));
+                    let chosen = Num::select(
+                        digit.compare_with(CompareOp::Eq, 1),
+                        &power,
+                        &Num::constant(1, span),
+                    );
                     factor = factor.op(ArithOp::Mul, &chosen).unwrap_or(factor);
                 }
             }
@@ -421,7 +570,8 @@ impl Flow<'_, '_> {
         let x = self.small(x, ty);
         let floor = || {
             let below = x.op(ArithOp::Sub, &factor.by(ArithOp::Sub, 1)?)?;
-            Some(Num::select(x.compare_with(CompareOp::Lt, 0), &below, &x)).and_then(|num| num.op(ArithOp::Div, &factor))
+            Some(Num::select(x.compare_with(CompareOp::Lt, 0), &below, &x))
+                .and_then(|num| num.op(ArithOp::Div, &factor))
         };
         floor().unwrap_or_else(|| x.clone())
     }
@@ -447,9 +597,17 @@ impl Flow<'_, '_> {
             let y = self.small(&y, unsigned);
             let width = 64 - x.hi.min(y.hi).max(0).leading_zeros();
             let terms = (0..width).filter_map(|bit| {
-                let digit = |num: &Num| num.by(ArithOp::Div, 1 << bit)?.by(ArithOp::Mod, 2).map(|digit| digit.compare_with(CompareOp::Eq, 1));
+                let digit = |num: &Num| {
+                    num.by(ArithOp::Div, 1 << bit)?
+                        .by(ArithOp::Mod, 2)
+                        .map(|digit| digit.compare_with(CompareOp::Eq, 1))
+                };
                 let is_set = Expr::and([digit(&x)?, digit(&y)?]);
-                Some(Num::select(is_set, &Num::constant(1 << bit, x.expr.span), &Num::constant(0, x.expr.span)))
+                Some(Num::select(
+                    is_set,
+                    &Num::constant(1 << bit, x.expr.span),
+                    &Num::constant(0, x.expr.span),
+                ))
             });
             sum(terms.collect(), x.expr.span)
         };
@@ -457,12 +615,19 @@ impl Flow<'_, '_> {
         let result = match op {
             BinaryOp::And => Some(both.clone()),
             BinaryOp::Or => x.op(ArithOp::Add, &y).and_then(|all| all.op(ArithOp::Sub, &both)),
-            _ => x.op(ArithOp::Add, &y).and_then(|all| all.op(ArithOp::Sub, &both.by(ArithOp::Mul, 2)?)),
+            _ => x
+                .op(ArithOp::Add, &y)
+                .and_then(|all| all.op(ArithOp::Sub, &both.by(ArithOp::Mul, 2)?)),
         };
         let result = result.unwrap_or(both);
         // The exact result lies in the unsigned range, though its interval may not; a signed type reads its bits as signed.
-        let result = if result.within(unsigned.range()) { result } else { result.by(ArithOp::Mod, 1 << bits).map_or(result, |num| num) };
-        let result = if result.within(unsigned.range()) { result } else { self.wrap(&result, unsigned) };
+        let result = if result.within(unsigned.range()) {
+            result
+        } else {
+            result.by(ArithOp::Mod, 1 << bits).map_or(result, |num| num)
+        };
+        let result =
+            if result.within(unsigned.range()) { result } else { self.wrap(&result, unsigned) };
         self.wrap(&result, ty)
     }
 
@@ -476,7 +641,11 @@ impl Flow<'_, '_> {
                 continue;
             }
             let length = (!(mask >> bit)).trailing_zeros().min(32 - bit);
-            let run = || x.by(ArithOp::Div, 1 << bit)?.by(ArithOp::Mod, 1 << length)?.by(ArithOp::Mul, 1 << bit);
+            let run = || {
+                x.by(ArithOp::Div, 1 << bit)?
+                    .by(ArithOp::Mod, 1 << length)?
+                    .by(ArithOp::Mul, 1 << bit)
+            };
             terms.extend(run());
             bit += length;
         }

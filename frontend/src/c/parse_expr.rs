@@ -35,7 +35,9 @@ fn assignment(sign: &str) -> Option<Option<BinaryOp>> {
     }
     let op = sign.strip_suffix('=')?;
     match op {
-        "*" | "/" | "%" | "+" | "-" | "<<" | ">>" | "&" | "^" | "|" => binary(op).map(|(op, _)| Some(op)),
+        "*" | "/" | "%" | "+" | "-" | "<<" | ">>" | "&" | "^" | "|" => {
+            binary(op).map(|(op, _)| Some(op))
+        }
         _ => None,
     }
 }
@@ -66,7 +68,10 @@ impl Parser<'_> {
                 p.take();
                 let right = p.assignment()?;
                 let span = left.span.to(right.span);
-                return Ok(Expr { kind: ExprKind::Assign(op, Box::new(left), Box::new(right)), span });
+                return Ok(Expr {
+                    kind: ExprKind::Assign(op, Box::new(left), Box::new(right)),
+                    span,
+                });
             }
             Ok(left)
         })
@@ -81,7 +86,10 @@ impl Parser<'_> {
         self.expect(":")?;
         let otherwise = self.deeper(Self::conditional)?;
         let span = condition.span.to(otherwise.span);
-        Ok(Expr { kind: ExprKind::Conditional(Box::new(condition), Box::new(then), Box::new(otherwise)), span })
+        Ok(Expr {
+            kind: ExprKind::Conditional(Box::new(condition), Box::new(then), Box::new(otherwise)),
+            span,
+        })
     }
 
     /// A chain of `||`, or of `&&`.
@@ -106,7 +114,11 @@ impl Parser<'_> {
         let mut levels = self.levels_left();
         loop {
             let token = self.here();
-            let Some((op, power)) = (if token.kind == Kind::Sign { binary(self.word_of(token)) } else { None }) else { return Ok(left) };
+            let Some((op, power)) =
+                (if token.kind == Kind::Sign { binary(self.word_of(token)) } else { None })
+            else {
+                return Ok(left);
+            };
             if power < least {
                 return Ok(left);
             }
@@ -133,7 +145,8 @@ impl Parser<'_> {
     fn unary(&mut self) -> Read<Expr> {
         let start = self.here().span;
         let token = self.here();
-        let sign = if matches!(token.kind, Kind::Sign | Kind::Word) { self.word_of(token) } else { "" };
+        let sign =
+            if matches!(token.kind, Kind::Sign | Kind::Word) { self.word_of(token) } else { "" };
         let by = match sign {
             "++" => 1,
             "--" => -1,
@@ -142,7 +155,10 @@ impl Parser<'_> {
         if by != 0 {
             self.take();
             let operand = Box::new(self.deeper(Self::unary)?);
-            return Ok(Expr { kind: ExprKind::Step { operand, by, is_prefix: true }, span: self.since(start) });
+            return Ok(Expr {
+                kind: ExprKind::Step { operand, by, is_prefix: true },
+                span: self.since(start),
+            });
         }
         let op = match sign {
             "+" => Some(UnaryOp::Plus),
@@ -154,7 +170,10 @@ impl Parser<'_> {
         if let Some(op) = op {
             self.take();
             let operand = self.deeper(Self::unary)?;
-            return Ok(Expr { kind: ExprKind::Unary(op, Box::new(operand)), span: self.since(start) });
+            return Ok(Expr {
+                kind: ExprKind::Unary(op, Box::new(operand)),
+                span: self.since(start),
+            });
         }
         match sign {
             "*" => {
@@ -173,7 +192,10 @@ impl Parser<'_> {
                     self.take();
                     let ty = self.type_name()?;
                     self.expect(")")?;
-                    return Ok(Expr { kind: ExprKind::SizeofType(Box::new(ty)), span: self.since(start) });
+                    return Ok(Expr {
+                        kind: ExprKind::SizeofType(Box::new(ty)),
+                        span: self.since(start),
+                    });
                 }
                 let operand = self.deeper(Self::unary)?;
                 Ok(Expr { kind: ExprKind::Sizeof(Box::new(operand)), span: self.since(start) })
@@ -183,7 +205,10 @@ impl Parser<'_> {
                 let ty = self.type_name()?;
                 self.expect(")")?;
                 let operand = self.deeper(Self::unary)?;
-                Ok(Expr { kind: ExprKind::Cast(Box::new(ty), Box::new(operand)), span: self.since(start) })
+                Ok(Expr {
+                    kind: ExprKind::Cast(Box::new(ty), Box::new(operand)),
+                    span: self.since(start),
+                })
             }
             _ => self.postfix(start),
         }
@@ -247,7 +272,9 @@ impl Parser<'_> {
     fn primary(&mut self) -> Read<Expr> {
         let token = self.here();
         let kind = match token.kind {
-            Kind::Number { value, is_unsigned, n_long, is_decimal } => ExprKind::Number { value, is_unsigned, n_long, is_decimal },
+            Kind::Number { value, is_unsigned, n_long, is_decimal } => {
+                ExprKind::Number { value, is_unsigned, n_long, is_decimal }
+            }
             Kind::Char(value) => ExprKind::Char(value),
             Kind::Float => ExprKind::Float,
             Kind::Text => {
@@ -264,7 +291,11 @@ impl Parser<'_> {
                 let inner = self.deeper(Self::expression)?;
                 self.expect(")")?;
                 // A bare name keeps its own place, by which it is looked up.
-                let span = if matches!(inner.kind, ExprKind::Name(_)) { inner.span } else { self.since(token.span) };
+                let span = if matches!(inner.kind, ExprKind::Name(_)) {
+                    inner.span
+                } else {
+                    self.since(token.span)
+                };
                 return Ok(Expr { kind: inner.kind, span });
             }
             Kind::Word | Kind::Sign | Kind::End => return self.unexpected("an expression"),

@@ -5,7 +5,8 @@ use grafsynth_ir::{FileId, Name, Span};
 use std::collections::BTreeMap;
 
 use super::ast::{
-    Base, Declaration, Declarator, ExprKind, External, Function, Init, Param, Source, Specifiers, Stmt, StmtKind, TypeName,
+    Base, Declaration, Declarator, ExprKind, External, Function, Init, Param, Source, Specifiers,
+    Stmt, StmtKind, TypeName,
 };
 use super::constant;
 use super::lexer::{self, Kind, Line, Token};
@@ -15,9 +16,43 @@ use crate::graf::parser::Findings;
 
 /// The words that C99 keeps for itself.
 pub(super) const KEYWORDS: [&str; 37] = [
-    "auto", "break", "case", "char", "const", "continue", "default", "do", "double", "else", "enum", "extern", "float",
-    "for", "goto", "if", "inline", "int", "long", "register", "restrict", "return", "short", "signed", "sizeof", "static",
-    "struct", "switch", "typedef", "union", "unsigned", "void", "volatile", "while", "_Bool", "_Complex", "_Imaginary",
+    "auto",
+    "break",
+    "case",
+    "char",
+    "const",
+    "continue",
+    "default",
+    "do",
+    "double",
+    "else",
+    "enum",
+    "extern",
+    "float",
+    "for",
+    "goto",
+    "if",
+    "inline",
+    "int",
+    "long",
+    "register",
+    "restrict",
+    "return",
+    "short",
+    "signed",
+    "sizeof",
+    "static",
+    "struct",
+    "switch",
+    "typedef",
+    "union",
+    "unsigned",
+    "void",
+    "volatile",
+    "while",
+    "_Bool",
+    "_Complex",
+    "_Imaginary",
 ];
 
 /// A part could not be read; the finding is reported.
@@ -53,14 +88,20 @@ fn known_type(name: &str) -> Option<Base> {
         "uint16_t" | "uint_least16_t" => fixed(16, false),
         "int32_t" | "int_least32_t" => fixed(32, true),
         "uint32_t" | "uint_least32_t" => fixed(32, false),
-        "int64_t" | "uint64_t" | "size_t" | "ptrdiff_t" | "intptr_t" | "uintptr_t" | "intmax_t" | "uintmax_t" => Some(Base::LongLong),
+        "int64_t" | "uint64_t" | "size_t" | "ptrdiff_t" | "intptr_t" | "uintptr_t" | "intmax_t"
+        | "uintmax_t" => Some(Base::LongLong),
         "FILE" | "time_t" | "clock_t" | "va_list" | "wchar_t" => Some(Base::Opaque),
         _ => None,
     }
 }
 
 /// Reads a source into its tree; what could not be read is left out and reported.
-pub(super) fn parse(file: FileId, text: &str, limits: &Limits, is_unsigned_char: bool) -> (Source, Findings) {
+pub(super) fn parse(
+    file: FileId,
+    text: &str,
+    limits: &Limits,
+    is_unsigned_char: bool,
+) -> (Source, Findings) {
     let mut findings = Findings { kept: Vec::new(), limit: limits.diagnostics, rest: 0 };
     let lexed = lexer::lex(file, text, 0..text.len(), is_unsigned_char, &mut findings);
     let mut parser = Parser {
@@ -134,12 +175,18 @@ impl<'t> Parser<'t> {
         let token = self.here();
         let found = match token.kind {
             Kind::End => "the end of the file".to_owned(),
-            Kind::Text | Kind::Word | Kind::Number { .. } | Kind::Float | Kind::Char(_) | Kind::Sign => {
+            Kind::Text
+            | Kind::Word
+            | Kind::Number { .. }
+            | Kind::Float
+            | Kind::Char(_)
+            | Kind::Sign => {
                 format!("`{}`", self.word_of(token))
             }
         };
         self.findings.report(|| {
-            Diagnostic::error(codes::C_SYNTAX, format!("expected {wanted}, found {found}")).at(token.span, format!("{wanted} is expected here"))
+            Diagnostic::error(codes::C_SYNTAX, format!("expected {wanted}, found {found}"))
+                .at(token.span, format!("{wanted} is expected here"))
         });
         Err(Failed)
     }
@@ -163,9 +210,12 @@ impl<'t> Parser<'t> {
         if self.depth >= self.nesting {
             let (span, most) = (self.here().span, self.nesting);
             self.findings.report(|| {
-                Diagnostic::error(codes::NESTING, format!("statements and expressions are nested deeper than {most} levels"))
-                    .at(span, "the first one too deep")
-                    .help("take a part out, or raise the limit with --nesting-limit")
+                Diagnostic::error(
+                    codes::NESTING,
+                    format!("statements and expressions are nested deeper than {most} levels"),
+                )
+                .at(span, "the first one too deep")
+                .help("take a part out, or raise the limit with --nesting-limit")
             });
             return Err(Failed);
         }
@@ -219,7 +269,9 @@ impl<'t> Parser<'t> {
             "include" => {
                 self.source.lines.push(line.span);
                 let name = body["include".len()..].trim().to_owned();
-                if !["<stdbool.h>", "<stdint.h>", "<limits.h>", "<stddef.h>"].contains(&name.as_str()) {
+                if !["<stdbool.h>", "<stdint.h>", "<limits.h>", "<stddef.h>"]
+                    .contains(&name.as_str())
+                {
                     self.findings.report(|| {
                         Diagnostic::note(codes::C_INCLUDE, format!("{name} is not read"))
                             .at(line.span, "what it declares is not known here")
@@ -241,7 +293,13 @@ impl<'t> Parser<'t> {
 
     /// `#define NAME constant`; anything else is kept as text for the library, and is opaque where it is used.
     fn define(&mut self, line: Line, from: usize) {
-        let lexed = lexer::lex(self.file, self.text, from..line.span.end as usize, self.is_unsigned_char, &mut self.findings);
+        let lexed = lexer::lex(
+            self.file,
+            self.text,
+            from..line.span.end as usize,
+            self.is_unsigned_char,
+            &mut self.findings,
+        );
         let tokens = std::mem::replace(&mut self.tokens, lexed.tokens);
         let at = std::mem::take(&mut self.at);
         let name = self.here();
@@ -251,10 +309,14 @@ impl<'t> Parser<'t> {
             // The bracket of a parameter list touches the name.
             let is_function = self.is("(") && self.here().span.start == name.span.end;
             let is_empty = self.here().kind == Kind::End;
-            let value = (!is_function && !is_empty && self.here().kind != Kind::Text).then(|| self.quietly(|p| {
-                let value = p.expression()?;
-                if p.here().kind == Kind::End { Ok(value) } else { Err(Failed) }
-            })).flatten();
+            let value = (!is_function && !is_empty && self.here().kind != Kind::Text)
+                .then(|| {
+                    self.quietly(|p| {
+                        let value = p.expression()?;
+                        if p.here().kind == Kind::End { Ok(value) } else { Err(Failed) }
+                    })
+                })
+                .flatten();
             match value.and_then(|value| constant::value(&value, &self.constants).ok()) {
                 Some(value) => {
                     self.constants.insert(text.clone(), value);
@@ -306,11 +368,20 @@ impl<'t> Parser<'t> {
         if self.is(";") {
             self.take();
             let span = self.since(start);
-            self.source.items.push(External::Declaration(Declaration { specifiers, declared: Vec::new(), span }));
+            self.source.items.push(External::Declaration(Declaration {
+                specifiers,
+                declared: Vec::new(),
+                span,
+            }));
             return Ok(());
         }
         let (declarator, names) = self.declarator(true)?;
-        if declarator.is_function && !declarator.is_opaque && !self.is(";") && !self.is(",") && !self.is("=") {
+        if declarator.is_function
+            && !declarator.is_opaque
+            && !self.is(";")
+            && !self.is(",")
+            && !self.is("=")
+        {
             let params = self.old_style(names)?;
             if !self.is("{") {
                 return self.unexpected("`{` of the function's body, or `;`");
@@ -318,7 +389,14 @@ impl<'t> Parser<'t> {
             let body = self.statement()?;
             let span = self.since(start);
             let name = declarator.name.clone();
-            self.source.items.push(External::Function(Function { name, specifiers, declarator, params, body, span }));
+            self.source.items.push(External::Function(Function {
+                name,
+                specifiers,
+                declarator,
+                params,
+                body,
+                span,
+            }));
             return Ok(());
         }
         let declaration = self.declaration_from(start, specifiers, Some(declarator))?;
@@ -334,11 +412,23 @@ impl<'t> Parser<'t> {
             let declaration = self.declaration_from(start, specifiers.clone(), None)?;
             for (declarator, _) in declaration.declared {
                 match params.iter_mut().find(|param| param.name.text == declarator.name.text) {
-                    Some(param) => *param = Param { name: param.name.clone(), specifiers: specifiers.clone(), declarator },
+                    Some(param) => {
+                        *param = Param {
+                            name: param.name.clone(),
+                            specifiers: specifiers.clone(),
+                            declarator,
+                        }
+                    }
                     None => {
                         let name = declarator.name.clone();
                         self.findings.report(|| {
-                            Diagnostic::error(codes::C_SYNTAX, format!("{name} is declared between head and body, but is no parameter")).at(name.span, "not in the list of parameters")
+                            Diagnostic::error(
+                                codes::C_SYNTAX,
+                                format!(
+                                    "{name} is declared between head and body, but is no parameter"
+                                ),
+                            )
+                            .at(name.span, "not in the list of parameters")
                         });
                     }
                 }
@@ -369,8 +459,29 @@ impl<'t> Parser<'t> {
     pub(super) fn is_type_word(&self, word: &str) -> bool {
         matches!(
             word,
-            "void" | "char" | "short" | "int" | "long" | "signed" | "unsigned" | "float" | "double" | "_Bool" | "_Complex" | "struct" | "union" | "enum" | "const"
-                | "volatile" | "register" | "static" | "extern" | "auto" | "typedef" | "inline" | "restrict"
+            "void"
+                | "char"
+                | "short"
+                | "int"
+                | "long"
+                | "signed"
+                | "unsigned"
+                | "float"
+                | "double"
+                | "_Bool"
+                | "_Complex"
+                | "struct"
+                | "union"
+                | "enum"
+                | "const"
+                | "volatile"
+                | "register"
+                | "static"
+                | "extern"
+                | "auto"
+                | "typedef"
+                | "inline"
+                | "restrict"
         ) || self.typedefs.contains_key(word)
             || (known_type(word).is_some() && !self.constants.contains_key(word))
     }
@@ -388,7 +499,8 @@ impl<'t> Parser<'t> {
             is_volatile: false,
             span: Span::new(self.file, start.start as usize, start.start as usize),
         };
-        let (mut sign, mut n_long, mut word_base): (Option<bool>, u8, Option<Base>) = (None, 0, None);
+        let (mut sign, mut n_long, mut word_base): (Option<bool>, u8, Option<Base>) =
+            (None, 0, None);
         let mut type_span: Option<Span> = None;
         let mut is_any = false;
         loop {
@@ -422,12 +534,20 @@ impl<'t> Parser<'t> {
                     is_any = true;
                     continue;
                 }
-                _ if word_base.is_none() && sign.is_none() && n_long == 0 && self.is_name(token) => {
+                _ if word_base.is_none()
+                    && sign.is_none()
+                    && n_long == 0
+                    && self.is_name(token) =>
+                {
                     let known = self.typedefs.get(word).cloned().or_else(|| known_type(word));
                     let next = self.ahead(1);
                     match known {
                         Some(base) => word_base = Some(base),
-                        None if self.is_name(next) || (!implicit && !is_any && self.word_of(next) == "*") => word_base = Some(Base::Opaque),
+                        None if self.is_name(next)
+                            || (!implicit && !is_any && self.word_of(next) == "*") =>
+                        {
+                            word_base = Some(Base::Opaque)
+                        }
                         None => break,
                     }
                 }
@@ -475,7 +595,10 @@ impl<'t> Parser<'t> {
                     "{" => depth += 1,
                     "}" => depth -= 1,
                     _ if token.kind == Kind::End => {
-                        self.findings.report(|| Diagnostic::error(codes::C_SYNTAX, "the `{` here has no `}`").at(open, "opened here"));
+                        self.findings.report(|| {
+                            Diagnostic::error(codes::C_SYNTAX, "the `{` here has no `}`")
+                                .at(open, "opened here")
+                        });
                         return Err(Failed);
                     }
                     _ => {}
@@ -507,7 +630,9 @@ impl<'t> Parser<'t> {
 
     pub(super) fn not_constant(&mut self, span: Span, what: &str) {
         self.findings.report(|| {
-            Diagnostic::error(codes::C_CONSTANT, format!("{what} is no constant")).at(span, "not known before the program runs").help("use numbers, characters, and names from `#define` and `enum`")
+            Diagnostic::error(codes::C_CONSTANT, format!("{what} is no constant"))
+                .at(span, "not known before the program runs")
+                .help("use numbers, characters, and names from `#define` and `enum`")
         });
     }
 
@@ -526,20 +651,28 @@ impl<'t> Parser<'t> {
                 self.take();
             }
         }
-        if self.is("(") && (self.word_of(self.ahead(1)) == "*" || self.word_of(self.ahead(1)) == "(") {
+        if self.is("(")
+            && (self.word_of(self.ahead(1)) == "*" || self.word_of(self.ahead(1)) == "(")
+        {
             self.take();
             let (inner, _) = self.declarator(named)?;
             self.expect(")")?;
             found.name = inner.name;
             found.is_opaque = true;
-        } else if self.is_name(self.here()) && (named || !self.is_type_word(self.word_of(self.here()))) {
+        } else if self.is_name(self.here())
+            && (named || !self.is_type_word(self.word_of(self.here())))
+        {
             found.name = self.name("a name")?;
         } else if named {
             return self.unexpected("a name");
         }
         loop {
             if self.accept("[") {
-                found.lengths.push(if self.is("]") { None } else { Some(self.deeper(Self::expression)?) });
+                found.lengths.push(if self.is("]") {
+                    None
+                } else {
+                    Some(self.deeper(Self::expression)?)
+                });
                 self.expect("]")?;
             } else if self.is("(") && !found.is_function {
                 self.take();
@@ -570,7 +703,9 @@ impl<'t> Parser<'t> {
                 break;
             }
             let token = self.here();
-            let is_old = self.is_name(token) && !self.is_type_word(self.word_of(token)) && matches!(self.word_of(self.ahead(1)), "," | ")");
+            let is_old = self.is_name(token)
+                && !self.is_type_word(self.word_of(token))
+                && matches!(self.word_of(self.ahead(1)), "," | ")");
             if is_old {
                 let name = self.name("a parameter")?;
                 let specifiers = Specifiers {
@@ -582,7 +717,8 @@ impl<'t> Parser<'t> {
                     is_volatile: false,
                     span: Span::new(self.file, name.span.start as usize, name.span.start as usize),
                 };
-                let declarator = Declarator { name: name.clone(), span: name.span, ..Declarator::default() };
+                let declarator =
+                    Declarator { name: name.clone(), span: name.span, ..Declarator::default() };
                 params.push(Param { name, specifiers, declarator });
             } else {
                 let specifiers = self.specifiers(false)?;
@@ -597,7 +733,12 @@ impl<'t> Parser<'t> {
         Ok(params)
     }
 
-    fn declaration_from(&mut self, start: Span, specifiers: Specifiers, first: Option<Declarator>) -> Read<Declaration> {
+    fn declaration_from(
+        &mut self,
+        start: Span,
+        specifiers: Specifiers,
+        first: Option<Declarator>,
+    ) -> Read<Declaration> {
         let mut declared = Vec::new();
         let mut next = first;
         if !self.is(";") || next.is_some() {
@@ -607,7 +748,10 @@ impl<'t> Parser<'t> {
                     None => self.declarator(true)?.0,
                 };
                 if specifiers.is_typedef {
-                    let is_plain = declarator.n_pointers == 0 && declarator.lengths.is_empty() && !declarator.is_function && !declarator.is_opaque;
+                    let is_plain = declarator.n_pointers == 0
+                        && declarator.lengths.is_empty()
+                        && !declarator.is_function
+                        && !declarator.is_opaque;
                     let base = if is_plain { specifiers.base.clone() } else { Base::Opaque };
                     self.typedefs.insert(declarator.name.text.clone(), base);
                 }
@@ -668,7 +812,10 @@ impl<'t> Parser<'t> {
                 return Ok(StmtKind::Block(all));
             }
             if self.here().kind == Kind::End {
-                self.findings.report(|| Diagnostic::error(codes::C_SYNTAX, "the `{` here has no `}`").at(open, "opened here"));
+                self.findings.report(|| {
+                    Diagnostic::error(codes::C_SYNTAX, "the `{` here has no `}`")
+                        .at(open, "opened here")
+                });
                 return Err(Failed);
             }
             let before = self.at;
@@ -688,7 +835,11 @@ impl<'t> Parser<'t> {
     fn statement_inner(&mut self) -> Read<Stmt> {
         let start = self.here().span;
         let token = self.here();
-        let kind = match if token.kind == Kind::Word || token.kind == Kind::Sign { self.word_of(token) } else { "" } {
+        let kind = match if token.kind == Kind::Word || token.kind == Kind::Sign {
+            self.word_of(token)
+        } else {
+            ""
+        } {
             "{" => self.block()?,
             ";" => {
                 self.take();
@@ -698,7 +849,8 @@ impl<'t> Parser<'t> {
                 self.take();
                 let condition = self.condition()?;
                 let then = Box::new(self.statement()?);
-                let otherwise = if self.accept("else") { Some(Box::new(self.statement()?)) } else { None };
+                let otherwise =
+                    if self.accept("else") { Some(Box::new(self.statement()?)) } else { None };
                 StmtKind::If(condition, then, otherwise)
             }
             "while" => {
@@ -798,7 +950,10 @@ impl<'t> Parser<'t> {
     fn labelled(&mut self) -> Read<Stmt> {
         if self.is("}") {
             let at = self.here().span;
-            return Ok(Stmt { kind: StmtKind::Null, span: Span::new(self.file, at.start as usize, at.start as usize) });
+            return Ok(Stmt {
+                kind: StmtKind::Null,
+                span: Span::new(self.file, at.start as usize, at.start as usize),
+            });
         }
         self.statement()
     }
@@ -810,7 +965,10 @@ impl<'t> Parser<'t> {
             return false;
         }
         let word = self.word_of(next);
-        self.is_type_word(word) || (self.is_name(next) && self.word_of(self.ahead(2)) == "*" && self.word_of(self.ahead(3)) == ")")
+        self.is_type_word(word)
+            || (self.is_name(next)
+                && self.word_of(self.ahead(2)) == "*"
+                && self.word_of(self.ahead(3)) == ")")
     }
 
     pub(super) fn opaque(&self, operands: Vec<super::ast::Expr>) -> ExprKind {

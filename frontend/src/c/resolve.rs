@@ -6,12 +6,15 @@
 //! rule is applied until nothing changes.
 
 use super::Options;
-use super::ast::{Declaration, Expr, ExprKind, External, Function, Init, Param, Source, Specifiers, Declarator, Stmt, StmtKind};
+use super::ast::{
+    Declaration, Declarator, Expr, ExprKind, External, Function, Init, Param, Source, Specifiers,
+    Stmt, StmtKind,
+};
 use super::sequence;
 use super::types::{self, Scalar, Type, Widths};
 use crate::codes;
 use crate::graf::parser::Findings;
-use grafsynth_ir::diag::{Diagnostic, nearest};
+use grafsynth_ir::diag::{Diagnostic, any_error, nearest};
 use grafsynth_ir::{FileId, Name, Span};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -75,7 +78,9 @@ impl Var<'_> {
     /// The number of elements of an array, all dimensions together.
     pub(super) fn length(&self) -> Option<u32> {
         match &self.ty {
-            Type::Array(_, first, rest) => Some(rest.iter().fold(first.unwrap_or(1), |product, one| product.saturating_mul(*one))),
+            Type::Array(_, first, rest) => Some(
+                rest.iter().fold(first.unwrap_or(1), |product, one| product.saturating_mul(*one)),
+            ),
             Type::Void | Type::Scalar(_) | Type::Pointer(_) | Type::Opaque => None,
         }
     }
@@ -139,7 +144,10 @@ impl<'s> Program<'s> {
     /// True if the expression calls a function of the chart.
     pub(super) fn has_call(&self, expr: &Expr) -> bool {
         let mut found = false;
-        expr.each(&mut |inner| found |= matches!(&inner.kind, ExprKind::Call(name, _) if self.callee(&name.text).is_some()));
+        expr.each(&mut |inner| {
+            found |=
+                matches!(&inner.kind, ExprKind::Call(name, _) if self.callee(&name.text).is_some())
+        });
         found
     }
 
@@ -147,7 +155,10 @@ impl<'s> Program<'s> {
     pub(super) fn has_effect(&self, expr: &Expr) -> bool {
         let mut found = false;
         expr.each(&mut |inner| {
-            found |= matches!(inner.kind, ExprKind::Call(..) | ExprKind::Step { .. } | ExprKind::Assign(..));
+            found |= matches!(
+                inner.kind,
+                ExprKind::Call(..) | ExprKind::Step { .. } | ExprKind::Assign(..)
+            );
         });
         found
     }
@@ -170,8 +181,12 @@ pub(super) fn resolve<'s>(
     options: &'s Options,
     findings: &mut Findings,
 ) -> Option<Program<'s>> {
-    let constants = source.constants.iter().map(|(name, value)| (name.text.clone(), *value)).collect();
-    let widths = Widths { int: if options.int_bits == 16 { 16 } else { 32 }, is_unsigned_char: options.is_unsigned_char };
+    let constants =
+        source.constants.iter().map(|(name, value)| (name.text.clone(), *value)).collect();
+    let widths = Widths {
+        int: if options.int_bits == 16 { 16 } else { 32 },
+        is_unsigned_char: options.is_unsigned_char,
+    };
     let mut resolver = Resolver {
         program: Program {
             file,
@@ -199,7 +214,10 @@ pub(super) fn resolve<'s>(
     resolver.recursion();
     resolver.references();
     resolver.lengths();
-    resolver.units();
+    // Notes about a source with errors would speak of what is mended next.
+    if !any_error(&resolver.findings.kept) {
+        resolver.units();
+    }
     Some(resolver.program)
 }
 
@@ -237,22 +255,38 @@ impl<'s> Resolver<'s, '_> {
                     if let Some(earlier) = self.program.by_name.get(&def.name.text) {
                         let first = self.program.functions[*earlier].def.name.span;
                         self.findings.report(|| {
-                            Diagnostic::error(codes::C_TYPE, format!("the function {} is defined twice", def.name)).at(def.name.span, "again here").at(first, "first here")
+                            Diagnostic::error(
+                                codes::C_TYPE,
+                                format!("the function {} is defined twice", def.name),
+                            )
+                            .at(def.name.span, "again here")
+                            .at(first, "first here")
                         });
                         continue;
                     }
                     let is_kept = self.program.options.keep.contains(&def.name.text);
                     self.program.by_name.insert(def.name.text.clone(), id);
-                    self.program.functions.push(FunctionInfo { def, params: Vec::new(), result: None, is_kept, calls: Vec::new() });
+                    self.program.functions.push(FunctionInfo {
+                        def,
+                        params: Vec::new(),
+                        result: None,
+                        is_kept,
+                        calls: Vec::new(),
+                    });
                 }
                 External::Declaration(_) => {}
             }
         }
         for name in &self.program.options.keep {
             if !self.program.by_name.contains_key(name) {
-                let near = nearest(name, self.program.by_name.keys().map(String::as_str)).map(|near| format!("did you mean {near}?"));
+                let near = nearest(name, self.program.by_name.keys().map(String::as_str))
+                    .map(|near| format!("did you mean {near}?"));
                 self.findings.report(|| {
-                    let finding = Diagnostic::error(codes::C_NO_FUNCTION, format!("there is no function {name} to keep")).at(Span::new(self.program.file, 0, 0), "");
+                    let finding = Diagnostic::error(
+                        codes::C_NO_FUNCTION,
+                        format!("there is no function {name} to keep"),
+                    )
+                    .at(Span::new(self.program.file, 0, 0), "");
                     near.into_iter().fold(finding, Diagnostic::help)
                 });
             }
@@ -274,9 +308,12 @@ impl<'s> Resolver<'s, '_> {
 
     /// What a kept function calls is kept too: its text needs it.
     fn kept_callees(&mut self) {
-        let mut open: Vec<FunctionId> = (0..self.program.functions.len()).filter(|id| self.program.functions[*id].is_kept).collect();
+        let mut open: Vec<FunctionId> = (0..self.program.functions.len())
+            .filter(|id| self.program.functions[*id].is_kept)
+            .collect();
         while let Some(id) = open.pop() {
-            let callees: Vec<FunctionId> = self.program.functions[id].calls.iter().map(|(callee, _)| *callee).collect();
+            let callees: Vec<FunctionId> =
+                self.program.functions[id].calls.iter().map(|(callee, _)| *callee).collect();
             for callee in callees {
                 if !self.program.functions[callee].is_kept {
                     self.program.functions[callee].is_kept = true;
@@ -293,10 +330,16 @@ impl<'s> Resolver<'s, '_> {
             let var = self.param(id, index, param);
             self.program.functions[id].params.push(var);
         }
-        let result = types::of(&def.specifiers, &Declarator { is_function: false, ..def.declarator.clone() }, self.program.widths, &self.program.constants);
+        let result = types::of(
+            &def.specifiers,
+            &Declarator { is_function: false, ..def.declarator.clone() },
+            self.program.widths,
+            &self.program.constants,
+        );
         let ty = result.unwrap_or(Type::Opaque);
         // `f() { .. }` of K&R returns an `int` that nobody looks at unless it says `return e`.
-        let is_silent = def.specifiers.span.start == def.specifiers.span.end && !returns_value(&def.body);
+        let is_silent =
+            def.specifiers.span.start == def.specifiers.span.end && !returns_value(&def.body);
         if ty != Type::Void && !is_silent {
             let name = Name::new("result", def.name.span);
             let ty = if matches!(ty, Type::Pointer(_)) { Type::Opaque } else { ty };
@@ -326,23 +369,48 @@ impl<'s> Resolver<'s, '_> {
     }
 
     fn param(&mut self, function: FunctionId, index: usize, param: &'s Param) -> VarId {
-        let ty = match types::of(&param.specifiers, &param.declarator, self.program.widths, &self.program.constants) {
+        let ty = match types::of(
+            &param.specifiers,
+            &param.declarator,
+            self.program.widths,
+            &self.program.constants,
+        ) {
             Ok(ty) => ty,
             Err(span) => {
                 self.bad_length(span);
                 Type::Opaque
             }
         };
-        self.declare(&param.name, ty, Home::Param(function, index), &param.specifiers, &param.declarator, None)
+        self.declare(
+            &param.name,
+            ty,
+            Home::Param(function, index),
+            &param.specifiers,
+            &param.declarator,
+            None,
+        )
     }
 
     fn bad_length(&mut self, span: Span) {
         self.findings.report(|| {
-            Diagnostic::error(codes::C_CONSTANT, "the length of an array is no constant between 1 and 65536").at(span, "").help("write a number, or a name from `#define` or `enum`")
+            Diagnostic::error(
+                codes::C_CONSTANT,
+                "the length of an array is no constant between 1 and 65536",
+            )
+            .at(span, "")
+            .help("write a number, or a name from `#define` or `enum`")
         });
     }
 
-    fn declare(&mut self, name: &Name, ty: Type, home: Home, specifiers: &'s Specifiers, declarator: &'s Declarator, init: Option<&'s Init>) -> VarId {
+    fn declare(
+        &mut self,
+        name: &Name,
+        ty: Type,
+        home: Home,
+        specifiers: &'s Specifiers,
+        declarator: &'s Declarator,
+        init: Option<&'s Init>,
+    ) -> VarId {
         let id = self.var(Var {
             name: name.clone(),
             ty,
@@ -379,7 +447,11 @@ impl<'s> Resolver<'s, '_> {
                 }
             } else if !name.text.is_empty() {
                 let first = first.name.span;
-                self.findings.report(|| Diagnostic::error(codes::C_TYPE, format!("{name} is declared twice")).at(name.span, "again here").at(first, "first here"));
+                self.findings.report(|| {
+                    Diagnostic::error(codes::C_TYPE, format!("{name} is declared twice"))
+                        .at(name.span, "again here")
+                        .at(first, "first here")
+                });
             }
         }
         id
@@ -394,7 +466,12 @@ impl<'s> Resolver<'s, '_> {
                 self.prototypes.insert(declarator.name.text.clone());
                 continue;
             }
-            let ty = types::of(&declaration.specifiers, declarator, self.program.widths, &self.program.constants);
+            let ty = types::of(
+                &declaration.specifiers,
+                declarator,
+                self.program.widths,
+                &self.program.constants,
+            );
             let mut ty = match ty {
                 Ok(ty) => ty,
                 Err(span) => {
@@ -409,11 +486,22 @@ impl<'s> Resolver<'s, '_> {
                 ty = Type::Opaque;
             }
             let home = match self.function {
-                Some(function) if !declaration.specifiers.is_static && !declaration.specifiers.is_extern => Home::Local(function),
+                Some(function)
+                    if !declaration.specifiers.is_static && !declaration.specifiers.is_extern =>
+                {
+                    Home::Local(function)
+                }
                 _ => Home::Global,
             };
             // The name is known in its own initial value.
-            self.declare(&declarator.name, ty, home, &declaration.specifiers, declarator, init.as_ref());
+            self.declare(
+                &declarator.name,
+                ty,
+                home,
+                &declaration.specifiers,
+                declarator,
+                init.as_ref(),
+            );
             if let Some(init) = init {
                 self.init(init);
             }
@@ -424,7 +512,14 @@ impl<'s> Resolver<'s, '_> {
         match init? {
             Init::List(values, _) => u32::try_from(values.len()).ok().filter(|length| *length > 0),
             Init::One(Expr { kind: ExprKind::Text, span }) => {
-                let length = super::lexer::characters(self.program.file, self.program.text, *span, self.findings).len() + 1;
+                let length = super::lexer::characters(
+                    self.program.file,
+                    self.program.text,
+                    *span,
+                    self.findings,
+                )
+                .len()
+                    + 1;
                 u32::try_from(length).ok()
             }
             Init::One(_) => None,
@@ -440,7 +535,11 @@ impl<'s> Resolver<'s, '_> {
 
     fn statement(&mut self, statement: &'s Stmt) {
         match &statement.kind {
-            StmtKind::Null | StmtKind::Goto(_) | StmtKind::Break | StmtKind::Continue | StmtKind::Return(None) => {}
+            StmtKind::Null
+            | StmtKind::Goto(_)
+            | StmtKind::Break
+            | StmtKind::Continue
+            | StmtKind::Return(None) => {}
             StmtKind::Expr(expr) | StmtKind::Return(Some(expr)) => self.expr(expr),
             StmtKind::Block(all) => {
                 self.scopes.push(BTreeMap::new());
@@ -453,7 +552,9 @@ impl<'s> Resolver<'s, '_> {
                 self.statement(then);
                 otherwise.iter().for_each(|one| self.statement(one));
             }
-            StmtKind::While(condition, body) | StmtKind::Do(body, condition) | StmtKind::Switch(condition, body) => {
+            StmtKind::While(condition, body)
+            | StmtKind::Do(body, condition)
+            | StmtKind::Switch(condition, body) => {
                 self.expr(condition);
                 self.statement(body);
             }
@@ -465,7 +566,9 @@ impl<'s> Resolver<'s, '_> {
                 self.scopes.pop();
             }
             // Case labels are constants; their names are looked up there.
-            StmtKind::Case(_, body) | StmtKind::Default(body) | StmtKind::Label(_, body) => self.statement(body),
+            StmtKind::Case(_, body) | StmtKind::Default(body) | StmtKind::Label(_, body) => {
+                self.statement(body)
+            }
         }
     }
 
@@ -506,7 +609,11 @@ impl<'s> Resolver<'s, '_> {
                     match (&argument.kind, callee) {
                         (ExprKind::Name(text), Some(callee)) => {
                             if let Some(var) = self.name(text, argument.span) {
-                                self.pointer_uses.entry(var).or_default().passed.push((callee, index));
+                                self.pointer_uses
+                                    .entry(var)
+                                    .or_default()
+                                    .passed
+                                    .push((callee, index));
                             }
                         }
                         (ExprKind::AddressOf(inner), Some(_)) => {
@@ -525,7 +632,11 @@ impl<'s> Resolver<'s, '_> {
                 self.written(operand);
                 self.names(operand);
             }
-            ExprKind::Number { .. } | ExprKind::Char(_) | ExprKind::Float | ExprKind::Text | ExprKind::SizeofType(_) => {}
+            ExprKind::Number { .. }
+            | ExprKind::Char(_)
+            | ExprKind::Float
+            | ExprKind::Text
+            | ExprKind::SizeofType(_) => {}
             ExprKind::Opaque(_)
             | ExprKind::Unary(..)
             | ExprKind::Cast(..)
@@ -533,7 +644,9 @@ impl<'s> Resolver<'s, '_> {
             | ExprKind::Binary(..)
             | ExprKind::Junction(..)
             | ExprKind::Conditional(..)
-            | ExprKind::Comma(_) => expr.operands().into_iter().for_each(|operand| self.names(operand)),
+            | ExprKind::Comma(_) => {
+                expr.operands().into_iter().for_each(|operand| self.names(operand))
+            }
         }
     }
 
@@ -581,10 +694,17 @@ impl<'s> Resolver<'s, '_> {
             // A header that we do not read may declare it.
             || self.program.source.lines.iter().any(|line| self.program.text_of(*line).contains("include"));
         if !is_known {
-            let names = self.scopes.iter().flat_map(BTreeMap::keys).chain(self.program.constants.keys()).chain(self.program.by_name.keys());
+            let names = self
+                .scopes
+                .iter()
+                .flat_map(BTreeMap::keys)
+                .chain(self.program.constants.keys())
+                .chain(self.program.by_name.keys());
             let near = nearest(name, names.map(String::as_str)).map(str::to_owned);
             self.findings.report(|| {
-                let finding = Diagnostic::error(codes::C_UNDECLARED, format!("{name} is not declared")).at(span, "not known here");
+                let finding =
+                    Diagnostic::error(codes::C_UNDECLARED, format!("{name} is not declared"))
+                        .at(span, "not known here");
                 match near {
                     Some(near) => finding.help(format!("did you mean {near}?")).fix(span, near),
                     None => finding,
@@ -603,27 +723,47 @@ impl<'s> Resolver<'s, '_> {
                 program.entry = *id;
                 return Some(());
             }
-            let near = nearest(wanted, program.by_name.keys().map(String::as_str)).map(|near| format!("did you mean {near}?"));
+            let near = nearest(wanted, program.by_name.keys().map(String::as_str))
+                .map(|near| format!("did you mean {near}?"));
             self.findings.report(|| {
-                let finding = Diagnostic::error(codes::C_NO_FUNCTION, format!("there is no function {wanted}")).at(Span::new(program.file, 0, 0), "");
+                let finding = Diagnostic::error(
+                    codes::C_NO_FUNCTION,
+                    format!("there is no function {wanted}"),
+                )
+                .at(Span::new(program.file, 0, 0), "");
                 near.into_iter().fold(finding, Diagnostic::help)
             });
             return None;
         }
-        let called: BTreeSet<FunctionId> = program.functions.iter().flat_map(|one| one.calls.iter().map(|(callee, _)| *callee)).collect();
-        let roots: Vec<FunctionId> = (0..program.functions.len()).filter(|id| !called.contains(id) && !program.functions[*id].is_kept).collect();
+        let called: BTreeSet<FunctionId> = program
+            .functions
+            .iter()
+            .flat_map(|one| one.calls.iter().map(|(callee, _)| *callee))
+            .collect();
+        let roots: Vec<FunctionId> = (0..program.functions.len())
+            .filter(|id| !called.contains(id) && !program.functions[*id].is_kept)
+            .collect();
         program.entry = match program.by_name.get("main") {
             Some(main) => *main,
-            None => roots.last().copied().or_else(|| (0..program.functions.len()).find(|id| !program.functions[*id].is_kept))?,
+            None => roots.last().copied().or_else(|| {
+                (0..program.functions.len()).find(|id| !program.functions[*id].is_kept)
+            })?,
         };
-        let others: Vec<&str> = roots.iter().filter(|id| **id != program.entry).map(|id| program.functions[*id].def.name.text.as_str()).collect();
+        let others: Vec<&str> = roots
+            .iter()
+            .filter(|id| **id != program.entry)
+            .map(|id| program.functions[*id].def.name.text.as_str())
+            .collect();
         if !others.is_empty() {
             let entry = &program.functions[program.entry].def.name;
             let others = others.join(", ");
             self.findings.report(|| {
-                Diagnostic::note(codes::C_ENTRY, format!("the chart is that of {entry}; nothing calls {others}"))
-                    .at(entry.span, "the chart runs this function")
-                    .help("choose another one with --entry NAME")
+                Diagnostic::note(
+                    codes::C_ENTRY,
+                    format!("the chart is that of {entry}; nothing calls {others}"),
+                )
+                .at(entry.span, "the chart runs this function")
+                .help("choose another one with --entry NAME")
             });
         }
         Some(())
@@ -655,7 +795,10 @@ impl<'s> Resolver<'s, '_> {
                 }
                 1 if reported.insert(callee) => {
                     let from = stack.iter().position(|(open, _)| *open == callee).unwrap_or(0);
-                    let mut names: Vec<&str> = stack[from..].iter().map(|(open, _)| self.program.functions[*open].def.name.text.as_str()).collect();
+                    let mut names: Vec<&str> = stack[from..]
+                        .iter()
+                        .map(|(open, _)| self.program.functions[*open].def.name.text.as_str())
+                        .collect();
                     let name = self.program.functions[callee].def.name.clone();
                     names.push(&name.text);
                     let way = names.join(" calls ");
@@ -663,7 +806,9 @@ impl<'s> Resolver<'s, '_> {
                         Diagnostic::error(codes::C_RECURSION, format!("{name} is recursive: {way}"))
                             .at(span, "the call that closes the circle")
                             .at(name.span, "the function")
-                            .help(format!("write it with a loop, or leave it in C with --keep {name}"))
+                            .help(format!(
+                                "write it with a loop, or leave it in C with --keep {name}"
+                            ))
                     });
                 }
                 _ => {}
@@ -676,17 +821,24 @@ impl<'s> Resolver<'s, '_> {
         // Handed on, a pointer is what the other function makes of it: until nothing changes.
         loop {
             let mut changed = false;
-            let uses: Vec<(VarId, PointerUse)> = self.pointer_uses.iter().map(|(var, one)| (*var, one.clone())).collect();
+            let uses: Vec<(VarId, PointerUse)> =
+                self.pointer_uses.iter().map(|(var, one)| (*var, one.clone())).collect();
             for (var, one) in uses {
-                let (mut is_indexed, mut is_other, mut is_written) = (one.is_indexed, one.is_other, false);
+                let (mut is_indexed, mut is_other, mut is_written) =
+                    (one.is_indexed, one.is_other, false);
                 for (callee, index) in &one.passed {
-                    let Some(param) = self.program.functions[*callee].params.get(*index).copied() else { continue };
+                    let Some(param) = self.program.functions[*callee].params.get(*index).copied()
+                    else {
+                        continue;
+                    };
                     is_other |= self.program.functions[*callee].is_kept;
                     if let Some(theirs) = self.pointer_uses.get(&param) {
                         is_indexed |= theirs.is_indexed;
-                        is_other |= theirs.is_other && !matches!(self.program.vars[param].ty, Type::Scalar(_));
+                        is_other |= theirs.is_other
+                            && !matches!(self.program.vars[param].ty, Type::Scalar(_));
                     }
-                    let is_array = matches!(self.program.vars[param].ty, Type::Array(..) | Type::Pointer(_));
+                    let is_array =
+                        matches!(self.program.vars[param].ty, Type::Array(..) | Type::Pointer(_));
                     is_written |= is_array && self.program.vars[param].is_written;
                 }
                 if let Some(mine) = self.pointer_uses.get_mut(&var)
@@ -709,7 +861,9 @@ impl<'s> Resolver<'s, '_> {
             let var = &mut self.program.vars[id];
             let is_param = matches!(var.home, Home::Param(..));
             match (&var.ty, is_param) {
-                (Type::Pointer(_) | Type::Array(..), true) if uses.is_other => var.ty = Type::Opaque,
+                (Type::Pointer(_) | Type::Array(..), true) if uses.is_other => {
+                    var.ty = Type::Opaque
+                }
                 (Type::Pointer(scalar), true) if uses.is_indexed => {
                     var.ty = Type::Array(*scalar, None, Vec::new());
                     var.reference = Reference::Array;
@@ -719,7 +873,14 @@ impl<'s> Resolver<'s, '_> {
                     var.reference = Reference::Scalar;
                 }
                 (Type::Array(..), true) => var.reference = Reference::Array,
-                (Type::Pointer(_) | Type::Array(..) | Type::Void | Type::Scalar(_) | Type::Opaque, _) => {}
+                (
+                    Type::Pointer(_)
+                    | Type::Array(..)
+                    | Type::Void
+                    | Type::Scalar(_)
+                    | Type::Opaque,
+                    _,
+                ) => {}
             }
         }
     }
@@ -734,9 +895,12 @@ impl<'s> Resolver<'s, '_> {
                 *first = Some(default);
                 let name = var.name.clone();
                 self.findings.report(|| {
-                    Diagnostic::note(codes::C_ARRAY_LENGTH, format!("{name} gets {default} elements"))
-                        .at(name.span, "its length is not written")
-                        .help("write it between the brackets, or choose another with --array-length N")
+                    Diagnostic::note(
+                        codes::C_ARRAY_LENGTH,
+                        format!("{name} gets {default} elements"),
+                    )
+                    .at(name.span, "its length is not written")
+                    .help("write it between the brackets, or choose another with --array-length N")
                 });
             }
         }
@@ -767,7 +931,9 @@ impl<'s> Resolver<'s, '_> {
         let mut found = Vec::new();
         for (var, uses) in &self.pointer_uses {
             if let Type::Array(_, Some(length), _) = &self.program.vars[*var].ty {
-                let of_callees = uses.passed.iter().filter_map(|(callee, index)| self.program.functions[*callee].params.get(*index));
+                let of_callees = uses.passed.iter().filter_map(|(callee, index)| {
+                    self.program.functions[*callee].params.get(*index)
+                });
                 found.extend(of_callees.map(|param| (*param, *length)));
             }
         }
@@ -781,17 +947,28 @@ impl<'s> Resolver<'s, '_> {
         for id in 0..self.program.functions.len() {
             if !self.program.functions[id].is_kept {
                 let body = &self.program.functions[id].def.body;
-                Collector { program: &self.program, function: id, units: &mut units }.statement(body);
+                Collector { program: &self.program, function: id, units: &mut units }
+                    .statement(body);
             }
         }
         for var in &mut self.program.vars {
             var.in_library |= matches!(var.ty, Type::Opaque);
         }
         // A kept function reads and writes globals by their names.
-        let in_kept: Vec<VarId> = self.program.functions.iter().filter(|one| one.is_kept).flat_map(|one| {
-            let span = one.def.span;
-            self.program.uses.range(span.start..span.end).map(|(_, var)| *var).collect::<Vec<_>>()
-        }).collect();
+        let in_kept: Vec<VarId> = self
+            .program
+            .functions
+            .iter()
+            .filter(|one| one.is_kept)
+            .flat_map(|one| {
+                let span = one.def.span;
+                self.program
+                    .uses
+                    .range(span.start..span.end)
+                    .map(|(_, var)| *var)
+                    .collect::<Vec<_>>()
+            })
+            .collect();
         for var in in_kept {
             self.program.vars[var].in_library = true;
         }
@@ -799,7 +976,9 @@ impl<'s> Resolver<'s, '_> {
         loop {
             let mut changed = false;
             for (unit, is_opaque) in units.iter().zip(&mut is_opaque) {
-                let now = *is_opaque || unit.reason.is_some() || unit.touched.iter().any(|var| self.program.vars[*var].in_library);
+                let now = *is_opaque
+                    || unit.reason.is_some()
+                    || unit.touched.iter().any(|var| self.program.vars[*var].in_library);
                 if now && !*is_opaque {
                     *is_opaque = true;
                     changed = true;
@@ -868,9 +1047,22 @@ fn returns_value(statement: &Stmt) -> bool {
     match &statement.kind {
         StmtKind::Return(value) => value.is_some(),
         StmtKind::Block(all) => all.iter().any(returns_value),
-        StmtKind::If(_, then, otherwise) => returns_value(then) || otherwise.as_deref().is_some_and(returns_value),
-        StmtKind::While(_, body) | StmtKind::Do(body, _) | StmtKind::Switch(_, body) | StmtKind::For { body, .. } | StmtKind::Case(_, body) | StmtKind::Default(body) | StmtKind::Label(_, body) => returns_value(body),
-        StmtKind::Null | StmtKind::Expr(_) | StmtKind::Declaration(_) | StmtKind::Goto(_) | StmtKind::Break | StmtKind::Continue => false,
+        StmtKind::If(_, then, otherwise) => {
+            returns_value(then) || otherwise.as_deref().is_some_and(returns_value)
+        }
+        StmtKind::While(_, body)
+        | StmtKind::Do(body, _)
+        | StmtKind::Switch(_, body)
+        | StmtKind::For { body, .. }
+        | StmtKind::Case(_, body)
+        | StmtKind::Default(body)
+        | StmtKind::Label(_, body) => returns_value(body),
+        StmtKind::Null
+        | StmtKind::Expr(_)
+        | StmtKind::Declaration(_)
+        | StmtKind::Goto(_)
+        | StmtKind::Break
+        | StmtKind::Continue => false,
     }
 }
 
@@ -883,9 +1075,15 @@ struct Collector<'p, 's> {
 impl<'s> Collector<'_, 's> {
     fn statement(&mut self, statement: &'s Stmt) {
         match &statement.kind {
-            StmtKind::Null | StmtKind::Goto(_) | StmtKind::Break | StmtKind::Continue | StmtKind::Return(None) => {}
+            StmtKind::Null
+            | StmtKind::Goto(_)
+            | StmtKind::Break
+            | StmtKind::Continue
+            | StmtKind::Return(None) => {}
             StmtKind::Expr(expr) => self.unit(expr, None),
-            StmtKind::Return(Some(expr)) => self.unit(expr, self.program.functions[self.function].result),
+            StmtKind::Return(Some(expr)) => {
+                self.unit(expr, self.program.functions[self.function].result)
+            }
             StmtKind::Block(all) => all.iter().for_each(|one| self.statement(one)),
             StmtKind::Declaration(declaration) => self.declaration(declaration),
             StmtKind::If(condition, then, otherwise) => {
@@ -893,7 +1091,9 @@ impl<'s> Collector<'_, 's> {
                 self.statement(then);
                 otherwise.iter().for_each(|one| self.statement(one));
             }
-            StmtKind::While(condition, body) | StmtKind::Do(body, condition) | StmtKind::Switch(condition, body) => {
+            StmtKind::While(condition, body)
+            | StmtKind::Do(body, condition)
+            | StmtKind::Switch(condition, body) => {
                 self.unit(condition, None);
                 self.statement(body);
             }
@@ -902,22 +1102,32 @@ impl<'s> Collector<'_, 's> {
                 condition.iter().chain(last).for_each(|one| self.unit(one, None));
                 self.statement(body);
             }
-            StmtKind::Case(_, body) | StmtKind::Default(body) | StmtKind::Label(_, body) => self.statement(body),
+            StmtKind::Case(_, body) | StmtKind::Default(body) | StmtKind::Label(_, body) => {
+                self.statement(body)
+            }
         }
     }
 
     fn declaration(&mut self, declaration: &'s Declaration) {
         for (declarator, init) in &declaration.declared {
-            let Some(var) = self.program.declared.get(&declarator.name.span.start).copied() else { continue };
+            let Some(var) = self.program.declared.get(&declarator.name.span.start).copied() else {
+                continue;
+            };
             if !matches!(self.program.vars[var].home, Home::Local(_)) {
                 continue;
             }
             match init {
                 None => {}
-                Some(Init::One(Expr { kind: ExprKind::Text, .. })) if matches!(self.program.vars[var].ty, Type::Array(..)) => {}
+                Some(Init::One(Expr { kind: ExprKind::Text, .. }))
+                    if matches!(self.program.vars[var].ty, Type::Array(..)) => {}
                 Some(Init::One(expr)) => self.unit(expr, Some(var)),
                 Some(Init::List(all, span)) => {
-                    let mut unit = Unit { span: *span, exprs: Vec::new(), touched: BTreeSet::from([var]), reason: None };
+                    let mut unit = Unit {
+                        span: *span,
+                        exprs: Vec::new(),
+                        touched: BTreeSet::from([var]),
+                        reason: None,
+                    };
                     self.list(all, &mut unit);
                     self.units.push(unit);
                 }
@@ -938,7 +1148,12 @@ impl<'s> Collector<'_, 's> {
     }
 
     fn unit(&mut self, expr: &'s Expr, also: Option<VarId>) {
-        let mut unit = Unit { span: expr.span, exprs: vec![expr], touched: also.into_iter().collect(), reason: None };
+        let mut unit = Unit {
+            span: expr.span,
+            exprs: vec![expr],
+            touched: also.into_iter().collect(),
+            reason: None,
+        };
         self.look(expr, &mut unit);
         self.units.push(unit);
     }
@@ -959,8 +1174,12 @@ impl<'s> Collector<'_, 's> {
                 }
             }
             ExprKind::Char(_) | ExprKind::SizeofType(_) | ExprKind::Sizeof(_) => {
-                if super::value::size_of(program, expr).is_none() && !matches!(expr.kind, ExprKind::Char(_)) {
-                    Self::refuse(unit, span, || "the size of a type that the net does not have".to_owned());
+                if super::value::size_of(program, expr).is_none()
+                    && !matches!(expr.kind, ExprKind::Char(_))
+                {
+                    Self::refuse(unit, span, || {
+                        "the size of a type that the net does not have".to_owned()
+                    });
                 }
             }
             ExprKind::Float => Self::refuse(unit, span, || "a floating-point number".to_owned()),
@@ -968,13 +1187,21 @@ impl<'s> Collector<'_, 's> {
             ExprKind::Name(name) => match program.var_at(span) {
                 Some(var) => {
                     unit.touched.insert(var);
-                    if !matches!(program.vars[var].ty, Type::Scalar(_)) || program.vars[var].reference == Reference::Scalar {
-                        Self::refuse(unit, span, || format!("{name} is used as a whole, or its type is none of the net"));
+                    if !matches!(program.vars[var].ty, Type::Scalar(_))
+                        || program.vars[var].reference == Reference::Scalar
+                    {
+                        Self::refuse(unit, span, || {
+                            format!("{name} is used as a whole, or its type is none of the net")
+                        });
                     }
                 }
                 None => {
-                    if !program.constants.contains_key(name) && !matches!(name.as_str(), "true" | "false" | "NULL") {
-                        Self::refuse(unit, span, || format!("{name} means something only to a C compiler"));
+                    if !program.constants.contains_key(name)
+                        && !matches!(name.as_str(), "true" | "false" | "NULL")
+                    {
+                        Self::refuse(unit, span, || {
+                            format!("{name} means something only to a C compiler")
+                        });
                     }
                 }
             },
@@ -989,10 +1216,16 @@ impl<'s> Collector<'_, 's> {
                 self.look(inner, unit);
             }
             ExprKind::Cast(ty, inner) => {
-                let is_plain = ty.declarator.n_pointers == 0 && !ty.declarator.is_opaque && ty.declarator.lengths.is_empty() && !ty.declarator.is_function;
-                let is_known = types::scalar(&ty.specifiers.base, program.widths).is_some() || ty.specifiers.base == super::ast::Base::Void;
+                let is_plain = ty.declarator.n_pointers == 0
+                    && !ty.declarator.is_opaque
+                    && ty.declarator.lengths.is_empty()
+                    && !ty.declarator.is_function;
+                let is_known = types::scalar(&ty.specifiers.base, program.widths).is_some()
+                    || ty.specifiers.base == super::ast::Base::Void;
                 if !is_plain || !is_known {
-                    Self::refuse(unit, span, || "a cast to a type that the net does not have".to_owned());
+                    Self::refuse(unit, span, || {
+                        "a cast to a type that the net does not have".to_owned()
+                    });
                 }
                 self.look(inner, unit);
             }
@@ -1002,7 +1235,9 @@ impl<'s> Collector<'_, 's> {
             | ExprKind::Junction(..)
             | ExprKind::Conditional(..)
             | ExprKind::Assign(..)
-            | ExprKind::Comma(_) => expr.operands().into_iter().for_each(|operand| self.look(operand, unit)),
+            | ExprKind::Comma(_) => {
+                expr.operands().into_iter().for_each(|operand| self.look(operand, unit))
+            }
         }
     }
 
@@ -1017,15 +1252,21 @@ impl<'s> Collector<'_, 's> {
             Some(var) => {
                 unit.touched.insert(var);
                 match &self.program.vars[var].ty {
-                    Type::Array(_, _, rest) => indices.len() == rest.len() + 1 || (indices.is_empty() && rest.is_empty()),
-                    Type::Scalar(_) => self.program.vars[var].reference == Reference::Scalar && indices.is_empty(),
+                    Type::Array(_, _, rest) => {
+                        indices.len() == rest.len() + 1 || (indices.is_empty() && rest.is_empty())
+                    }
+                    Type::Scalar(_) => {
+                        self.program.vars[var].reference == Reference::Scalar && indices.is_empty()
+                    }
                     Type::Void | Type::Pointer(_) | Type::Opaque => false,
                 }
             }
             None => false,
         };
         if !is_known {
-            Self::refuse(unit, expr.span, || "an element of something that is no array of the net".to_owned());
+            Self::refuse(unit, expr.span, || {
+                "an element of something that is no array of the net".to_owned()
+            });
         }
         indices.into_iter().for_each(|index| self.look(index, unit));
     }
@@ -1033,7 +1274,11 @@ impl<'s> Collector<'_, 's> {
     fn call(&mut self, expr: &'s Expr, name: &'s Name, arguments: &'s [Expr], unit: &mut Unit<'s>) {
         let program = self.program;
         let Some(callee) = program.callee(&name.text) else {
-            let what = if program.by_name.contains_key(&name.text) { "which is kept" } else { "which has no body here" };
+            let what = if program.by_name.contains_key(&name.text) {
+                "which is kept"
+            } else {
+                "which has no body here"
+            };
             Self::refuse(unit, expr.span, || format!("a call of {name}, {what}"));
             if let Some(var) = program.var_at(name.span) {
                 unit.touched.insert(var);
@@ -1048,18 +1293,30 @@ impl<'s> Collector<'_, 's> {
             match (&argument.kind, reference) {
                 (ExprKind::Name(_), Reference::Array | Reference::Scalar) => {
                     let touched = param.into_iter().chain(program.var_at(argument.span)).collect();
-                    let mut own = Unit { span: argument.span, exprs: vec![argument], touched, reason: None };
-                    let matches = program.var_at(argument.span).is_some_and(|var| argument_fits(program, param, var));
+                    let mut own =
+                        Unit { span: argument.span, exprs: vec![argument], touched, reason: None };
+                    let matches = program
+                        .var_at(argument.span)
+                        .is_some_and(|var| argument_fits(program, param, var));
                     if !matches {
-                        Self::refuse(&mut own, argument.span, || "a pointer that is no array of the net".to_owned());
+                        Self::refuse(&mut own, argument.span, || {
+                            "a pointer that is no array of the net".to_owned()
+                        });
                     }
                     self.units.push(own);
                 }
                 (ExprKind::AddressOf(inner), Reference::Scalar) => self.unit(inner, param),
                 (_, Reference::Array | Reference::Scalar) => {
-                    let mut own = Unit { span: argument.span, exprs: vec![argument], touched: param.into_iter().collect(), reason: None };
+                    let mut own = Unit {
+                        span: argument.span,
+                        exprs: vec![argument],
+                        touched: param.into_iter().collect(),
+                        reason: None,
+                    };
                     self.look(argument, &mut own);
-                    Self::refuse(&mut own, argument.span, || "a pointer that is no array of the net".to_owned());
+                    Self::refuse(&mut own, argument.span, || {
+                        "a pointer that is no array of the net".to_owned()
+                    });
                     self.units.push(own);
                 }
                 (_, Reference::None) => self.unit(argument, param),
@@ -1078,7 +1335,9 @@ fn argument_fits(program: &Program<'_>, param: Option<VarId>, var: VarId) -> boo
     let Some(param) = param else { return false };
     match (&program.vars[param].ty, &program.vars[var].ty) {
         (Type::Array(a, _, more), Type::Array(b, _, others)) => a == b && more == others,
-        (Type::Scalar(a), Type::Scalar(b)) => a == b && program.vars[var].reference == Reference::Scalar,
+        (Type::Scalar(a), Type::Scalar(b)) => {
+            a == b && program.vars[var].reference == Reference::Scalar
+        }
         _ => false,
     }
 }

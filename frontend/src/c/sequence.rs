@@ -34,8 +34,17 @@ fn unordered(operands: &[&Expr], findings: &mut Findings) -> Effects {
         let clash = next
             .writes
             .iter()
-            .find_map(|(name, span)| all.reads.get(name).or_else(|| all.writes.get(name)).map(|earlier| (name, *earlier, *span)))
-            .or_else(|| next.reads.iter().find_map(|(name, span)| all.writes.get(name).map(|earlier| (name, *span, *earlier))));
+            .find_map(|(name, span)| {
+                all.reads
+                    .get(name)
+                    .or_else(|| all.writes.get(name))
+                    .map(|earlier| (name, *earlier, *span))
+            })
+            .or_else(|| {
+                next.reads.iter().find_map(|(name, span)| {
+                    all.writes.get(name).map(|earlier| (name, *span, *earlier))
+                })
+            });
         if let Some((name, other, written)) = clash {
             report(name, written, other, findings);
         }
@@ -46,10 +55,13 @@ fn unordered(operands: &[&Expr], findings: &mut Findings) -> Effects {
 
 fn report(name: &str, written: Span, other: Span, findings: &mut Findings) {
     findings.report(|| {
-        Diagnostic::error(codes::C_UNSEQUENCED, format!("{name} is changed and used in one expression, in no order that C prescribes"))
-            .at(written, "changed here")
-            .at(other, "used here")
-            .help("write two statements")
+        Diagnostic::error(
+            codes::C_UNSEQUENCED,
+            format!("{name} is changed and used in one expression, in no order that C prescribes"),
+        )
+        .at(written, "changed here")
+        .at(other, "used here")
+        .help("write two statements")
     });
 }
 
@@ -97,8 +109,15 @@ fn effects(expr: &Expr, findings: &mut Findings) -> Effects {
                 found.add(effects(operand, findings));
             }
         }
-        ExprKind::Number { .. } | ExprKind::Char(_) | ExprKind::Float | ExprKind::Text | ExprKind::SizeofType(_) => {}
-        ExprKind::Unary(_, a) | ExprKind::Deref(a) | ExprKind::AddressOf(a) | ExprKind::Cast(_, a) => found = effects(a, findings),
+        ExprKind::Number { .. }
+        | ExprKind::Char(_)
+        | ExprKind::Float
+        | ExprKind::Text
+        | ExprKind::SizeofType(_) => {}
+        ExprKind::Unary(_, a)
+        | ExprKind::Deref(a)
+        | ExprKind::AddressOf(a)
+        | ExprKind::Cast(_, a) => found = effects(a, findings),
     }
     found
 }

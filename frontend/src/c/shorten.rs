@@ -23,10 +23,17 @@ pub(super) fn shorten(graph: &mut Graph, fuse: bool, lasting: &BTreeSet<String>)
         let is_pure = after.body.iter().all(|stmt| matches!(&stmt.kind, StmtKind::Assign { target, .. } if temps.contains(&target.to_string())));
         let is_branch = after.is_test && matches!(after.next, Next::Branch(..));
         let is_call = after.body.is_empty() && matches!(after.next, Next::Call(..));
-        (is_branch && is_pure || is_call) && !after.is_kept && before.group == after.group && matches!(before.next, Next::Goto(_))
+        (is_branch && is_pure || is_call)
+            && !after.is_kept
+            && before.group == after.group
+            && matches!(before.next, Next::Goto(_))
     });
     if fuse {
-        let mergeable = |before: &Node, after: &Node| before.group == after.group && matches!(before.next, Next::Goto(_)) && !both_touch(before, after, lasting);
+        let mergeable = |before: &Node, after: &Node| {
+            before.group == after.group
+                && matches!(before.next, Next::Goto(_))
+                && !both_touch(before, after, lasting)
+        };
         merge(graph, &mergeable);
         copy_tests(graph, &temps, lasting);
         merge(graph, &mergeable);
@@ -55,7 +62,9 @@ pub(super) fn targets(next: &mut Next) -> Vec<&mut NodeId> {
     match next {
         Next::None | Next::Exit => Vec::new(),
         Next::Goto(to) | Next::Call(_, to) => vec![to],
-        Next::Branch(ways, otherwise) => ways.iter_mut().map(|way| &mut way.to).chain([otherwise]).collect(),
+        Next::Branch(ways, otherwise) => {
+            ways.iter_mut().map(|way| &mut way.to).chain([otherwise]).collect()
+        }
     }
 }
 
@@ -64,7 +73,9 @@ pub(super) fn successors(next: &Next) -> Vec<NodeId> {
     match next {
         Next::None | Next::Exit => Vec::new(),
         Next::Goto(to) | Next::Call(_, to) => vec![*to],
-        Next::Branch(ways, otherwise) => ways.iter().map(|way| way.to).chain([*otherwise]).collect(),
+        Next::Branch(ways, otherwise) => {
+            ways.iter().map(|way| way.to).chain([*otherwise]).collect()
+        }
     }
 }
 
@@ -80,14 +91,21 @@ fn joins(graph: &mut Graph) {
             if !is_join(&graph.nodes[at]) || !seen.insert(at) {
                 break;
             }
-            if !graph.nodes[at].hint.is_empty() && !graph.nodes[at].is_test && graph.nodes[at].text.is_empty() {
+            if !graph.nodes[at].hint.is_empty()
+                && !graph.nodes[at].is_test
+                && graph.nodes[at].text.is_empty()
+            {
                 label.clone_from(&graph.nodes[at].hint);
             }
             at = to;
         }
         // A circle of joins alone is an endless loop that does nothing: one of them stays.
         end_of[first] = at;
-        if at != first && !label.is_empty() && !matches!(graph.nodes[at].next, Next::Exit) && at != graph.start {
+        if at != first
+            && !label.is_empty()
+            && !matches!(graph.nodes[at].next, Next::Exit)
+            && at != graph.start
+        {
             graph.nodes[at].hint = label;
         }
     }
@@ -128,20 +146,26 @@ fn merge(graph: &mut Graph, may: &dyn Fn(&Node, &Node) -> bool) {
     let n_ways = predecessors(graph);
     for id in reached(graph) {
         while let Next::Goto(to) = graph.nodes[id].next {
-            let is_exit = matches!(graph.nodes[to].next, Next::Exit) && graph.nodes[to].body.is_empty();
+            let is_exit =
+                matches!(graph.nodes[to].next, Next::Exit) && graph.nodes[to].body.is_empty();
             if to == id || n_ways[to] != 1 || is_exit || !may(&graph.nodes[id], &graph.nodes[to]) {
                 break;
             }
             let next = std::mem::replace(&mut graph.nodes[to].next, Next::None);
             let body = std::mem::take(&mut graph.nodes[to].body);
             let comments = std::mem::take(&mut graph.nodes[to].comments);
-            let (text, test, hint) = (graph.nodes[to].text.clone(), graph.nodes[to].test.clone(), graph.nodes[to].hint.clone());
+            let (text, test, hint) = (
+                graph.nodes[to].text.clone(),
+                graph.nodes[to].test.clone(),
+                graph.nodes[to].hint.clone(),
+            );
             let span = graph.nodes[to].span;
             let is_start = id == graph.start;
             let node = &mut graph.nodes[id];
             // Statements keep their text; the first one gives the step its name, a function's beginning keeps its own.
             if !text.is_empty() && !node.text.contains(&text) {
-                node.text = if node.text.is_empty() { text } else { format!("{} {text}", node.text) };
+                node.text =
+                    if node.text.is_empty() { text } else { format!("{} {text}", node.text) };
             }
             if node.hint.is_empty() || (node.hint == "null" && !is_start) {
                 node.hint = hint;
@@ -162,8 +186,16 @@ fn copy_tests(graph: &mut Graph, temps: &BTreeSet<String>, lasting: &BTreeSet<St
             let Next::Goto(to) = graph.nodes[id].next else { break };
             let test = &graph.nodes[to];
             let is_pure = test.body.iter().all(|stmt| matches!(&stmt.kind, StmtKind::Assign { target, .. } if temps.contains(&target.to_string())));
-            let is_copied = test.is_test && is_pure && !test.is_kept && matches!(test.next, Next::Branch(..)) && test.body.len() <= COPIED;
-            if to == id || !is_copied || test.group != graph.nodes[id].group || both_touch(&graph.nodes[id], test, lasting) {
+            let is_copied = test.is_test
+                && is_pure
+                && !test.is_kept
+                && matches!(test.next, Next::Branch(..))
+                && test.body.len() <= COPIED;
+            if to == id
+                || !is_copied
+                || test.group != graph.nodes[id].group
+                || both_touch(&graph.nodes[id], test, lasting)
+            {
                 break;
             }
             let (body, next, test) = (test.body.clone(), test.next.clone(), test.test.clone());
@@ -178,9 +210,15 @@ fn copy_tests(graph: &mut Graph, temps: &BTreeSet<String>, lasting: &BTreeSet<St
 /// Removes what cannot be reached.
 fn reachable(graph: &mut Graph) {
     let kept = reached(graph);
-    let new: BTreeMap<NodeId, NodeId> = kept.iter().enumerate().map(|(new, old)| (*old, new)).collect();
+    let new: BTreeMap<NodeId, NodeId> =
+        kept.iter().enumerate().map(|(new, old)| (*old, new)).collect();
     let nodes = std::mem::take(&mut graph.nodes);
-    graph.nodes = nodes.into_iter().enumerate().filter(|(id, _)| kept.contains(id)).map(|(_, node)| node).collect();
+    graph.nodes = nodes
+        .into_iter()
+        .enumerate()
+        .filter(|(id, _)| kept.contains(id))
+        .map(|(_, node)| node)
+        .collect();
     for node in &mut graph.nodes {
         for to in targets(&mut node.next) {
             *to = new[to];

@@ -57,7 +57,9 @@ impl Scalar {
     pub(super) fn stored(self) -> NetType {
         match self {
             Scalar::Bool => NetType::Bool,
-            _ if self.is_folded() => NetType::Int { lo: i64::from(i32::MIN), hi: i64::from(i32::MAX) },
+            _ if self.is_folded() => {
+                NetType::Int { lo: i64::from(i32::MIN), hi: i64::from(i32::MAX) }
+            }
             Scalar::Int { .. } => {
                 let (lo, hi) = self.range();
                 NetType::Int { lo, hi }
@@ -77,11 +79,13 @@ impl Scalar {
     /// name alone here.
     pub(super) fn common(self, other: Scalar, widths: Widths) -> Scalar {
         match (self.promoted(widths), other.promoted(widths)) {
-            (Scalar::Int { bits: a, is_signed: sa }, Scalar::Int { bits: b, is_signed: sb }) => match a.cmp(&b) {
-                std::cmp::Ordering::Less => Scalar::Int { bits: b, is_signed: sb },
-                std::cmp::Ordering::Greater => Scalar::Int { bits: a, is_signed: sa },
-                std::cmp::Ordering::Equal => Scalar::Int { bits: a, is_signed: sa && sb },
-            },
+            (Scalar::Int { bits: a, is_signed: sa }, Scalar::Int { bits: b, is_signed: sb }) => {
+                match a.cmp(&b) {
+                    std::cmp::Ordering::Less => Scalar::Int { bits: b, is_signed: sb },
+                    std::cmp::Ordering::Greater => Scalar::Int { bits: a, is_signed: sa },
+                    std::cmp::Ordering::Equal => Scalar::Int { bits: a, is_signed: sa && sb },
+                }
+            }
             (a, _) => a,
         }
     }
@@ -114,7 +118,12 @@ pub(super) fn scalar(base: &Base, widths: Widths) -> Option<Scalar> {
 ///
 /// # Errors
 /// The length of an array that is no constant between 1 and 65 536.
-pub(super) fn of(specifiers: &Specifiers, declarator: &Declarator, widths: Widths, constants: &BTreeMap<String, i64>) -> Result<Type, Span> {
+pub(super) fn of(
+    specifiers: &Specifiers,
+    declarator: &Declarator,
+    widths: Widths,
+    constants: &BTreeMap<String, i64>,
+) -> Result<Type, Span> {
     if declarator.is_opaque || declarator.is_function {
         return Ok(Type::Opaque);
     }
@@ -126,13 +135,20 @@ pub(super) fn of(specifiers: &Specifiers, declarator: &Declarator, widths: Width
         (0, None) => Ok(Type::Scalar(scalar)),
         (0, Some((first, rest))) => {
             let length = |expr: &super::ast::Expr| match constant::value(expr, constants) {
-                Ok(length) if (1..=MAX_LENGTH).contains(&length) => Ok(u32::try_from(length).unwrap_or(1)),
+                Ok(length) if (1..=MAX_LENGTH).contains(&length) => {
+                    Ok(u32::try_from(length).unwrap_or(1))
+                }
                 Ok(_) => Err(expr.span),
                 Err(span) => Err(span),
             };
             let first = first.as_ref().map(length).transpose()?;
-            let rest = rest.iter().map(|one| one.as_ref().map_or(Err(declarator.span), length)).collect::<Result<Vec<_>, _>>()?;
-            let product = rest.iter().fold(i64::from(first.unwrap_or(1)), |product, one| product.saturating_mul(i64::from(*one)));
+            let rest = rest
+                .iter()
+                .map(|one| one.as_ref().map_or(Err(declarator.span), length))
+                .collect::<Result<Vec<_>, _>>()?;
+            let product = rest.iter().fold(i64::from(first.unwrap_or(1)), |product, one| {
+                product.saturating_mul(i64::from(*one))
+            });
             if product > MAX_LENGTH {
                 return Err(declarator.span);
             }

@@ -2,10 +2,10 @@
 
 use super::ast::{BinaryOp, Expr, ExprKind, Init, UnaryOp};
 use super::flow::{CallSite, Flow, one_line};
+use super::lexer;
 use super::operators::{Num, Repr, Value, loaded};
 use super::resolve::{FunctionId, Home, Program, Reference, VarId};
 use super::types::{self, Scalar, Type};
-use super::lexer;
 use crate::codes;
 use grafsynth_ir::chart::{self, Leaf, Path, StmtKind};
 use grafsynth_ir::diag::Diagnostic;
@@ -33,7 +33,9 @@ pub(super) fn element(expr: &Expr) -> Option<(&Expr, Vec<&Expr>)> {
         }
         ExprKind::Deref(inner) => match &inner.kind {
             ExprKind::Name(_) => Some((inner, Vec::new())),
-            ExprKind::Binary(BinaryOp::Add, a, b) if matches!(a.kind, ExprKind::Name(_)) => Some((a, vec![b])),
+            ExprKind::Binary(BinaryOp::Add, a, b) if matches!(a.kind, ExprKind::Name(_)) => {
+                Some((a, vec![b]))
+            }
             _ => None,
         },
         _ => None,
@@ -44,16 +46,25 @@ pub(super) fn element(expr: &Expr) -> Option<(&Expr, Vec<&Expr>)> {
 pub(super) fn size_of(program: &Program<'_>, expr: &Expr) -> Option<i64> {
     match &expr.kind {
         ExprKind::SizeofType(ty) => {
-            let is_plain = ty.declarator.n_pointers == 0 && ty.declarator.lengths.is_empty() && !ty.declarator.is_opaque && !ty.declarator.is_function;
-            types::scalar(&ty.specifiers.base, program.widths).filter(|_| is_plain).map(Scalar::size)
+            let is_plain = ty.declarator.n_pointers == 0
+                && ty.declarator.lengths.is_empty()
+                && !ty.declarator.is_opaque
+                && !ty.declarator.is_function;
+            types::scalar(&ty.specifiers.base, program.widths)
+                .filter(|_| is_plain)
+                .map(Scalar::size)
         }
         ExprKind::Sizeof(operand) => match &operand.kind {
             ExprKind::Name(_) | ExprKind::Index(..) => {
                 let (base, indices) = element(operand)?;
                 let var = &program.vars[program.var_at(base.span)?];
                 match (&var.ty, indices.len()) {
-                    (Type::Scalar(scalar), 0) if var.reference == Reference::None => Some(scalar.size()),
-                    (Type::Array(scalar, ..), 0) if var.reference == Reference::None => Some(scalar.size() * i64::from(var.length()?)),
+                    (Type::Scalar(scalar), 0) if var.reference == Reference::None => {
+                        Some(scalar.size())
+                    }
+                    (Type::Array(scalar, ..), 0) if var.reference == Reference::None => {
+                        Some(scalar.size() * i64::from(var.length()?))
+                    }
                     (Type::Array(scalar, _, rest), n) if n == rest.len() + 1 => Some(scalar.size()),
                     _ => None,
                 }
@@ -96,7 +107,9 @@ impl<'s> Flow<'_, 's> {
         let leaf = Leaf::Name(place.path.clone());
         let expr = match &place.index {
             None => chart::Expr::leaf(leaf, span),
-            Some(index) => chart::Expr::new(NetKind::Element(leaf, Box::new(index.expr.clone())), span),
+            Some(index) => {
+                chart::Expr::new(NetKind::Element(leaf, Box::new(index.expr.clone())), span)
+            }
         };
         self.loaded(expr, place.ty)
     }
@@ -120,7 +133,13 @@ impl<'s> Flow<'_, 's> {
 
     fn store(&mut self, place: &Place, value: &Value, span: Span) {
         let raw = self.raw(value, place.ty);
-        self.assign(place.path.clone(), place.index.as_ref().map(|index| index.expr.clone()), raw, span);
+        self.clamped.clear();
+        self.assign(
+            place.path.clone(),
+            place.index.as_ref().map(|index| index.expr.clone()),
+            raw,
+            span,
+        );
     }
 
     fn error(&mut self, span: Span, message: impl FnOnce() -> String) -> Value {
@@ -148,14 +167,37 @@ impl<'s> Flow<'_, 's> {
                 let int = self.int_type();
                 let mut flat = Num::constant(0, span);
                 for (position, index) in indices.iter().enumerate() {
-                    let stride: i64 = rest.get(position..).unwrap_or(&[]).iter().map(|one| i64::from(*one)).product();
+                    let stride: i64 = rest
+                        .get(position..)
+                        .unwrap_or(&[])
+                        .iter()
+                        .map(|one| i64::from(*one))
+                        .product();
                     let value = self.eval(index);
-                    let Value { repr, .. } = self.binary(BinaryOp::Mul, &value, &Value::int(stride, int, index.span), index.span);
+                    let Value { repr, .. } = self.binary(
+                        BinaryOp::Mul,
+                        &value,
+                        &Value::int(stride, int, index.span),
+                        index.span,
+                    );
                     let part = Value { repr, ty: int };
-                    flat = self.binary(BinaryOp::Add, &Value { repr: Repr::Num(flat), ty: int }, &part, index.span).num();
+                    flat = self
+                        .binary(
+                            BinaryOp::Add,
+                            &Value { repr: Repr::Num(flat), ty: int },
+                            &part,
+                            index.span,
+                        )
+                        .num();
                 }
                 if flat.lo == flat.hi && !(0..length).contains(&flat.lo) {
-                    self.error(span, || format!("element {} of {what}, which has the elements 0..{}", flat.lo, length - 1));
+                    self.error(span, || {
+                        format!(
+                            "element {} of {what}, which has the elements 0..{}",
+                            flat.lo,
+                            length - 1
+                        )
+                    });
                     return None;
                 }
                 let index = if flat.lo >= 0 && flat.hi < length {
@@ -165,7 +207,7 @@ impl<'s> Flow<'_, 's> {
                         [Expr { kind: ExprKind::Name(name), .. }] => format!("{name}_of_{what}"),
                         _ => format!("index_of_{what}"),
                     };
-                    self.through(&hint, &flat, 0, length - 1)
+                    self.clamp(&hint, &flat, 0, length - 1)
                 };
                 Some(Place { path, index: Some(index), ty })
             }
@@ -185,11 +227,17 @@ impl<'s> Flow<'_, 's> {
         match &expr.kind {
             ExprKind::Number { value, is_unsigned, n_long, is_decimal } => {
                 let value = i64::try_from(*value).unwrap_or(0);
-                Value::int(value, self.literal_type(value, *is_unsigned, *n_long > 0, *is_decimal), span)
+                Value::int(
+                    value,
+                    self.literal_type(value, *is_unsigned, *n_long > 0, *is_decimal),
+                    span,
+                )
             }
             ExprKind::Char(value) => Value::int(*value, int, span),
             ExprKind::Name(name) => match self.program().var_at(span) {
-                Some(_) => self.place(expr).map_or_else(|| Value::int(0, int, span), |place| self.load(&place, span)),
+                Some(_) => self
+                    .place(expr)
+                    .map_or_else(|| Value::int(0, int, span), |place| self.load(&place, span)),
                 None => match name.as_str() {
                     "true" => self.of_truth(chart::Expr::new(NetKind::Bool(true), span)),
                     "false" | "NULL" => self.of_truth(chart::Expr::new(NetKind::Bool(false), span)),
@@ -227,7 +275,11 @@ impl<'s> Flow<'_, 's> {
             }
             ExprKind::SizeofType(_) | ExprKind::Sizeof(_) => {
                 let size = size_of(self.program(), expr).unwrap_or(0);
-                Value::int(size, Scalar::Int { bits: self.program().widths.int, is_signed: false }, span)
+                Value::int(
+                    size,
+                    Scalar::Int { bits: self.program().widths.int, is_signed: false },
+                    span,
+                )
             }
             ExprKind::Binary(op, a, b) => {
                 let left = self.eval(a);
@@ -238,16 +290,26 @@ impl<'s> Flow<'_, 's> {
             ExprKind::Conditional(condition, a, b) => self.conditional(condition, a, b, span),
             ExprKind::Assign(op, left, right) => self.assignment(*op, left, right, span),
             ExprKind::Comma(all) => {
-                let Some((last, before)) = all.split_last() else { return Value::int(0, int, span) };
+                let Some((last, before)) = all.split_last() else {
+                    return Value::int(0, int, span);
+                };
                 before.iter().for_each(|one| self.discard(one));
                 self.eval(last)
             }
-            ExprKind::Float | ExprKind::Text | ExprKind::Opaque(_) | ExprKind::AddressOf(_) => self.error(span, || "the net has no such value".to_owned()),
+            ExprKind::Float | ExprKind::Text | ExprKind::Opaque(_) | ExprKind::AddressOf(_) => {
+                self.error(span, || "the net has no such value".to_owned())
+            }
         }
     }
 
     /// C99 6.4.4.1: the first type that holds the value.
-    fn literal_type(&self, value: i64, is_unsigned: bool, is_long: bool, is_decimal: bool) -> Scalar {
+    fn literal_type(
+        &self,
+        value: i64,
+        is_unsigned: bool,
+        is_long: bool,
+        is_decimal: bool,
+    ) -> Scalar {
         let int = self.program().widths.int;
         let widths: &[u32] = if is_long || int == 32 { &[32] } else { &[16, 32] };
         for bits in widths {
@@ -256,7 +318,9 @@ impl<'s> Flow<'_, 's> {
             if !is_unsigned && (signed.range().0..=signed.range().1).contains(&value) {
                 return signed;
             }
-            if (is_unsigned || !is_decimal || *bits == 32) && (0..=unsigned.range().1).contains(&value) {
+            if (is_unsigned || !is_decimal || *bits == 32)
+                && (0..=unsigned.range().1).contains(&value)
+            {
                 return unsigned;
             }
         }
@@ -278,8 +342,11 @@ impl<'s> Flow<'_, 's> {
             }
             ExprKind::Cast(_, inner) => self.discard(inner),
             ExprKind::Comma(all) => all.iter().for_each(|one| self.discard(one)),
-            ExprKind::Conditional(condition, a, b) if self.program().has_effect(a) || self.program().has_effect(b) => {
-                let (yes, no, behind) = (self.join(a.span), self.join(b.span), self.join(expr.span));
+            ExprKind::Conditional(condition, a, b)
+                if self.program().has_effect(a) || self.program().has_effect(b) =>
+            {
+                let (yes, no, behind) =
+                    (self.join(a.span), self.join(b.span), self.join(expr.span));
                 self.branch_on(condition, yes, no);
                 for (node, one) in [(yes, a), (no, b)] {
                     self.current = Some(node);
@@ -328,10 +395,17 @@ impl<'s> Flow<'_, 's> {
         if is_prefix { self.load(&place, span) } else { old }
     }
 
-    fn assignment(&mut self, op: Option<BinaryOp>, left: &'s Expr, right: &'s Expr, span: Span) -> Value {
+    fn assignment(
+        &mut self,
+        op: Option<BinaryOp>,
+        left: &'s Expr,
+        right: &'s Expr,
+        span: Span,
+    ) -> Value {
         // The value first: a call in it may end the node, and the index of the target must be that of the node behind.
         let is_element = !matches!(left.kind, ExprKind::Name(_));
-        let early = if is_element && self.program().has_effect(left) { self.place(left) } else { None };
+        let early =
+            if is_element && self.program().has_effect(left) { self.place(left) } else { None };
         let value = self.eval(right);
         let Some(place) = early.or_else(|| self.place(left)) else { return value };
         let value = match op {
@@ -372,14 +446,20 @@ impl<'s> Flow<'_, 's> {
             let truth = self.eval(condition).truth();
             let (x, y) = (self.eval(a), self.eval(b));
             if let (Repr::Bool(p), Repr::Bool(q)) = (&x.repr, &y.repr) {
-                let choice = chart::Expr::new(NetKind::Select(Box::new(truth), Box::new(p.clone()), Box::new(q.clone())), span);
+                let choice = chart::Expr::new(
+                    NetKind::Select(Box::new(truth), Box::new(p.clone()), Box::new(q.clone())),
+                    span,
+                );
                 let value = self.of_truth(choice);
                 return self.shallow(value);
             }
             let ty = x.ty.common(y.ty, widths);
             let (x, y) = (self.converted(&x, ty).num(), self.converted(&y, ty).num());
             let (lo, hi) = (x.lo.min(y.lo), x.hi.max(y.hi));
-            let expr = chart::Expr::new(NetKind::Select(Box::new(truth), Box::new(x.expr), Box::new(y.expr)), span);
+            let expr = chart::Expr::new(
+                NetKind::Select(Box::new(truth), Box::new(x.expr), Box::new(y.expr)),
+                span,
+            );
             return self.shallow(Value { repr: Repr::Num(Num { expr, lo, hi }), ty });
         }
         let (yes, no, behind) = (self.join(a.span), self.join(b.span), self.join(span));
@@ -416,12 +496,20 @@ impl<'s> Flow<'_, 's> {
 
     fn branch_on(&mut self, expr: &'s Expr, then: usize, otherwise: usize) {
         match &expr.kind {
-            ExprKind::Unary(UnaryOp::Not, inner) if self.program().has_effect(inner) => self.branch_on(inner, otherwise, then),
-            ExprKind::Junction(is_and, all) if all[1..].iter().any(|one| self.program().has_effect(one)) => {
+            ExprKind::Unary(UnaryOp::Not, inner) if self.program().has_effect(inner) => {
+                self.branch_on(inner, otherwise, then)
+            }
+            ExprKind::Junction(is_and, all)
+                if all[1..].iter().any(|one| self.program().has_effect(one)) =>
+            {
                 let Some((last, before)) = all.split_last() else { return };
                 for one in before {
                     let next = self.join(one.span);
-                    if *is_and { self.branch_on(one, next, otherwise) } else { self.branch_on(one, then, next) }
+                    if *is_and {
+                        self.branch_on(one, next, otherwise)
+                    } else {
+                        self.branch_on(one, then, next)
+                    }
                     self.nodes[next].is_test = true;
                     self.nodes[next].hint = "test".to_owned();
                     self.current = Some(next);
@@ -455,13 +543,23 @@ impl<'s> Flow<'_, 's> {
     // Calls
 
     /// Calls a function of the chart; the value where it returns one.
-    pub(super) fn call(&mut self, callee: FunctionId, arguments: &'s [Expr], span: Span) -> Option<Value> {
+    pub(super) fn call(
+        &mut self,
+        callee: FunctionId,
+        arguments: &'s [Expr],
+        span: Span,
+    ) -> Option<Value> {
         let params = self.program().functions[callee].params.clone();
         let name = self.program().functions[callee].def.name.clone();
         if params.len() != arguments.len() {
             let (wanted, given) = (params.len(), arguments.len());
             self.findings.report(|| {
-                Diagnostic::error(codes::C_ARGUMENTS, format!("{name} takes {wanted} arguments, not {given}")).at(span, "").at(name.span, "the function")
+                Diagnostic::error(
+                    codes::C_ARGUMENTS,
+                    format!("{name} takes {wanted} arguments, not {given}"),
+                )
+                .at(span, "")
+                .at(name.span, "the function")
             });
         }
         let shared = self.context.shared.get(&callee).cloned();
@@ -486,7 +584,10 @@ impl<'s> Flow<'_, 's> {
                 Some(length) => {
                     for index in 0..i64::from(length) {
                         let at = chart::Expr::new(NetKind::Int(index), span);
-                        let value = chart::Expr::new(NetKind::Element(Leaf::Name(from.clone()), Box::new(at.clone())), span);
+                        let value = chart::Expr::new(
+                            NetKind::Element(Leaf::Name(from.clone()), Box::new(at.clone())),
+                            span,
+                        );
                         self.assign(place.path.clone(), Some(at), value, span);
                     }
                 }
@@ -510,7 +611,15 @@ impl<'s> Flow<'_, 's> {
         path
     }
 
-    fn argument(&mut self, callee: FunctionId, param: VarId, argument: &'s Expr, step: &str, latches: &mut chart::Block, returns: &mut Vec<(Place, Path, Option<u32>)>) {
+    fn argument(
+        &mut self,
+        callee: FunctionId,
+        param: VarId,
+        argument: &'s Expr,
+        step: &str,
+        latches: &mut chart::Block,
+        returns: &mut Vec<(Place, Path, Option<u32>)>,
+    ) {
         let span = argument.span;
         let (reference, in_library, is_written) = {
             let param = &self.program().vars[param];
@@ -526,27 +635,46 @@ impl<'s> Flow<'_, 's> {
                 let value = self.eval(argument);
                 let Some(ty) = self.program().vars[param].scalar() else { return };
                 let raw = self.raw(&value, ty);
-                latches.push(chart::Stmt { kind: StmtKind::Assign { target: path, index: None, value: raw }, span });
+                latches.push(chart::Stmt {
+                    kind: StmtKind::Assign { target: path, index: None, value: raw },
+                    span,
+                });
             }
             Reference::Scalar => {
-                let target = if let ExprKind::AddressOf(inner) = &argument.kind { inner } else { argument };
+                let target =
+                    if let ExprKind::AddressOf(inner) = &argument.kind { inner } else { argument };
                 let Some(place) = self.place(target) else { return };
                 let value = self.load(&place, span);
                 let Some(ty) = self.program().vars[param].scalar() else { return };
                 let raw = self.raw(&value, ty);
-                latches.push(chart::Stmt { kind: StmtKind::Assign { target: path.clone(), index: None, value: raw }, span });
+                latches.push(chart::Stmt {
+                    kind: StmtKind::Assign { target: path.clone(), index: None, value: raw },
+                    span,
+                });
                 self.aliases(callee, target, span);
                 returns.push((place, path, None));
             }
             Reference::Array => {
                 let Some(var) = self.program().var_at(span) else { return };
-                let (Some(mine), Some(theirs), Some(ty)) = (self.program().vars[var].length(), self.program().vars[param].length(), self.program().vars[var].scalar()) else { return };
+                let (Some(mine), Some(theirs), Some(ty)) = (
+                    self.program().vars[var].length(),
+                    self.program().vars[param].length(),
+                    self.program().vars[var].scalar(),
+                ) else {
+                    return;
+                };
                 let length = mine.min(theirs);
                 let from = self.path(var, span);
                 for index in 0..i64::from(length) {
                     let at = chart::Expr::new(NetKind::Int(index), span);
-                    let value = chart::Expr::new(NetKind::Element(Leaf::Name(from.clone()), Box::new(at.clone())), span);
-                    latches.push(chart::Stmt { kind: StmtKind::Assign { target: path.clone(), index: Some(at), value }, span });
+                    let value = chart::Expr::new(
+                        NetKind::Element(Leaf::Name(from.clone()), Box::new(at.clone())),
+                        span,
+                    );
+                    latches.push(chart::Stmt {
+                        kind: StmtKind::Assign { target: path.clone(), index: Some(at), value },
+                        span,
+                    });
                 }
                 self.aliases(callee, argument, span);
                 if is_written {
@@ -558,7 +686,10 @@ impl<'s> Flow<'_, 's> {
 
     /// A global variable that a function gets by reference and uses by its name too would have two values at once.
     fn aliases(&mut self, callee: FunctionId, target: &Expr, span: Span) {
-        let Some(var) = element(target).and_then(|(base, _)| self.program().var_at(base.span)) else { return };
+        let Some(var) = element(target).and_then(|(base, _)| self.program().var_at(base.span))
+        else {
+            return;
+        };
         if self.program().vars[var].home != Home::Global {
             return;
         }
@@ -589,7 +720,11 @@ impl<'s> Flow<'_, 's> {
         let length = self.program().vars[var].length();
         let mut values: Vec<Option<&'s Expr>> = Vec::new();
         match (length, &self.program().vars[var].ty) {
-            (None, _) => values.extend(all.first().and_then(|one| if let Init::One(expr) = one { Some(Some(expr)) } else { None })),
+            (None, _) => {
+                values.extend(all.first().and_then(|one| {
+                    if let Init::One(expr) = one { Some(Some(expr)) } else { None }
+                }))
+            }
             (Some(length), Type::Array(_, _, rest)) => {
                 flatten(all, rest, &mut values);
                 if values.len() > length as usize {
@@ -616,10 +751,18 @@ impl<'s> Flow<'_, 's> {
     pub(super) fn init_string(&mut self, var: VarId, text: Span) {
         let (file, source) = (self.program().file, self.program().text);
         let mut all = lexer::characters(file, source, text, self.findings);
-        let (Some(length), Some(ty)) = (self.program().vars[var].length(), self.program().vars[var].scalar()) else { return };
+        let (Some(length), Some(ty)) =
+            (self.program().vars[var].length(), self.program().vars[var].scalar())
+        else {
+            return;
+        };
         all.resize(length as usize, 0);
         for (index, value) in all.into_iter().enumerate() {
-            let place = Place { path: self.path(var, text), index: Some(Num::constant(i64::try_from(index).unwrap_or(0), text)), ty };
+            let place = Place {
+                path: self.path(var, text),
+                index: Some(Num::constant(i64::try_from(index).unwrap_or(0), text)),
+                ty,
+            };
             self.store(&place, &Value::int(value, self.int_type(), text), text);
         }
     }

@@ -1,0 +1,5 @@
+/* run: check */
+int f(int a)
+{
+    return a == 'ab';
+}

@@ -1,0 +1,4 @@
+/* run: check */
+#ifdef FAST
+int f(int a) { return a; }
+#endif

@@ -1,0 +1,3 @@
+/* run: check */
+#include <stdio.h>
+int f(int a) { return a + 1; }

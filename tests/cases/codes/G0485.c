@@ -1,0 +1,2 @@
+/* run: check */
+int f(int a);

@@ -1,0 +1,6 @@
+/* run: check */
+int factorial(int n)
+{
+    if (n < 2) return 1;
+    return n * factorial(n - 1);
+}

@@ -1,0 +1,6 @@
+/* run: check */
+int f(int a)
+{
+    if (a) goto end;
+    return 1;
+}

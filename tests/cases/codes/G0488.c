@@ -1,0 +1,5 @@
+/* run: check */
+int f(int count)
+{
+    return coutn + 1;
+}

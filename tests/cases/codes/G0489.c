@@ -1,0 +1,6 @@
+/* run: check */
+int f(int i)
+{
+    i = i++ + 1;
+    return i;
+}

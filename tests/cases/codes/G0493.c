@@ -1,0 +1,5 @@
+/* run: check */
+int f(char s[])
+{
+    return s[0];
+}
