@@ -36,6 +36,9 @@ mod shorten;
 mod types;
 mod value;
 
+#[cfg(test)]
+mod tests;
+
 use crate::codes;
 use crate::graf::{self, Limits};
 use grafsynth_ir::chart::Design;

@@ -59,37 +59,39 @@ impl Parser<'_> {
 
     /// An expression without a comma at the top.
     pub(super) fn assignment(&mut self) -> Read<Expr> {
-        self.deeper(|p| {
-            let left = p.conditional()?;
-            let token = p.here();
-            if token.kind == Kind::Sign
-                && let Some(op) = assignment(p.word_of(token))
-            {
-                p.take();
-                let right = p.assignment()?;
-                let span = left.span.to(right.span);
-                return Ok(Expr {
-                    kind: ExprKind::Assign(op, Box::new(left), Box::new(right)),
-                    span,
-                });
-            }
-            Ok(left)
-        })
+        let left = self.conditional()?;
+        let token = self.here();
+        match if token.kind == Kind::Sign { assignment(self.word_of(token)) } else { None } {
+            Some(op) => self.assigned(left, op),
+            None => Ok(left),
+        }
+    }
+
+    fn assigned(&mut self, left: Expr, op: Option<BinaryOp>) -> Read<Expr> {
+        self.take();
+        let right = self.inside(Self::assignment)?;
+        let span = left.span.to(right.span);
+        Ok(Expr { kind: ExprKind::Assign(op, Box::new(left), Box::new(right)), span })
     }
 
     fn conditional(&mut self) -> Read<Expr> {
         let condition = self.junction(false)?;
-        if !self.accept("?") {
-            return Ok(condition);
-        }
-        let then = self.deeper(Self::expression)?;
+        if self.is("?") { self.chosen(condition) } else { Ok(condition) }
+    }
+
+    fn chosen(&mut self, condition: Expr) -> Read<Expr> {
+        self.take();
+        let then = self.inside(Self::expression)?;
         self.expect(":")?;
-        let otherwise = self.deeper(Self::conditional)?;
+        let otherwise = self.inside(Self::conditional)?;
         let span = condition.span.to(otherwise.span);
-        Ok(Expr {
-            kind: ExprKind::Conditional(Box::new(condition), Box::new(then), Box::new(otherwise)),
-            span,
-        })
+        let kind = ExprKind::Conditional(Box::new(condition), Box::new(then), Box::new(otherwise));
+        Ok(Expr { kind, span })
+    }
+
+    /// What stands in brackets: a whole expression takes the stack of two levels.
+    fn inside<T>(&mut self, read: impl FnOnce(&mut Self) -> Read<T>) -> Read<T> {
+        self.deeper(|p| p.deeper(read))
     }
 
     /// A chain of `||`, or of `&&`.
@@ -142,116 +144,113 @@ impl Parser<'_> {
         deepest(self)
     }
 
+    // One small function for each form: the stack of a deep expression is the sum of their frames.
+
     fn unary(&mut self) -> Read<Expr> {
         let start = self.here().span;
         let token = self.here();
         let sign =
             if matches!(token.kind, Kind::Sign | Kind::Word) { self.word_of(token) } else { "" };
-        let by = match sign {
-            "++" => 1,
-            "--" => -1,
-            _ => 0,
-        };
-        if by != 0 {
-            self.take();
-            let operand = Box::new(self.deeper(Self::unary)?);
-            return Ok(Expr {
-                kind: ExprKind::Step { operand, by, is_prefix: true },
-                span: self.since(start),
-            });
-        }
-        let op = match sign {
-            "+" => Some(UnaryOp::Plus),
-            "-" => Some(UnaryOp::Minus),
-            "~" => Some(UnaryOp::Complement),
-            "!" => Some(UnaryOp::Not),
-            _ => None,
-        };
-        if let Some(op) = op {
-            self.take();
-            let operand = self.deeper(Self::unary)?;
-            return Ok(Expr {
-                kind: ExprKind::Unary(op, Box::new(operand)),
-                span: self.since(start),
-            });
-        }
         match sign {
-            "*" => {
-                self.take();
-                let operand = self.deeper(Self::unary)?;
-                Ok(Expr { kind: ExprKind::Deref(Box::new(operand)), span: self.since(start) })
-            }
-            "&" => {
-                self.take();
-                let operand = self.deeper(Self::unary)?;
-                Ok(Expr { kind: ExprKind::AddressOf(Box::new(operand)), span: self.since(start) })
-            }
-            "sizeof" => {
-                self.take();
-                if self.is("(") && self.begins_cast() {
-                    self.take();
-                    let ty = self.type_name()?;
-                    self.expect(")")?;
-                    return Ok(Expr {
-                        kind: ExprKind::SizeofType(Box::new(ty)),
-                        span: self.since(start),
-                    });
-                }
-                let operand = self.deeper(Self::unary)?;
-                Ok(Expr { kind: ExprKind::Sizeof(Box::new(operand)), span: self.since(start) })
-            }
-            "(" if self.begins_cast() => {
-                self.take();
-                let ty = self.type_name()?;
-                self.expect(")")?;
-                let operand = self.deeper(Self::unary)?;
-                Ok(Expr {
-                    kind: ExprKind::Cast(Box::new(ty), Box::new(operand)),
-                    span: self.since(start),
-                })
-            }
+            "++" | "--" => self.prefix_step(start, if sign == "++" { 1 } else { -1 }),
+            "+" => self.prefix(start, UnaryOp::Plus),
+            "-" => self.prefix(start, UnaryOp::Minus),
+            "~" => self.prefix(start, UnaryOp::Complement),
+            "!" => self.prefix(start, UnaryOp::Not),
+            "*" => self.pointed(start, true),
+            "&" => self.pointed(start, false),
+            "sizeof" => self.sizeof(start),
+            "(" if self.begins_cast() => self.cast(start),
             _ => self.postfix(start),
         }
+    }
+
+    fn prefix_step(&mut self, start: Span, by: i64) -> Read<Expr> {
+        self.take();
+        let operand = Box::new(self.deeper(Self::unary)?);
+        Ok(Expr { kind: ExprKind::Step { operand, by, is_prefix: true }, span: self.since(start) })
+    }
+
+    fn prefix(&mut self, start: Span, op: UnaryOp) -> Read<Expr> {
+        self.take();
+        let operand = Box::new(self.deeper(Self::unary)?);
+        Ok(Expr { kind: ExprKind::Unary(op, operand), span: self.since(start) })
+    }
+
+    fn pointed(&mut self, start: Span, is_deref: bool) -> Read<Expr> {
+        self.take();
+        let operand = Box::new(self.deeper(Self::unary)?);
+        let kind = if is_deref { ExprKind::Deref(operand) } else { ExprKind::AddressOf(operand) };
+        Ok(Expr { kind, span: self.since(start) })
+    }
+
+    fn sizeof(&mut self, start: Span) -> Read<Expr> {
+        self.take();
+        if self.is("(") && self.begins_cast() {
+            self.take();
+            let ty = Box::new(self.type_name()?);
+            self.expect(")")?;
+            return Ok(Expr { kind: ExprKind::SizeofType(ty), span: self.since(start) });
+        }
+        let operand = Box::new(self.deeper(Self::unary)?);
+        Ok(Expr { kind: ExprKind::Sizeof(operand), span: self.since(start) })
+    }
+
+    fn cast(&mut self, start: Span) -> Read<Expr> {
+        self.take();
+        let ty = Box::new(self.type_name()?);
+        self.expect(")")?;
+        let operand = Box::new(self.deeper(Self::unary)?);
+        Ok(Expr { kind: ExprKind::Cast(ty, operand), span: self.since(start) })
     }
 
     fn postfix(&mut self, start: Span) -> Read<Expr> {
         let mut value = self.primary()?;
         let mut levels = self.levels_left();
-        loop {
+        while self.is("[")
+            || self.is("(")
+            || self.is(".")
+            || self.is("->")
+            || self.is("++")
+            || self.is("--")
+        {
             if levels == 0 {
                 return self.too_long();
             }
             levels -= 1;
-            let kind = if self.accept("[") {
-                let index = self.deeper(Self::expression)?;
-                self.expect("]")?;
-                ExprKind::Index(Box::new(value), Box::new(index))
-            } else if self.accept("(") {
-                let arguments = self.deeper(Self::arguments)?;
-                match value.kind {
-                    ExprKind::Name(name) => ExprKind::Call(Name::new(name, value.span), arguments),
-                    kind => {
-                        let mut all = vec![Expr { kind, span: value.span }];
-                        all.extend(arguments);
-                        self.opaque(all)
-                    }
-                }
-            } else if self.is(".") || self.is("->") {
-                self.take();
-                if !self.is_name(self.here()) {
-                    return self.unexpected("the name of a member");
-                }
-                self.take();
-                self.opaque(vec![value])
-            } else if self.is("++") || self.is("--") {
-                let by = if self.is("++") { 1 } else { -1 };
-                self.take();
-                ExprKind::Step { operand: Box::new(value), by, is_prefix: false }
-            } else {
-                return Ok(value);
-            };
-            value = Expr { kind, span: self.since(start) };
+            value = self.suffix(start, value)?;
         }
+        Ok(value)
+    }
+
+    fn suffix(&mut self, start: Span, value: Expr) -> Read<Expr> {
+        let kind = if self.accept("[") {
+            let index = self.inside(Self::expression)?;
+            self.expect("]")?;
+            ExprKind::Index(Box::new(value), Box::new(index))
+        } else if self.accept("(") {
+            let arguments = self.inside(Self::arguments)?;
+            match value.kind {
+                ExprKind::Name(name) => ExprKind::Call(Name::new(name, value.span), arguments),
+                kind => {
+                    let mut all = vec![Expr { kind, span: value.span }];
+                    all.extend(arguments);
+                    ExprKind::Opaque(all)
+                }
+            }
+        } else if self.is(".") || self.is("->") {
+            self.take();
+            if !self.is_name(self.here()) {
+                return self.unexpected("the name of a member");
+            }
+            self.take();
+            ExprKind::Opaque(vec![value])
+        } else {
+            let by = if self.is("++") { 1 } else { -1 };
+            self.take();
+            ExprKind::Step { operand: Box::new(value), by, is_prefix: false }
+        };
+        Ok(Expr { kind, span: self.since(start) })
     }
 
     fn arguments(&mut self) -> Read<Vec<Expr>> {
@@ -269,7 +268,22 @@ impl Parser<'_> {
         Ok(all)
     }
 
+    fn bracketed(&mut self) -> Read<Expr> {
+        let start = self.take().span;
+        let mut inner = self.inside(Self::expression)?;
+        self.expect(")")?;
+        // A bare name keeps its own place, by which it is looked up.
+        if !matches!(inner.kind, ExprKind::Name(_)) {
+            inner.span = self.since(start);
+        }
+        Ok(inner)
+    }
+
     fn primary(&mut self) -> Read<Expr> {
+        if self.is("(") { self.bracketed() } else { self.atom() }
+    }
+
+    fn atom(&mut self) -> Read<Expr> {
         let token = self.here();
         let kind = match token.kind {
             Kind::Number { value, is_unsigned, n_long, is_decimal } => {
@@ -286,18 +300,6 @@ impl Parser<'_> {
                 return Ok(Expr { kind: ExprKind::Text, span: self.since(token.span) });
             }
             Kind::Word if self.is_name(token) => ExprKind::Name(self.word_of(token).to_owned()),
-            Kind::Sign if self.is("(") => {
-                self.take();
-                let inner = self.deeper(Self::expression)?;
-                self.expect(")")?;
-                // A bare name keeps its own place, by which it is looked up.
-                let span = if matches!(inner.kind, ExprKind::Name(_)) {
-                    inner.span
-                } else {
-                    self.since(token.span)
-                };
-                return Ok(Expr { kind: inner.kind, span });
-            }
             Kind::Word | Kind::Sign | Kind::End => return self.unexpected("an expression"),
         };
         self.take();

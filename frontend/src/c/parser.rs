@@ -5,8 +5,8 @@ use grafsynth_ir::{FileId, Name, Span};
 use std::collections::BTreeMap;
 
 use super::ast::{
-    Base, Declaration, Declarator, ExprKind, External, Function, Init, Param, Source, Specifiers,
-    Stmt, StmtKind, TypeName,
+    Base, Declaration, Declarator, External, Function, Init, Param, Source, Specifiers, Stmt,
+    StmtKind, TypeName,
 };
 use super::constant;
 use super::lexer::{self, Kind, Line, Token};
@@ -831,119 +831,131 @@ impl<'t> Parser<'t> {
         }
     }
 
-    #[expect(clippy::too_many_lines, reason = "one arm for each statement of C")]
+    /// One small function for each statement: the stack of deep nesting is the sum of their frames.
     fn statement_inner(&mut self) -> Read<Stmt> {
         let start = self.here().span;
         let token = self.here();
-        let kind = match if token.kind == Kind::Word || token.kind == Kind::Sign {
-            self.word_of(token)
-        } else {
-            ""
-        } {
-            "{" => self.block()?,
-            ";" => {
-                self.take();
-                StmtKind::Null
+        let is_sign = matches!(token.kind, Kind::Word | Kind::Sign);
+        let word = if is_sign { self.word_of(token) } else { "" };
+        let kind = match word {
+            "{" => self.block(),
+            "if" => self.if_statement(),
+            "while" => self.while_statement(),
+            "do" => self.do_statement(),
+            "for" => self.for_statement(),
+            "switch" => self.switch_statement(),
+            "case" => self.case_statement(),
+            "default" => self.default_statement(),
+            "else" => self.unexpected("a statement (this `else` has no `if`)"),
+            _ if self.is_name(token) && self.word_of(self.ahead(1)) == ":" => {
+                self.label_statement()
             }
-            "if" => {
-                self.take();
-                let condition = self.condition()?;
-                let then = Box::new(self.statement()?);
-                let otherwise =
-                    if self.accept("else") { Some(Box::new(self.statement()?)) } else { None };
-                StmtKind::If(condition, then, otherwise)
-            }
-            "while" => {
-                self.take();
-                let condition = self.condition()?;
-                StmtKind::While(condition, Box::new(self.statement()?))
-            }
-            "do" => {
-                self.take();
-                let body = Box::new(self.statement()?);
-                self.expect("while")?;
-                let condition = self.condition()?;
-                self.expect(";")?;
-                StmtKind::Do(body, condition)
-            }
-            "for" => {
-                self.take();
-                self.expect("(")?;
-                let first = if self.accept(";") {
-                    None
-                } else if self.begins_declaration() {
-                    let from = self.here().span;
-                    let specifiers = self.specifiers(false)?;
-                    let declaration = self.declaration_from(from, specifiers, None)?;
-                    let span = declaration.span;
-                    Some(Box::new(Stmt { kind: StmtKind::Declaration(declaration), span }))
-                } else {
-                    let value = self.expression()?;
-                    self.expect(";")?;
-                    let span = value.span;
-                    Some(Box::new(Stmt { kind: StmtKind::Expr(value), span }))
-                };
-                let condition = if self.is(";") { None } else { Some(self.expression()?) };
-                self.expect(";")?;
-                let last = if self.is(")") { None } else { Some(self.expression()?) };
-                self.expect(")")?;
-                StmtKind::For { first, condition, last, body: Box::new(self.statement()?) }
-            }
-            "switch" => {
-                self.take();
-                let value = self.condition()?;
-                StmtKind::Switch(value, Box::new(self.statement()?))
-            }
-            "case" => {
-                self.take();
-                let value = self.expression()?;
-                self.expect(":")?;
-                StmtKind::Case(value, Box::new(self.labelled()?))
-            }
-            "default" => {
-                self.take();
-                self.expect(":")?;
-                StmtKind::Default(Box::new(self.labelled()?))
-            }
+            _ => self.simple_statement(word),
+        }?;
+        Ok(Stmt { kind, span: self.since(start) })
+    }
+
+    fn if_statement(&mut self) -> Read<StmtKind> {
+        self.take();
+        let condition = self.condition()?;
+        let then = Box::new(self.statement()?);
+        let otherwise = if self.accept("else") { Some(Box::new(self.statement()?)) } else { None };
+        Ok(StmtKind::If(condition, then, otherwise))
+    }
+
+    fn while_statement(&mut self) -> Read<StmtKind> {
+        self.take();
+        let condition = self.condition()?;
+        Ok(StmtKind::While(condition, Box::new(self.statement()?)))
+    }
+
+    fn do_statement(&mut self) -> Read<StmtKind> {
+        self.take();
+        let body = Box::new(self.statement()?);
+        self.expect("while")?;
+        let condition = self.condition()?;
+        self.expect(";")?;
+        Ok(StmtKind::Do(body, condition))
+    }
+
+    fn for_statement(&mut self) -> Read<StmtKind> {
+        self.take();
+        self.expect("(")?;
+        let first = if self.accept(";") { None } else { Some(Box::new(self.for_first()?)) };
+        let condition = if self.is(";") { None } else { Some(self.expression()?) };
+        self.expect(";")?;
+        let last = if self.is(")") { None } else { Some(self.expression()?) };
+        self.expect(")")?;
+        Ok(StmtKind::For { first, condition, last, body: Box::new(self.statement()?) })
+    }
+
+    fn for_first(&mut self) -> Read<Stmt> {
+        let start = self.here().span;
+        if self.begins_declaration() {
+            let specifiers = self.specifiers(false)?;
+            let declaration = self.declaration_from(start, specifiers, None)?;
+            let span = declaration.span;
+            return Ok(Stmt { kind: StmtKind::Declaration(declaration), span });
+        }
+        let value = self.expression()?;
+        self.expect(";")?;
+        let span = value.span;
+        Ok(Stmt { kind: StmtKind::Expr(value), span })
+    }
+
+    fn switch_statement(&mut self) -> Read<StmtKind> {
+        self.take();
+        let value = self.condition()?;
+        Ok(StmtKind::Switch(value, Box::new(self.statement()?)))
+    }
+
+    fn case_statement(&mut self) -> Read<StmtKind> {
+        self.take();
+        let value = self.expression()?;
+        self.expect(":")?;
+        Ok(StmtKind::Case(value, Box::new(self.labelled()?)))
+    }
+
+    fn default_statement(&mut self) -> Read<StmtKind> {
+        self.take();
+        self.expect(":")?;
+        Ok(StmtKind::Default(Box::new(self.labelled()?)))
+    }
+
+    fn label_statement(&mut self) -> Read<StmtKind> {
+        let label = self.name("a label")?;
+        self.take();
+        Ok(StmtKind::Label(label, Box::new(self.labelled()?)))
+    }
+
+    fn simple_statement(&mut self, word: &str) -> Read<StmtKind> {
+        let start = self.here().span;
+        let kind = match word {
             "goto" => {
                 self.take();
-                let label = self.name("a label")?;
-                self.expect(";")?;
-                StmtKind::Goto(label)
+                StmtKind::Goto(self.name("a label")?)
             }
+            "return" => {
+                self.take();
+                StmtKind::Return(if self.is(";") { None } else { Some(self.expression()?) })
+            }
+            ";" => StmtKind::Null,
             "break" => {
                 self.take();
-                self.expect(";")?;
                 StmtKind::Break
             }
             "continue" => {
                 self.take();
-                self.expect(";")?;
                 StmtKind::Continue
-            }
-            "return" => {
-                self.take();
-                let value = if self.is(";") { None } else { Some(self.expression()?) };
-                self.expect(";")?;
-                StmtKind::Return(value)
-            }
-            "else" => return self.unexpected("a statement (this `else` has no `if`)"),
-            _ if self.is_name(token) && self.word_of(self.ahead(1)) == ":" => {
-                let label = self.name("a label")?;
-                self.take();
-                StmtKind::Label(label, Box::new(self.labelled()?))
             }
             _ if self.begins_declaration() => {
                 let specifiers = self.specifiers(false)?;
-                StmtKind::Declaration(self.declaration_from(start, specifiers, None)?)
+                return Ok(StmtKind::Declaration(self.declaration_from(start, specifiers, None)?));
             }
-            _ => {
-                let value = self.expression()?;
-                self.expect(";")?;
-                StmtKind::Expr(value)
-            }
+            _ => StmtKind::Expr(self.expression()?),
         };
-        Ok(Stmt { kind, span: self.since(start) })
+        self.expect(";")?;
+        Ok(kind)
     }
 
     /// What a label stands before; at the end of a block nothing (C23 allows it, and so do most compilers).
@@ -969,9 +981,5 @@ impl<'t> Parser<'t> {
             || (self.is_name(next)
                 && self.word_of(self.ahead(2)) == "*"
                 && self.word_of(self.ahead(3)) == ")")
-    }
-
-    pub(super) fn opaque(&self, operands: Vec<super::ast::Expr>) -> ExprKind {
-        ExprKind::Opaque(operands)
     }
 }

@@ -1,0 +1,92 @@
+//! The reader on small sources; what charts compute is compared with a compiler in `tests/tests/c_sources.rs`.
+
+use super::{Options, Parsed, parse, parse_within};
+use crate::graf::{Limits, write_design};
+use grafsynth_ir::diag::any_error;
+use grafsynth_ir::{FileId, lower};
+
+fn findings(text: &str) -> Vec<String> {
+    parse(FileId(0), text)
+        .diagnostics
+        .iter()
+        .map(|one| format!("{} {}", one.code.id, one.message))
+        .collect()
+}
+
+fn drawn(text: &str, options: &Options) -> Parsed {
+    let parsed = parse_within(FileId(0), text, &Limits::default(), options);
+    assert!(!any_error(&parsed.diagnostics), "{text}\n{:#?}", parsed.diagnostics);
+    let design = parsed.design.as_ref().expect("a chart");
+    let (net, found) = lower::lower(design);
+    assert!(net.is_some(), "{found:#?}\n{}", write_design(design));
+    parsed
+}
+
+fn chart(text: &str, options: &Options) -> String {
+    write_design(&drawn(text, options).design.expect("a chart"))
+}
+
+#[test]
+fn nesting_is_bounded_for_every_sign() {
+    let sources = [
+        ("int f(int a) { return ", "(", "a"),
+        ("int f(int a) { return ", "-", "a"),
+        ("int f(int a) { return ", "!", "a"),
+        ("int f(int a) { return ", "*", "a"),
+        ("int f(int a) { return ", "a ? ", "a"),
+        ("int f(int a) { return ", "a = ", "a"),
+        ("int f(int a) { return ", "a + (", "a"),
+        ("int f(int a) { return ", "f(", "a"),
+        ("int f(int a) { return a", "[a", ""),
+        ("int f(int a) { return a", "[1]", ""),
+        ("int f(int a) { return ", "sizeof ", "a"),
+        ("int f(int a) { return ", "(int)", "a"),
+        ("int f(int a) ", "{", ""),
+        ("int f(int a) { ", "if (a) ", ""),
+        ("int f(int a) { ", "if (a) ; else ", ";"),
+        ("int f(int a) { ", "while (a) ", ";"),
+        ("int f(int a) { ", "do ", ";"),
+        ("int f(int a) { ", "x: ", ";"),
+        ("int f(int a) { ", "for (;;) ", ";"),
+        ("int f(int a) { ", "switch (a) case 1: ", ";"),
+        ("int f(int a) { return a", " + a", ";"),
+        ("int f(int a) { return a", " && a", ";"),
+        ("int f(int a) { return a", ", a", ";"),
+        ("int ", "(*", "f"),
+        ("int ", "*", "f"),
+        ("int v[] = ", "{", "1"),
+        ("int ", "f(int ", "a"),
+        ("", "struct {", ""),
+    ];
+    for (before, sign, after) in sources {
+        for n in [100, 300, 5000] {
+            let text = format!("{before}{}{after}", sign.repeat(n));
+            let parsed = parse(FileId(0), &text);
+            assert!(parsed.design.is_some() || any_error(&parsed.diagnostics), "{before}{sign}");
+        }
+    }
+}
+
+#[test]
+fn every_call_gets_a_macro_step_and_shared_ones_a_step_that_waits() {
+    let text = "int half(int n) { return n / 2; } int f(int a) { return half(a) + half(a + 1); }";
+    let copied = chart(text, &Options::default());
+    assert!(
+        copied.contains("macro step call_half = half")
+            && copied.contains("macro step call_half_2 = half"),
+        "{copied}"
+    );
+    let shared = chart(text, &Options { calls: super::Calls::Share, ..Options::default() });
+    assert_eq!(shared.matches("macro step run_half = half").count(), 1, "{shared}");
+    assert!(shared.contains("-> run_half & wait_half"), "{shared}");
+}
+
+#[test]
+fn errors_of_all_kinds_are_found_at_once() {
+    let text = "int f(int a) { break; goto nowhere; a = a++ + 1; return b; } int g(int a) { if (a { } return 1; }";
+    assert_eq!(findings(text), ["G0481 expected `)`, found `{`"]);
+    let text = "int f(int a) { a = a++ + 1; return b; }";
+    assert_eq!(findings(text).len(), 2, "{:?}", findings(text));
+    let text = "int f(int a) { break; goto nowhere; }";
+    assert_eq!(findings(text).len(), 2, "{:?}", findings(text));
+}
