@@ -29,7 +29,7 @@ pub enum Outcome {
     Proved {
         /// How it was proved.
         by: Proof,
-        /// States that were enumerated; 0 where the proof needed none.
+        /// States that were enumerated, or that the decision diagram holds; 0 where the proof needed none.
         states: u64,
         /// The ticks for which it is proved; [`Ticks::Chip`] where all of them were too many.
         ticks: Ticks,
@@ -112,22 +112,54 @@ pub fn properties(net: &Valid<Net>, limits: &Limits) -> Vec<PropertyVerdict> {
             }
         }
     }
+    let mut is_broken = vec![false; asserts.len()];
+    if outcomes.iter().any(Option::is_none) {
+        by_diagram(net, limits, &asserts, &mut outcomes, &mut is_broken);
+    }
     if outcomes.iter().any(Option::is_none) {
         at_random(net, limits, &asserts, &mut outcomes);
     }
     asserts
         .iter()
         .zip(outcomes)
-        .map(|((index, _), outcome)| PropertyVerdict {
+        .zip(is_broken)
+        .map(|(((index, _), outcome), is_broken)| PropertyVerdict {
             property: *index,
             outcome: outcome.unwrap_or_else(|| {
-                Outcome::Open(format!(
-                    "{why_open}; {} random reactions did not break it",
-                    limits.random_rows
-                ))
+                let n_rows = limits.random_rows;
+                Outcome::Open(if is_broken {
+                    format!(
+                        "some stimulus breaks it, but {n_rows} random reactions did not find one"
+                    )
+                } else {
+                    format!("{why_open}; {n_rows} random reactions did not break it")
+                })
             }),
         })
         .collect()
+}
+
+/// Asks the decision diagram of all reachable states, where they could not be enumerated. It proves, and knows what is broken, but not by which stimulus.
+fn by_diagram(
+    net: &Valid<Net>,
+    limits: &Limits,
+    asserts: &[(usize, &Property)],
+    outcomes: &mut [Option<Outcome>],
+    is_broken: &mut [bool],
+) {
+    let open: Vec<usize> = (0..asserts.len()).filter(|at| outcomes[*at].is_none()).collect();
+    let never: Vec<_> = open.iter().map(|at| &asserts[*at].1.never).collect();
+    let Ok(reached) = symbolic::reach(net, &structural_facts(net), limits, &never) else { return };
+    for (at, breaks) in open.into_iter().zip(&reached.breaks) {
+        match breaks {
+            Some(false) => {
+                let (by, states, ticks) = (Proof::Symbolic, reached.states, Ticks::Any);
+                outcomes[at] = Some(Outcome::Proved { by, states, ticks });
+            }
+            Some(true) => is_broken[at] = reached.exact,
+            None => {}
+        }
+    }
 }
 
 /// Tries random stimuli where not all states could be enumerated.

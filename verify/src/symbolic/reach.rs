@@ -7,16 +7,16 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::facts::Facts;
-use grafsynth_ir::net::{Evolution, InputKind, Net, StepId};
+use grafsynth_ir::net::{Evolution, Expr, InputKind, Net, PropertyExpr, StepId};
 use grafsynth_ir::program::Origin;
 use grafsynth_logic::bdd::{Bdd, Full, Ref, Scarce};
 
-use super::Model;
 use super::aig::Lit;
 use super::image::{Machine, Part, after};
 use super::number::Number;
 use super::order::order;
 use super::state::{Key, Shape};
+use super::{Model, over_state};
 use crate::limits::Limits;
 
 /// Micro-steps of a reaction that are unrolled at most.
@@ -33,6 +33,10 @@ pub(crate) struct Reached {
     pub(crate) exact: bool,
     /// For each transition whether it ever fires.
     pub(crate) fires: Vec<bool>,
+    /// For each property that was asked about whether some row after the first breaks it; none where that cannot be said over state and inputs.
+    pub(crate) breaks: Vec<Option<bool>>,
+    /// The number of states, as far as they tell anything asked; `u64::MAX` stands for that and more.
+    pub(crate) states: u64,
     /// The largest number of micro-steps in a reaction, where none exceeds the limit of the net.
     pub(crate) depth: Option<u32>,
 }
@@ -90,8 +94,14 @@ impl From<String> for Failed {
 
 /// All situations that the net can reach, for any `dt`. The error says why that could not be found out.
 ///
-/// `facts` gives the components, for the order of variables only.
-pub(crate) fn reach(net: &Net, facts: &Facts, limits: &Limits) -> Result<Reached, String> {
+/// `facts` gives the components, for the order of variables only. `never` are properties to ask about.
+pub(crate) fn reach(
+    net: &Net,
+    facts: &Facts,
+    limits: &Limits,
+    never: &[&PropertyExpr],
+) -> Result<Reached, String> {
+    let never: Vec<Option<Expr>> = never.iter().map(|one| over_state(net, one)).collect();
     let limit = match net.settings.evolution {
         Evolution::Single => 1,
         Evolution::Stable { limit } => limit,
@@ -100,7 +110,7 @@ pub(crate) fn reach(net: &Net, facts: &Facts, limits: &Limits) -> Result<Reached
     let mut work = limits.image_work;
     let mut depth = limit.min(4);
     loop {
-        match attempt(net, facts, limits, limit, depth, &mut work) {
+        match attempt(net, facts, limits, &never, limit, depth, &mut work) {
             Ok(reached) => return Ok(reached),
             Err(Failed::Open(why)) => return Err(why),
             // Earlier attempts took their share of the work.
@@ -124,6 +134,7 @@ fn attempt(
     net: &Net,
     facts: &Facts,
     limits: &Limits,
+    never: &[Option<Expr>],
     limit: u32,
     depth: u32,
     work: &mut u64,
@@ -161,6 +172,10 @@ fn attempt(
     asked.extend(&model.maker.more);
     let n_more = asked.len();
     asked.extend(model.maker.fired.iter().flatten());
+    let n_fired = asked.len();
+    for never in never.iter().flatten() {
+        asked.push(model.maker.forbidden(&reaction.state, &inputs, never));
+    }
     // All functions, in one list: next bits, conditions on inputs, what is asked.
     let mut roots: Vec<Lit> = next.values().copied().collect();
     roots.extend(&legal);
@@ -238,14 +253,20 @@ fn attempt(
         let case = machine.bdd.and(possible, function)?;
         happens.push(machine.meet(all, case)?);
     }
+    let broken = happens.split_off(n_fired - 1);
     let (more, fired) = happens.split_at(n_more - 1);
+    let mut broken = broken.into_iter();
+    let breaks = never.iter().map(|one| one.as_ref().and_then(|_| broken.next())).collect();
+    state_levels.sort_unstable();
+    let states = machine.bdd.sat_count(all, &state_levels);
+    let states = u64::try_from(states).unwrap_or(u64::MAX);
     let n_transitions = net.transitions.len();
     let fires = (0..n_transitions)
         .map(|transition| fired.iter().skip(transition).step_by(n_transitions).any(|ever| *ever))
         .collect();
     let depth = more.iter().position(|more| !more).map(|depth| depth as u32);
     let exact = model.n_passed_over == 0;
-    Ok(Reached { machine, situations, level_of, exact, fires, depth })
+    Ok(Reached { machine, situations, level_of, exact, fires, breaks, states, depth })
 }
 
 /// Leaves out the bits of the state that no step ever depends on, neither at once nor by way of other bits: what is only counted, stored or put out.
