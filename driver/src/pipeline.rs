@@ -99,6 +99,8 @@ pub fn facts(net: &Valid<Net>, limits: &Limits) -> Facts {
         Evolution::Stable { .. } => {
             let limits = Limits {
                 pairs: limits.pairs.min(100_000),
+                // A diagram that unrolls micro-steps is small or hopeless, and a build is not to wait for it.
+                image_bits: limits.image_bits.min(512),
                 image_work: limits.image_work.min(1_000_000),
                 ..limits.clone()
             };
