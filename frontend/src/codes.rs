@@ -126,6 +126,38 @@ pub const C_ARGUMENTS: Code = Code { id: "G0494", title: "number of arguments" }
 /// Several functions that nothing calls.
 pub const C_ENTRY: Code = Code { id: "G0495", title: "function that the chart does not run" };
 
+/// Something else was expected at this place of an IEC 61131-3 text.
+pub const ST_UNEXPECTED: Code = Code { id: "G0441", title: "unexpected structured text" };
+/// A character, comment, pragma or string that is no token.
+pub const ST_CHARACTER: Code =
+    Code { id: "G0442", title: "character without a meaning in structured text" };
+/// A part of IEC 61131-3 that this version does not read.
+pub const ST_NOT_READ: Code = Code { id: "G0443", title: "part of IEC 61131-3 not read" };
+/// A name that nothing declares.
+pub const ST_UNKNOWN_NAME: Code = Code { id: "G0444", title: "unknown name in structured text" };
+/// Types that do not fit, or something assigned that cannot be.
+pub const ST_TYPE: Code = Code { id: "G0445", title: "types do not fit in structured text" };
+/// A constant that is missing or not understood.
+pub const ST_CONSTANT: Code = Code { id: "G0446", title: "constant needed in structured text" };
+/// A name declared twice, letter case aside.
+pub const ST_DUPLICATE: Code = Code { id: "G0447", title: "declared twice in structured text" };
+/// A call that does not fit what is called.
+pub const ST_CALL: Code = Code { id: "G0448", title: "call in structured text" };
+/// A loop without a bound that is known before the program runs.
+pub const ST_LOOP: Code = Code { id: "G0449", title: "loop without a bound" };
+/// Neither a program nor a function block with a chart.
+pub const ST_NO_POU: Code = Code { id: "G0450", title: "no program in the text" };
+/// A unit that is not part of the design, or a variable that other texts declare.
+pub const ST_LEFT_OUT: Code = Code { id: "G0451", title: "left out of the design" };
+/// An integer type wider than a chart's.
+pub const ST_NARROWED: Code = Code { id: "G0452", title: "integer type narrowed" };
+/// A Boolean that steps use as an action and statements assign.
+pub const ST_MIXED: Code = Code { id: "G0453", title: "Boolean that is an action and assigned" };
+/// A time, timer or duration that is not constant, or a timer called twice.
+pub const ST_TIMER: Code = Code { id: "G0454", title: "time in structured text" };
+/// More than is written out for loops, functions and blocks.
+pub const ST_SIZE: Code = Code { id: "G0455", title: "too much to write out" };
+
 /// Every code of this crate.
 pub const ALL: &[Code] = &[
     UNEXPECTED,
@@ -168,4 +200,19 @@ pub const ALL: &[Code] = &[
     C_ARRAY_LENGTH,
     C_ARGUMENTS,
     C_ENTRY,
+    ST_UNEXPECTED,
+    ST_CHARACTER,
+    ST_NOT_READ,
+    ST_UNKNOWN_NAME,
+    ST_TYPE,
+    ST_CONSTANT,
+    ST_DUPLICATE,
+    ST_CALL,
+    ST_LOOP,
+    ST_NO_POU,
+    ST_LEFT_OUT,
+    ST_NARROWED,
+    ST_MIXED,
+    ST_TIMER,
+    ST_SIZE,
 ];

@@ -11,6 +11,8 @@ pub mod graf;
 pub mod props;
 pub mod rules;
 pub mod scxml;
+pub mod st;
+#[allow(dead_code, reason = "what the readers of XML formats share; they follow")]
 pub(crate) mod xml;
 
 #[cfg(test)]

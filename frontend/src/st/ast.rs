@@ -1,0 +1,348 @@
+//! What a text of IEC 61131-3 says, before anything is looked up: names as written, everything with its place.
+//!
+//! The reader of PLCopen XML builds the same tree, with ladders and function block diagrams already turned into statements, so that both have one meaning
+//! ([`super::elaborate`]).
+
+use grafsynth_ir::{Name, Span};
+
+/// A whole source.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Library {
+    pub(crate) pous: Vec<Pou>,
+    pub(crate) types: Vec<TypeDef>,
+    /// `VAR_GLOBAL` outside of program organisation units.
+    pub(crate) globals: Vec<Var>,
+    /// `PROGRAM g WITH t : gravel` of a configuration.
+    pub(crate) programs: Vec<Instance>,
+    pub(crate) tasks: Vec<Task>,
+}
+
+/// A program of a resource.
+#[derive(Debug, Clone)]
+pub(crate) struct Instance {
+    pub(crate) name: Name,
+    pub(crate) task: Option<Name>,
+    pub(crate) program: Name,
+}
+
+/// `TASK t(INTERVAL := T#10ms, PRIORITY := 0)`
+#[derive(Debug, Clone)]
+pub(crate) struct Task {
+    pub(crate) name: Name,
+    /// Nanoseconds.
+    pub(crate) interval: Option<u64>,
+}
+
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum PouKind {
+    Program,
+    FunctionBlock,
+    Function(Option<TypeRef>),
+}
+
+/// A program organisation unit.
+#[derive(Debug, Clone)]
+pub(crate) struct Pou {
+    pub(crate) kind: PouKind,
+    pub(crate) name: Name,
+    pub(crate) vars: Vec<Var>,
+    pub(crate) body: Body,
+    /// What pragmas in it ask for.
+    pub(crate) options: Options,
+    /// What of it this version does not read.
+    pub(crate) refused: Vec<Refusal>,
+}
+
+/// Settings of a chart, from pragmas.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub(crate) struct Options {
+    /// `{grafsynth final scan}`
+    pub(crate) final_scan: bool,
+    /// Other settings, as the chart language writes them, with their places.
+    pub(crate) settings: Vec<Name>,
+}
+
+#[derive(Debug, Clone)]
+pub(crate) enum Body {
+    Statements(Vec<Stmt>),
+    Sfc(Sfc),
+}
+
+/// Something that this version does not read, with its name.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Refusal {
+    /// In the user's words.
+    pub(crate) what: String,
+    pub(crate) span: Span,
+    pub(crate) help: String,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Section {
+    Local,
+    Input,
+    Output,
+    InOut,
+    Global,
+    External,
+    Temp,
+}
+
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Var {
+    pub(crate) name: Name,
+    pub(crate) section: Section,
+    pub(crate) is_constant: bool,
+    pub(crate) ty: TypeRef,
+    pub(crate) init: Option<Init>,
+    /// `%IX0.0`
+    pub(crate) address: Option<Name>,
+    /// The comment behind it.
+    pub(crate) label: String,
+}
+
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct TypeRef {
+    pub(crate) kind: TypeKind,
+    pub(crate) span: Span,
+}
+
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum TypeKind {
+    Named(String),
+    /// `INT (0..9)`
+    Subrange(String, Box<(Expr, Expr)>),
+    Array(Vec<(Expr, Expr)>, Box<TypeRef>),
+    /// `(red, green := 5)`
+    Enum(Vec<(Name, Option<Expr>)>),
+    Struct(Vec<Var>),
+    /// `STRING[10]`, `POINTER TO INT`: the name by which it is refused.
+    Refused(String),
+}
+
+#[derive(Debug, Clone)]
+pub(crate) struct TypeDef {
+    pub(crate) name: Name,
+    pub(crate) ty: TypeRef,
+    pub(crate) init: Option<Init>,
+}
+
+/// An initial value.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum Init {
+    Value(Expr),
+    /// `[1, 2(0), 3]`: values, each with the number of times it stands.
+    List(Vec<(Option<Expr>, Init)>, Span),
+    /// `(PT := T#3s)`
+    Fields(Vec<(Name, Init)>, Span),
+}
+
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Sfc {
+    /// Steps and transitions in the order of the text.
+    pub(crate) elements: Vec<Element>,
+    pub(crate) actions: Vec<Action>,
+    /// Statements that run in every scan, whatever steps are active (blocks wired beside the chart).
+    pub(crate) always: Vec<Stmt>,
+}
+
+#[derive(Debug, Clone)]
+pub(crate) enum Element {
+    Step(Step),
+    Transition(Transition),
+    Macro(MacroStep),
+}
+
+#[derive(Debug, Clone)]
+pub(crate) struct Step {
+    pub(crate) name: Name,
+    pub(crate) is_initial: bool,
+    pub(crate) uses: Vec<Use>,
+    pub(crate) label: String,
+    pub(crate) role: Role,
+    pub(crate) span: Span,
+}
+
+/// The part of a step in the body of a macro-step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(crate) enum Role {
+    #[default]
+    Plain,
+    Entry,
+    Exit,
+    EntryExit,
+}
+
+/// A macro-step with its body (PLCopen only).
+#[derive(Debug, Clone)]
+pub(crate) struct MacroStep {
+    pub(crate) name: Name,
+    pub(crate) body: Sfc,
+    pub(crate) span: Span,
+}
+
+/// An action of a step.
+#[derive(Debug, Clone)]
+pub(crate) struct Use {
+    pub(crate) action: Name,
+    pub(crate) qualifier: grafsynth_ir::net::Qualifier,
+    pub(crate) duration: Option<Expr>,
+    pub(crate) span: Span,
+}
+
+#[derive(Debug, Clone)]
+pub(crate) struct Transition {
+    pub(crate) name: Option<Name>,
+    pub(crate) from: Vec<Name>,
+    pub(crate) to: Vec<Name>,
+    pub(crate) priority: Option<u32>,
+    pub(crate) condition: Expr,
+    pub(crate) label: String,
+    pub(crate) span: Span,
+}
+
+#[derive(Debug, Clone)]
+pub(crate) struct Action {
+    pub(crate) name: Name,
+    pub(crate) body: Vec<Stmt>,
+    pub(crate) label: String,
+    pub(crate) span: Span,
+}
+
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Expr {
+    pub(crate) kind: ExprKind,
+    pub(crate) span: Span,
+}
+
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum ExprKind {
+    Bool(bool),
+    Int(i64),
+    /// Nanoseconds.
+    Time(i64),
+    Name(Name),
+    Field(Box<Expr>, Name),
+    /// `x.3`
+    Bit(Box<Expr>, u32),
+    Index(Box<Expr>, Vec<Expr>),
+    /// `%IX0.0`
+    Address(String),
+    Not(Box<Expr>),
+    Neg(Box<Expr>),
+    Binary(Op, Box<Expr>, Box<Expr>),
+    /// Chains of one operator, flat so that they may have any length.
+    And(Vec<Expr>),
+    Or(Vec<Expr>),
+    Call(Name, Vec<Arg>),
+    /// `1.5`, `'text'`: the name by which it is refused.
+    Refused(String),
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Op {
+    Xor,
+    Eq,
+    Ne,
+    Lt,
+    Le,
+    Gt,
+    Ge,
+    Add,
+    Sub,
+    Mul,
+    Div,
+    Mod,
+    Power,
+}
+
+/// An argument of a call.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Arg {
+    pub(crate) name: Option<Name>,
+    pub(crate) value: Expr,
+    /// `=>`
+    pub(crate) is_output: bool,
+    /// `NOT q => x`
+    pub(crate) is_negated: bool,
+}
+
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Stmt {
+    pub(crate) kind: StmtKind,
+    pub(crate) span: Span,
+}
+
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum StmtKind {
+    Assign {
+        target: Expr,
+        value: Expr,
+    },
+    /// A function block, by its instance.
+    Call {
+        target: Expr,
+        arguments: Vec<Arg>,
+    },
+    If {
+        arms: Vec<(Expr, Vec<Stmt>)>,
+        otherwise: Vec<Stmt>,
+    },
+    Case {
+        selector: Expr,
+        arms: Vec<(Vec<(Expr, Option<Expr>)>, Vec<Stmt>)>,
+        otherwise: Vec<Stmt>,
+    },
+    For {
+        var: Name,
+        from: Expr,
+        to: Expr,
+        by: Option<Expr>,
+        body: Vec<Stmt>,
+    },
+    While {
+        condition: Expr,
+        body: Vec<Stmt>,
+    },
+    Repeat {
+        body: Vec<Stmt>,
+        until: Expr,
+    },
+    Exit,
+    Continue,
+    Return,
+    /// Could not be read; the name by which it is refused.
+    Refused(String),
+}
+
+impl Expr {
+    pub(crate) fn new(kind: ExprKind, span: Span) -> Self {
+        Expr { kind, span }
+    }
+
+    pub(crate) fn name(name: Name) -> Self {
+        let span = name.span;
+        Expr::new(ExprKind::Name(name), span)
+    }
+
+    /// The variable that an access begins with.
+    pub(crate) fn root(&self) -> Option<&Name> {
+        match &self.kind {
+            ExprKind::Name(name) => Some(name),
+            ExprKind::Field(inner, _) | ExprKind::Bit(inner, _) | ExprKind::Index(inner, _) => {
+                inner.root()
+            }
+            ExprKind::Bool(_)
+            | ExprKind::Int(_)
+            | ExprKind::Time(_)
+            | ExprKind::Address(_)
+            | ExprKind::Not(_)
+            | ExprKind::Neg(_)
+            | ExprKind::Binary(..)
+            | ExprKind::And(_)
+            | ExprKind::Or(_)
+            | ExprKind::Call(..)
+            | ExprKind::Refused(_) => None,
+        }
+    }
+}

@@ -1,0 +1,497 @@
+//! The function blocks of the standard: their state in the chart, and what one call of each does.
+//!
+//! A timer counts in a free timer of the chart while its block is running; the block itself is looked at when it is called, as on a controller:
+//!
+//! ```text
+//! t(IN := e, PT := 3 s)      t.IN := e;  t.Q := t.IN and t.ET >= 3 s      timer t.ET while t.IN
+//! ```
+//! The free timer begins in the scan in which `t.IN` becomes true and has counted the time of each later scan when that scan begins (semantics §7),
+//! which is what a clock read at each call gives.
+
+use grafsynth_ir::chart::{Declaration, DeclarationKind, Expr, Item, Leaf, Stmt, StmtKind};
+use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::expr::{CompareOp, ExprKind, Type};
+use grafsynth_ir::net::Meta;
+use grafsynth_ir::{Name, Span};
+
+use super::types::Ty;
+use super::usage::upper;
+use super::value::{Kind, Time, Value, leaf};
+use super::{Binding, Elaborator, FrameId, ObjectKind, Outcome, Place};
+use crate::codes;
+use crate::st::ast::{self, Arg};
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Block {
+    Ton,
+    Tof,
+    Tp,
+    RTrig,
+    FTrig,
+    /// Counters carry the bounds of CV.
+    Ctu(i64, i64),
+    Ctd(i64, i64),
+    Ctud(i64, i64),
+    Sr,
+    Rs,
+}
+
+impl Block {
+    /// The block of that name, which is in capitals.
+    pub(super) fn named(name: &str) -> Option<Block> {
+        let (base, ty) = name.split_once('_').unwrap_or((name, "INT"));
+        if matches!(base, "CTU" | "CTD" | "CTUD") {
+            let (lo, hi) = super::types::integer(ty)?;
+            let (lo, hi) = (lo.max(super::types::WIDEST.0), hi.min(super::types::WIDEST.1));
+            return Some(match base {
+                "CTU" => Block::Ctu(lo, hi),
+                "CTD" => Block::Ctd(lo, hi),
+                _ => Block::Ctud(lo, hi),
+            });
+        }
+        Some(match name {
+            "TON" | "TON_TIME" => Block::Ton,
+            "TOF" | "TOF_TIME" => Block::Tof,
+            "TP" | "TP_TIME" => Block::Tp,
+            "R_TRIG" => Block::RTrig,
+            "F_TRIG" => Block::FTrig,
+            "SR" => Block::Sr,
+            "RS" => Block::Rs,
+            _ => return None,
+        })
+    }
+
+    /// Names of the inputs in their order, each with the other names that are in use.
+    fn inputs(self) -> &'static [&'static [&'static str]] {
+        match self {
+            Block::Ton | Block::Tof | Block::Tp => &[&["IN"], &["PT"]],
+            Block::RTrig | Block::FTrig => &[&["CLK"]],
+            Block::Ctu(..) => &[&["CU"], &["R", "RESET"], &["PV"]],
+            Block::Ctd(..) => &[&["CD"], &["LD", "LOAD"], &["PV"]],
+            Block::Ctud(..) => &[&["CU"], &["CD"], &["R", "RESET"], &["LD", "LOAD"], &["PV"]],
+            Block::Sr => &[&["S1", "SET1"], &["R", "RESET"]],
+            Block::Rs => &[&["S", "SET"], &["R1", "RESET1"]],
+        }
+    }
+
+    /// The names in the order of a call without names: inputs, then outputs.
+    pub(super) fn order(self) -> Vec<&'static str> {
+        let inputs = self.inputs().iter().map(|names| names[0]);
+        let outputs: &[&str] = match self {
+            Block::Ton | Block::Tof | Block::Tp => &["Q", "ET"],
+            Block::RTrig | Block::FTrig => &["Q"],
+            Block::Ctu(..) | Block::Ctd(..) => &["Q", "CV"],
+            Block::Ctud(..) => &["QU", "QD", "CV"],
+            Block::Sr | Block::Rs => &["Q1"],
+        };
+        inputs.chain(outputs.iter().copied()).collect()
+    }
+
+    /// The first name of an input, whichever of its names was written.
+    pub(super) fn canonical(self, name: &str) -> Option<&'static str> {
+        self.inputs().iter().find(|names| names.contains(&name)).map(|names| names[0])
+    }
+
+    fn input_type(self, name: &str) -> Ty {
+        match self {
+            Block::Ctu(lo, hi) | Block::Ctd(lo, hi) | Block::Ctud(lo, hi) if name == "PV" => {
+                Ty::Int { lo, hi, wraps: false }
+            }
+            _ if name == "PT" => Ty::Time,
+            _ => Ty::Bool,
+        }
+    }
+
+    /// What it remembers: a name, its type, and whether it is an output.
+    fn state(self) -> Vec<(&'static str, Ty)> {
+        let count = |lo, hi| Ty::Int { lo, hi, wraps: false };
+        match self {
+            Block::Ton | Block::Tp => vec![("IN", Ty::Bool), ("Q", Ty::Bool)],
+            Block::Tof => vec![("RUN", Ty::Bool), ("Q", Ty::Bool)],
+            Block::RTrig | Block::FTrig => vec![("M", Ty::Bool), ("Q", Ty::Bool)],
+            Block::Ctu(lo, hi) => vec![("CU_M", Ty::Bool), ("Q", Ty::Bool), ("CV", count(lo, hi))],
+            Block::Ctd(lo, hi) => vec![("CD_M", Ty::Bool), ("Q", Ty::Bool), ("CV", count(lo, hi))],
+            Block::Ctud(lo, hi) => vec![
+                ("CU_M", Ty::Bool),
+                ("CD_M", Ty::Bool),
+                ("QU", Ty::Bool),
+                ("QD", Ty::Bool),
+                ("CV", count(lo, hi)),
+            ],
+            Block::Sr | Block::Rs => vec![("Q1", Ty::Bool)],
+        }
+    }
+
+    /// What its timer counts while.
+    fn running(self) -> Option<&'static str> {
+        match self {
+            Block::Ton => Some("IN"),
+            Block::Tof => Some("RUN"),
+            Block::Tp => Some("Q"),
+            Block::RTrig
+            | Block::FTrig
+            | Block::Ctu(..)
+            | Block::Ctd(..)
+            | Block::Ctud(..)
+            | Block::Sr
+            | Block::Rs => None,
+        }
+    }
+}
+
+fn assign(place: &Name, value: Expr, span: Span) -> Stmt {
+    let kind = StmtKind::Assign { target: place.clone().into(), index: None, value };
+    Stmt { kind, span }
+}
+
+fn choose(condition: Expr, then: Vec<Stmt>, otherwise: Vec<Stmt>, span: Span) -> Stmt {
+    Stmt { kind: StmtKind::If { condition, then, otherwise }, span }
+}
+
+fn at_least(a: Expr, b: Expr) -> Expr {
+    Expr::compare(CompareOp::Ge, a, b)
+}
+
+impl Elaborator<'_> {
+    /// Declares the state of an instance; `omitted` are inputs that some call leaves out or something else reads.
+    pub(super) fn declare_block(
+        &mut self,
+        object: usize,
+        block: Block,
+        name: &Name,
+        omitted: &dyn Fn(&str) -> bool,
+        init: &[(Name, ast::Init)],
+        outer: FrameId,
+    ) {
+        let frame = self.objects[object].frame;
+        let full = |part: &str| Name::new(format!("{name}.{part}"), name.span);
+        for (part, ty) in block.state() {
+            self.declare_var(frame, part, full(part), &ty, Vec::new(), Meta::default());
+        }
+        if let Some(running) = block.running() {
+            let condition = leaf(full(running).into(), name.span);
+            self.items.push(Item::Declaration(Declaration {
+                name: full("ET"),
+                kind: DeclarationKind::Timer { condition },
+                meta: Meta { span: name.span, ..Meta::default() },
+            }));
+        }
+        for names in block.inputs() {
+            let part = names[0];
+            let ty = block.input_type(part);
+            let given = init.iter().find(|(field, _)| names.contains(&upper(&field.text).as_str()));
+            if ty == Ty::Time {
+                if let Some((_, ast::Init::Value(value))) = given
+                    && let Ok(value) = self.value(outer, value)
+                    && let Kind::Time(Time::Constant(ns)) = value.kind
+                {
+                    self.objects[object].preset = Some(ns);
+                }
+                continue;
+            }
+            let needed = names.iter().any(|name| omitted(name));
+            if self.frames[frame].names.contains_key(part) || !needed {
+                continue;
+            }
+            let values = match given {
+                Some((_, init)) => self.initial(outer, &ty, init).unwrap_or_default(),
+                None => Vec::new(),
+            };
+            self.declare_var(frame, part, full(part), &ty, values, Meta::default());
+        }
+    }
+
+    /// ET of a timer; none for other fields.
+    pub(super) fn block_field(
+        &mut self,
+        object: usize,
+        field: &str,
+        span: Span,
+    ) -> Option<Outcome<Value>> {
+        let ObjectKind::Standard(block) = self.objects[object].kind else { return None };
+        if !matches!(field, "ET" | "PT") || block.running().is_none() {
+            return None;
+        }
+        let prefix = self.objects[object].prefix.clone();
+        let limit = self.objects[object].preset;
+        if field == "PT" {
+            return Some(Ok(Value::time(limit.unwrap_or(0), span)));
+        }
+        if block != Block::Ton {
+            return Some(Err(self.refused(
+                "ET of TOF and TP",
+                span,
+                "read ET of a TON, or a step's time",
+            )));
+        }
+        let Some(limit) = limit else {
+            return Some(Err(self.report(
+                Diagnostic::error(codes::ST_TIMER, format!("ET of {prefix} is read before its PT is known"))
+                    .at(span, "")
+                    .help("give PT in the declaration, as in `t : TON := (PT := T#3s);`, or call the block above"),
+            )));
+        };
+        let name = |part: &str| Name::new(format!("{prefix}.{part}"), span);
+        let running = Box::new(leaf(name("IN").into(), span));
+        let expr = leaf(name("ET").into(), span);
+        Some(Ok(Value { expr, kind: Kind::Time(Time::Elapsed { running, limit }) }))
+    }
+
+    /// One call of an instance.
+    pub(super) fn call_block(
+        &mut self,
+        frame: FrameId,
+        object: usize,
+        block: Block,
+        arguments: &[Arg],
+        span: Span,
+        out: &mut Vec<Stmt>,
+    ) -> Outcome<()> {
+        let prefix = self.objects[object].prefix.clone();
+        let name = |part: &str| Name::new(format!("{prefix}.{part}"), span);
+        let read = |part: &str| leaf(name(part).into(), span);
+        if block.running().is_some() {
+            self.objects[object].n_calls += 1;
+            if self.objects[object].n_calls == 2 {
+                self.report(
+                    Diagnostic::warning(
+                        codes::ST_TIMER,
+                        format!("{prefix} is called in several places"),
+                    )
+                    .at(span, "called again here")
+                    .help("a timer that stops and starts within one scan runs on; call each timer once"),
+                );
+            }
+        }
+        let mut list = Vec::new();
+        let mut bools: Vec<(&'static str, Expr)> = Vec::new();
+        let mut preset = None;
+        let mut limit = Expr::int(0);
+        for names in block.inputs() {
+            let part = names[0];
+            let ty = block.input_type(part);
+            let given = arguments.iter().find(|one| {
+                !one.is_output
+                    && one
+                        .name
+                        .as_ref()
+                        .is_some_and(|name| names.contains(&upper(&name.text).as_str()))
+            });
+            let value = match given {
+                Some(argument) => {
+                    let value = self.value(frame, &argument.value)?;
+                    Some(self.fit(value, &ty, part)?)
+                }
+                None => None,
+            };
+            if ty == Ty::Time {
+                let ns = match value.map(|value| value.kind) {
+                    Some(Kind::Time(Time::Constant(ns))) => ns,
+                    Some(_) => {
+                        let at = given.map_or(span, |argument| argument.value.span);
+                        return Err(self.report(
+                            Diagnostic::error(
+                                codes::ST_TIMER,
+                                format!("PT of {prefix} is not constant"),
+                            )
+                            .at(at, "changes while the program runs")
+                            .help("give a time or a TIME variable that nothing assigns"),
+                        ));
+                    }
+                    None => self.objects[object].preset.unwrap_or(0),
+                };
+                self.objects[object].preset = Some(ns);
+                preset = Some(u64::try_from(ns).unwrap_or(0));
+                continue;
+            }
+            let is_stored = self.frames[self.objects[object].frame].names.contains_key(part)
+                && !(part == "IN" && matches!(block, Block::Ton | Block::Tp));
+            let expr = match value {
+                Some(value) => {
+                    // What reads the block's own state must be taken before that changes.
+                    let own = mentions(&value.expr, &format!("{prefix}."));
+                    if is_stored || own && block.running().is_none() {
+                        if !is_stored {
+                            let frame = self.objects[object].frame;
+                            self.declare_var(
+                                frame,
+                                part,
+                                name(part),
+                                &ty,
+                                Vec::new(),
+                                Meta::default(),
+                            );
+                        }
+                        list.push(assign(&name(part), value.expr, span));
+                        read(part)
+                    } else {
+                        value.expr
+                    }
+                }
+                None if is_stored || part == "IN" && block != Block::Tof => read(part),
+                None if ty == Ty::Bool => Expr::new(ExprKind::Bool(false), span),
+                None => Expr::new(ExprKind::Int(0), span),
+            };
+            if part == "PV" { limit = expr } else { bools.push((part, expr)) }
+        }
+        let input = |part: &str| {
+            bools
+                .iter()
+                .find(|(name, _)| *name == part)
+                .map_or_else(|| Expr::bool(false), |(_, expr)| expr.clone())
+        };
+        let reached = || {
+            let duration = Expr::leaf(Leaf::Duration(preset.unwrap_or(0)), span);
+            at_least(read("ET"), duration)
+        };
+        let set = |part: &str, value: Expr| assign(&name(part), value, span);
+        match block {
+            Block::Ton => {
+                let value = input("IN");
+                if value != read("IN") {
+                    list.push(set("IN", value));
+                }
+                list.push(set("Q", Expr::and([read("IN"), reached()])));
+            }
+            Block::Tof => {
+                let held = Expr::and([read("Q"), reached().not()]);
+                list.push(set("Q", Expr::or([input("IN"), held])));
+                list.push(set("RUN", Expr::and([read("Q"), input("IN").not()])));
+            }
+            Block::Tp => {
+                // The end of a pulse and an edge of IN in one call: the edge is lost.
+                let begins = Expr::and([input("IN"), read("IN").not()]);
+                let start = choose(begins, vec![set("Q", Expr::bool(true))], Vec::new(), span);
+                let end = choose(reached(), vec![set("Q", Expr::bool(false))], Vec::new(), span);
+                list.push(choose(read("Q"), vec![end], vec![start], span));
+                list.push(set("IN", input("IN")));
+            }
+            Block::RTrig => {
+                list.push(set("Q", Expr::and([input("CLK"), read("M").not()])));
+                list.push(set("M", input("CLK")));
+            }
+            Block::FTrig => {
+                list.push(set("Q", Expr::and([input("CLK").not(), read("M").not()])));
+                list.push(set("M", input("CLK").not()));
+            }
+            Block::Ctu(_, hi) => {
+                let counts = Expr::and([
+                    input("CU"),
+                    read("CU_M").not(),
+                    Expr::compare(CompareOp::Lt, read("CV"), Expr::int(hi)),
+                ]);
+                let up = choose(counts, vec![step_by(&name("CV"), 1, span)], Vec::new(), span);
+                let reset = vec![set("CV", Expr::int(0))];
+                list.push(choose(input("R"), reset, vec![up], span));
+                list.push(set("CU_M", input("CU")));
+                list.push(set("Q", at_least(read("CV"), limit)));
+            }
+            Block::Ctd(lo, _) => {
+                let counts = Expr::and([
+                    input("CD"),
+                    read("CD_M").not(),
+                    Expr::compare(CompareOp::Gt, read("CV"), Expr::int(lo)),
+                ]);
+                let down = choose(counts, vec![step_by(&name("CV"), -1, span)], Vec::new(), span);
+                let load = vec![set("CV", limit)];
+                list.push(choose(input("LD"), load, vec![down], span));
+                list.push(set("CD_M", input("CD")));
+                list.push(set("Q", Expr::compare(CompareOp::Le, read("CV"), Expr::int(0))));
+            }
+            Block::Ctud(lo, hi) => {
+                let up_edge = || Expr::and([input("CU"), read("CU_M").not()]);
+                let down_edge = || Expr::and([input("CD"), read("CD_M").not()]);
+                let up = Expr::and([
+                    up_edge(),
+                    down_edge().not(),
+                    Expr::compare(CompareOp::Lt, read("CV"), Expr::int(hi)),
+                ]);
+                let down = Expr::and([
+                    down_edge(),
+                    up_edge().not(),
+                    Expr::compare(CompareOp::Gt, read("CV"), Expr::int(lo)),
+                ]);
+                let down = choose(down, vec![step_by(&name("CV"), -1, span)], Vec::new(), span);
+                let count = choose(up, vec![step_by(&name("CV"), 1, span)], vec![down], span);
+                let load = choose(input("LD"), vec![set("CV", limit.clone())], vec![count], span);
+                let reset = vec![set("CV", Expr::int(0))];
+                list.push(choose(input("R"), reset, vec![load], span));
+                list.push(set("CU_M", input("CU")));
+                list.push(set("CD_M", input("CD")));
+                list.push(set("QU", at_least(read("CV"), limit)));
+                list.push(set("QD", Expr::compare(CompareOp::Le, read("CV"), Expr::int(0))));
+            }
+            Block::Sr => {
+                let held = Expr::and([input("R").not(), read("Q1")]);
+                list.push(set("Q1", Expr::or([input("S1"), held])));
+            }
+            Block::Rs => {
+                let on = Expr::or([input("S"), read("Q1")]);
+                list.push(set("Q1", Expr::and([input("R1").not(), on])));
+            }
+        }
+        self.spend(span, list.len() * 4)?;
+        out.extend(list);
+        Ok(())
+    }
+
+    /// A variable of the chart, known in `frame` by `key`.
+    pub(super) fn declare_var(
+        &mut self,
+        frame: FrameId,
+        key: &str,
+        name: Name,
+        ty: &Ty,
+        init: Vec<Expr>,
+        meta: Meta,
+    ) {
+        let (simple, len) = match ty {
+            Ty::Array(bounds, element) => {
+                (element.simple(), u32::try_from(super::length(bounds)).ok())
+            }
+            Ty::Bool
+            | Ty::Int { .. }
+            | Ty::Time
+            | Ty::Block(_)
+            | Ty::User(_)
+            | Ty::Struct(_)
+            | Ty::Broken => (ty.simple(), None),
+        };
+        let meta = Meta { span: name.span, ..meta };
+        self.items.push(Item::Declaration(Declaration {
+            name: name.clone(),
+            kind: DeclarationKind::Var { ty: simple.unwrap_or(Type::Bool), len, init },
+            meta,
+        }));
+        let place = Place { name, chart: self.chart, index: None, ty: ty.clone() };
+        self.frames[frame].names.insert(key.to_owned(), Binding::Place(place));
+    }
+}
+
+/// `x := x + 1`
+fn step_by(name: &Name, by: i64, span: Span) -> Stmt {
+    let value = Expr::new(
+        ExprKind::Arith(
+            if by < 0 {
+                grafsynth_ir::expr::ArithOp::Sub
+            } else {
+                grafsynth_ir::expr::ArithOp::Add
+            },
+            Box::new(leaf(name.clone().into(), span)),
+            Box::new(Expr::new(ExprKind::Int(by.abs()), span)),
+        ),
+        span,
+    );
+    assign(name, value, span)
+}
+
+/// True when an expression reads something whose name begins with `prefix`.
+pub(super) fn mentions(expr: &Expr, prefix: &str) -> bool {
+    let mut found = false;
+    expr.for_each_leaf(&mut |leaf| {
+        if let Leaf::Name(path) = leaf {
+            found |= path.names.last().is_some_and(|name| name.text.starts_with(prefix));
+        }
+    });
+    found
+}

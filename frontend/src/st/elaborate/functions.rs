@@ -1,0 +1,622 @@
+//! Functions: those of the standard as operators, those of the file by running their bodies on expressions.
+
+use std::collections::BTreeMap;
+
+use grafsynth_ir::chart::Expr;
+use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::expr::ExprKind;
+use grafsynth_ir::{Name, Span};
+
+use super::types::{Ty, integer};
+use super::usage::upper;
+use super::value::{Kind, Value, nodes};
+use super::{Binding, Elaborator, Frame, FrameId, Outcome, Told};
+use crate::codes;
+use crate::st::ast::{self, Arg, Body, Op, PouKind, Section, StmtKind};
+
+/// How many nodes the value of a variable in a function may have.
+const MAX_NODES: usize = 4_000;
+/// How deep functions may call each other.
+const MAX_CALLS: usize = 32;
+
+fn select(condition: Expr, then: Value, otherwise: Value, span: Span) -> Value {
+    if then == otherwise || condition.is_true() {
+        return then;
+    }
+    if condition.is_false() {
+        return otherwise;
+    }
+    let kind = match (&then.kind, &otherwise.kind) {
+        (Kind::Int(al, ah), Kind::Int(bl, bh)) => Kind::Int(*al.min(bl), *ah.max(bh)),
+        (kind, _) => kind.clone(),
+    };
+    let expr = ExprKind::Select(Box::new(condition), Box::new(then.expr), Box::new(otherwise.expr));
+    Value { expr: Expr::new(expr, span), kind }
+}
+
+impl Elaborator<'_> {
+    /// A call in an expression.
+    pub(super) fn call_function(
+        &mut self,
+        frame: FrameId,
+        name: &Name,
+        arguments: &[Arg],
+        span: Span,
+    ) -> Outcome<Value> {
+        let key = upper(&name.text);
+        if let Some(index) = self.functions.get(&key).copied() {
+            return self.run_function(frame, index, arguments, span);
+        }
+        let values: Vec<Outcome<Value>> =
+            arguments.iter().map(|one| self.value(frame, &one.value)).collect();
+        let mut values = values.into_iter().collect::<Outcome<Vec<_>>>()?;
+        // `SEL(G := c, IN0 := a, IN1 := b)` in any order.
+        if arguments.iter().all(|one| one.name.is_some()) && arguments.len() > 1 {
+            const ORDER: [&str; 8] = ["EN", "G", "K", "MN", "IN", "IN0", "IN1", "IN2"];
+            let rank = |argument: &Arg| {
+                let text = argument.name.as_ref().map(|name| upper(&name.text)).unwrap_or_default();
+                let place = ORDER.iter().position(|known| *known == text);
+                (place.unwrap_or(ORDER.len()), text)
+            };
+            let mut order: Vec<usize> = (0..arguments.len()).collect();
+            order.sort_by_key(|index| rank(&arguments[*index]));
+            values = order.into_iter().map(|index| values[index].clone()).collect();
+        }
+        self.standard(&key, name, values, span)
+    }
+
+    fn standard(
+        &mut self,
+        key: &str,
+        name: &Name,
+        values: Vec<Value>,
+        span: Span,
+    ) -> Outcome<Value> {
+        let n = values.len();
+        let chain = match key {
+            "ADD" => Some(Op::Add),
+            "MUL" => Some(Op::Mul),
+            "XOR" => Some(Op::Xor),
+            _ => None,
+        };
+        if let (Some(op), true) = (chain, n >= 2) {
+            return self.fold(values, span, |this, a, b| this.binary(op, a, b, span));
+        }
+        let pair = match key {
+            "SUB" => Some(Op::Sub),
+            "DIV" => Some(Op::Div),
+            "MOD" => Some(Op::Mod),
+            "EXPT" => Some(Op::Power),
+            "NE" => Some(Op::Ne),
+            _ => None,
+        };
+        let mut values = values.into_iter();
+        let mut next = || values.next();
+        if let (Some(op), 2) = (pair, n)
+            && let (Some(a), Some(b)) = (next(), next())
+        {
+            return self.binary(op, a, b, span);
+        }
+        let comparison = match key {
+            "GT" => Some(Op::Gt),
+            "GE" => Some(Op::Ge),
+            "EQ" => Some(Op::Eq),
+            "LE" => Some(Op::Le),
+            "LT" => Some(Op::Lt),
+            _ => None,
+        };
+        if let (Some(op), true) = (comparison, n >= 2) {
+            // GT(a, b, c) is a > b and b > c.
+            let all: Vec<Value> = values.collect();
+            let mut parts = Vec::new();
+            for two in all.windows(2) {
+                parts.push(self.binary(op, two[0].clone(), two[1].clone(), span)?);
+            }
+            return self.join(parts, true, span);
+        }
+        match (key, n) {
+            ("AND" | "OR", 2..) => {
+                let all = values.collect();
+                return self.join(all, key == "AND", span);
+            }
+            ("MOVE", 1) => {
+                if let Some(value) = next() {
+                    return Ok(value);
+                }
+            }
+            ("NOT", 1) => {
+                if let Some(value) = next() {
+                    let value = self.fit(value, &Ty::Bool, "NOT")?;
+                    return Ok(Value::bool(Expr::new(value.expr.not().kind, span)));
+                }
+            }
+            ("ABS", 1) => {
+                if let Some(value) = next() {
+                    let zero = Value::int(0, span);
+                    let negative = self.binary(Op::Sub, zero.clone(), value.clone(), span)?;
+                    let below = self.binary(Op::Lt, value.clone(), zero, span)?;
+                    let chosen = select(below.expr, negative, value, span);
+                    return Ok(match chosen.kind {
+                        Kind::Int(lo, hi) => {
+                            Value { kind: Kind::Int(lo.max(0), hi.max(0)), ..chosen }
+                        }
+                        Kind::Bool | Kind::Time(_) => chosen,
+                    });
+                }
+            }
+            ("MIN" | "MAX", 2..) => {
+                let op = if key == "MIN" { Op::Le } else { Op::Ge };
+                let all = values.collect();
+                return self.fold(all, span, |this, a, b| this.extreme(op, a, b, span));
+            }
+            ("LIMIT", 3) => {
+                if let (Some(low), Some(value), Some(high)) = (next(), next(), next()) {
+                    let above = self.extreme(Op::Ge, low, value, span)?;
+                    return self.extreme(Op::Le, above, high, span);
+                }
+            }
+            ("SEL", 3) => {
+                if let (Some(which), Some(first), Some(second)) = (next(), next(), next()) {
+                    let which = self.fit(which, &Ty::Bool, "G of SEL")?;
+                    if std::mem::discriminant(&first.kind) != std::mem::discriminant(&second.kind) {
+                        return Err(
+                            self.type_error("the two values of SEL are of different kinds", span)
+                        );
+                    }
+                    return Ok(select(which.expr, second, first, span));
+                }
+            }
+            ("MUX", 2..) => {
+                if let Some(which) = next() {
+                    let all: Vec<Value> = values.collect();
+                    let mut chosen: Option<Value> = None;
+                    for (index, value) in all.into_iter().enumerate().rev() {
+                        chosen = Some(match chosen {
+                            None => value,
+                            Some(rest) => {
+                                let index = Value::int(i64::try_from(index).unwrap_or(0), span);
+                                let is_this = self.binary(Op::Eq, which.clone(), index, span)?;
+                                select(is_this.expr, value, rest, span)
+                            }
+                        });
+                    }
+                    return chosen.ok_or(Told);
+                }
+            }
+            (_, 1) => {
+                if let Some(value) = next()
+                    && let Some(converted) = self.convert(key, value, span)
+                {
+                    return converted;
+                }
+            }
+            _ => {}
+        }
+        Err(self.no_function(key, name, n))
+    }
+
+    fn no_function(&mut self, key: &str, name: &Name, n: usize) -> Told {
+        const KNOWN: [&str; 24] = [
+            "ADD",
+            "SUB",
+            "MUL",
+            "DIV",
+            "MOD",
+            "MOVE",
+            "AND",
+            "OR",
+            "XOR",
+            "NOT",
+            "GT",
+            "GE",
+            "EQ",
+            "LE",
+            "LT",
+            "NE",
+            "ABS",
+            "MIN",
+            "MAX",
+            "LIMIT",
+            "SEL",
+            "MUX",
+            "BOOL_TO_INT",
+            "INT_TO_BCD",
+        ];
+        const REFUSED: [&str; 27] = [
+            "SQRT", "LN", "LOG", "EXP", "SIN", "COS", "TAN", "ASIN", "ACOS", "ATAN", "SHL", "SHR",
+            "ROL", "ROR", "LEN", "LEFT", "RIGHT", "MID", "CONCAT", "INSERT", "DELETE", "REPLACE",
+            "FIND", "TRUNC", "ADR", "SIZEOF", "ROUND",
+        ];
+        if KNOWN.contains(&key) {
+            return self.report(
+                Diagnostic::error(codes::ST_CALL, format!("{key} does not take {n} arguments"))
+                    .at(name.span, ""),
+            );
+        }
+        if REFUSED.contains(&key) || key.contains("_TO_") {
+            return self.refused(
+                &format!("the function {key}"),
+                name.span,
+                "write what it does with integers and Booleans",
+            );
+        }
+        let candidates: Vec<String> = KNOWN
+            .iter()
+            .map(|name| (*name).to_owned())
+            .chain(self.functions.keys().cloned())
+            .collect();
+        self.unknown(
+            "function",
+            &name.text,
+            name.span,
+            &candidates,
+            "the file declares no function of this name",
+        )
+    }
+
+    fn fold(
+        &mut self,
+        values: Vec<Value>,
+        _span: Span,
+        mut op: impl FnMut(&mut Self, Value, Value) -> Outcome<Value>,
+    ) -> Outcome<Value> {
+        let mut values = values.into_iter();
+        let mut result = values.next().ok_or(Told)?;
+        for value in values {
+            result = op(self, result, value)?;
+        }
+        Ok(result)
+    }
+
+    /// The one that stands first in the order `op`.
+    fn extreme(&mut self, op: Op, a: Value, b: Value, span: Span) -> Outcome<Value> {
+        let first = self.binary(op, a.clone(), b.clone(), span)?;
+        let chosen = match (&a.kind, &b.kind) {
+            (Kind::Int(al, ah), Kind::Int(bl, bh)) if op == Op::Le => {
+                Kind::Int(*al.min(bl), *ah.min(bh))
+            }
+            (Kind::Int(al, ah), Kind::Int(bl, bh)) => Kind::Int(*al.max(bl), *ah.max(bh)),
+            (kind, _) => kind.clone(),
+        };
+        Ok(Value { kind: chosen, ..select(first.expr, a, b, span) })
+    }
+
+    /// `INT_TO_DINT`, `TO_INT`, `BOOL_TO_INT`, `BCD_TO_INT` …
+    fn convert(&mut self, key: &str, value: Value, span: Span) -> Option<Outcome<Value>> {
+        let (from, to) = match key.split_once("_TO_") {
+            Some((from, to)) => (from, to),
+            None => ("", key.strip_prefix("TO_")?),
+        };
+        let is_known = |name: &str| {
+            matches!(name, "" | "BOOL" | "BCD") || integer(name).is_some() || name.ends_with("_BCD")
+        };
+        if !is_known(from) || !is_known(to) {
+            return None;
+        }
+        if from == "BCD" || from.ends_with("_BCD") {
+            let decimal = self.bcd(value, 16, 10, span);
+            return Some(match integer(to) {
+                Some((lo, hi)) => decimal.and_then(|value| self.fit(value, &wrapping(lo, hi), to)),
+                None => decimal,
+            });
+        }
+        if to == "BCD" || to.starts_with("BCD_") || to.ends_with("_BCD") {
+            return Some(self.bcd(value, 10, 16, span));
+        }
+        if to == "BOOL" {
+            return Some(match value.kind {
+                Kind::Bool => Ok(value),
+                Kind::Int(..) => self.binary(Op::Ne, value, Value::int(0, span), span),
+                Kind::Time(_) => Err(self.type_error("a number is needed here", span)),
+            });
+        }
+        let (lo, hi) = integer(to)?;
+        let number = match value.kind {
+            Kind::Bool => select(value.expr, Value::int(1, span), Value::int(0, span), span),
+            Kind::Int(..) => value,
+            Kind::Time(_) => {
+                return Some(Err(self.refused(
+                    "times as numbers",
+                    span,
+                    "compare the time with a constant",
+                )));
+            }
+        };
+        Some(self.fit(number, &wrapping(lo, hi), to))
+    }
+
+    /// Digits of one base read as digits of another.
+    fn bcd(&mut self, value: Value, from: i64, to: i64, span: Span) -> Outcome<Value> {
+        let Kind::Int(lo, hi) = value.kind else {
+            return Err(self.type_error("a number is needed here", span));
+        };
+        if lo < 0 && lo != hi && from == 16 {
+            return Err(self.type_error("a BCD number is a BYTE, WORD or unsigned integer", span));
+        }
+        let (mut scale, mut weight) = (1_i64, 1_i64);
+        let mut sum: Option<Value> = None;
+        let mut most = 0_i64;
+        while scale <= hi.min(super::types::WIDEST.1) && weight <= super::types::WIDEST.1 / to {
+            let digit = {
+                let shifted = self.binary(Op::Div, value.clone(), Value::int(scale, span), span)?;
+                self.binary(Op::Mod, shifted, Value::int(from, span), span)?
+            };
+            let part = self.binary(Op::Mul, digit, Value::int(weight, span), span)?;
+            most = most.saturating_add((from - 1).saturating_mul(weight));
+            sum = Some(match sum {
+                None => part,
+                Some(sum) => self.binary(Op::Add, part, sum, span)?,
+            });
+            scale = scale.saturating_mul(from);
+            weight = weight.saturating_mul(to);
+        }
+        Ok(sum.unwrap_or_else(|| Value::int(0, span)))
+    }
+
+    // Functions of the file
+
+    /// The value that a function gives: its body runs on expressions, both branches of an IF, and the results are chosen between.
+    fn run_function(
+        &mut self,
+        frame: FrameId,
+        index: usize,
+        arguments: &[Arg],
+        span: Span,
+    ) -> Outcome<Value> {
+        if self.calls.contains(&index) || self.calls.len() >= MAX_CALLS {
+            let name = self.library.pous[index].name.clone();
+            return Err(self.report(
+                Diagnostic::error(codes::ST_CALL, format!("{name} calls itself"))
+                    .at(span, "in this call"),
+            ));
+        }
+        let library = self.library;
+        let pou = &library.pous[index];
+        let PouKind::Function(Some(result)) = &pou.kind else {
+            return Err(self.report(
+                Diagnostic::error(codes::ST_CALL, format!("{} gives no value", pou.name))
+                    .at(span, "a value is needed here"),
+            ));
+        };
+        for refusal in &pou.refused {
+            self.refused(&refusal.what, refusal.span, &refusal.help);
+        }
+        let inside = self.new_frame(Some(self.globals));
+        let result_type = self.ty(inside, result);
+        let mut types: BTreeMap<String, Ty> = BTreeMap::new();
+        types.insert(upper(&pou.name.text), result_type.clone());
+        let start = self.zero_value(&result_type, span)?;
+        self.frames[inside].names.insert(upper(&pou.name.text), Binding::Value(start));
+        let mut position = 0;
+        for var in &pou.vars {
+            let ty = self.ty(inside, &var.ty);
+            let key = upper(&var.name.text);
+            let mut value = match &var.init {
+                Some(init) if ty == Ty::Time => match init {
+                    ast::Init::Value(init) => self.value(inside, init)?,
+                    ast::Init::List(_, span) | ast::Init::Fields(_, span) => {
+                        return Err(self.type_error("this is no time", *span));
+                    }
+                },
+                Some(init) => {
+                    let expr = self.initial(inside, &ty, init)?.pop().ok_or(Told)?;
+                    match expr.kind {
+                        ExprKind::Int(value) => Value::int(value, expr.span),
+                        _ => Value::bool(expr),
+                    }
+                }
+                None => self.zero_value(&ty, var.name.span)?,
+            };
+            if matches!(var.section, Section::InOut | Section::Output) {
+                return Err(self.refused(
+                    "functions that change their arguments",
+                    var.name.span,
+                    "make it a function block",
+                ));
+            }
+            if var.section == Section::Input {
+                let given = arguments
+                    .iter()
+                    .find(|one| one.name.as_ref().is_some_and(|name| upper(&name.text) == key))
+                    .or_else(|| arguments.get(position).filter(|one| one.name.is_none()));
+                position += 1;
+                if let Some(argument) = given {
+                    let argument = self.value(frame, &argument.value)?;
+                    value = self.fit(argument, &ty, &var.name.text)?;
+                }
+            }
+            types.insert(key.clone(), ty);
+            self.frames[inside].names.insert(key, Binding::Value(value));
+        }
+        if arguments.len() > position {
+            return Err(self.report(
+                Diagnostic::error(
+                    codes::ST_CALL,
+                    format!(
+                        "{} takes {position} arguments, here it gets {}",
+                        pou.name,
+                        arguments.len()
+                    ),
+                )
+                .at(span, ""),
+            ));
+        }
+        let Body::Statements(body) = &pou.body else {
+            return Err(self.refused(
+                "a function with a chart",
+                pou.name.span,
+                "make it a function block",
+            ));
+        };
+        self.calls.push(index);
+        let list = self.without_returns(body, pou.name.span);
+        let done = list.and_then(|list| self.run(inside, &types, &list));
+        self.calls.pop();
+        done?;
+        match self.frames[inside].names.get(&upper(&pou.name.text)) {
+            Some(Binding::Value(value)) => Ok(value.clone()),
+            _ => Err(Told),
+        }
+    }
+
+    fn zero_value(&mut self, ty: &Ty, span: Span) -> Outcome<Value> {
+        match ty {
+            Ty::Bool => Ok(Value::constant(false, span)),
+            Ty::Int { lo, hi, .. } => Ok(Value::int(0.clamp(*lo, *hi), span)),
+            Ty::Time => Ok(Value::time(0, span)),
+            Ty::Broken => Err(Told),
+            Ty::Array(..) | Ty::Block(_) | Ty::User(_) | Ty::Struct(_) => Err(self.refused(
+                "arrays, structures and blocks in functions",
+                span,
+                "use simple variables, or make it a function block",
+            )),
+        }
+    }
+
+    fn run(
+        &mut self,
+        frame: FrameId,
+        types: &BTreeMap<String, Ty>,
+        list: &[ast::Stmt],
+    ) -> Outcome<()> {
+        for stmt in list {
+            self.run_one(frame, types, stmt)?;
+        }
+        Ok(())
+    }
+
+    fn run_one(
+        &mut self,
+        frame: FrameId,
+        types: &BTreeMap<String, Ty>,
+        stmt: &ast::Stmt,
+    ) -> Outcome<()> {
+        self.spend(stmt.span, 1)?;
+        match &stmt.kind {
+            StmtKind::Assign { target, value } => {
+                let value = self.value(frame, value)?;
+                let ast::ExprKind::Name(name) = &target.kind else {
+                    return Err(self.refused(
+                        "assignments to parts of variables in functions",
+                        target.span,
+                        "use simple variables",
+                    ));
+                };
+                let key = upper(&name.text);
+                let Some(ty) = types.get(&key) else {
+                    return Err(self.report(
+                        Diagnostic::error(
+                            codes::ST_CALL,
+                            format!("a function changes {name}, which is not its own"),
+                        )
+                        .at(target.span, "")
+                        .help("make it a function block"),
+                    ));
+                };
+                let value = self.fit(value, ty, &name.text)?;
+                if nodes(&value.expr, MAX_NODES) >= MAX_NODES {
+                    return Err(self.too_much(stmt.span));
+                }
+                self.frames[frame].names.insert(key, Binding::Value(value));
+                Ok(())
+            }
+            StmtKind::If { arms, otherwise } => {
+                self.run_arms(frame, types, arms, otherwise, stmt.span)
+            }
+            StmtKind::Case { selector, arms, otherwise } => {
+                let selector = self.value(frame, selector)?;
+                let mut tested = Vec::new();
+                for (labels, list) in arms {
+                    let condition = self.label_test(frame, &selector, labels)?;
+                    tested.push((condition, list.as_slice()));
+                }
+                self.run_tested(frame, types, &tested, otherwise, stmt.span)
+            }
+            StmtKind::For { var, from, to, by, body } => {
+                let key = upper(&var.text);
+                if !types.contains_key(&key) {
+                    let candidates: Vec<String> = types.keys().cloned().collect();
+                    return Err(self.unknown(
+                        "variable",
+                        &var.text,
+                        var.span,
+                        &candidates,
+                        "declare it in the function",
+                    ));
+                }
+                let values = self.loop_values(frame, from, to, by.as_ref(), stmt.span)?;
+                for value in &values.each {
+                    let value = Value::int(*value, var.span);
+                    self.frames[frame].names.insert(key.clone(), Binding::Value(value));
+                    self.run(frame, types, body)?;
+                }
+                let last = Value::int(values.after, var.span);
+                self.frames[frame].names.insert(key, Binding::Value(last));
+                Ok(())
+            }
+            StmtKind::While { .. } | StmtKind::Repeat { .. } => Err(self.unbounded(stmt.span)),
+            StmtKind::Call { target, .. } => Err(self.refused(
+                "calls of blocks in functions",
+                target.span,
+                "make it a function block",
+            )),
+            StmtKind::Exit | StmtKind::Continue | StmtKind::Return => Err(self.leaves(stmt.span)),
+            StmtKind::Refused(_) => Err(Told),
+        }
+    }
+
+    fn run_arms(
+        &mut self,
+        frame: FrameId,
+        types: &BTreeMap<String, Ty>,
+        arms: &[(ast::Expr, Vec<ast::Stmt>)],
+        otherwise: &[ast::Stmt],
+        span: Span,
+    ) -> Outcome<()> {
+        let mut tested = Vec::new();
+        for (condition, list) in arms {
+            tested.push((self.condition(frame, condition)?, list.as_slice()));
+        }
+        self.run_tested(frame, types, &tested, otherwise, span)
+    }
+
+    /// Runs each list on a copy of the variables and chooses between the results.
+    fn run_tested(
+        &mut self,
+        frame: FrameId,
+        types: &BTreeMap<String, Ty>,
+        arms: &[(Expr, &[ast::Stmt])],
+        otherwise: &[ast::Stmt],
+        span: Span,
+    ) -> Outcome<()> {
+        let before: Frame = self.frames[frame].clone();
+        let mut results = Vec::new();
+        for (condition, list) in arms {
+            self.frames[frame] = before.clone();
+            self.run(frame, types, list)?;
+            results.push((condition.clone(), self.frames[frame].clone()));
+        }
+        self.frames[frame] = before;
+        self.run(frame, types, otherwise)?;
+        for (condition, result) in results.into_iter().rev() {
+            for key in types.keys() {
+                let (Some(Binding::Value(then)), Some(Binding::Value(other))) =
+                    (result.names.get(key), self.frames[frame].names.get(key))
+                else {
+                    continue;
+                };
+                let chosen = select(condition.clone(), then.clone(), other.clone(), span);
+                if nodes(&chosen.expr, MAX_NODES) >= MAX_NODES {
+                    return Err(self.too_much(span));
+                }
+                self.frames[frame].names.insert(key.clone(), Binding::Value(chosen));
+            }
+        }
+        Ok(())
+    }
+}
+
+fn wrapping(lo: i64, hi: i64) -> Ty {
+    let fits = lo >= super::types::WIDEST.0 && hi <= super::types::WIDEST.1;
+    Ty::Int { lo, hi, wraps: fits }
+}

@@ -1,0 +1,1093 @@
+//! From the tree of IEC 61131-3 to charts: which units become charts, what their variables become, and who sees whom.
+//!
+//! - Each program is a chart (`conflict priority`, `evolution single`, `actions iec`). Where a file has none, function blocks with charts are.
+//! - Function blocks are copied into their callers, one set of variables for each instance, named `instance.variable`.
+//! - Functions become expressions.
+//!
+//! All mistakes of a file are found; what this version does not read is refused by name where it stands, and everything else is looked at all the same.
+
+mod blocks;
+mod functions;
+mod sfc;
+mod statements;
+mod types;
+mod usage;
+mod value;
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use grafsynth_ir::chart::{
+    Action, ActionHow, Chart, Declaration, DeclarationKind, Design, Item, Path, Setting,
+    SettingKind, Step, StepItem, StepItemKind, StepRole,
+};
+use grafsynth_ir::diag::{Diagnostic, Severity, nearest};
+use grafsynth_ir::expr::Type;
+use grafsynth_ir::net::{Meta, Policy};
+use grafsynth_ir::{Name, Span};
+
+use super::ast::{Body, Library, Pou, PouKind, Section, TypeDef, Var};
+use crate::codes;
+use blocks::Block;
+use types::Ty;
+use usage::{Usage, upper};
+use value::{Kind, Time, Value};
+
+/// Statements and expressions that all units together may become.
+const BUDGET: usize = 2_000_000;
+
+/// Says that a diagnostic was given.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Told;
+
+type Outcome<T> = Result<T, Told>;
+type FrameId = usize;
+
+/// Names of one unit or instance, in capitals.
+#[derive(Debug, Clone, Default)]
+struct Frame {
+    names: BTreeMap<String, Binding>,
+    parent: Option<FrameId>,
+}
+
+/// What a name stands for.
+#[derive(Debug, Clone)]
+enum Binding {
+    /// A constant, or in a function the present value of a variable.
+    Value(Value),
+    Place(Place),
+    Object(usize),
+    Step(Name),
+    /// Its declaration was refused.
+    Broken,
+}
+
+/// Something that an expression names.
+#[derive(Debug, Clone)]
+enum Access {
+    Value(Value),
+    Place(Place),
+    Object(usize),
+    Step(Name),
+}
+
+/// A variable of a chart, or one of its elements.
+#[derive(Debug, Clone)]
+struct Place {
+    name: Name,
+    /// The chart that declares it.
+    chart: usize,
+    index: Option<grafsynth_ir::chart::Expr>,
+    ty: Ty,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum ObjectKind {
+    Standard(Block),
+    /// By its place in the library.
+    User(usize),
+    Struct,
+}
+
+/// An instance of a function block, or a structure.
+#[derive(Debug, Clone)]
+struct Object {
+    kind: ObjectKind,
+    frame: FrameId,
+    /// Its name in the chart.
+    prefix: String,
+    /// PT of a timer in nanoseconds, once known.
+    preset: Option<i64>,
+    n_calls: usize,
+}
+
+struct Elaborator<'a> {
+    library: &'a Library,
+    types: BTreeMap<String, &'a TypeDef>,
+    /// Function blocks and functions by name, as places in the library.
+    blocks: BTreeMap<String, usize>,
+    functions: BTreeMap<String, usize>,
+    enumerated: BTreeMap<String, i64>,
+    found: Vec<Diagnostic>,
+    frames: Vec<Frame>,
+    globals: FrameId,
+    objects: Vec<Object>,
+    /// Of the present chart.
+    items: Vec<Item>,
+    chart: usize,
+    chart_names: Vec<Name>,
+    /// Names of the present chart in capitals.
+    taken: BTreeSet<String>,
+    /// Inputs of the present chart.
+    inputs: BTreeSet<String>,
+    /// Booleans that are actions and nothing else, with their names in the chart.
+    flags: BTreeMap<String, String>,
+    /// Bodies of actions that statements may call.
+    bodies: BTreeMap<String, Vec<super::ast::Stmt>>,
+    open_bodies: Vec<String>,
+    /// Steps that the present transition leaves.
+    leaving: BTreeSet<String>,
+    /// Functions being run.
+    calls: Vec<usize>,
+    narrowed: BTreeSet<String>,
+    spent: usize,
+}
+
+/// Elements of an array.
+fn length(bounds: &[(i64, i64)]) -> usize {
+    bounds
+        .iter()
+        .map(|(lo, hi)| usize::try_from(hi.abs_diff(*lo)).unwrap_or(usize::MAX).saturating_add(1))
+        .fold(1, usize::saturating_mul)
+}
+
+/// Turns a library into a design; the findings in the order of the text.
+pub(crate) fn design(library: &Library) -> (Option<Design>, Vec<Diagnostic>) {
+    let mut elaborator = Elaborator::new(library);
+    let design = elaborator.design();
+    let mut found = elaborator.found;
+    found.sort_by_key(|finding| finding.labels.first().map_or(0, |label| label.span.start));
+    found.dedup();
+    (design, found)
+}
+
+/// A unit that becomes a chart.
+#[derive(Debug, Clone)]
+struct Root {
+    pou: usize,
+    name: Name,
+    tick: Option<u64>,
+}
+
+impl<'a> Elaborator<'a> {
+    fn new(library: &'a Library) -> Self {
+        let mut elaborator = Elaborator {
+            library,
+            types: BTreeMap::new(),
+            blocks: BTreeMap::new(),
+            functions: BTreeMap::new(),
+            enumerated: BTreeMap::new(),
+            found: Vec::new(),
+            frames: vec![Frame::default()],
+            globals: 0,
+            objects: Vec::new(),
+            items: Vec::new(),
+            chart: 0,
+            chart_names: Vec::new(),
+            taken: BTreeSet::new(),
+            inputs: BTreeSet::new(),
+            flags: BTreeMap::new(),
+            bodies: BTreeMap::new(),
+            open_bodies: Vec::new(),
+            leaving: BTreeSet::new(),
+            calls: Vec::new(),
+            narrowed: BTreeSet::new(),
+            spent: 0,
+        };
+        for def in &library.types {
+            if elaborator.types.insert(upper(&def.name.text), def).is_some() {
+                elaborator.declared_twice(&def.name);
+            }
+        }
+        let mut seen = BTreeSet::new();
+        for (index, pou) in library.pous.iter().enumerate() {
+            let key = upper(&pou.name.text);
+            if !seen.insert(key.clone()) {
+                elaborator.declared_twice(&pou.name);
+                continue;
+            }
+            match pou.kind {
+                PouKind::FunctionBlock => elaborator.blocks.insert(key, index),
+                PouKind::Function(_) => elaborator.functions.insert(key, index),
+                PouKind::Program => None,
+            };
+        }
+        // Values of enumerations are names for everybody.
+        for def in &library.types {
+            if matches!(def.ty.kind, super::ast::TypeKind::Enum(_)) {
+                let _ = elaborator.ty(0, &def.ty);
+            }
+        }
+        elaborator
+    }
+
+    // Findings
+
+    fn report(&mut self, diagnostic: Diagnostic) -> Told {
+        if self.found.len() < 20_000 {
+            self.found.push(diagnostic);
+        }
+        Told
+    }
+
+    fn refused(&mut self, what: &str, span: Span, help: &str) -> Told {
+        let plural = what.ends_with('s') && !what.ends_with("ss");
+        let verb = if plural { "are" } else { "is" };
+        self.report(
+            Diagnostic::error(codes::ST_NOT_READ, format!("{what} {verb} not read"))
+                .at(span, "part of IEC 61131-3, but not of this version")
+                .help(help),
+        )
+    }
+
+    fn declared_twice(&mut self, name: &Name) {
+        self.report(
+            Diagnostic::error(codes::ST_DUPLICATE, format!("{name} is declared twice"))
+                .at(name.span, "again here")
+                .help("give one of them another name; letter case does not count"),
+        );
+    }
+
+    fn unknown(
+        &mut self,
+        what: &str,
+        name: &str,
+        span: Span,
+        candidates: &[String],
+        help: &str,
+    ) -> Told {
+        let finding = Diagnostic::error(codes::ST_UNKNOWN_NAME, format!("unknown {what} {name}"))
+            .at(span, "not declared");
+        // A file with thousands of unknown names is no slip of the pen.
+        let near = (self.found.len() < 200)
+            .then(|| nearest(&upper(name), candidates.iter().map(String::as_str)))
+            .flatten();
+        self.report(match near {
+            Some(near) => finding.help(format!("did you mean {near}?")).fix(span, near),
+            None => finding.help(help),
+        })
+    }
+
+    fn spend(&mut self, span: Span, amount: usize) -> Outcome<()> {
+        let before = self.spent;
+        self.spent = self.spent.saturating_add(amount);
+        if self.spent <= BUDGET {
+            return Ok(());
+        }
+        if before <= BUDGET {
+            self.too_much(span);
+        }
+        Err(Told)
+    }
+
+    // Names
+
+    fn new_frame(&mut self, parent: Option<FrameId>) -> FrameId {
+        self.frames.push(Frame { names: BTreeMap::new(), parent });
+        self.frames.len() - 1
+    }
+
+    fn lookup(&self, frame: FrameId, name: &str) -> Option<Binding> {
+        let key = upper(name);
+        let mut next = Some(frame);
+        while let Some(frame) = next {
+            if let Some(binding) = self.frames[frame].names.get(&key) {
+                return Some(binding.clone());
+            }
+            next = self.frames[frame].parent;
+        }
+        None
+    }
+
+    fn candidates(&self, frame: FrameId) -> Vec<String> {
+        let mut all: Vec<String> = self.frames[frame].names.keys().cloned().collect();
+        if let Some(parent) = self.frames[frame].parent {
+            all.extend(self.frames[parent].names.keys().cloned());
+        }
+        all
+    }
+
+    /// The path to a variable, seen from the present chart.
+    fn path(&self, place: &Place, span: Span) -> Path {
+        let own = Name::new(place.name.text.clone(), span);
+        if place.chart == self.chart {
+            return own.into();
+        }
+        let chart = self.chart_names.get(place.chart).map_or("", |name| name.text.as_str());
+        Path { names: vec![Name::new(chart, span), own] }
+    }
+
+    /// A name that nothing of the chart has.
+    fn free_name(&mut self, base: &str) -> String {
+        let mut name = base.to_owned();
+        let mut n = 2;
+        while !self.taken.insert(upper(&name)) {
+            name = format!("{base}_{n}");
+            n += 1;
+        }
+        name
+    }
+
+    /// An address stands for an input or output without a name.
+    fn address(&mut self, address: &str, span: Span) -> Outcome<Access> {
+        let key = upper(address);
+        if let Some(binding) = self.lookup(self.globals, &key) {
+            return match binding {
+                Binding::Place(place) => Ok(Access::Place(place)),
+                Binding::Value(value) => Ok(Access::Value(value)),
+                Binding::Object(_) | Binding::Step(_) | Binding::Broken => Err(Told),
+            };
+        }
+        Err(self.refused(
+            &format!("the direct address {address}"),
+            span,
+            "declare a variable there, as in `m AT %IX0.0 : BOOL;`",
+        ))
+    }
+
+    // Which units become charts
+
+    fn design(&mut self) -> Option<Design> {
+        let roots = self.roots();
+        if roots.is_empty() {
+            let span = self.library.pous.first().map_or(Span::default(), |pou| pou.name.span);
+            let finding = Diagnostic::error(
+                codes::ST_NO_POU,
+                "the text has no program and no function block with a chart",
+            );
+            self.report(
+                if self.library.pous.is_empty() { finding } else { finding.at(span, "only this") }
+                    .help("write `PROGRAM name .. END_PROGRAM`"),
+            );
+            return None;
+        }
+        let start = self.found.len();
+        let design = self.charts(&roots);
+        let failed: Vec<usize> = roots
+            .iter()
+            .map(|root| root.pou)
+            .filter(|pou| !matches!(self.library.pous[*pou].body, Body::Sfc(_)))
+            .collect();
+        let has_error = self.found[start..].iter().any(Diagnostic::is_error);
+        if has_error && !failed.is_empty() {
+            // Programs that only call function blocks with charts: those blocks are the design where the programs cannot be read.
+            let inner = self.charts_of(&failed);
+            if !inner.is_empty() {
+                return self.instead(&roots, &failed, &inner, start);
+            }
+        }
+        Some(design)
+    }
+
+    /// The charts of function blocks in place of the programs that call them.
+    fn instead(
+        &mut self,
+        roots: &[Root],
+        failed: &[usize],
+        inner: &[usize],
+        start: usize,
+    ) -> Option<Design> {
+        let complaints = self.found.split_off(start);
+        let mut second: Vec<Root> =
+            roots.iter().filter(|root| !failed.contains(&root.pou)).cloned().collect();
+        let tick = roots.iter().find_map(|root| root.tick);
+        for pou in inner {
+            let name = self.library.pous[*pou].name.clone();
+            second.push(Root { pou: *pou, name, tick });
+        }
+        self.restart();
+        let design = self.charts(&second);
+        let again: Vec<Diagnostic> = self.found[start..].to_vec();
+        for mut finding in complaints {
+            if again.contains(&finding) {
+                continue;
+            }
+            finding.severity = finding.severity.max(Severity::Warning);
+            self.report(finding);
+        }
+        for pou in failed {
+            let name = self.library.pous[*pou].name.clone();
+            let blocks: Vec<&str> =
+                inner.iter().map(|pou| self.library.pous[*pou].name.text.as_str()).collect();
+            let blocks = blocks.join(", ");
+            self.report(
+                Diagnostic::warning(
+                    codes::ST_LEFT_OUT,
+                    format!("program {name} is left out, {blocks} stands alone"),
+                )
+                .at(name.span, "calls a function block with a chart")
+                .help("inputs and outputs of the design are those of the block"),
+            );
+        }
+        Some(design)
+    }
+
+    /// Forgets what the first attempt declared.
+    fn restart(&mut self) {
+        self.frames = vec![Frame::default()];
+        self.objects.clear();
+        self.items.clear();
+        self.chart_names.clear();
+        self.taken.clear();
+        self.inputs.clear();
+        self.flags.clear();
+        self.narrowed.clear();
+        self.spent = 0;
+        self.chart = 0;
+    }
+
+    fn roots(&mut self) -> Vec<Root> {
+        let library = self.library;
+        let mut roots = Vec::new();
+        let tick_of = |task: Option<&Name>| {
+            let task = task?;
+            library.tasks.iter().find(|one| upper(&one.name.text) == upper(&task.text))?.interval
+        };
+        for instance in &library.programs {
+            let found = library.pous.iter().position(|pou| {
+                pou.kind == PouKind::Program
+                    && upper(&pou.name.text) == upper(&instance.program.text)
+            });
+            let Some(pou) = found else {
+                let known: Vec<String> = library
+                    .pous
+                    .iter()
+                    .filter(|pou| pou.kind == PouKind::Program)
+                    .map(|pou| upper(&pou.name.text))
+                    .collect();
+                self.unknown(
+                    "program",
+                    &instance.program.text,
+                    instance.program.span,
+                    &known,
+                    "the file has no such program",
+                );
+                continue;
+            };
+            let times = library
+                .programs
+                .iter()
+                .filter(|one| upper(&one.program.text) == upper(&instance.program.text))
+                .count();
+            let name =
+                if times > 1 { instance.name.clone() } else { library.pous[pou].name.clone() };
+            let task = instance.task.as_ref().or(library.tasks.first().map(|task| &task.name));
+            roots.push(Root { pou, name, tick: tick_of(task) });
+        }
+        let tick = library.tasks.iter().find_map(|task| task.interval);
+        let all = |kind: fn(&Pou) -> bool| {
+            let pous = library.pous.iter().enumerate().filter(move |(_, pou)| kind(pou));
+            pous.map(|(pou, one)| Root { pou, name: one.name.clone(), tick }).collect::<Vec<_>>()
+        };
+        if roots.is_empty() {
+            roots = all(|pou| pou.kind == PouKind::Program);
+        }
+        if roots.is_empty() {
+            roots =
+                all(|pou| pou.kind == PouKind::FunctionBlock && matches!(pou.body, Body::Sfc(_)));
+        }
+        if roots.is_empty() {
+            let used = self.instantiated();
+            roots = all(|pou| pou.kind == PouKind::FunctionBlock);
+            roots.retain(|root| !used.contains(&root.pou));
+        }
+        roots
+    }
+
+    /// Function blocks that other units have instances of.
+    fn instantiated(&self) -> BTreeSet<usize> {
+        let mut used = BTreeSet::new();
+        for pou in &self.library.pous {
+            for var in &pou.vars {
+                if let super::ast::TypeKind::Named(name) = &var.ty.kind
+                    && let Some(block) = self.blocks.get(&upper(name))
+                {
+                    used.insert(*block);
+                }
+            }
+        }
+        used
+    }
+
+    /// Function blocks with charts that these units have, directly or through others.
+    fn charts_of(&self, pous: &[usize]) -> Vec<usize> {
+        let mut found: Vec<usize> = Vec::new();
+        let mut seen: BTreeSet<usize> = pous.iter().copied().collect();
+        let mut next = pous.to_vec();
+        while let Some(pou) = next.pop() {
+            for var in &self.library.pous[pou].vars {
+                let super::ast::TypeKind::Named(name) = &var.ty.kind else { continue };
+                let Some(&block) = self.blocks.get(&upper(name)) else { continue };
+                if !seen.insert(block) {
+                    continue;
+                }
+                if matches!(self.library.pous[block].body, Body::Sfc(_)) {
+                    found.push(block);
+                } else {
+                    next.push(block);
+                }
+            }
+        }
+        found.sort_unstable();
+        found
+    }
+
+    fn charts(&mut self, roots: &[Root]) -> Design {
+        self.chart_names = roots.iter().map(|root| root.name.clone()).collect();
+        let usages: Vec<Usage> =
+            roots.iter().map(|root| self.usage(&self.library.pous[root.pou])).collect();
+        let mut charts = Vec::new();
+        for (index, root) in roots.iter().enumerate() {
+            self.chart = index;
+            self.items.clear();
+            self.taken.clear();
+            self.inputs.clear();
+            self.flags.clear();
+            if index == 0 {
+                self.declare_globals(&usages);
+            }
+            let chart = self.one_chart(root, &usages[index]);
+            charts.push(chart);
+        }
+        Design { charts, ..Design::default() }
+    }
+
+    /// What a unit does with its names.
+    fn usage(&self, pou: &Pou) -> Usage {
+        usage::of(pou, &|instance| {
+            let var = pou.vars.iter().find(|var| upper(&var.name.text) == instance);
+            let Some(super::ast::TypeKind::Named(ty)) = var.map(|var| &var.ty.kind) else {
+                return BTreeSet::new();
+            };
+            let Some(&block) = self.blocks.get(&upper(ty)) else { return BTreeSet::new() };
+            self.library.pous[block]
+                .vars
+                .iter()
+                .filter(|var| var.section == Section::InOut)
+                .map(|var| upper(&var.name.text))
+                .collect()
+        })
+    }
+
+    /// Global variables that something uses stand in the first chart.
+    fn declare_globals(&mut self, usages: &[Usage]) {
+        let library = self.library;
+        let mut all = Usage::default();
+        for usage in usages {
+            all.assigned.extend(usage.assigned.iter().cloned());
+            all.actions.extend(usage.actions.iter().cloned());
+            all.read.extend(usage.read.iter().cloned());
+            all.fields.extend(usage.fields.iter().cloned());
+            for (instance, calls) in &usage.calls {
+                all.calls.entry(instance.clone()).or_default().extend(calls.iter().cloned());
+            }
+        }
+        // What function blocks use of them is not looked into: they may all read and change what is global.
+        for pou in library.pous.iter().filter(|pou| pou.kind != PouKind::Program) {
+            let inner = self.usage(pou);
+            let own: BTreeSet<String> = pou
+                .vars
+                .iter()
+                .filter(|var| var.section != Section::External)
+                .map(|var| upper(&var.name.text))
+                .collect();
+            all.assigned.extend(inner.assigned.difference(&own).cloned());
+            all.read.extend(inner.read.difference(&own).cloned());
+        }
+        let mut seen = BTreeSet::new();
+        for var in &library.globals {
+            let key = upper(&var.name.text);
+            if !seen.insert(key.clone()) {
+                self.declared_twice(&var.name);
+                continue;
+            }
+            if var.is_constant
+                || all.assigned.contains(&key)
+                || all.actions.contains(&key)
+                || all.read.contains(&key)
+            {
+                self.declare(self.globals, var, &all, true);
+            }
+        }
+    }
+
+    fn one_chart(&mut self, root: &Root, usage: &Usage) -> Chart {
+        let library = self.library;
+        let pou = &library.pous[root.pou];
+        for refusal in &pou.refused {
+            self.refused(&refusal.what, refusal.span, &refusal.help);
+        }
+        let frame = self.new_frame(Some(self.globals));
+        let mut seen = BTreeSet::new();
+        for var in &pou.vars {
+            if !seen.insert(upper(&var.name.text)) {
+                self.declared_twice(&var.name);
+                continue;
+            }
+            self.taken.insert(upper(&var.name.text));
+            self.declare(frame, var, usage, true);
+        }
+        let span = pou.name.span;
+        let mut items: Vec<Item> = Vec::new();
+        let mut set = |kind| items.push(Item::Setting(Setting { kind, span }));
+        if let Some(tick) = root.tick {
+            set(SettingKind::Tick(tick));
+        }
+        set(SettingKind::Conflict(Policy::Priority));
+        set(SettingKind::EvolutionSingle);
+        set(SettingKind::ActionsIec);
+        if pou.options.final_scan {
+            set(SettingKind::FinalScan);
+        }
+        let behaviour = match &pou.body {
+            Body::Sfc(chart) => {
+                for element in &chart.elements {
+                    if let super::ast::Element::Step(step) = element {
+                        self.taken.insert(upper(&step.name.text));
+                    }
+                }
+                for action in &chart.actions {
+                    self.taken.insert(upper(&action.name.text));
+                }
+                self.sfc(frame, chart)
+            }
+            Body::Statements(list) => self.one_step(frame, pou, list),
+        };
+        items.append(&mut self.items);
+        items.extend(behaviour);
+        let meta = Meta { span, ..Meta::default() };
+        Chart { name: root.name.clone(), span, items, meta }
+    }
+
+    /// A program without a chart: one step whose action runs in every scan.
+    fn one_step(&mut self, frame: FrameId, pou: &Pou, list: &[super::ast::Stmt]) -> Vec<Item> {
+        let span = pou.name.span;
+        let mut body = Vec::new();
+        if let Ok(list) = self.without_returns(list, span) {
+            self.list(frame, &list, &mut body);
+        }
+        let action = Name::new(self.free_name("scan_body"), span);
+        let step = Name::new(self.free_name("running"), span);
+        let meta = Meta { span, ..Meta::default() };
+        let target = action.clone();
+        let kind =
+            StepItemKind::Action { target, arguments: None, how: ActionHow::Bare, condition: None };
+        vec![
+            Item::Action(Action { name: action, body, meta: meta.clone() }),
+            Item::Step(Step {
+                name: step,
+                role: StepRole::Initial,
+                body: vec![StepItem { kind, span }],
+                meta,
+                ..Step::default()
+            }),
+        ]
+    }
+
+    // Variables
+
+    /// Declares a variable of a chart (`is_top`) or of an instance whose frame this is.
+    fn declare(&mut self, frame: FrameId, var: &'a Var, usage: &Usage, is_top: bool) {
+        let key = upper(&var.name.text);
+        if var.section == Section::External {
+            if self.lookup(self.globals, &key).is_some() {
+                return;
+            }
+            self.report(
+                Diagnostic::warning(
+                    codes::ST_LEFT_OUT,
+                    format!("the text declares no global variable {}", var.name),
+                )
+                .at(var.name.span, "external")
+                .help("it becomes an input; add it to a VAR_GLOBAL block to give it a value"),
+            );
+        }
+        let ty = self.ty(frame, &var.ty);
+        let name = var.name.clone();
+        let binding = match &ty {
+            Ty::Broken => Some(Binding::Broken),
+            Ty::Time => Some(self.declare_time(frame, var, usage)),
+            Ty::Block(_) | Ty::User(_) | Ty::Struct(_) => {
+                let init = self.fields_of(var);
+                let object = self.instance(frame, &ty, &name, usage, &key, &init, 0);
+                Some(object.map_or(Binding::Broken, Binding::Object))
+            }
+            Ty::Bool | Ty::Int { .. } if var.is_constant && var.section != Section::External => {
+                Some(self.declare_constant(frame, var, &ty))
+            }
+            Ty::Bool | Ty::Int { .. } | Ty::Array(..) if is_top => {
+                self.declare_top(frame, var, &ty, usage);
+                None
+            }
+            Ty::Bool | Ty::Int { .. } | Ty::Array(..) => None,
+        };
+        if let Some(binding) = binding {
+            self.frames[frame].names.insert(key, binding);
+        }
+    }
+
+    /// The initial value of a variable: its own, or that of its type.
+    fn init_of(&self, var: &Var) -> Option<super::ast::Init> {
+        if var.init.is_some() {
+            return var.init.clone();
+        }
+        match &var.ty.kind {
+            super::ast::TypeKind::Named(name) => self.types.get(&upper(name))?.init.clone(),
+            super::ast::TypeKind::Subrange(..)
+            | super::ast::TypeKind::Array(..)
+            | super::ast::TypeKind::Enum(_)
+            | super::ast::TypeKind::Struct(_)
+            | super::ast::TypeKind::Refused(_) => None,
+        }
+    }
+
+    fn fields_of(&self, var: &Var) -> Vec<(Name, super::ast::Init)> {
+        match self.init_of(var) {
+            Some(super::ast::Init::Fields(fields, _)) => fields,
+            Some(super::ast::Init::Value(_) | super::ast::Init::List(..)) | None => Vec::new(),
+        }
+    }
+
+    /// A TIME variable is a name for its initial value, for charts compare times with constants.
+    fn declare_time(&mut self, frame: FrameId, var: &Var, usage: &Usage) -> Binding {
+        let key = upper(&var.name.text);
+        if usage.assigned.contains(&key) || matches!(var.section, Section::Input | Section::InOut) {
+            let what = if usage.assigned.contains(&key) {
+                format!("the TIME variable {} changes while the program runs", var.name)
+            } else {
+                format!("{} is a TIME that the environment gives", var.name)
+            };
+            self.report(
+                Diagnostic::error(codes::ST_TIMER, what).at(var.name.span, "declared here").help(
+                    "charts compare times with constants: give it one value in its declaration",
+                ),
+            );
+            return Binding::Broken;
+        }
+        let ns = match &self.init_of(var) {
+            Some(super::ast::Init::Value(init)) => match self.value(frame, init) {
+                Ok(Value { kind: Kind::Time(Time::Constant(ns)), .. }) => ns,
+                Ok(_) => {
+                    self.type_error("a time is needed here", init.span);
+                    return Binding::Broken;
+                }
+                Err(_) => return Binding::Broken,
+            },
+            Some(_) | None => 0,
+        };
+        Binding::Value(Value::time(ns, var.name.span))
+    }
+
+    fn declare_constant(&mut self, frame: FrameId, var: &Var, ty: &Ty) -> Binding {
+        let Some(init) = &self.init_of(var) else {
+            self.report(
+                Diagnostic::error(
+                    codes::ST_CONSTANT,
+                    format!("the constant {} has no value", var.name),
+                )
+                .at(var.name.span, "")
+                .help("write one, as in `n : INT := 5;`"),
+            );
+            return Binding::Broken;
+        };
+        match self.initial(frame, ty, init).map(|mut values| values.pop()) {
+            Ok(Some(expr)) => match expr.kind {
+                grafsynth_ir::expr::ExprKind::Int(value) => {
+                    Binding::Value(Value::int(value, expr.span))
+                }
+                _ => Binding::Value(Value::bool(expr)),
+            },
+            Ok(None) | Err(_) => Binding::Broken,
+        }
+    }
+
+    /// A variable of the chart itself: what it becomes depends on its section, its address, and what the unit does with it.
+    fn declare_top(&mut self, frame: FrameId, var: &'a Var, ty: &Ty, usage: &Usage) {
+        let key = upper(&var.name.text);
+        let is_assigned = usage.assigned.contains(&key);
+        let is_action = usage.actions.contains(&key);
+        let address = var.address.as_ref().map(|address| address.text.to_ascii_uppercase());
+        let area = address.as_deref().and_then(|address| address.chars().nth(1));
+        let label = match (&address, var.label.is_empty()) {
+            (Some(address), true) => address.clone(),
+            (Some(address), false) => format!("{address} {}", var.label),
+            (None, _) => var.label.clone(),
+        };
+        let meta = Meta { span: var.name.span, label, ..Meta::default() };
+        // A chart's name for an address has no sign before it.
+        let name = Name::new(var.name.text.trim_start_matches('%'), var.name.span);
+        let values = match &self.init_of(var) {
+            Some(init) => match self.initial(frame, ty, init) {
+                Ok(values) => values,
+                Err(_) => Vec::new(),
+            },
+            None => Vec::new(),
+        };
+        let is_input = !is_assigned
+            && !is_action
+            && match var.section {
+                Section::Input | Section::InOut | Section::External => true,
+                Section::Local | Section::Global => area == Some('I'),
+                Section::Output | Section::Temp => false,
+            };
+        if var.section == Section::Input && (is_assigned || is_action) {
+            self.report(
+                Diagnostic::error(
+                    codes::ST_TYPE,
+                    format!("{} is an input, and the program changes it", var.name),
+                )
+                .at(var.name.span, "declared here")
+                .help("keep the value in a variable of its own"),
+            );
+            self.frames[frame].names.insert(key, Binding::Broken);
+            return;
+        }
+        let is_output = var.section == Section::Output
+            || (matches!(var.section, Section::Local | Section::Global) && area == Some('Q'));
+        let place = Place { name: name.clone(), chart: self.chart, index: None, ty: ty.clone() };
+        if let (true, Some(simple)) = (is_input, ty.simple()) {
+            self.inputs.insert(upper(&name.text));
+            let kind = DeclarationKind::Input { ty: simple, synchronous: false };
+            self.items.push(Item::Declaration(Declaration { name, kind, meta }));
+            self.frames[frame].names.insert(key, Binding::Place(place));
+            return;
+        }
+        if is_input && !is_output {
+            self.refused("arrays as inputs", var.name.span, "declare one input for each element");
+            self.frames[frame].names.insert(key, Binding::Broken);
+            return;
+        }
+        // Seen from other charts an action has no name, so a global that is one is a variable that actions write.
+        let is_flag = is_action
+            && !is_assigned
+            && *ty == Ty::Bool
+            && (var.section != Section::Global || self.chart_names.len() == 1);
+        if let (true, Some(simple)) = (is_output, ty.simple()) {
+            if !is_assigned && !is_action && usage.read.contains(&key) {
+                // Nothing drives it, so it keeps its first value.
+                let value = values.first().cloned();
+                let value = match (value, simple) {
+                    (Some(expr), Type::Bool) => Value::bool(expr),
+                    (Some(expr), Type::Int { .. }) => match expr.kind {
+                        grafsynth_ir::expr::ExprKind::Int(value) => Value::int(value, expr.span),
+                        _ => Value::int(0, expr.span),
+                    },
+                    (None, Type::Bool) => Value::constant(false, var.name.span),
+                    (None, Type::Int { .. }) => Value::int(simple.saturate(0), var.name.span),
+                };
+                self.frames[frame].names.insert(key.clone(), Binding::Value(value));
+            } else {
+                self.frames[frame].names.insert(key.clone(), Binding::Place(place));
+            }
+            if is_flag {
+                self.flags.insert(key, name.text.clone());
+            }
+            let init = if is_flag { None } else { values.into_iter().next() };
+            let kind =
+                DeclarationKind::Output { ty: simple, init, registered: false, mealy: false };
+            self.items.push(Item::Declaration(Declaration { name, kind, meta }));
+            return;
+        }
+        if is_flag {
+            self.flags.insert(key.clone(), name.text.clone());
+            self.frames[frame].names.insert(key, Binding::Place(place));
+            self.items.push(Item::Action(Action { name, body: Vec::new(), meta }));
+            return;
+        }
+        self.declare_var(frame, &key, name, ty, values, meta);
+    }
+
+    /// An instance of a function block or a structure, with all its variables.
+    #[expect(clippy::too_many_arguments, reason = "what an instance needs of its surroundings")]
+    fn instance(
+        &mut self,
+        outer: FrameId,
+        ty: &Ty,
+        name: &Name,
+        usage: &Usage,
+        key: &str,
+        init: &[(Name, super::ast::Init)],
+        depth: usize,
+    ) -> Option<usize> {
+        if depth > 16 || self.spend(name.span, 8).is_err() {
+            self.report(
+                Diagnostic::error(
+                    codes::ST_SIZE,
+                    format!("{name} has blocks within blocks without an end"),
+                )
+                .at(name.span, ""),
+            );
+            return None;
+        }
+        let frame = self.new_frame(Some(self.globals));
+        let kind = match ty {
+            Ty::Block(block) => ObjectKind::Standard(*block),
+            Ty::User(pou) => ObjectKind::User(*pou),
+            Ty::Struct(_) => ObjectKind::Struct,
+            Ty::Bool | Ty::Int { .. } | Ty::Time | Ty::Array(..) | Ty::Broken => return None,
+        };
+        let object = self.objects.len();
+        self.objects.push(Object {
+            kind,
+            frame,
+            prefix: name.text.clone(),
+            preset: None,
+            n_calls: 0,
+        });
+        // An input needs a memory where some call leaves it out, or something else than a call gives or asks for it.
+        let omitted = |input: &str| {
+            usage.fields.contains(&(key.to_owned(), input.to_owned()))
+                || usage.calls.get(key).is_some_and(|calls| {
+                    calls
+                        .iter()
+                        .any(|names| names.as_ref().is_some_and(|names| !names.contains(input)))
+                })
+        };
+        match ty {
+            Ty::Block(block) => {
+                // A second name of an input is the same input.
+                let is_omitted = |input: &str| {
+                    let first = block.canonical(input);
+                    let all: Vec<&str> =
+                        ["R", "RESET", "LD", "LOAD", "S1", "SET1", "S", "SET", "R1", "RESET1"]
+                            .into_iter()
+                            .filter(|name| block.canonical(name) == first)
+                            .chain([input])
+                            .collect();
+                    all.iter().all(|name| omitted(name))
+                        || all.iter().any(|name| {
+                            usage.fields.contains(&(key.to_owned(), (*name).to_owned()))
+                        })
+                };
+                self.declare_block(object, *block, name, &is_omitted, init, outer);
+            }
+            Ty::User(pou) => {
+                let library = self.library;
+                let pou = &library.pous[*pou];
+                if matches!(pou.body, Body::Sfc(_)) {
+                    return Some(object);
+                }
+                for refusal in &pou.refused {
+                    self.refused(&refusal.what, refusal.span, &refusal.help);
+                }
+                let inner = self.usage(pou);
+                for var in &pou.vars {
+                    self.member(frame, var, name, &inner, &omitted, init, outer, depth);
+                }
+            }
+            Ty::Struct(fields) => {
+                for field in fields.clone() {
+                    let ty = self.ty(outer, &field.ty);
+                    let field_key = upper(&field.name.text);
+                    let full = Name::new(format!("{name}.{}", field.name), field.name.span);
+                    let given = init
+                        .iter()
+                        .find(|(one, _)| upper(&one.text) == field_key)
+                        .map(|(_, init)| init.clone());
+                    let given = given.or_else(|| field.init.clone());
+                    match &ty {
+                        Ty::Bool | Ty::Int { .. } | Ty::Array(..) => {
+                            let values = match &given {
+                                Some(init) => self.initial(outer, &ty, init).unwrap_or_default(),
+                                None => Vec::new(),
+                            };
+                            self.declare_var(frame, &field_key, full, &ty, values, Meta::default());
+                        }
+                        Ty::Block(_) | Ty::User(_) | Ty::Struct(_) => {
+                            let inner = self.instance(
+                                outer,
+                                &ty,
+                                &full,
+                                &Usage::default(),
+                                &field_key,
+                                &[],
+                                depth + 1,
+                            );
+                            let binding = inner.map_or(Binding::Broken, Binding::Object);
+                            self.frames[frame].names.insert(field_key, binding);
+                        }
+                        Ty::Time | Ty::Broken => {
+                            self.frames[frame].names.insert(field_key, Binding::Broken);
+                        }
+                    }
+                }
+            }
+            Ty::Bool | Ty::Int { .. } | Ty::Time | Ty::Array(..) | Ty::Broken => {}
+        }
+        Some(object)
+    }
+
+    /// A variable of an instance of a user's function block.
+    #[expect(clippy::too_many_arguments, reason = "what a variable needs of its instance")]
+    fn member(
+        &mut self,
+        frame: FrameId,
+        var: &'a Var,
+        instance: &Name,
+        inner: &Usage,
+        omitted: &dyn Fn(&str) -> bool,
+        init: &[(Name, super::ast::Init)],
+        outer: FrameId,
+        depth: usize,
+    ) {
+        let key = upper(&var.name.text);
+        if var.section == Section::External {
+            if self.lookup(self.globals, &key).is_none() {
+                self.unknown(
+                    "global variable",
+                    &var.name.text,
+                    var.name.span,
+                    &[],
+                    "add it to a VAR_GLOBAL block",
+                );
+                self.frames[frame].names.insert(key, Binding::Broken);
+            }
+            return;
+        }
+        let ty = self.ty(frame, &var.ty);
+        let full = Name::new(format!("{instance}.{}", var.name), var.name.span);
+        let given = init.iter().find(|(one, _)| upper(&one.text) == key).map(|(_, init)| init);
+        match &ty {
+            Ty::Broken => {
+                self.frames[frame].names.insert(key, Binding::Broken);
+            }
+            Ty::Time if var.section == Section::Input => {
+                // Bound when the block is called.
+                let own = self.init_of(var);
+                let start = match given.or(own.as_ref()) {
+                    Some(super::ast::Init::Value(value)) => {
+                        let place = if given.is_some() { outer } else { frame };
+                        self.value(place, value).ok()
+                    }
+                    Some(super::ast::Init::List(..) | super::ast::Init::Fields(..)) | None => None,
+                };
+                let start = start.unwrap_or_else(|| Value::time(0, var.name.span));
+                self.frames[frame].names.insert(key, Binding::Value(start));
+            }
+            Ty::Time => {
+                let binding = self.declare_time(frame, var, inner);
+                self.frames[frame].names.insert(key, binding);
+            }
+            Ty::Block(_) | Ty::User(_) | Ty::Struct(_) => {
+                let fields = self.fields_of(var);
+                let object = self.instance(frame, &ty, &full, inner, &key, &fields, depth + 1);
+                let binding = object.map_or(Binding::Broken, Binding::Object);
+                self.frames[frame].names.insert(key, binding);
+            }
+            Ty::Bool | Ty::Int { .. } | Ty::Array(..) => {
+                if var.is_constant {
+                    let binding = self.declare_constant(frame, var, &ty);
+                    self.frames[frame].names.insert(key, binding);
+                    return;
+                }
+                let is_bound_by_calls = match var.section {
+                    Section::Input => !omitted(&key) && !inner.assigned.contains(&key),
+                    Section::InOut => true,
+                    Section::Local
+                    | Section::Output
+                    | Section::Global
+                    | Section::External
+                    | Section::Temp => false,
+                };
+                if is_bound_by_calls {
+                    return;
+                }
+                let values = match (given, &self.init_of(var)) {
+                    (Some(init), _) => self.initial(outer, &ty, init).unwrap_or_default(),
+                    (None, Some(init)) => self.initial(frame, &ty, init).unwrap_or_default(),
+                    (None, None) => Vec::new(),
+                };
+                self.declare_var(frame, &key, full, &ty, values, Meta::default());
+            }
+        }
+    }
+}

@@ -1,0 +1,473 @@
+//! Charts: steps with their actions, transitions, and what Booleans that are actions become.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use grafsynth_ir::chart::{
+    Action, ActionHow, Item, Macro, MacroStep, Path, Step, StepItem, StepItemKind, StepRole, Stmt,
+    StmtKind, Transition,
+};
+use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::net::{Meta, Qualifier};
+use grafsynth_ir::{Name, Span};
+
+use super::usage::upper;
+use super::value::{Kind, Time};
+use super::{Access, Binding, Elaborator, FrameId};
+use crate::codes;
+use crate::st::ast::{self, Element, Role, Sfc};
+use crate::st::parse_sfc::is_timed;
+
+/// What stands for an action that steps use.
+#[derive(Debug, Clone)]
+enum Target {
+    /// An action or Boolean with this name in the chart.
+    Named(String),
+    /// A Boolean that statements assign as well: S and R write it, the others through an action of their own.
+    Mixed {
+        set: String,
+        reset: String,
+        control: String,
+    },
+    Broken,
+}
+
+/// The chart of one unit under construction.
+struct Build {
+    frame: FrameId,
+    /// By name in capitals.
+    actions: BTreeMap<String, String>,
+    targets: BTreeMap<String, Target>,
+    steps: BTreeMap<String, Name>,
+    /// The action of what runs in every scan.
+    always: Option<String>,
+}
+
+fn at(kind: StmtKind, span: Span) -> Stmt {
+    Stmt { kind, span }
+}
+
+impl Elaborator<'_> {
+    /// The items of a chart, behind its declarations.
+    pub(super) fn sfc(&mut self, frame: FrameId, sfc: &Sfc) -> Vec<Item> {
+        let mut build = Build {
+            frame,
+            actions: BTreeMap::new(),
+            targets: BTreeMap::new(),
+            steps: BTreeMap::new(),
+            always: None,
+        };
+        self.declare_steps(&mut build, sfc);
+        for action in &sfc.actions {
+            let key = upper(&action.name.text);
+            if build.actions.insert(key, action.name.text.clone()).is_some() {
+                self.twice("action", &action.name);
+            }
+        }
+        self.bodies = sfc
+            .actions
+            .iter()
+            .map(|action| (upper(&action.name.text), action.body.clone()))
+            .collect();
+        // Writes of Booleans that are actions come first, then the bodies, as the standard has it.
+        let mut first = Vec::new();
+        let mut always = Vec::new();
+        self.mixed_actions(&mut build, sfc, &mut first, &mut always);
+        let mut actions = Vec::new();
+        for action in &sfc.actions {
+            let mut body = Vec::new();
+            self.open_bodies.push(upper(&action.name.text));
+            let list = self.without_returns(&action.body, action.name.span);
+            if let Ok(list) = list {
+                self.list(frame, &list, &mut body);
+            }
+            self.open_bodies.pop();
+            let meta = Meta { span: action.span, label: action.label.clone(), ..Meta::default() };
+            actions.push(Item::Action(Action { name: action.name.clone(), body, meta }));
+        }
+        self.list(frame, &sfc.always, &mut always);
+        let mut items = first;
+        if !always.is_empty() {
+            let name = self.free_name("every_scan");
+            build.always = Some(name.clone());
+            let name = Name::new(name, Span::default());
+            items.push(Item::Action(Action { name, body: always, meta: Meta::default() }));
+        }
+        items.extend(actions);
+        self.elements(&build, sfc, &mut items);
+        items
+    }
+
+    fn twice(&mut self, what: &str, name: &Name) {
+        self.report(
+            Diagnostic::error(codes::ST_DUPLICATE, format!("{what} {name} is declared twice"))
+                .at(name.span, "again here")
+                .help("give one of them another name; letter case does not count"),
+        );
+    }
+
+    fn declare_steps(&mut self, build: &mut Build, sfc: &Sfc) {
+        for element in &sfc.elements {
+            let name = match element {
+                Element::Step(step) => &step.name,
+                Element::Macro(step) => {
+                    self.declare_steps(build, &step.body);
+                    &step.name
+                }
+                Element::Transition(_) => continue,
+            };
+            let key = upper(&name.text);
+            if build.steps.insert(key.clone(), name.clone()).is_some() {
+                self.twice("step", name);
+                continue;
+            }
+            let names = &mut self.frames[build.frame].names;
+            if names.contains_key(&key) {
+                self.twice("step", name);
+            } else {
+                names.insert(key, Binding::Step(name.clone()));
+            }
+        }
+    }
+
+    /// Finds what each used action is; makes the writes of Booleans that are assigned as well.
+    fn mixed_actions(
+        &mut self,
+        build: &mut Build,
+        sfc: &Sfc,
+        items: &mut Vec<Item>,
+        always: &mut Vec<Stmt>,
+    ) {
+        let mut uses: BTreeMap<String, (Name, BTreeSet<Qualifier>)> = BTreeMap::new();
+        let mut order = Vec::new();
+        collect(sfc, &mut |one| {
+            let key = upper(&one.action.text);
+            let entry = uses.entry(key.clone()).or_insert_with(|| {
+                order.push(key);
+                (one.action.clone(), BTreeSet::new())
+            });
+            entry.1.insert(one.qualifier);
+        });
+        for key in order {
+            let Some((name, qualifiers)) = uses.get(&key) else { continue };
+            if let Some(action) = build.actions.get(&key) {
+                build.targets.insert(key, Target::Named(action.clone()));
+                continue;
+            }
+            let target = self.boolean_action(build, &key, name, qualifiers, items, always);
+            build.targets.insert(key, target);
+        }
+    }
+
+    fn boolean_action(
+        &mut self,
+        build: &Build,
+        key: &str,
+        name: &Name,
+        qualifiers: &BTreeSet<Qualifier>,
+        items: &mut Vec<Item>,
+        always: &mut Vec<Stmt>,
+    ) -> Target {
+        if let Some(flag) = self.flags.get(key) {
+            return Target::Named(flag.clone());
+        }
+        let access = match self.lookup(build.frame, &name.text) {
+            Some(Binding::Place(place)) => Access::Place(place),
+            Some(Binding::Value(value)) => Access::Value(value),
+            Some(Binding::Step(_) | Binding::Object(_)) => {
+                self.report(
+                    Diagnostic::error(
+                        codes::ST_TYPE,
+                        format!("{name} is no action and no Boolean variable"),
+                    )
+                    .at(name.span, "used as an action"),
+                );
+                return Target::Broken;
+            }
+            Some(Binding::Broken) => return Target::Broken,
+            None => {
+                let mut candidates: Vec<String> = build.actions.values().cloned().collect();
+                candidates.extend(self.candidates(build.frame));
+                self.unknown(
+                    "action",
+                    &name.text,
+                    name.span,
+                    &candidates,
+                    "write `ACTION name: .. END_ACTION`, or declare a BOOL variable",
+                );
+                return Target::Broken;
+            }
+        };
+        let place = match access {
+            Access::Place(place) if place.ty == super::types::Ty::Bool => place,
+            Access::Place(_) | Access::Value(_) | Access::Object(_) | Access::Step(_) => {
+                self.report(
+                    Diagnostic::error(
+                        codes::ST_TYPE,
+                        format!("{name} is no Boolean variable that an action can set"),
+                    )
+                    .at(name.span, "used as an action"),
+                );
+                return Target::Broken;
+            }
+        };
+        let span = name.span;
+        self.report(
+            Diagnostic::warning(
+                codes::ST_MIXED,
+                format!("{name} is an action of steps and assigned by statements"),
+            )
+            .at(span, "used as an action")
+            .help("S and R write it in each scan in which their step is active, then the statements of actions do"),
+        );
+        let base = &place.name.text;
+        let set = self.free_name(&format!("{base}.set"));
+        let reset = self.free_name(&format!("{base}.reset"));
+        let control = self.free_name(&format!("{base}.control"));
+        let path = self.path(&place, span);
+        let write = |value: bool| {
+            let value = grafsynth_ir::chart::Expr::bool(value);
+            at(StmtKind::Assign { target: path.clone(), index: place.index.clone(), value }, span)
+        };
+        let action = |name: &str, body| {
+            let meta = Meta { span, ..Meta::default() };
+            Item::Action(Action { name: Name::new(name, span), body, meta })
+        };
+        if qualifiers.iter().any(|one| !matches!(one, Qualifier::S | Qualifier::R)) {
+            items.push(action(&control, Vec::new()));
+            let was = self.free_name(&format!("{base}.was"));
+            self.declare_var(
+                build.frame,
+                &upper(&was),
+                Name::new(was.clone(), span),
+                &super::types::Ty::Bool,
+                Vec::new(),
+                Meta::default(),
+            );
+            let read = |name: &str| super::value::leaf(Name::new(name, span).into(), span);
+            let fall = at(
+                StmtKind::If {
+                    condition: read(&was),
+                    then: vec![write(false)],
+                    otherwise: Vec::new(),
+                },
+                span,
+            );
+            always.push(at(
+                StmtKind::If {
+                    condition: read(&control),
+                    then: vec![write(true)],
+                    otherwise: vec![fall],
+                },
+                span,
+            ));
+            always.push(at(
+                StmtKind::Assign {
+                    target: Name::new(was, span).into(),
+                    index: None,
+                    value: read(&control),
+                },
+                span,
+            ));
+        }
+        if qualifiers.contains(&Qualifier::S) {
+            items.push(action(&set, vec![write(true)]));
+        }
+        if qualifiers.contains(&Qualifier::R) {
+            items.push(action(&reset, vec![write(false)]));
+        }
+        Target::Mixed { set, reset, control }
+    }
+
+    fn elements(&mut self, build: &Build, sfc: &Sfc, items: &mut Vec<Item>) {
+        for element in &sfc.elements {
+            match element {
+                Element::Step(step) => {
+                    let item = self.step(build, step);
+                    items.push(Item::Step(item));
+                }
+                Element::Transition(transition) => {
+                    if let Some(item) = self.transition(build, transition) {
+                        items.push(Item::Transition(item));
+                    }
+                }
+                Element::Macro(step) => {
+                    let body =
+                        Name::new(self.free_name(&format!("{}_body", step.name)), step.name.span);
+                    let meta = Meta { span: step.span, ..Meta::default() };
+                    let mut inner = Vec::new();
+                    self.elements(build, &step.body, &mut inner);
+                    items.push(Item::Macro(Macro {
+                        name: body.clone(),
+                        items: inner,
+                        meta: meta.clone(),
+                    }));
+                    items.push(Item::MacroStep(MacroStep {
+                        name: step.name.clone(),
+                        body,
+                        is_initial: false,
+                        priority: None,
+                        meta,
+                    }));
+                }
+            }
+        }
+    }
+
+    fn step(&mut self, build: &Build, step: &ast::Step) -> Step {
+        let mut body = Vec::new();
+        for one in &step.uses {
+            self.action_use(build, one, &mut body);
+        }
+        if step.is_initial
+            && let Some(always) = &build.always
+        {
+            // Stored from the first scan on.
+            body.push(item(always, ActionHow::Qualified(Qualifier::S, None), step.span));
+        }
+        let role = match step.role {
+            Role::Plain if step.is_initial => StepRole::Initial,
+            Role::Plain => StepRole::Plain,
+            Role::Entry => StepRole::MacroEntry,
+            Role::Exit => StepRole::MacroExit,
+            Role::EntryExit => StepRole::MacroEntryExit,
+        };
+        let meta = Meta { span: step.span, label: step.label.clone(), ..Meta::default() };
+        Step { name: step.name.clone(), role, body, meta, ..Step::default() }
+    }
+
+    fn action_use(&mut self, build: &Build, one: &ast::Use, body: &mut Vec<StepItem>) {
+        let duration = match &one.duration {
+            Some(duration) => {
+                let Ok(value) = self.value(build.frame, duration) else { return };
+                match value.kind {
+                    Kind::Time(Time::Constant(ns)) => Some(u64::try_from(ns).unwrap_or(0)),
+                    Kind::Time(_) | Kind::Bool | Kind::Int(..) => {
+                        self.report(
+                            Diagnostic::error(
+                                codes::ST_TIMER,
+                                "the duration of an action is a constant time",
+                            )
+                            .at(duration.span, "")
+                            .help(
+                                "write one such as T#3s, or a TIME variable that nothing assigns",
+                            ),
+                        );
+                        return;
+                    }
+                }
+            }
+            None => None,
+        };
+        if is_timed(one.qualifier) && duration.is_none() {
+            self.report(
+                Diagnostic::error(
+                    codes::ST_TIMER,
+                    format!("qualifier {:?} needs a duration", one.qualifier),
+                )
+                .at(one.span, "")
+                .help(format!("write `{}({:?}, T#3s)`", one.action, one.qualifier)),
+            );
+            return;
+        }
+        let how = match (one.qualifier, duration) {
+            (Qualifier::N, _) => ActionHow::Bare,
+            (Qualifier::D, Some(ns)) => ActionHow::After(ns),
+            (Qualifier::L, Some(ns)) => ActionHow::For(ns),
+            (qualifier, duration) => ActionHow::Qualified(qualifier, duration),
+        };
+        match build.targets.get(&upper(&one.action.text)) {
+            Some(Target::Named(name)) => {
+                let mut made = item(name, how, one.span);
+                if let StepItemKind::Action { target, .. } = &mut made.kind {
+                    target.span = one.action.span;
+                }
+                body.push(made);
+            }
+            Some(Target::Mixed { set, reset, control }) => match one.qualifier {
+                Qualifier::S => body.push(item(set, ActionHow::Bare, one.span)),
+                Qualifier::R => {
+                    body.push(item(reset, ActionHow::Bare, one.span));
+                    if self.has_control(build, control) {
+                        body.push(item(control, how, one.span));
+                    }
+                }
+                Qualifier::N
+                | Qualifier::L
+                | Qualifier::D
+                | Qualifier::P
+                | Qualifier::P0
+                | Qualifier::P1
+                | Qualifier::SD
+                | Qualifier::DS
+                | Qualifier::SL => body.push(item(control, how, one.span)),
+            },
+            Some(Target::Broken) | None => {}
+        }
+    }
+
+    /// True when the Boolean of this control has other qualifiers than S and R.
+    fn has_control(&self, build: &Build, control: &str) -> bool {
+        let was = upper(&control.replace(".control", ".was"));
+        self.frames[build.frame].names.contains_key(&was)
+    }
+
+    fn transition(&mut self, build: &Build, transition: &ast::Transition) -> Option<Transition> {
+        let side = |this: &mut Self, names: &[Name]| {
+            let mut paths = Vec::new();
+            for name in names {
+                match build.steps.get(&upper(&name.text)) {
+                    Some(step) => {
+                        paths.push(Path::from(Name::new(step.text.clone(), name.span)));
+                    }
+                    None => {
+                        let known: Vec<String> =
+                            build.steps.values().map(|step| step.text.clone()).collect();
+                        this.unknown(
+                            "step",
+                            &name.text,
+                            name.span,
+                            &known,
+                            "no step has this name",
+                        );
+                    }
+                }
+            }
+            paths
+        };
+        let (sources, targets) = (side(self, &transition.from), side(self, &transition.to));
+        self.leaving = transition.from.iter().map(|name| upper(&name.text)).collect();
+        let condition = self.condition(build.frame, &transition.condition);
+        self.leaving.clear();
+        if sources.len() != transition.from.len() || targets.len() != transition.to.len() {
+            return None;
+        }
+        let condition = condition.ok()?;
+        let meta =
+            Meta { span: transition.span, label: transition.label.clone(), ..Meta::default() };
+        Some(Transition {
+            name: transition.name.clone(),
+            sources,
+            targets,
+            guard: (!condition.is_true()).then_some(condition),
+            priority: transition.priority,
+            meta,
+            ..Transition::default()
+        })
+    }
+}
+
+fn item(target: &str, how: ActionHow, span: Span) -> StepItem {
+    let target = Name::new(target, span);
+    StepItem { kind: StepItemKind::Action { target, arguments: None, how, condition: None }, span }
+}
+
+/// Calls `visit` on every use of an action.
+pub(super) fn collect(sfc: &Sfc, visit: &mut dyn FnMut(&ast::Use)) {
+    for element in &sfc.elements {
+        match element {
+            Element::Step(step) => step.uses.iter().for_each(&mut *visit),
+            Element::Macro(inner) => collect(&inner.body, visit),
+            Element::Transition(_) => {}
+        }
+    }
+}

@@ -1,0 +1,370 @@
+//! Types: what a type of IEC 61131-3 becomes in a chart, and initial values.
+
+use grafsynth_ir::chart::Expr;
+use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::expr::{ExprKind, Type};
+use grafsynth_ir::{Name, Span};
+
+use super::usage::upper;
+use super::value::{Kind, Value};
+use super::{Elaborator, FrameId, Outcome};
+use crate::codes;
+use crate::st::ast::{self, Init, TypeKind, TypeRef};
+
+/// A type that is known here.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum Ty {
+    Bool,
+    /// An integer; one that is no subrange wraps around at its ends, as controllers do.
+    Int {
+        lo: i64,
+        hi: i64,
+        wraps: bool,
+    },
+    Time,
+    /// Bounds of each dimension.
+    Array(Vec<(i64, i64)>, Box<Ty>),
+    /// A function block of the standard.
+    Block(super::blocks::Block),
+    /// A function block of the file, by its place in the library.
+    User(usize),
+    Struct(Vec<ast::Var>),
+    /// Was reported.
+    Broken,
+}
+
+impl Ty {
+    /// As a chart declares it; none for what is no simple value.
+    pub(super) fn simple(&self) -> Option<Type> {
+        match self {
+            Ty::Bool => Some(Type::Bool),
+            Ty::Int { lo, hi, .. } => Some(Type::Int { lo: *lo, hi: *hi }),
+            Ty::Time | Ty::Array(..) | Ty::Block(_) | Ty::User(_) | Ty::Struct(_) | Ty::Broken => {
+                None
+            }
+        }
+    }
+}
+
+/// The integer types: name, smallest and largest value, bits.
+const INTEGERS: [(&str, i64, i64); 12] = [
+    ("SINT", -128, 127),
+    ("INT", -32_768, 32_767),
+    ("DINT", i32::MIN as i64, i32::MAX as i64),
+    ("LINT", i64::MIN, i64::MAX),
+    ("USINT", 0, 255),
+    ("UINT", 0, 65_535),
+    ("UDINT", 0, u32::MAX as i64),
+    ("ULINT", 0, i64::MAX),
+    ("BYTE", 0, 255),
+    ("WORD", 0, 65_535),
+    ("DWORD", 0, u32::MAX as i64),
+    ("LWORD", 0, i64::MAX),
+];
+
+/// The bounds of an integer type.
+pub(super) fn integer(name: &str) -> Option<(i64, i64)> {
+    INTEGERS.iter().find(|(known, ..)| *known == name).map(|(_, lo, hi)| (*lo, *hi))
+}
+
+/// What 32 bits hold: the widest that a chart declares.
+pub(super) const WIDEST: (i64, i64) = (i32::MIN as i64, i32::MAX as i64);
+
+impl Elaborator<'_> {
+    /// What a written type is.
+    pub(super) fn ty(&mut self, frame: FrameId, drawn: &TypeRef) -> Ty {
+        self.ty_within(frame, drawn, 0)
+    }
+
+    fn ty_within(&mut self, frame: FrameId, drawn: &TypeRef, depth: usize) -> Ty {
+        if depth > 64 {
+            self.report(
+                Diagnostic::error(codes::ST_TYPE, "this type is made of itself").at(drawn.span, ""),
+            );
+            return Ty::Broken;
+        }
+        match &drawn.kind {
+            TypeKind::Named(name) => self.named(frame, name, drawn.span, depth),
+            TypeKind::Subrange(base, range) => {
+                let (lo, hi) =
+                    (self.constant_int(frame, &range.0), self.constant_int(frame, &range.1));
+                let (Ok(lo), Ok(hi)) = (lo, hi) else { return Ty::Broken };
+                let fits = integer(&upper(base))
+                    .is_some_and(|(least, most)| least <= lo && lo <= hi && hi <= most);
+                if !fits || lo < WIDEST.0 || hi > WIDEST.1 {
+                    self.report(
+                        Diagnostic::error(
+                            codes::ST_TYPE,
+                            format!("{lo}..{hi} is no range of {base} within 32 bits"),
+                        )
+                        .at(drawn.span, ""),
+                    );
+                    return Ty::Broken;
+                }
+                Ty::Int { lo, hi, wraps: false }
+            }
+            TypeKind::Array(ranges, element) => {
+                let mut bounds = Vec::new();
+                for (low, high) in ranges {
+                    let (Ok(lo), Ok(hi)) =
+                        (self.constant_int(frame, low), self.constant_int(frame, high))
+                    else {
+                        return Ty::Broken;
+                    };
+                    if hi < lo || hi.abs_diff(lo) >= 65_536 {
+                        self.report(
+                            Diagnostic::error(
+                                codes::ST_TYPE,
+                                format!("the range {lo}..{hi} of an array has no elements or more than 65536"),
+                            )
+                            .at(drawn.span, ""),
+                        );
+                        return Ty::Broken;
+                    }
+                    bounds.push((lo, hi));
+                }
+                match self.ty_within(frame, element, depth + 1) {
+                    Ty::Broken => Ty::Broken,
+                    // `ARRAY [..] OF ARRAY [..] OF t` has one index for each, like one of two dimensions.
+                    Ty::Array(inner, element) => {
+                        bounds.extend(inner);
+                        Ty::Array(bounds, element)
+                    }
+                    element @ (Ty::Bool | Ty::Int { .. }) => Ty::Array(bounds, Box::new(element)),
+                    Ty::Time | Ty::Block(_) | Ty::User(_) | Ty::Struct(_) => {
+                        self.refused(
+                            "arrays of times, blocks or structures",
+                            drawn.span,
+                            "declare the elements one by one",
+                        );
+                        Ty::Broken
+                    }
+                }
+            }
+            TypeKind::Enum(values) => self.enumeration(frame, values),
+            TypeKind::Struct(fields) => Ty::Struct(fields.clone()),
+            TypeKind::Refused(what) => {
+                self.refused(what, drawn.span, "use BOOL, an integer type or TIME");
+                Ty::Broken
+            }
+        }
+    }
+
+    /// Values of an enumeration are constants that are seen everywhere.
+    fn enumeration(&mut self, frame: FrameId, values: &[(Name, Option<ast::Expr>)]) -> Ty {
+        let (mut lo, mut hi, mut next) = (i64::MAX, i64::MIN, 0);
+        for (name, value) in values {
+            if let Some(value) = value {
+                match self.constant_int(frame, value) {
+                    Ok(value) => next = value,
+                    Err(_) => return Ty::Broken,
+                }
+            }
+            self.enumerated.insert(upper(&name.text), next);
+            (lo, hi) = (lo.min(next), hi.max(next));
+            next = next.saturating_add(1);
+        }
+        if lo < WIDEST.0 || hi > WIDEST.1 {
+            return Ty::Broken;
+        }
+        Ty::Int { lo, hi, wraps: false }
+    }
+
+    fn named(&mut self, frame: FrameId, name: &str, span: Span, depth: usize) -> Ty {
+        let key = upper(name);
+        if key == "BOOL" {
+            return Ty::Bool;
+        }
+        if matches!(key.as_str(), "TIME" | "LTIME") {
+            return Ty::Time;
+        }
+        if let Some((lo, hi)) = integer(&key) {
+            if lo < WIDEST.0 || hi > WIDEST.1 {
+                let narrow = (lo.max(WIDEST.0), hi.min(WIDEST.1));
+                if self.narrowed.insert(key.clone()) {
+                    self.report(
+                        Diagnostic::warning(
+                            codes::ST_NARROWED,
+                            format!("{key} is kept as {}..{}, what lies beyond becomes the nearest of them", narrow.0, narrow.1),
+                        )
+                        .at(span, "the first one")
+                        .help("use DINT where that is enough, or a subrange such as `DINT (0..999)`"),
+                    );
+                }
+                return Ty::Int { lo: narrow.0, hi: narrow.1, wraps: false };
+            }
+            return Ty::Int { lo, hi, wraps: true };
+        }
+        if let Some(def) = self.types.get(&key).copied() {
+            return self.ty_within(frame, &def.ty, depth + 1);
+        }
+        if let Some(block) = super::blocks::Block::named(&key) {
+            return Ty::Block(block);
+        }
+        if let Some(&index) = self.blocks.get(&key) {
+            return Ty::User(index);
+        }
+        let known = [
+            "REAL",
+            "LREAL",
+            "STRING",
+            "WSTRING",
+            "CHAR",
+            "WCHAR",
+            "DATE",
+            "TOD",
+            "DT",
+            "TIME_OF_DAY",
+            "DATE_AND_TIME",
+            "LDATE",
+            "LTOD",
+            "LDT",
+        ];
+        if known.contains(&key.as_str()) {
+            self.refused(&key, span, "use BOOL, an integer type or TIME");
+        } else {
+            let candidates: Vec<String> = self
+                .types
+                .keys()
+                .chain(self.blocks.keys())
+                .cloned()
+                .chain(["BOOL", "INT", "DINT", "TIME", "TON", "R_TRIG", "CTU"].map(str::to_owned))
+                .collect();
+            self.unknown(
+                "type",
+                name,
+                span,
+                &candidates,
+                "the file declares no type or function block of this name",
+            );
+        }
+        Ty::Broken
+    }
+
+    /// A constant integer.
+    pub(super) fn constant_int(&mut self, frame: FrameId, drawn: &ast::Expr) -> Outcome<i64> {
+        let value = self.value(frame, drawn)?;
+        match (value.kind, &value.expr.kind) {
+            (Kind::Int(lo, hi), _) if lo == hi => Ok(lo),
+            _ => Err(self.not_constant(drawn.span)),
+        }
+    }
+
+    pub(super) fn not_constant(&mut self, span: Span) -> super::Told {
+        self.report(
+            Diagnostic::error(codes::ST_CONSTANT, "a constant is needed here")
+                .at(span, "its value is not known before the program runs")
+                .help("write a number, or a variable declared with VAR CONSTANT"),
+        )
+    }
+
+    /// Initial values of a simple variable or an array, one for all or one for each element.
+    pub(super) fn initial(&mut self, frame: FrameId, ty: &Ty, init: &Init) -> Outcome<Vec<Expr>> {
+        match (ty, init) {
+            (Ty::Bool | Ty::Int { .. }, Init::Value(value)) => {
+                Ok(vec![self.initial_value(frame, ty, value)?])
+            }
+            (Ty::Array(bounds, element), Init::List(..)) => {
+                let len = super::length(bounds);
+                let mut values = Vec::new();
+                self.flatten(frame, element, init, &mut values, len)?;
+                values.truncate(len);
+                while values.len() < len {
+                    values.push(zero(element));
+                }
+                Ok(values)
+            }
+            (Ty::Array(_, element), Init::Value(value)) => {
+                Ok(vec![self.initial_value(frame, element, value)?])
+            }
+            (
+                _,
+                Init::Value(ast::Expr { span, .. }) | Init::List(_, span) | Init::Fields(_, span),
+            ) => Err(self.report(
+                Diagnostic::error(codes::ST_TYPE, "this is no initial value of its variable")
+                    .at(*span, ""),
+            )),
+        }
+    }
+
+    fn flatten(
+        &mut self,
+        frame: FrameId,
+        element: &Ty,
+        init: &Init,
+        values: &mut Vec<Expr>,
+        most: usize,
+    ) -> Outcome<()> {
+        match init {
+            Init::Value(value) => values.push(self.initial_value(frame, element, value)?),
+            Init::List(list, _) => {
+                for (count, one) in list {
+                    let count = match count {
+                        Some(count) => self.constant_int(frame, count)?,
+                        None => 1,
+                    };
+                    for _ in 0..count {
+                        if values.len() >= most {
+                            break;
+                        }
+                        self.flatten(frame, element, one, values, most)?;
+                    }
+                }
+            }
+            Init::Fields(_, span) => {
+                return Err(self.report(
+                    Diagnostic::error(codes::ST_TYPE, "this is no initial value of an element")
+                        .at(*span, ""),
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    fn initial_value(&mut self, frame: FrameId, ty: &Ty, drawn: &ast::Expr) -> Outcome<Expr> {
+        let value = self.value(frame, drawn)?;
+        let value = self.fit(value, ty, "its initial value")?;
+        match (&value.kind, &value.expr.kind) {
+            (Kind::Bool, ExprKind::Bool(_)) => Ok(value.expr),
+            (Kind::Int(lo, hi), _) if lo == hi => Ok(Expr::new(ExprKind::Int(*lo), drawn.span)),
+            _ => Err(self.not_constant(drawn.span)),
+        }
+    }
+
+    /// `value` as a target of this type takes it: wrapped where its type wraps around.
+    pub(super) fn fit(&mut self, value: Value, ty: &Ty, what: &str) -> Outcome<Value> {
+        let span = value.expr.span;
+        let wrong = match (ty, &value.kind) {
+            (Ty::Bool, Kind::Bool) | (Ty::Time, Kind::Time(_)) => return Ok(value),
+            // 0 and 1 are literals of BOOL.
+            (Ty::Bool, Kind::Int(lo, hi)) if lo == hi && (0..=1).contains(lo) => {
+                let expr = Expr::new(ExprKind::Bool(*lo == 1), span);
+                return Ok(Value { expr, kind: Kind::Bool });
+            }
+            (Ty::Int { lo, hi, wraps }, Kind::Int(least, most)) => {
+                if !wraps || (lo <= least && most <= hi) {
+                    return Ok(value);
+                }
+                return Ok(value.wrapped(*lo, *hi));
+            }
+            (Ty::Bool, Kind::Int(..)) => "a truth value is needed, this is a number",
+            (Ty::Bool, Kind::Time(_)) => "a truth value is needed, this is a time",
+            (Ty::Int { .. }, Kind::Bool) => "a number is needed, this is a truth value",
+            (Ty::Int { .. }, Kind::Time(_)) => "a number is needed, this is a time",
+            (Ty::Time, Kind::Bool | Kind::Int(..)) => "a time is needed here",
+            (Ty::Broken, _) => return Err(super::Told),
+            (Ty::Array(..) | Ty::Block(_) | Ty::User(_) | Ty::Struct(_), _) => {
+                "a whole array, structure or block cannot be assigned"
+            }
+        };
+        Err(self.report(Diagnostic::error(codes::ST_TYPE, wrong).at(span, format!("for {what}"))))
+    }
+}
+
+/// What a variable without an initial value begins with: 0, or the lower bound of a subrange that does not hold it.
+fn zero(ty: &Ty) -> Expr {
+    match ty.simple() {
+        Some(Type::Bool) | None => Expr::bool(false),
+        Some(ty @ Type::Int { .. }) => Expr::int(ty.saturate(0)),
+    }
+}

@@ -1,0 +1,206 @@
+//! What a unit does with its names: found before anything is declared, for it decides what each variable becomes in the chart.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::st::ast::{Arg, Body, Element, Expr, ExprKind, Pou, Section, Sfc, Stmt, StmtKind};
+
+/// Names are in capitals.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Usage {
+    /// Variables that statements change.
+    pub(super) assigned: BTreeSet<String>,
+    /// Names that steps use as actions.
+    pub(super) actions: BTreeSet<String>,
+    /// Fields of instances that are read or assigned beside calls.
+    pub(super) fields: BTreeSet<(String, String)>,
+    /// For each instance the names of the arguments of each call; none where they have no names.
+    pub(super) calls: BTreeMap<String, Vec<Option<BTreeSet<String>>>>,
+    /// All names that are read.
+    pub(super) read: BTreeSet<String>,
+}
+
+pub(super) fn upper(text: &str) -> String {
+    text.to_uppercase()
+}
+
+/// Of a whole unit. `in_outs` tells which parameters of an instance are its caller's variables.
+pub(super) fn of(pou: &Pou, in_outs: &dyn Fn(&str) -> BTreeSet<String>) -> Usage {
+    let mut walk = Walk { usage: Usage::default(), in_outs };
+    match &pou.body {
+        Body::Statements(list) => walk.list(list),
+        Body::Sfc(sfc) => walk.sfc(sfc),
+    }
+    for var in &pou.vars {
+        if var.section == Section::External {
+            walk.usage.read.insert(upper(&var.name.text));
+        }
+    }
+    walk.usage
+}
+
+struct Walk<'w> {
+    usage: Usage,
+    in_outs: &'w dyn Fn(&str) -> BTreeSet<String>,
+}
+
+impl Walk<'_> {
+    fn sfc(&mut self, sfc: &Sfc) {
+        for element in &sfc.elements {
+            match element {
+                Element::Step(step) => {
+                    for one in &step.uses {
+                        self.usage.actions.insert(upper(&one.action.text));
+                        one.duration.iter().for_each(|duration| self.expr(duration));
+                    }
+                }
+                Element::Transition(transition) => self.expr(&transition.condition),
+                Element::Macro(inner) => self.sfc(&inner.body),
+            }
+        }
+        for action in &sfc.actions {
+            self.list(&action.body);
+        }
+        self.list(&sfc.always);
+    }
+
+    fn list(&mut self, list: &[Stmt]) {
+        for stmt in list {
+            self.stmt(stmt);
+        }
+    }
+
+    fn target(&mut self, target: &Expr) {
+        if let Some(root) = target.root() {
+            self.usage.assigned.insert(upper(&root.text));
+        }
+        match &target.kind {
+            ExprKind::Name(_) => {}
+            ExprKind::Index(inner, indices) => {
+                indices.iter().for_each(|index| self.expr(index));
+                if !matches!(inner.kind, ExprKind::Name(_)) {
+                    self.expr(inner);
+                }
+            }
+            ExprKind::Field(..)
+            | ExprKind::Bit(..)
+            | ExprKind::Bool(_)
+            | ExprKind::Int(_)
+            | ExprKind::Time(_)
+            | ExprKind::Address(_)
+            | ExprKind::Not(_)
+            | ExprKind::Neg(_)
+            | ExprKind::Binary(..)
+            | ExprKind::And(_)
+            | ExprKind::Or(_)
+            | ExprKind::Call(..)
+            | ExprKind::Refused(_) => self.expr(target),
+        }
+    }
+
+    fn stmt(&mut self, stmt: &Stmt) {
+        match &stmt.kind {
+            StmtKind::Assign { target, value } => {
+                self.target(target);
+                self.expr(value);
+            }
+            StmtKind::Call { target, arguments } => {
+                let named = arguments.iter().all(|one| one.name.is_some());
+                let names = named.then(|| {
+                    arguments
+                        .iter()
+                        .filter(|one| !one.is_output)
+                        .filter_map(|one| one.name.as_ref().map(|name| upper(&name.text)))
+                        .collect()
+                });
+                let root = target.root().map(|root| upper(&root.text)).unwrap_or_default();
+                let in_outs = (self.in_outs)(&root);
+                self.arguments(arguments, &in_outs);
+                if let ExprKind::Name(_) = target.kind {
+                    self.usage.read.insert(root.clone());
+                    self.usage.calls.entry(root).or_default().push(names);
+                } else {
+                    self.expr(target);
+                }
+            }
+            StmtKind::If { arms, otherwise } => {
+                for (condition, list) in arms {
+                    self.expr(condition);
+                    self.list(list);
+                }
+                self.list(otherwise);
+            }
+            StmtKind::Case { selector, arms, otherwise } => {
+                self.expr(selector);
+                for (labels, list) in arms {
+                    for (low, high) in labels {
+                        self.expr(low);
+                        high.iter().for_each(|high| self.expr(high));
+                    }
+                    self.list(list);
+                }
+                self.list(otherwise);
+            }
+            StmtKind::For { var, from, to, by, body } => {
+                self.usage.assigned.insert(upper(&var.text));
+                self.expr(from);
+                self.expr(to);
+                by.iter().for_each(|by| self.expr(by));
+                self.list(body);
+            }
+            StmtKind::While { condition, body } => {
+                self.expr(condition);
+                self.list(body);
+            }
+            StmtKind::Repeat { body, until } => {
+                self.list(body);
+                self.expr(until);
+            }
+            StmtKind::Exit | StmtKind::Continue | StmtKind::Return | StmtKind::Refused(_) => {}
+        }
+    }
+
+    fn arguments(&mut self, arguments: &[Arg], in_outs: &BTreeSet<String>) {
+        for one in arguments {
+            let is_in_out =
+                one.name.as_ref().is_some_and(|name| in_outs.contains(&upper(&name.text)));
+            if one.is_output || is_in_out {
+                self.target(&one.value);
+            }
+            if !one.is_output {
+                self.expr(&one.value);
+            }
+        }
+    }
+
+    fn expr(&mut self, expr: &Expr) {
+        match &expr.kind {
+            ExprKind::Name(name) => {
+                self.usage.read.insert(upper(&name.text));
+            }
+            ExprKind::Field(inner, field) => {
+                if let ExprKind::Name(name) = &inner.kind {
+                    self.usage.fields.insert((upper(&name.text), upper(&field.text)));
+                }
+                self.expr(inner);
+            }
+            ExprKind::Bit(inner, _) | ExprKind::Not(inner) | ExprKind::Neg(inner) => {
+                self.expr(inner);
+            }
+            ExprKind::Index(inner, indices) => {
+                self.expr(inner);
+                indices.iter().for_each(|index| self.expr(index));
+            }
+            ExprKind::Binary(_, a, b) => {
+                self.expr(a);
+                self.expr(b);
+            }
+            ExprKind::And(all) | ExprKind::Or(all) => all.iter().for_each(|one| self.expr(one)),
+            ExprKind::Call(_, arguments) => self.arguments(arguments, &BTreeSet::new()),
+            ExprKind::Bool(_)
+            | ExprKind::Int(_)
+            | ExprKind::Time(_)
+            | ExprKind::Address(_)
+            | ExprKind::Refused(_) => {}
+        }
+    }
+}

@@ -1,0 +1,78 @@
+//! IEC 61131-3 in text (`.st`, `.exp`): sequential function charts and structured text, reader and writer.
+//!
+//! ```
+//! use grafsynth_frontend::st;
+//! use grafsynth_ir::FileId;
+//!
+//! let parsed = st::parse(
+//!     FileId(0),
+//!     "PROGRAM lamp VAR_INPUT b : BOOL; END_VAR VAR_OUTPUT l : BOOL; END_VAR
+//!      INITIAL_STEP off: END_STEP STEP on: l(N); END_STEP
+//!      TRANSITION FROM off TO on := b; END_TRANSITION END_PROGRAM",
+//! );
+//! assert!(parsed.diagnostics.is_empty());
+//! assert_eq!(parsed.design.map(|design| design.charts.len()), Some(1));
+//! ```
+//!
+//! `docs/formats.md` says what is read, ignored and refused, and what each thing means. Text becomes a tree ([`ast`]) that the reader of PLCopen XML
+//! builds too; [`elaborate`] turns it into charts.
+
+pub(crate) mod ast;
+pub(crate) mod elaborate;
+pub(crate) mod lexer;
+pub(crate) mod parse;
+mod parse_decl;
+pub(crate) mod parse_sfc;
+pub(crate) mod parse_stmt;
+
+use grafsynth_ir::FileId;
+use grafsynth_ir::diag::any_error;
+
+use crate::codes;
+use crate::graf::parser::Findings;
+use crate::graf::{Limits, Parsed, sorted, too_large};
+use lexer::Places;
+use parse::Parser;
+
+/// Reads a text with the default limits.
+#[must_use]
+pub fn parse(file: FileId, text: &str) -> Parsed {
+    parse_within(file, text, &Limits::default())
+}
+
+/// Reads a text.
+#[must_use]
+pub fn parse_within(file: FileId, text: &str, limits: &Limits) -> Parsed {
+    if let Some(finding) = too_large(file, text, limits) {
+        return Parsed { diagnostics: vec![finding], ..Parsed::default() };
+    }
+    let mut findings = Findings { kept: Vec::new(), limit: limits.diagnostics, rest: 0 };
+    let mut parser = Parser::new(text, Places::Direct(file), &mut findings, limits.nesting);
+    let library = parser.library();
+    let outside = std::mem::take(&mut parser.refused);
+    for refusal in outside {
+        findings.report(|| {
+            grafsynth_ir::diag::Diagnostic::error(
+                codes::ST_NOT_READ,
+                format!("{} is not read", refusal.what),
+            )
+            .at(refusal.span, "part of IEC 61131-3, but not of this version")
+            .help(refusal.help)
+        });
+    }
+    finish(&library, findings)
+}
+
+/// From the tree to the charts, with the findings of both.
+pub(crate) fn finish(library: &ast::Library, mut findings: Findings) -> Parsed {
+    let broken = any_error(&findings.kept);
+    let (design, found) = elaborate::design(library);
+    for finding in found {
+        // In a text with errors a missing program is no second one.
+        if broken && finding.code == codes::ST_NO_POU {
+            continue;
+        }
+        findings.report(|| finding);
+    }
+    Parsed { design, diagnostics: sorted(findings.finish()), comments: Vec::new() }
+}

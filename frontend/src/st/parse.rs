@@ -1,0 +1,629 @@
+//! The parser: what its parts share, program organisation units and configurations.
+//!
+//! Recursive descent over the list of tokens. Every error is reported and the parser goes on behind it: at the next statement, declaration or unit.
+#![expect(
+    clippy::wildcard_enum_match_arm,
+    reason = "a parser names the tokens it takes; all others are one case"
+)]
+
+use grafsynth_ir::diag::{Diagnostic, nearest};
+use grafsynth_ir::{Name, Span};
+
+use super::ast::{Body, Instance, Library, Options, Pou, PouKind, Refusal, Section, Task};
+use super::lexer::{Kind, LexError, Places, Token, Tokens, tokens};
+use crate::codes;
+use crate::graf::parser::Findings;
+
+/// Says that a diagnostic was given; whoever gets one goes on with the next item.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Abandoned;
+
+pub(crate) type Parse<T> = Result<T, Abandoned>;
+
+/// Words that end a list of statements.
+const ENDS: &[&str] = &[
+    "END_IF",
+    "ELSE",
+    "ELSIF",
+    "END_CASE",
+    "END_FOR",
+    "END_WHILE",
+    "END_REPEAT",
+    "UNTIL",
+    "END_ACTION",
+    "END_STEP",
+    "END_TRANSITION",
+    "END_PROGRAM",
+    "END_FUNCTION",
+    "END_FUNCTION_BLOCK",
+    "END_VAR",
+    "END_CONFIGURATION",
+    "END_RESOURCE",
+    "END_TYPE",
+    "PROGRAM",
+    "FUNCTION",
+    "FUNCTION_BLOCK",
+    "CONFIGURATION",
+    "ACTION",
+    "INITIAL_STEP",
+    "STEP",
+    "TRANSITION",
+];
+
+/// Words that mean something in the text of a chart only.
+const OF_CHARTS: &[&str] = &[
+    "PROGRAM",
+    "FUNCTION",
+    "FUNCTION_BLOCK",
+    "CONFIGURATION",
+    "ACTION",
+    "INITIAL_STEP",
+    "STEP",
+    "TRANSITION",
+];
+
+/// Words with which something begins that stands beside the programs.
+const UNITS: &[&str] =
+    &["PROGRAM", "FUNCTION", "FUNCTION_BLOCK", "CONFIGURATION", "TYPE", "VAR_GLOBAL", "INTERFACE"];
+
+pub(crate) struct Parser<'a> {
+    pub(crate) text: &'a str,
+    pub(crate) places: Places<'a>,
+    pub(crate) list: Tokens,
+    pub(crate) at: usize,
+    pub(crate) findings: &'a mut Findings,
+    /// What this version does not read, inside the present unit: kept apart, since the unit may turn out not to matter.
+    pub(crate) refused: Vec<Refusal>,
+    pub(crate) depth: u32,
+    pub(crate) limit: u32,
+    /// The text is one body, in which the words of charts are names.
+    pub(crate) is_body: bool,
+}
+
+impl<'a> Parser<'a> {
+    /// A parser at the start of `text`; what is no token is reported.
+    pub(crate) fn new(
+        text: &'a str,
+        places: Places<'a>,
+        findings: &'a mut Findings,
+        limit: u32,
+    ) -> Self {
+        let list = tokens(text);
+        let mut parser = Parser {
+            text,
+            places,
+            list,
+            at: 0,
+            findings,
+            refused: Vec::new(),
+            depth: 0,
+            limit,
+            is_body: false,
+        };
+        for error in std::mem::take(&mut parser.list.errors) {
+            match error {
+                LexError::Character(start, end) => {
+                    let span = places.span(start, end);
+                    let shown = text.get(start..end).unwrap_or("").escape_debug().to_string();
+                    parser.findings.report(|| {
+                        Diagnostic::error(
+                            codes::ST_CHARACTER,
+                            format!("the character `{shown}` has no meaning in structured text"),
+                        )
+                        .at(span, "")
+                        .help("remove it")
+                    });
+                }
+                LexError::Unclosed(start, end, what) => {
+                    let span = places.span(start, end);
+                    parser.findings.report(|| {
+                        Diagnostic::error(codes::ST_CHARACTER, format!("this {what} does not end"))
+                            .at(span, "begins here")
+                    });
+                }
+            }
+        }
+        parser
+    }
+
+    // Tokens
+
+    pub(crate) fn peek(&self, ahead: usize) -> Token {
+        let last = self.list.tokens.len().saturating_sub(1);
+        let end = Token { kind: Kind::End, start: self.text.len(), end: self.text.len() };
+        self.list.tokens.get((self.at + ahead).min(last)).copied().unwrap_or(end)
+    }
+
+    pub(crate) fn kind(&self, ahead: usize) -> Kind {
+        self.peek(ahead).kind
+    }
+
+    pub(crate) fn slice(&self, token: Token) -> &'a str {
+        self.text.get(token.start..token.end).unwrap_or("")
+    }
+
+    /// The word here in capitals; empty where none stands.
+    pub(crate) fn word(&self, ahead: usize) -> String {
+        let token = self.peek(ahead);
+        if token.kind == Kind::Word { self.slice(token).to_uppercase() } else { String::new() }
+    }
+
+    pub(crate) fn is(&self, word: &str) -> bool {
+        let token = self.peek(0);
+        token.kind == Kind::Word && self.slice(token).eq_ignore_ascii_case(word)
+    }
+
+    pub(crate) fn advance(&mut self) -> Token {
+        let token = self.peek(0);
+        if token.kind != Kind::End {
+            self.at += 1;
+        }
+        token
+    }
+
+    pub(crate) fn take(&mut self, kind: Kind) -> bool {
+        let found = self.kind(0) == kind;
+        if found {
+            self.advance();
+        }
+        found
+    }
+
+    pub(crate) fn take_word(&mut self, word: &str) -> bool {
+        let found = self.is(word);
+        if found {
+            self.advance();
+        }
+        found
+    }
+
+    pub(crate) fn span(&self, token: Token) -> Span {
+        self.places.span(token.start, token.end)
+    }
+
+    pub(crate) fn here(&self) -> Span {
+        self.span(self.peek(0))
+    }
+
+    /// From `start` to the end of the token taken last.
+    pub(crate) fn span_from(&self, start: usize) -> Span {
+        let end = match self.at.checked_sub(1).and_then(|at| self.list.tokens.get(at)) {
+            Some(last) => last.end.max(start),
+            None => start,
+        };
+        self.places.span(start, end)
+    }
+
+    pub(crate) fn name_of(&self, token: Token) -> Name {
+        Name::new(self.slice(token), self.span(token))
+    }
+
+    // Findings
+
+    pub(crate) fn report(&mut self, make: impl FnOnce() -> Diagnostic) -> Abandoned {
+        self.findings.report(make);
+        Abandoned
+    }
+
+    pub(crate) fn expected(&mut self, what: &str) -> Abandoned {
+        let span = self.here();
+        let found = match self.kind(0) {
+            Kind::End => "the end of the text".to_owned(),
+            _ => format!("`{}`", crate::graf::parser::short(self.slice(self.peek(0)))),
+        };
+        self.report(|| {
+            Diagnostic::error(codes::ST_UNEXPECTED, format!("{what} is expected, not {found}"))
+                .at(span, format!("{what} is expected here"))
+        })
+    }
+
+    pub(crate) fn expect(&mut self, kind: Kind, what: &str) -> Parse<Token> {
+        if self.kind(0) == kind { Ok(self.advance()) } else { Err(self.expected(what)) }
+    }
+
+    pub(crate) fn expect_word(&mut self, word: &str) -> Parse<()> {
+        if self.take_word(word) { Ok(()) } else { Err(self.expected(&format!("`{word}`"))) }
+    }
+
+    pub(crate) fn name(&mut self, what: &str) -> Parse<Name> {
+        if self.kind(0) == Kind::Word && !self.is_reserved(&self.word(0)) {
+            let token = self.advance();
+            return Ok(self.name_of(token));
+        }
+        Err(self.expected(what))
+    }
+
+    /// Notes something that this version does not read.
+    pub(crate) fn refuse(&mut self, what: impl Into<String>, span: Span, help: &str) {
+        // As many as are shown; what lies behind follows from them.
+        if self.refused.len() < 10_000 {
+            self.refused.push(Refusal { what: what.into(), span, help: help.to_owned() });
+        }
+    }
+
+    /// One level deeper; an error where the limit is reached.
+    pub(crate) fn deeper<T>(&mut self, inside: impl FnOnce(&mut Self) -> Parse<T>) -> Parse<T> {
+        if self.depth >= self.limit {
+            let (span, limit) = (self.here(), self.limit);
+            return Err(self.report(|| {
+                Diagnostic::error(
+                    codes::NESTING,
+                    format!("more than {limit} levels lie in each other"),
+                )
+                .at(span, "too deep here")
+                .help("break it up, or raise the limit with --nesting-limit")
+            }));
+        }
+        self.depth += 1;
+        let result = inside(self);
+        self.depth -= 1;
+        result
+    }
+
+    /// Behind an error: past the next semicolon, or in front of a word that ends a list or begins a unit.
+    pub(crate) fn skip_statement(&mut self) {
+        loop {
+            match self.kind(0) {
+                Kind::End => return,
+                Kind::Semicolon => {
+                    self.advance();
+                    return;
+                }
+                Kind::Word if self.ends_list(&self.word(0)) => return,
+                _ => {
+                    self.advance();
+                }
+            }
+        }
+    }
+
+    /// True where a list of statements ends.
+    pub(crate) fn at_end_of_list(&self) -> bool {
+        self.kind(0) == Kind::End || self.ends_list(&self.word(0))
+    }
+
+    fn ends_list(&self, word: &str) -> bool {
+        ENDS.contains(&word) && !(self.is_body && OF_CHARTS.contains(&word))
+    }
+
+    fn is_reserved(&self, word: &str) -> bool {
+        is_reserved(word) && !(self.is_body && OF_CHARTS.contains(&word))
+    }
+
+    /// The comment behind the token taken last, on its line.
+    pub(crate) fn label(&self) -> String {
+        let Some(last) = self.at.checked_sub(1).and_then(|at| self.list.tokens.get(at)) else {
+            return String::new();
+        };
+        let first = self.list.asides.partition_point(|aside| aside.from < last.end);
+        let Some(aside) = self.list.asides.get(first) else { return String::new() };
+        let between = self.text.get(last.end..aside.from).unwrap_or("\n");
+        if aside.is_pragma || !between.bytes().all(|byte| matches!(byte, b' ' | b'\t')) {
+            return String::new();
+        }
+        let text = self.text.get(aside.start..aside.end).unwrap_or("");
+        text.split_whitespace().collect::<Vec<_>>().join(" ")
+    }
+
+    // Units
+
+    /// A whole source.
+    pub(crate) fn library(&mut self) -> Library {
+        let mut library = Library::default();
+        loop {
+            let word = self.word(0);
+            let before = self.at;
+            let result = match word.as_str() {
+                _ if self.kind(0) == Kind::End => break,
+                "PROGRAM" | "FUNCTION" | "FUNCTION_BLOCK" => {
+                    self.pou().map(|pou| library.pous.push(pou))
+                }
+                "CONFIGURATION" => self.configuration(&mut library),
+                "TYPE" => self.types(&mut library.types),
+                "VAR_GLOBAL" => self.var_block(&mut library.globals),
+                "INTERFACE" | "CLASS" | "NAMESPACE" => {
+                    let span = self.here();
+                    let what = format!("`{word}` (object-oriented IEC 61131-3)");
+                    self.refuse(what, span, "write function blocks without methods");
+                    Err(Abandoned)
+                }
+                _ if self.kind(0) == Kind::Semicolon => {
+                    self.advance();
+                    Ok(())
+                }
+                _ => Err(self.no_unit()),
+            };
+            if result.is_err() {
+                if self.at == before {
+                    self.advance();
+                }
+                self.skip_to_unit();
+            }
+        }
+        library
+    }
+
+    fn no_unit(&mut self) -> Abandoned {
+        let (span, word) = (self.here(), self.word(0));
+        let near = nearest(&word, UNITS.iter().copied());
+        self.report(|| {
+            let finding = Diagnostic::error(
+                codes::ST_UNEXPECTED,
+                "a program, function block, function or configuration is expected",
+            );
+            match near {
+                Some(near) => finding.at(span, format!("meant `{near}`?")).fix(span, near),
+                None => finding.at(span, "not here"),
+            }
+        })
+    }
+
+    fn skip_to_unit(&mut self) {
+        loop {
+            let word = self.word(0);
+            if self.kind(0) == Kind::End || UNITS.contains(&word.as_str()) {
+                return;
+            }
+            let closes = matches!(
+                word.as_str(),
+                "END_PROGRAM"
+                    | "END_FUNCTION"
+                    | "END_FUNCTION_BLOCK"
+                    | "END_CONFIGURATION"
+                    | "END_TYPE"
+                    | "END_INTERFACE"
+                    | "END_CLASS"
+                    | "END_NAMESPACE"
+            );
+            self.advance();
+            if closes {
+                return;
+            }
+        }
+    }
+
+    fn pou(&mut self) -> Parse<Pou> {
+        let from = self.peek(0).start;
+        let first_refused = self.refused.len();
+        let word = self.word(0);
+        self.advance();
+        let name = self.name("a name")?;
+        let kind = match word.as_str() {
+            "PROGRAM" => PouKind::Program,
+            "FUNCTION_BLOCK" => PouKind::FunctionBlock,
+            _ => PouKind::Function(if self.take(Kind::Colon) {
+                Some(self.type_ref()?)
+            } else {
+                None
+            }),
+        };
+        let end = format!("END_{word}");
+        if self.is("EXTENDS") || self.is("IMPLEMENTS") {
+            let span = self.here();
+            self.refuse("inheritance of function blocks", span, "declare an instance instead");
+            self.advance();
+            let _ = self.name("a name");
+        }
+        let mut vars = Vec::new();
+        while self.word(0).starts_with("VAR") {
+            if self.var_block(&mut vars).is_err() {
+                self.skip_past_var();
+            }
+        }
+        let body = self.body(&end);
+        if !self.take_word(&end) {
+            let span = self.here();
+            let name_span = name.span;
+            self.report(|| {
+                Diagnostic::error(codes::ST_UNEXPECTED, format!("`{end}` is missing"))
+                    .at(span, "expected here at the latest")
+                    .at(name_span, "begins here")
+            });
+            self.skip_to_unit();
+        }
+        let to = self.list.tokens.get(self.at.saturating_sub(1)).map_or(from, |token| token.end);
+        let options = self.options(from, to);
+        let refused = self.refused.split_off(first_refused);
+        Ok(Pou { kind, name, vars, body, options, refused })
+    }
+
+    fn body(&mut self, end: &str) -> Body {
+        let is_sfc =
+            matches!(self.word(0).as_str(), "INITIAL_STEP" | "STEP" | "TRANSITION" | "ACTION");
+        if is_sfc {
+            return Body::Sfc(self.sfc(end));
+        }
+        let mut list = Vec::new();
+        loop {
+            list.extend(self.statements());
+            if self.is(end) || self.kind(0) == Kind::End || UNITS.contains(&self.word(0).as_str()) {
+                return Body::Statements(list);
+            }
+            self.expected("a statement");
+            self.advance();
+        }
+    }
+
+    /// What the pragmas between two places ask for.
+    pub(crate) fn options(&mut self, from: usize, to: usize) -> Options {
+        let mut options = Options::default();
+        let asides: Vec<_> = self
+            .list
+            .asides
+            .iter()
+            .filter(|aside| aside.is_pragma && aside.from >= from && aside.from < to)
+            .copied()
+            .collect();
+        for aside in asides {
+            let text = self.text.get(aside.start..aside.end).unwrap_or("");
+            let mut words = text.split_whitespace();
+            if words.next() != Some("grafsynth") {
+                continue;
+            }
+            let rest = words.collect::<Vec<_>>().join(" ");
+            let span = self.places.span(aside.from, aside.end + 1);
+            for setting in rest.split(';').map(str::trim).filter(|one| !one.is_empty()) {
+                if setting == "final scan" {
+                    options.final_scan = true;
+                } else {
+                    options.settings.push(Name::new(setting, span));
+                }
+            }
+        }
+        options
+    }
+
+    // Configurations
+
+    fn configuration(&mut self, library: &mut Library) -> Parse<()> {
+        self.advance();
+        self.name("the name of the configuration")?;
+        loop {
+            match self.word(0).as_str() {
+                "END_CONFIGURATION" => {
+                    self.advance();
+                    return Ok(());
+                }
+                "RESOURCE" => {
+                    self.advance();
+                    self.name("the name of the resource")?;
+                    self.expect_word("ON")?;
+                    self.name("a processor")?;
+                }
+                "END_RESOURCE" => {
+                    self.advance();
+                }
+                "TASK" => {
+                    let task = self.task()?;
+                    library.tasks.push(task);
+                }
+                "PROGRAM" => {
+                    let program = self.program_instance()?;
+                    library.programs.push(program);
+                }
+                "VAR_GLOBAL" => self.var_block(&mut library.globals)?,
+                "VAR_CONFIG" | "VAR_ACCESS" => self.skip_past_var(),
+                _ if self.kind(0) == Kind::Semicolon => {
+                    self.advance();
+                }
+                _ => {
+                    return Err(
+                        self.expected("`RESOURCE`, `TASK`, `PROGRAM` or `END_CONFIGURATION`")
+                    );
+                }
+            }
+        }
+    }
+
+    fn task(&mut self) -> Parse<Task> {
+        self.advance();
+        let name = self.name("the name of the task")?;
+        let mut interval = None;
+        if self.take(Kind::Open) {
+            loop {
+                let key = self.name("`INTERVAL` or `PRIORITY`")?;
+                self.expect(Kind::Assign, "`:=`")?;
+                if key.text.eq_ignore_ascii_case("INTERVAL") && self.kind(0) == Kind::Time {
+                    let token = self.advance();
+                    interval = self.time(token).and_then(|ns| u64::try_from(ns).ok());
+                } else {
+                    self.expression()?;
+                }
+                if !self.take(Kind::Comma) {
+                    break;
+                }
+            }
+            self.expect(Kind::Close, "`)`")?;
+        }
+        self.take(Kind::Semicolon);
+        Ok(Task { name, interval: interval.filter(|ns| *ns > 0) })
+    }
+
+    fn program_instance(&mut self) -> Parse<Instance> {
+        self.advance();
+        if matches!(self.word(0).as_str(), "RETAIN" | "NON_RETAIN") {
+            self.advance();
+        }
+        let name = self.name("the name of the program's instance")?;
+        let task = if self.take_word("WITH") { Some(self.name("a task")?) } else { None };
+        self.expect(Kind::Colon, "`:` and a program")?;
+        let program = self.name("a program")?;
+        // Which channel of the machine an input stands for is the board's matter.
+        if self.take(Kind::Open) {
+            let mut open = 1usize;
+            while open > 0 && self.kind(0) != Kind::End {
+                match self.advance().kind {
+                    Kind::Open => open += 1,
+                    Kind::Close => open -= 1,
+                    _ => {}
+                }
+            }
+        }
+        self.take(Kind::Semicolon);
+        Ok(Instance { name, task, program })
+    }
+
+    pub(crate) fn skip_past_var(&mut self) {
+        while self.kind(0) != Kind::End {
+            let word = self.word(0);
+            if UNITS.contains(&word.as_str()) && word != "VAR_GLOBAL" {
+                return;
+            }
+            self.advance();
+            if word == "END_VAR" {
+                return;
+            }
+        }
+    }
+}
+
+/// The section that a word begins.
+pub(crate) fn section(word: &str) -> Option<Section> {
+    Some(match word {
+        "VAR" => Section::Local,
+        "VAR_INPUT" => Section::Input,
+        "VAR_OUTPUT" => Section::Output,
+        "VAR_IN_OUT" => Section::InOut,
+        "VAR_GLOBAL" => Section::Global,
+        "VAR_EXTERNAL" => Section::External,
+        "VAR_TEMP" => Section::Temp,
+        _ => return None,
+    })
+}
+
+/// Words that are never names.
+pub(crate) fn is_reserved(word: &str) -> bool {
+    ENDS.contains(&word)
+        || matches!(
+            word,
+            "IF" | "THEN"
+                | "CASE"
+                | "OF"
+                | "FOR"
+                | "TO"
+                | "BY"
+                | "DO"
+                | "WHILE"
+                | "REPEAT"
+                | "EXIT"
+                | "RETURN"
+                | "TRUE"
+                | "FALSE"
+                | "NOT"
+                | "AND"
+                | "OR"
+                | "XOR"
+                | "MOD"
+                | "ARRAY"
+                | "STRUCT"
+                | "END_STRUCT"
+                | "VAR"
+                | "VAR_INPUT"
+                | "VAR_OUTPUT"
+                | "VAR_IN_OUT"
+                | "VAR_GLOBAL"
+                | "VAR_EXTERNAL"
+                | "VAR_TEMP"
+                | "AT"
+        )
+}

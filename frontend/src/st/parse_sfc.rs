@@ -1,0 +1,277 @@
+//! Sequential function charts in text: steps, transitions, actions.
+#![expect(
+    clippy::wildcard_enum_match_arm,
+    reason = "a parser names the tokens it takes; all others are one case"
+)]
+
+use grafsynth_ir::Name;
+use grafsynth_ir::diag::{Diagnostic, nearest};
+use grafsynth_ir::net::Qualifier;
+
+use super::ast::{Action, Element, Role, Sfc, Step, Transition, Use};
+use super::lexer::Kind;
+use super::parse::{Parse, Parser};
+use crate::codes;
+
+/// Qualifiers by name.
+pub(crate) const QUALIFIERS: [(&str, Qualifier); 11] = [
+    ("N", Qualifier::N),
+    ("R", Qualifier::R),
+    ("S", Qualifier::S),
+    ("L", Qualifier::L),
+    ("D", Qualifier::D),
+    ("P", Qualifier::P),
+    ("P0", Qualifier::P0),
+    ("P1", Qualifier::P1),
+    ("SD", Qualifier::SD),
+    ("DS", Qualifier::DS),
+    ("SL", Qualifier::SL),
+];
+
+/// The qualifier of that name.
+pub(crate) fn qualifier(text: &str) -> Option<Qualifier> {
+    QUALIFIERS.iter().find(|(name, _)| name.eq_ignore_ascii_case(text)).map(|(_, one)| *one)
+}
+
+impl Parser<'_> {
+    /// The elements of a chart up to the end of its unit.
+    pub(crate) fn sfc(&mut self, end: &str) -> Sfc {
+        let mut sfc = Sfc::default();
+        loop {
+            let word = self.word(0);
+            if self.kind(0) == Kind::End || word == end {
+                return sfc;
+            }
+            let before = self.at;
+            let result = match word.as_str() {
+                "INITIAL_STEP" | "STEP" => {
+                    self.step().map(|step| sfc.elements.push(Element::Step(step)))
+                }
+                "TRANSITION" => self
+                    .transition()
+                    .map(|transition| sfc.elements.push(Element::Transition(transition))),
+                "ACTION" => self.action().map(|action| sfc.actions.push(action)),
+                "PROGRAM" | "FUNCTION" | "FUNCTION_BLOCK" | "CONFIGURATION" => return sfc,
+                _ if self.kind(0) == Kind::Semicolon => {
+                    self.advance();
+                    Ok(())
+                }
+                _ => {
+                    let span = self.here();
+                    Err(self.report(|| {
+                        let finding = Diagnostic::error(
+                            codes::ST_UNEXPECTED,
+                            "a step, a transition or an action is expected",
+                        );
+                        let known = ["INITIAL_STEP", "STEP", "TRANSITION", "ACTION"];
+                        match nearest(&word, known) {
+                            Some(near) => {
+                                finding.at(span, format!("meant `{near}`?")).fix(span, near)
+                            }
+                            None => finding.at(span, "not here"),
+                        }
+                    }))
+                }
+            };
+            if result.is_err() {
+                if self.at == before {
+                    self.advance();
+                }
+                self.skip_element(end);
+            }
+        }
+    }
+
+    fn skip_element(&mut self, end: &str) {
+        loop {
+            let word = self.word(0);
+            if self.kind(0) == Kind::End
+                || word == end
+                || matches!(
+                    word.as_str(),
+                    "INITIAL_STEP"
+                        | "STEP"
+                        | "TRANSITION"
+                        | "ACTION"
+                        | "PROGRAM"
+                        | "FUNCTION"
+                        | "FUNCTION_BLOCK"
+                        | "CONFIGURATION"
+                )
+            {
+                return;
+            }
+            self.advance();
+            if matches!(word.as_str(), "END_STEP" | "END_TRANSITION" | "END_ACTION") {
+                return;
+            }
+        }
+    }
+
+    fn step(&mut self) -> Parse<Step> {
+        let start = self.peek(0).start;
+        let is_initial = self.word(0) == "INITIAL_STEP";
+        self.advance();
+        let name = self.name("the name of the step")?;
+        self.expect(Kind::Colon, "`:`")?;
+        let label = self.label();
+        let mut uses = Vec::new();
+        while !self.take_word("END_STEP") {
+            if self.take(Kind::Semicolon) {
+                continue;
+            }
+            if self.at_end_of_list() {
+                return Err(self.expected("an action or `END_STEP`"));
+            }
+            let before = self.at;
+            match self.action_use() {
+                Ok(one) => uses.push(one),
+                Err(_) => {
+                    if self.at == before {
+                        self.advance();
+                    }
+                    self.skip_statement();
+                }
+            }
+        }
+        let span = self.span_from(start);
+        Ok(Step { name, is_initial, uses, label, role: Role::Plain, span })
+    }
+
+    /// `siren(D, T#5s);`
+    fn action_use(&mut self) -> Parse<Use> {
+        let start = self.peek(0).start;
+        let action = self.name("an action")?;
+        let mut found = Qualifier::N;
+        let mut duration = None;
+        if self.take(Kind::Open) && !self.take(Kind::Close) {
+            if self.kind(0) == Kind::Word && matches!(self.kind(1), Kind::Comma | Kind::Close) {
+                let token = self.advance();
+                let text = self.slice(token);
+                match qualifier(text) {
+                    Some(one) => found = one,
+                    None => {
+                        let span = self.span(token);
+                        let near = nearest(&text.to_uppercase(), QUALIFIERS.map(|(name, _)| name))
+                            .map(str::to_owned);
+                        self.report(|| {
+                            let finding = Diagnostic::error(
+                                codes::ST_UNEXPECTED,
+                                format!("`{text}` is no qualifier"),
+                            )
+                            .at(span, "")
+                            .help("qualifiers are N, R, S, L, D, P, P0, P1, SD, DS and SL");
+                            match near {
+                                Some(near) => finding.fix(span, near),
+                                None => finding,
+                            }
+                        });
+                    }
+                }
+            }
+            // `(P, )` stands in files too; a duration comes first, then indicator variables, which change nothing.
+            while self.take(Kind::Comma) {
+                if self.kind(0) == Kind::Close {
+                    break;
+                }
+                let value = self.expression()?;
+                if duration.is_none() && is_timed(found) {
+                    duration = Some(value);
+                }
+            }
+            self.expect(Kind::Close, "`)`")?;
+        }
+        let span = self.span_from(start);
+        if !self.is("END_STEP") {
+            self.expect(Kind::Semicolon, "`;`")?;
+        }
+        Ok(Use { action, qualifier: found, duration, span })
+    }
+
+    fn transition(&mut self) -> Parse<Transition> {
+        let start = self.peek(0).start;
+        self.advance();
+        let mut name: Option<Name> = None;
+        if !self.is("FROM") && self.kind(0) == Kind::Word {
+            name = Some(self.name("the name of the transition")?);
+        }
+        let mut priority = None;
+        if self.take(Kind::Open) {
+            self.expect_word("PRIORITY")?;
+            self.expect(Kind::Assign, "`:=`")?;
+            let token = self.expect(Kind::Number, "a priority")?;
+            priority = self.slice(token).replace('_', "").parse().ok();
+            self.expect(Kind::Close, "`)`")?;
+        }
+        self.expect_word("FROM")?;
+        let from = self.steps()?;
+        self.expect_word("TO")?;
+        let to = self.steps()?;
+        let refused = self.kind(0) == Kind::Colon;
+        if refused {
+            let span = self.here();
+            self.refuse(
+                "a transition condition in another language than structured text",
+                span,
+                "write it as `:= condition;`",
+            );
+            while self.kind(0) != Kind::End && !self.is("END_TRANSITION") {
+                self.advance();
+            }
+        }
+        let condition = if self.take(Kind::Assign) {
+            let condition = self.expression()?;
+            self.take(Kind::Semicolon);
+            condition
+        } else if self.is("END_TRANSITION") && refused {
+            super::ast::Expr::new(super::ast::ExprKind::Refused(String::new()), self.here())
+        } else {
+            return Err(self.expected("`:=` and a condition"));
+        };
+        self.expect_word("END_TRANSITION")?;
+        let span = self.span_from(start);
+        self.take(Kind::Semicolon);
+        let label = self.label();
+        Ok(Transition { name, from, to, priority, condition, label, span })
+    }
+
+    fn steps(&mut self) -> Parse<Vec<Name>> {
+        if !self.take(Kind::Open) {
+            return Ok(vec![self.name("a step")?]);
+        }
+        let mut steps = vec![self.name("a step")?];
+        while self.take(Kind::Comma) {
+            steps.push(self.name("a step")?);
+        }
+        self.expect(Kind::Close, "`)`")?;
+        Ok(steps)
+    }
+
+    fn action(&mut self) -> Parse<Action> {
+        let start = self.peek(0).start;
+        self.advance();
+        let name = self.name("the name of the action")?;
+        self.expect(Kind::Colon, "`:`")?;
+        let label = self.label();
+        let body = self.statements();
+        if !self.take_word("END_ACTION") {
+            return Err(self.expected("a statement or `END_ACTION`"));
+        }
+        let span = self.span_from(start);
+        self.take(Kind::Semicolon);
+        Ok(Action { name, body, label, span })
+    }
+}
+
+/// True for the qualifiers that have a duration.
+pub(crate) fn is_timed(qualifier: Qualifier) -> bool {
+    match qualifier {
+        Qualifier::L | Qualifier::D | Qualifier::SD | Qualifier::DS | Qualifier::SL => true,
+        Qualifier::N
+        | Qualifier::R
+        | Qualifier::S
+        | Qualifier::P
+        | Qualifier::P0
+        | Qualifier::P1 => false,
+    }
+}

@@ -1,0 +1,654 @@
+//! Statements and expressions of structured text.
+#![expect(
+    clippy::wildcard_enum_match_arm,
+    reason = "a parser names the tokens it takes; all others are one case"
+)]
+
+use grafsynth_ir::Span;
+use grafsynth_ir::diag::Diagnostic;
+
+use super::ast::{Arg, Expr, ExprKind, Op, Stmt, StmtKind};
+use super::lexer::{Kind, Token};
+use super::parse::{Parse, Parser};
+use crate::codes;
+
+impl Parser<'_> {
+    /// Statements up to a word that ends the list; broken ones are reported and left out.
+    pub(crate) fn statements(&mut self) -> Vec<Stmt> {
+        let mut list = Vec::new();
+        loop {
+            if self.take(Kind::Semicolon) {
+                continue;
+            }
+            if self.at_end_of_list() {
+                return list;
+            }
+            let before = self.at;
+            match self.deeper(Self::statement) {
+                Ok(stmt) => list.push(stmt),
+                Err(_) => {
+                    if self.at == before {
+                        self.advance();
+                    }
+                    self.skip_statement();
+                }
+            }
+        }
+    }
+
+    fn statement(&mut self) -> Parse<Stmt> {
+        let start = self.peek(0).start;
+        let kind = match self.word(0).as_str() {
+            "IF" => self.conditional()?,
+            "CASE" => self.case()?,
+            "FOR" => self.counted()?,
+            "WHILE" => {
+                self.advance();
+                let condition = self.expression()?;
+                self.expect_word("DO")?;
+                let body = self.statements();
+                self.expect_word("END_WHILE")?;
+                StmtKind::While { condition, body }
+            }
+            "REPEAT" => {
+                self.advance();
+                let body = self.statements();
+                self.expect_word("UNTIL")?;
+                let until = self.expression()?;
+                self.take(Kind::Semicolon);
+                self.expect_word("END_REPEAT")?;
+                StmtKind::Repeat { body, until }
+            }
+            "EXIT" => {
+                self.advance();
+                StmtKind::Exit
+            }
+            "CONTINUE" => {
+                self.advance();
+                StmtKind::Continue
+            }
+            "RETURN" => {
+                self.advance();
+                StmtKind::Return
+            }
+            _ => return self.simple(start),
+        };
+        // Controllers forgive a missing semicolon behind END_IF and its like.
+        self.take(Kind::Semicolon);
+        Ok(Stmt { kind, span: self.span_from(start) })
+    }
+
+    /// An assignment or a call.
+    fn simple(&mut self, start: usize) -> Parse<Stmt> {
+        let target = self.primary()?;
+        let kind = if self.take(Kind::Assign) {
+            let value = self.expression()?;
+            StmtKind::Assign { target, value }
+        } else {
+            match target.kind {
+                ExprKind::Call(name, arguments) => {
+                    StmtKind::Call { target: Expr::name(name), arguments }
+                }
+                ExprKind::Refused(what) => StmtKind::Refused(what),
+                ExprKind::Name(_) | ExprKind::Field(..) | ExprKind::Index(..)
+                    if self.kind(0) == Kind::Open =>
+                {
+                    let arguments = self.arguments()?;
+                    StmtKind::Call { target, arguments }
+                }
+                ExprKind::Name(_)
+                    if matches!(self.kind(0), Kind::Equal | Kind::Colon) && self.word(1) != "" =>
+                {
+                    let span = self.here();
+                    return Err(self.report(|| {
+                        Diagnostic::error(codes::ST_UNEXPECTED, "an assignment is written `:=`")
+                            .at(span, "here")
+                            .fix(span, ":=")
+                    }));
+                }
+                // CODESYS calls a program or an action by its bare name.
+                ExprKind::Name(_) | ExprKind::Field(..) if self.kind(0) == Kind::Semicolon => {
+                    StmtKind::Call { target, arguments: Vec::new() }
+                }
+                _ => return Err(self.expected("`:=`")),
+            }
+        };
+        if !self.at_end_of_list() {
+            self.expect(Kind::Semicolon, "`;`")?;
+        }
+        Ok(Stmt { kind, span: self.span_from(start) })
+    }
+
+    fn conditional(&mut self) -> Parse<StmtKind> {
+        let mut arms = Vec::new();
+        let mut otherwise = Vec::new();
+        self.advance();
+        loop {
+            let condition = self.expression()?;
+            self.expect_word("THEN")?;
+            let list = self.statements();
+            arms.push((condition, list));
+            if !self.take_word("ELSIF") {
+                break;
+            }
+        }
+        if self.take_word("ELSE") {
+            otherwise = self.statements();
+        }
+        self.expect_word("END_IF")?;
+        Ok(StmtKind::If { arms, otherwise })
+    }
+
+    fn case(&mut self) -> Parse<StmtKind> {
+        self.advance();
+        let selector = self.expression()?;
+        self.expect_word("OF")?;
+        let mut arms = Vec::new();
+        let mut otherwise = Vec::new();
+        loop {
+            if self.take(Kind::Semicolon) {
+                continue;
+            }
+            if self.take_word("END_CASE") {
+                return Ok(StmtKind::Case { selector, arms, otherwise });
+            }
+            if self.take_word("ELSE") {
+                self.take(Kind::Colon);
+                otherwise = self.statements();
+                self.expect_word("END_CASE")?;
+                return Ok(StmtKind::Case { selector, arms, otherwise });
+            }
+            let mut labels = Vec::new();
+            loop {
+                let low = self.expression()?;
+                let high = if self.take(Kind::Range) { Some(self.expression()?) } else { None };
+                labels.push((low, high));
+                if !self.take(Kind::Comma) {
+                    break;
+                }
+            }
+            self.expect(Kind::Colon, "`:`")?;
+            let list = self.case_list();
+            arms.push((labels, list));
+        }
+    }
+
+    /// Statements up to the next label of a CASE, which only its colon tells from a statement.
+    fn case_list(&mut self) -> Vec<Stmt> {
+        let mut list = Vec::new();
+        loop {
+            if self.take(Kind::Semicolon) {
+                continue;
+            }
+            if self.at_end_of_list() || self.at_case_label() {
+                return list;
+            }
+            let before = self.at;
+            match self.deeper(Self::statement) {
+                Ok(stmt) => list.push(stmt),
+                Err(_) => {
+                    if self.at == before {
+                        self.advance();
+                    }
+                    self.skip_statement();
+                }
+            }
+        }
+    }
+
+    fn at_case_label(&self) -> bool {
+        match self.kind(0) {
+            Kind::Number | Kind::Typed | Kind::Minus => return true,
+            Kind::Word => {}
+            _ => return false,
+        }
+        // A few names and numbers, then a colon that is no assignment.
+        let mut ahead = 1;
+        while ahead < 64 {
+            match self.kind(ahead) {
+                Kind::Colon => return true,
+                Kind::Comma | Kind::Range | Kind::Number | Kind::Word | Kind::Dot | Kind::Hash => {
+                    ahead += 1;
+                }
+                _ => return false,
+            }
+        }
+        false
+    }
+
+    fn counted(&mut self) -> Parse<StmtKind> {
+        self.advance();
+        let var = self.name("the variable of the loop")?;
+        self.expect(Kind::Assign, "`:=`")?;
+        let from = self.expression()?;
+        self.expect_word("TO")?;
+        let to = self.expression()?;
+        let by = if self.take_word("BY") { Some(self.expression()?) } else { None };
+        self.expect_word("DO")?;
+        let body = self.statements();
+        self.expect_word("END_FOR")?;
+        Ok(StmtKind::For { var, from, to, by, body })
+    }
+
+    // Expressions
+
+    pub(crate) fn expression(&mut self) -> Parse<Expr> {
+        self.deeper(|parser| {
+            parser.chain(&["OR"], |parser| {
+                parser.binary(&[("XOR", Op::Xor)], |parser| {
+                    parser.chain(&["AND", "&"], Self::equality)
+                })
+            })
+        })
+    }
+
+    /// A chain of one associative operator.
+    fn chain(&mut self, words: &[&str], operand: impl Fn(&mut Self) -> Parse<Expr>) -> Parse<Expr> {
+        let first = operand(self)?;
+        let mut all = vec![first];
+        loop {
+            let found = match self.kind(0) {
+                Kind::Ampersand => words.contains(&"&"),
+                Kind::Word => {
+                    let word = self.word(0);
+                    words.contains(&word.as_str())
+                        // The short-circuit forms mean the same: nothing in an expression has effects.
+                        || (word == "AND_THEN" && words.contains(&"AND"))
+                        || (word == "OR_ELSE" && words.contains(&"OR"))
+                }
+                _ => false,
+            };
+            if !found {
+                break;
+            }
+            self.advance();
+            all.push(operand(self)?);
+        }
+        if all.len() == 1
+            && let Some(only) = all.pop()
+        {
+            return Ok(only);
+        }
+        let span = match (all.first(), all.last()) {
+            (Some(first), Some(last)) => first.span.to(last.span),
+            _ => Span::default(),
+        };
+        let kind = if words.contains(&"OR") { ExprKind::Or(all) } else { ExprKind::And(all) };
+        Ok(Expr::new(kind, span))
+    }
+
+    /// Left-associative operators; each operand counts as a level, for the tree leans to the left.
+    fn binary(
+        &mut self,
+        words: &[(&str, Op)],
+        operand: impl Fn(&mut Self) -> Parse<Expr>,
+    ) -> Parse<Expr> {
+        let mut left = operand(self)?;
+        let depth = self.depth;
+        loop {
+            let word = match self.kind(0) {
+                Kind::Word => self.word(0),
+                Kind::Equal => "=".to_owned(),
+                Kind::NotEqual => "<>".to_owned(),
+                Kind::Less => "<".to_owned(),
+                Kind::LessEqual => "<=".to_owned(),
+                Kind::Greater => ">".to_owned(),
+                Kind::GreaterEqual => ">=".to_owned(),
+                Kind::Plus => "+".to_owned(),
+                Kind::Minus => "-".to_owned(),
+                Kind::Star => "*".to_owned(),
+                Kind::Slash => "/".to_owned(),
+                Kind::Power => "**".to_owned(),
+                _ => break,
+            };
+            let Some((_, op)) = words.iter().find(|(known, _)| *known == word) else { break };
+            self.advance();
+            let right = self.deeper(|parser| operand(parser));
+            let right = match right {
+                Ok(right) => right,
+                Err(abandoned) => {
+                    self.depth = depth;
+                    return Err(abandoned);
+                }
+            };
+            let span = left.span.to(right.span);
+            left = Expr::new(ExprKind::Binary(*op, Box::new(left), Box::new(right)), span);
+            self.depth += 1;
+        }
+        self.depth = depth;
+        Ok(left)
+    }
+
+    fn equality(&mut self) -> Parse<Expr> {
+        self.binary(&[("=", Op::Eq), ("<>", Op::Ne)], |parser| {
+            parser.binary(
+                &[("<", Op::Lt), ("<=", Op::Le), (">", Op::Gt), (">=", Op::Ge)],
+                |parser| {
+                    parser.binary(&[("+", Op::Add), ("-", Op::Sub)], |parser| {
+                        parser
+                            .binary(&[("*", Op::Mul), ("/", Op::Div), ("MOD", Op::Mod)], |parser| {
+                                parser.binary(&[("**", Op::Power)], Self::prefix)
+                            })
+                    })
+                },
+            )
+        })
+    }
+
+    fn prefix(&mut self) -> Parse<Expr> {
+        let start = self.peek(0).start;
+        if self.take_word("NOT") {
+            let inner = self.deeper(Self::prefix)?;
+            return Ok(Expr::new(ExprKind::Not(Box::new(inner)), self.span_from(start)));
+        }
+        if self.take(Kind::Minus) {
+            let inner = self.deeper(Self::prefix)?;
+            let span = self.span_from(start);
+            let kind = match inner.kind {
+                ExprKind::Int(value) => match value.checked_neg() {
+                    Some(value) => ExprKind::Int(value),
+                    None => ExprKind::Neg(Box::new(inner)),
+                },
+                ExprKind::Time(ns) => ExprKind::Time(ns.saturating_neg()),
+                _ => ExprKind::Neg(Box::new(inner)),
+            };
+            return Ok(Expr::new(kind, span));
+        }
+        if self.take(Kind::Plus) {
+            return self.deeper(Self::prefix);
+        }
+        self.primary()
+    }
+
+    fn primary(&mut self) -> Parse<Expr> {
+        let start = self.peek(0).start;
+        let token = self.peek(0);
+        let span = self.span(token);
+        let mut expr = match token.kind {
+            Kind::Open => {
+                self.advance();
+                let inner = self.expression()?;
+                self.expect(Kind::Close, "`)`")?;
+                inner
+            }
+            Kind::Number => {
+                self.advance();
+                Expr::new(ExprKind::Int(self.number(token, span)?), span)
+            }
+            Kind::Typed => self.typed()?,
+            Kind::Time => {
+                self.advance();
+                match self.time(token) {
+                    Some(ns) => Expr::new(ExprKind::Time(ns), span),
+                    None => {
+                        return Err(self.report(|| {
+                            Diagnostic::error(codes::ST_CONSTANT, "this is no duration")
+                                .at(span, "")
+                                .help("write days, hours, minutes, seconds and milliseconds in this order, as in T#1h30m or T#2.5s")
+                        }));
+                    }
+                }
+            }
+            Kind::Real => {
+                self.advance();
+                self.refused_expr(
+                    "numbers with a fraction (REAL)",
+                    span,
+                    "use integers, in a smaller unit if need be",
+                )
+            }
+            Kind::Text => {
+                self.advance();
+                self.refused_expr(
+                    "strings, dates and times of day",
+                    span,
+                    "use integers or enumerations",
+                )
+            }
+            Kind::Address => {
+                self.advance();
+                Expr::new(ExprKind::Address(self.slice(token).to_owned()), span)
+            }
+            Kind::Word => match self.word(0).as_str() {
+                "TRUE" => {
+                    self.advance();
+                    Expr::new(ExprKind::Bool(true), span)
+                }
+                "FALSE" => {
+                    self.advance();
+                    Expr::new(ExprKind::Bool(false), span)
+                }
+                // The function forms of operators: `OR(a, b)`.
+                "AND" | "OR" | "XOR" | "NOT" | "MOD" if self.kind(1) == Kind::Open => {
+                    let token = self.advance();
+                    let name = self.name_of(token);
+                    let arguments = self.arguments()?;
+                    Expr::new(ExprKind::Call(name, arguments), self.span_from(start))
+                }
+                _ => Expr::name(self.name("an expression")?),
+            },
+            _ => return Err(self.expected("an expression")),
+        };
+        let mut levels = 0;
+        loop {
+            match self.kind(0) {
+                Kind::Open if matches!(expr.kind, ExprKind::Name(_)) => {
+                    let ExprKind::Name(name) = expr.kind.clone() else { break };
+                    let arguments = self.arguments()?;
+                    expr = Expr::new(ExprKind::Call(name, arguments), self.span_from(start));
+                }
+                Kind::OpenBracket => {
+                    self.advance();
+                    let mut indices = vec![self.expression()?];
+                    while self.take(Kind::Comma) {
+                        indices.push(self.expression()?);
+                    }
+                    self.expect(Kind::CloseBracket, "`]`")?;
+                    let span = self.span_from(start);
+                    expr = Expr::new(ExprKind::Index(Box::new(expr), indices), span);
+                }
+                Kind::Dot => {
+                    self.advance();
+                    if self.kind(0) == Kind::Number {
+                        let token = self.advance();
+                        let bit = self.slice(token).parse().unwrap_or(u32::MAX);
+                        let span = self.span_from(start);
+                        expr = Expr::new(ExprKind::Bit(Box::new(expr), bit), span);
+                    } else {
+                        let field = self.field()?;
+                        let span = self.span_from(start);
+                        expr = Expr::new(ExprKind::Field(Box::new(expr), field), span);
+                    }
+                }
+                Kind::Caret => {
+                    self.advance();
+                    let span = self.span_from(start);
+                    expr = self.refused_expr("pointers", span, "name the variable itself");
+                }
+                _ => break,
+            }
+            levels += 1;
+            if levels > 64 {
+                return Err(self.expected("a shorter access"));
+            }
+        }
+        Ok(expr)
+    }
+
+    /// A name behind a dot, which may be a reserved word.
+    fn field(&mut self) -> Parse<grafsynth_ir::Name> {
+        if self.kind(0) == Kind::Word {
+            let token = self.advance();
+            return Ok(self.name_of(token));
+        }
+        Err(self.expected("a name"))
+    }
+
+    fn refused_expr(&mut self, what: &str, span: Span, help: &str) -> Expr {
+        self.refuse(what, span, help);
+        Expr::new(ExprKind::Refused(what.to_owned()), span)
+    }
+
+    /// A number alone, where a parenthesis behind it is no call.
+    pub(crate) fn expression_before_parenthesis(&mut self) -> Parse<Expr> {
+        let token = self.expect(Kind::Number, "a number")?;
+        let span = self.span(token);
+        Ok(Expr::new(ExprKind::Int(self.number(token, span)?), span))
+    }
+
+    fn arguments(&mut self) -> Parse<Vec<Arg>> {
+        self.expect(Kind::Open, "`(`")?;
+        let mut arguments = Vec::new();
+        if self.take(Kind::Close) {
+            return Ok(arguments);
+        }
+        loop {
+            let is_negated =
+                self.is("NOT") && self.kind(1) == Kind::Word && self.kind(2) == Kind::Arrow;
+            if is_negated {
+                self.advance();
+            }
+            let named =
+                self.kind(0) == Kind::Word && matches!(self.kind(1), Kind::Assign | Kind::Arrow);
+            if named {
+                let token = self.advance();
+                let name = Some(self.name_of(token));
+                let is_output = self.advance().kind == Kind::Arrow;
+                // `Q => )` and `IN := ,` are read: an empty place says nothing.
+                if matches!(self.kind(0), Kind::Comma | Kind::Close) {
+                    if !self.take(Kind::Comma) {
+                        break;
+                    }
+                    continue;
+                }
+                let value = self.expression()?;
+                arguments.push(Arg { name, value, is_output, is_negated });
+            } else {
+                let value = self.expression()?;
+                arguments.push(Arg { name: None, value, is_output: false, is_negated: false });
+            }
+            if !self.take(Kind::Comma) {
+                break;
+            }
+        }
+        self.expect(Kind::Close, "`)`")?;
+        Ok(arguments)
+    }
+
+    // Literals
+
+    fn number(&mut self, token: Token, span: Span) -> Parse<i64> {
+        match number(self.slice(token)) {
+            Some(value) => Ok(value),
+            None => Err(self.report(|| {
+                Diagnostic::error(codes::ST_CONSTANT, "this number is not understood")
+                    .at(span, "")
+                    .help("bases are 2, 8, 10 and 16, and a number has at most 63 bits")
+            })),
+        }
+    }
+
+    /// `INT#5`, `BOOL#1`, `color#red`
+    fn typed(&mut self) -> Parse<Expr> {
+        let start = self.peek(0).start;
+        let prefix = self.advance();
+        let ty = self.slice(prefix).trim_end_matches('#').to_ascii_uppercase();
+        let token = self.peek(0);
+        let negative = self.take(Kind::Minus);
+        let token = if negative { self.peek(0) } else { token };
+        let span = self.span(token);
+        let kind = match token.kind {
+            Kind::Number => {
+                self.advance();
+                let value = self.number(token, span)?;
+                let value = if negative { -value } else { value };
+                if ty == "BOOL" { ExprKind::Bool(value != 0) } else { ExprKind::Int(value) }
+            }
+            Kind::Word if ty == "BOOL" => match self.word(0).as_str() {
+                "TRUE" => {
+                    self.advance();
+                    ExprKind::Bool(true)
+                }
+                "FALSE" => {
+                    self.advance();
+                    ExprKind::Bool(false)
+                }
+                _ => return Err(self.expected("TRUE, FALSE, 0 or 1")),
+            },
+            // A value of an enumeration is known by its own name.
+            Kind::Word => ExprKind::Name(self.name("a value")?),
+            Kind::Real => {
+                self.advance();
+                let span = self.span_from(start);
+                return Ok(self.refused_expr(
+                    "numbers with a fraction (REAL)",
+                    span,
+                    "use integers, in a smaller unit if need be",
+                ));
+            }
+            _ => return Err(self.expected("a value")),
+        };
+        Ok(Expr::new(kind, self.span_from(start)))
+    }
+
+    /// Nanoseconds of `T#1h2m3.5s`.
+    pub(crate) fn time(&self, token: Token) -> Option<i64> {
+        duration(self.slice(token).split_once('#')?.1)
+    }
+}
+
+/// `12`, `1_000`, `16#ff`
+fn number(text: &str) -> Option<i64> {
+    let digits: String = text.chars().filter(|c| *c != '_').collect();
+    match digits.split_once('#') {
+        None => digits.parse().ok(),
+        Some((base, digits)) => {
+            let base: u32 = base.parse().ok()?;
+            if ![2, 8, 10, 16].contains(&base) {
+                return None;
+            }
+            i64::from_str_radix(digits, base).ok()
+        }
+    }
+}
+
+/// Nanoseconds of `1h2m3.5s`; a fraction may stand in the last unit.
+pub(crate) fn duration(text: &str) -> Option<i64> {
+    const UNITS: [(&str, i128); 7] = [
+        ("ms", 1_000_000),
+        ("us", 1_000),
+        ("ns", 1),
+        ("d", 86_400_000_000_000),
+        ("h", 3_600_000_000_000),
+        ("m", 60_000_000_000),
+        ("s", 1_000_000_000),
+    ];
+    let lower = text.to_ascii_lowercase();
+    let (negative, mut rest) = match lower.strip_prefix('-') {
+        Some(rest) => (true, rest),
+        None => (false, lower.as_str()),
+    };
+    if rest.is_empty() {
+        return None;
+    }
+    let mut total: i128 = 0;
+    while !rest.is_empty() {
+        rest = rest.trim_start_matches('_');
+        let end = rest.find(|c: char| !c.is_ascii_digit() && !matches!(c, '.' | '_'))?;
+        let digits: String = rest[..end].chars().filter(|c| *c != '_').collect();
+        let (whole, fraction) = digits.split_once('.').unwrap_or((&digits, ""));
+        let (word, unit) = UNITS.iter().find(|(word, _)| rest[end..].starts_with(word))?;
+        let whole: i128 = if whole.is_empty() { 0 } else { whole.parse().ok()? };
+        total = total.checked_add(whole.checked_mul(*unit)?)?;
+        if !fraction.is_empty() {
+            if fraction.len() > 18 {
+                return None;
+            }
+            let scale = 10_i128.checked_pow(u32::try_from(fraction.len()).ok()?)?;
+            total =
+                total.checked_add(fraction.parse::<i128>().ok()?.checked_mul(*unit)? / scale)?;
+        }
+        rest = &rest[end + word.len()..];
+    }
+    i64::try_from(if negative { -total } else { total }).ok()
+}
