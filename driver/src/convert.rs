@@ -22,6 +22,7 @@ pub fn convert(design: &Design, to: Format) -> Result<String, Vec<Diagnostic>> {
             codes::NEEDS_CHART,
             "SCXML is read in this version, and not written",
         )]),
+        (Design::Net(design), Format::St) => grafsynth_frontend::st::write_net(&design.net),
         (Design::Net(design), Format::Net) => Ok(grafsynth_ir::text::print(&design.net)),
         (
             Design::Net(design),
@@ -44,8 +45,10 @@ pub fn convert(design: &Design, to: Format) -> Result<String, Vec<Diagnostic>> {
             Diagnostic::error(codes::WRITES_C, "C is not one text: it has a header and more")
                 .help("write it with `build --target c`"),
         ]),
-        (Design::Logic(_), Format::Graf | Format::Rules | Format::Scxml | Format::Net) => {
-            Err(vec![
+        (
+            Design::Logic(_),
+            Format::Graf | Format::Rules | Format::Scxml | Format::St | Format::Net,
+        ) => Err(vec![
             Diagnostic::error(
                 codes::NEEDS_CHART,
                 format!(
@@ -56,8 +59,7 @@ pub fn convert(design: &Design, to: Format) -> Result<String, Vec<Diagnostic>> {
             .help(
                 "convert it to palasm, cupl, galasm, verilog or blif; or compare it with a chart",
             ),
-        ])
-        }
+        ]),
     }
 }
 

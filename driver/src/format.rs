@@ -7,6 +7,7 @@ pub enum Format {
     Graf,
     Rules,
     Scxml,
+    St,
     Net,
     Palasm,
     Cupl,
@@ -18,10 +19,11 @@ pub enum Format {
 
 impl Format {
     /// All of them with their name on the command line and their file extension.
-    pub const ALL: [(Format, &'static str, &'static str); 10] = [
+    pub const ALL: [(Format, &'static str, &'static str); 11] = [
         (Format::Graf, "graf", "graf"),
         (Format::Rules, "rules", "rules"),
         (Format::Scxml, "scxml", "scxml"),
+        (Format::St, "st", "st"),
         (Format::Net, "net", "net"),
         (Format::Palasm, "palasm", "pds"),
         (Format::Cupl, "cupl", "pld"),
@@ -45,6 +47,10 @@ impl Format {
                     && !word.contains('=')
             });
             return Some(if is_galasm { Format::Galasm } else { Format::Cupl });
+        }
+        // IEC 61131-3 exports by other tools.
+        if extension == "exp" {
+            return Some(Format::St);
         }
         Format::ALL.iter().find(|(_, _, ext)| *ext == extension).map(|(format, _, _)| *format)
     }
@@ -73,7 +79,7 @@ impl Format {
     /// True for charts and nets, false for logic.
     #[must_use]
     pub fn is_chart(self) -> bool {
-        matches!(self, Format::Graf | Format::Rules | Format::Scxml | Format::Net | Format::C)
+        matches!(self, Format::Graf | Format::Rules | Format::Scxml | Format::St | Format::Net | Format::C)
     }
 }
 
@@ -85,6 +91,7 @@ mod tests {
     fn the_extension_and_the_first_line_say_the_format() {
         assert_eq!(Format::of("a/b.graf", ""), Some(Format::Graf));
         assert_eq!(Format::of("b.PDS", ""), Some(Format::Palasm));
+        assert_eq!(Format::of("plant.exp", ""), Some(Format::St));
         assert_eq!(Format::of("b.pld", "; old\nGAL16V8 ; device\nSig"), Some(Format::Galasm));
         assert_eq!(Format::of("b.pld", "Name truck;\nDevice g22v10;"), Some(Format::Cupl));
         assert_eq!(Format::of("graf", ""), None);

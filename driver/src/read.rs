@@ -113,6 +113,12 @@ pub fn read(
             }
             design
         }
+        Format::St => {
+            let parsed =
+                grafsynth_frontend::st::parse_within(texts.main, &source.text, &limits.front());
+            found.extend(parsed.diagnostics);
+            chart_design(sources, texts, limits, parsed.design, &mut found)
+        }
         Format::Net => {
             let (net, more) = text::parse(texts.main, &source.text);
             found.extend(more);
@@ -143,7 +149,7 @@ pub(crate) fn dialect(format: Format) -> Dialect {
         Format::Galasm => Dialect::Galasm,
         Format::Verilog => Dialect::Verilog,
         Format::Blif => Dialect::Blif,
-        Format::Palasm | Format::Graf | Format::Rules | Format::Scxml | Format::Net | Format::C => {
+        Format::Palasm | Format::Graf | Format::Rules | Format::Scxml | Format::St | Format::Net | Format::C => {
             Dialect::Palasm
         }
     }

@@ -3,7 +3,7 @@
 
 use grafsynth_ir::{FileId, lower};
 
-use crate::{c, codes, graf, rules};
+use crate::{c, codes, graf, rules, st};
 
 /// Language, options and text of a page's example.
 fn example(page: &str) -> (String, Vec<String>, String) {
@@ -41,10 +41,10 @@ fn every_code_has_a_page_whose_example_triggers_it() {
             assert!(findings.iter().all(|finding| finding.code == *code), "{path}: {findings:#?}");
             continue;
         }
-        let parsed = if language == "rules" {
-            rules::parse_within(FileId(0), &text, &limits)
-        } else {
-            graf::parse_within(FileId(0), &text, &limits)
+        let parsed = match language.as_str() {
+            "rules" => rules::parse_within(FileId(0), &text, &limits),
+            "st" => st::parse_within(FileId(0), &text, &limits),
+            _ => graf::parse_within(FileId(0), &text, &limits),
         };
         let mut findings = parsed.diagnostics;
         // What could be read of a broken text must not bring mistakes of its own.

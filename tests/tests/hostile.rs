@@ -21,6 +21,8 @@ const CHARTS: [&str; 6] = [
 
 const SCXML: [&str; 2] =
     [include_str!("../scxml/w3c/388.scxml"), include_str!("../scxml/w3c/525.scxml")];
+const STRUCTURED: [&str; 2] =
+    [include_str!("../cases/st/blocks.st"), include_str!("../cases/st/qualifiers.st")];
 
 const SOURCES: [&str; 3] = [
     include_str!("../cases/c/atoi.c"),
@@ -60,6 +62,7 @@ fn sound(format: Format) -> Vec<String> {
             of_charts(&|design| grafsynth_frontend::rules::write_net(&design.net).ok())
         }
         Format::Scxml => SCXML.iter().map(|text| (*text).to_owned()).collect(),
+        Format::St => STRUCTURED.iter().map(|text| (*text).to_owned()).collect(),
         Format::Net => of_charts(&|design| Some(grafsynth_ir::text::print(&design.net))),
         Format::Palasm => equations(Dialect::Palasm),
         Format::Cupl => equations(Dialect::Cupl),

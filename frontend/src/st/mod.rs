@@ -24,6 +24,7 @@ pub(crate) mod parse;
 mod parse_decl;
 pub(crate) mod parse_sfc;
 pub(crate) mod parse_stmt;
+mod write;
 
 use grafsynth_ir::FileId;
 use grafsynth_ir::diag::any_error;
@@ -75,4 +76,12 @@ pub(crate) fn finish(library: &ast::Library, mut findings: Findings) -> Parsed {
         findings.report(|| finding);
     }
     Parsed { design, diagnostics: sorted(findings.finish()), comments: Vec::new() }
+}
+
+/// Writes a net as the text that reads back as it.
+///
+/// # Errors
+/// Everything in the net that structured text cannot say.
+pub fn write_net(net: &grafsynth_ir::net::Net) -> Result<String, Vec<grafsynth_ir::Diagnostic>> {
+    write::net(net)
 }

@@ -544,16 +544,26 @@ impl<'a> Elaborator<'a> {
     /// What a unit does with its names.
     fn usage(&self, pou: &Pou) -> Usage {
         usage::of(pou, &|instance| {
-            let var = pou.vars.iter().find(|var| upper(&var.name.text) == instance);
+            let mut vars = pou.vars.iter().chain(&self.library.globals);
+            let var = vars.find(|var| upper(&var.name.text) == instance);
             let Some(super::ast::TypeKind::Named(ty)) = var.map(|var| &var.ty.kind) else {
-                return BTreeSet::new();
+                return Vec::new();
             };
-            let Some(&block) = self.blocks.get(&upper(ty)) else { return BTreeSet::new() };
+            if let Some(block) = Block::named(&upper(ty)) {
+                let order = block.order().into_iter();
+                return order
+                    .map(|name| (name.to_owned(), block.canonical(name).is_none()))
+                    .collect();
+            }
+            let Some(&block) = self.blocks.get(&upper(ty)) else { return Vec::new() };
             self.library.pous[block]
                 .vars
                 .iter()
-                .filter(|var| var.section == Section::InOut)
-                .map(|var| upper(&var.name.text))
+                .filter_map(|var| match var.section {
+                    Section::Input => Some((upper(&var.name.text), false)),
+                    Section::Output | Section::InOut => Some((upper(&var.name.text), true)),
+                    Section::Local | Section::Global | Section::External | Section::Temp => None,
+                })
                 .collect()
         })
     }
@@ -645,7 +655,7 @@ impl<'a> Elaborator<'a> {
         items.append(&mut self.items);
         items.extend(behaviour);
         let meta = Meta { span, ..Meta::default() };
-        Chart { name: root.name.clone(), span, items, meta }
+        Chart { name: root.name.clone(), span, items, meta, ..Chart::default() }
     }
 
     /// A program without a chart: one step whose action runs in every scan.

@@ -23,9 +23,12 @@ pub(super) fn upper(text: &str) -> String {
     text.to_uppercase()
 }
 
-/// Of a whole unit. `in_outs` tells which parameters of an instance are its caller's variables.
-pub(super) fn of(pou: &Pou, in_outs: &dyn Fn(&str) -> BTreeSet<String>) -> Usage {
-    let mut walk = Walk { usage: Usage::default(), in_outs };
+/// The parameters of a block in their order: name in capitals, and whether a call may change what is given for it.
+pub(super) type Params = Vec<(String, bool)>;
+
+/// Of a whole unit. `params` gives the parameters of an instance by its name.
+pub(super) fn of(pou: &Pou, params: &dyn Fn(&str) -> Params) -> Usage {
+    let mut walk = Walk { usage: Usage::default(), params };
     match &pou.body {
         Body::Statements(list) => walk.list(list),
         Body::Sfc(sfc) => walk.sfc(sfc),
@@ -40,7 +43,7 @@ pub(super) fn of(pou: &Pou, in_outs: &dyn Fn(&str) -> BTreeSet<String>) -> Usage
 
 struct Walk<'w> {
     usage: Usage,
-    in_outs: &'w dyn Fn(&str) -> BTreeSet<String>,
+    params: &'w dyn Fn(&str) -> Params,
 }
 
 impl Walk<'_> {
@@ -113,8 +116,8 @@ impl Walk<'_> {
                         .collect()
                 });
                 let root = target.root().map(|root| upper(&root.text)).unwrap_or_default();
-                let in_outs = (self.in_outs)(&root);
-                self.arguments(arguments, &in_outs);
+                let params = (self.params)(&root);
+                self.arguments(arguments, &params);
                 if let ExprKind::Name(_) = target.kind {
                     self.usage.read.insert(root.clone());
                     self.usage.calls.entry(root).or_default().push(names);
@@ -159,11 +162,16 @@ impl Walk<'_> {
         }
     }
 
-    fn arguments(&mut self, arguments: &[Arg], in_outs: &BTreeSet<String>) {
-        for one in arguments {
-            let is_in_out =
-                one.name.as_ref().is_some_and(|name| in_outs.contains(&upper(&name.text)));
-            if one.is_output || is_in_out {
+    fn arguments(&mut self, arguments: &[Arg], params: &Params) {
+        for (place, one) in arguments.iter().enumerate() {
+            let is_changed = match &one.name {
+                Some(name) => {
+                    let key = upper(&name.text);
+                    params.iter().any(|(name, changes)| *changes && *name == key)
+                }
+                None => params.get(place).is_some_and(|(_, changes)| *changes),
+            };
+            if one.is_output || is_changed {
                 self.target(&one.value);
             }
             if !one.is_output {
@@ -195,7 +203,7 @@ impl Walk<'_> {
                 self.expr(b);
             }
             ExprKind::And(all) | ExprKind::Or(all) => all.iter().for_each(|one| self.expr(one)),
-            ExprKind::Call(_, arguments) => self.arguments(arguments, &BTreeSet::new()),
+            ExprKind::Call(_, arguments) => self.arguments(arguments, &Params::new()),
             ExprKind::Bool(_)
             | ExprKind::Int(_)
             | ExprKind::Time(_)
