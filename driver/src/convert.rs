@@ -7,22 +7,42 @@ use crate::read::{Design, dialect};
 use grafsynth_ir::{Diagnostic, FileId};
 use grafsynth_verify::Limits;
 
+/// A design in another format.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Converted {
+    /// The text.
+    pub text: String,
+    /// What of the design is not in it, or stands there in other words, each with its place: the behaviour is the same without.
+    pub lost: Vec<Diagnostic>,
+}
+
 /// The text of a design in another format.
 ///
 /// # Errors
 /// What the target cannot say, each with its place.
-pub fn convert(design: &Design, to: Format) -> Result<String, Vec<Diagnostic>> {
+pub fn convert(design: &Design, to: Format) -> Result<Converted, Vec<Diagnostic>> {
+    if let (Design::Net(design), Format::Scxml) = (design, to) {
+        let (text, lost) = match &design.chart {
+            Some(chart) => grafsynth_frontend::scxml::write_design(chart, &design.net)?,
+            None => grafsynth_frontend::scxml::write_net(&design.net)?,
+        };
+        return Ok(Converted { text, lost });
+    }
+    Ok(Converted { text: plain(design, to)?, lost: Vec::new() })
+}
+
+/// The formats that lose nothing.
+fn plain(design: &Design, to: Format) -> Result<String, Vec<Diagnostic>> {
     match (design, to) {
         (Design::Net(design), Format::Graf) => match &design.chart {
             Some(chart) => Ok(grafsynth_frontend::graf::write_design(chart)),
             None => grafsynth_frontend::graf::write_net(&design.net),
         },
         (Design::Net(design), Format::Rules) => grafsynth_frontend::rules::write_net(&design.net),
-        (Design::Net(_), Format::Scxml) => Err(vec![Diagnostic::error(
-            codes::NEEDS_CHART,
-            "SCXML is read in this version, and not written",
-        )]),
-        (Design::Net(design), Format::St) => grafsynth_frontend::st::write_net(&design.net),
+(Design::Net(design), Format::St) => grafsynth_frontend::st::write_net(&design.net),
+        (Design::Net(_), Format::Scxml) => {
+            unreachable!("what may lose something is written before")
+        }
         (Design::Net(design), Format::Net) => Ok(grafsynth_ir::text::print(&design.net)),
         (
             Design::Net(design),

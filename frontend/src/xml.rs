@@ -528,19 +528,17 @@ fn point(file: FileId, text: &str, place: TextPos) -> Span {
     Span::new(file, start + offset, start + offset + length)
 }
 
-#[allow(dead_code, reason = "the writers follow")]
 /// The value of an attribute between double quotes.
 pub(crate) fn attribute(value: &str) -> String {
     escaped(value, true)
 }
 
-#[allow(dead_code, reason = "the writers follow")]
 /// Characters between tags.
+#[allow(dead_code, reason = "SCXML has no text between tags; formats that have use it")]
 pub(crate) fn text(value: &str) -> String {
     escaped(value, false)
 }
 
-#[allow(dead_code, reason = "the writers follow")]
 fn escaped(value: &str, in_attribute: bool) -> String {
     let mut out = String::with_capacity(value.len());
     for character in value.chars() {

@@ -27,12 +27,13 @@ pub(crate) fn run(session: &mut Session, arguments: &Convert) -> Result<Exit, St
             session.show(&found);
             Err(Stop::Errors)
         }
-        Ok(text) if output == "-" => {
-            crate::print(&text);
-            Ok(Exit::Done)
-        }
-        Ok(text) => {
-            files::write_all(&[(arguments.output.clone(), text.into_bytes())])?;
+        Ok(converted) => {
+            session.show(&converted.lost);
+            if output == "-" {
+                crate::print(&converted.text);
+            } else {
+                files::write_all(&[(arguments.output.clone(), converted.text.into_bytes())])?;
+            }
             Ok(Exit::Done)
         }
     }

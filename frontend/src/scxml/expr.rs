@@ -62,7 +62,7 @@ pub(super) fn parse(
     language: Language,
     nesting: u32,
 ) -> Result<Ast, Box<Diagnostic>> {
-    let mut parser = Parser { text, language, nesting, at: 0, depth: 0 };
+    let mut parser = Parser { text, language, nesting, at: 0, depth: 0, divisions: None };
     parser.blanks();
     if parser.is_end() {
         return Err(parser.error(parser.here(), "an expression is missing here", None));
@@ -94,7 +94,7 @@ pub(super) fn location(
             .help("name a datum, or an element such as `list[0]`"),
         )
     };
-    let mut parser = Parser { text, language, nesting, at: 0, depth: 0 };
+    let mut parser = Parser { text, language, nesting, at: 0, depth: 0, divisions: None };
     parser.blanks();
     if !parser.peek().is_some_and(is_start) {
         return Err(refused(text.whole()));
@@ -125,6 +125,17 @@ struct Parser<'a, 't> {
     at: usize,
     /// How many open levels lie around this place.
     depth: u32,
+    /// Directly inside of `Math.trunc(..)`: the divisions met there, each of which would give a fraction elsewhere.
+    divisions: Option<u32>,
+}
+
+/// What stands between two operands, weakest first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Operator {
+    Or,
+    And,
+    Compare(CompareOp),
+    Arith(ArithOp),
 }
 
 type Parse<T = Ast> = Result<T, Box<Diagnostic>>;
@@ -250,7 +261,8 @@ impl Parser<'_, '_> {
 
     fn choice(&mut self) -> Parse {
         self.enter()?;
-        let condition = self.or()?;
+        let around = self.divisions.take();
+        let condition = self.binary(0)?;
         let ast = if self.eat("?", &["?.", "??"]) {
             let then = self.choice()?;
             if !self.eat(":", &[]) {
@@ -264,182 +276,167 @@ impl Parser<'_, '_> {
         } else {
             condition
         };
+        self.divisions = around;
         self.depth -= 1;
         Ok(ast)
     }
 
-    fn or(&mut self) -> Parse {
-        self.junction("||", Self::and, AstKind::Or)
-    }
-
-    fn and(&mut self) -> Parse {
-        self.junction("&&", Self::equality, AstKind::And)
-    }
-
-    fn junction(
-        &mut self,
-        sign: &str,
-        operand: fn(&mut Self) -> Parse,
-        make: fn(Vec<Ast>) -> AstKind,
-    ) -> Parse {
-        let first = operand(self)?;
-        if !self.eat(sign, &[]) {
-            return Ok(first);
-        }
-        let mut all = vec![first, operand(self)?];
-        while self.eat(sign, &[]) {
-            all.push(operand(self)?);
-        }
-        let below = all.iter().map(|one| one.depth).max().unwrap_or(0);
-        let span = match (all.first(), all.last()) {
-            (Some(first), Some(last)) => first.span.to(last.span),
-            _ => self.here(),
-        };
-        self.node(make(all), span, below)
-    }
-
-    fn equality(&mut self) -> Parse {
-        let mut left = self.relation()?;
-        loop {
-            let op = if self.eat("===", &[]) || self.eat("==", &[]) {
-                CompareOp::Eq
-            } else if self.eat("!==", &[]) || self.eat("!=", &[]) {
-                CompareOp::Ne
-            } else {
-                return Ok(left);
-            };
-            let right = self.relation()?;
-            left = self.compare(op, left, right)?;
-        }
-    }
-
-    fn relation(&mut self) -> Parse {
-        let mut left = self.sum()?;
-        loop {
-            let op = if self.eat("<=", &[]) {
-                CompareOp::Le
-            } else if self.eat(">=", &[]) {
-                CompareOp::Ge
-            } else if self.eat("<", &["<<"]) {
-                CompareOp::Lt
-            } else if self.eat(">", &[">>"]) {
-                CompareOp::Gt
-            } else {
-                return Ok(left);
-            };
-            let right = self.sum()?;
-            left = self.compare(op, left, right)?;
-        }
-    }
-
-    fn compare(&self, op: CompareOp, left: Ast, right: Ast) -> Parse {
-        let (span, below) = (left.span.to(right.span), left.depth.max(right.depth));
-        self.node(AstKind::Compare(op, Box::new(left), Box::new(right)), span, below)
-    }
-
-    fn arith(&self, op: ArithOp, left: Ast, right: Ast) -> Parse {
-        let (span, below) = (left.span.to(right.span), left.depth.max(right.depth));
-        self.node(AstKind::Arith(op, Box::new(left), Box::new(right)), span, below)
-    }
-
-    fn sum(&mut self) -> Parse {
-        let mut left = self.product(false)?;
-        loop {
-            let op = if self.eat("+", &["++"]) {
-                ArithOp::Add
-            } else if self.eat("-", &["--"]) {
-                ArithOp::Sub
-            } else {
-                return Ok(left);
-            };
-            let right = self.product(false)?;
-            left = self.arith(op, left, right)?;
-        }
-    }
-
-    /// With `truncated`, ECMAScript's division is that of integers, for something around it takes the fraction away.
-    fn product(&mut self, truncated: bool) -> Parse {
-        let mut left = self.unary()?;
-        loop {
-            self.blanks();
-            let sign = self.here();
-            let op = if self.eat("*", &["**"]) {
-                ArithOp::Mul
-            } else if self.eat("%", &[]) {
-                ArithOp::Mod
-            } else if self.eat("/", &["//", "/*"]) {
-                if self.language != Language::C89 && !truncated {
+    /// The operator that begins here, how strongly it binds, and its length.
+    fn operator(&mut self) -> Parse<Option<(Operator, u8, usize)>> {
+        self.blanks();
+        let rest = self.rest();
+        let begins = |sign: &str| rest.starts_with(sign);
+        let found = if begins("||") {
+            (Operator::Or, 1, 2)
+        } else if begins("&&") {
+            (Operator::And, 2, 2)
+        } else if begins("===") {
+            (Operator::Compare(CompareOp::Eq), 3, 3)
+        } else if begins("!==") {
+            (Operator::Compare(CompareOp::Ne), 3, 3)
+        } else if begins("==") {
+            (Operator::Compare(CompareOp::Eq), 3, 2)
+        } else if begins("!=") {
+            (Operator::Compare(CompareOp::Ne), 3, 2)
+        } else if begins("<<") || begins(">>") || begins("**") || begins("++") || begins("--") {
+            return Ok(None);
+        } else if begins("<=") {
+            (Operator::Compare(CompareOp::Le), 4, 2)
+        } else if begins(">=") {
+            (Operator::Compare(CompareOp::Ge), 4, 2)
+        } else if begins("<") {
+            (Operator::Compare(CompareOp::Lt), 4, 1)
+        } else if begins(">") {
+            (Operator::Compare(CompareOp::Gt), 4, 1)
+        } else if begins("+") {
+            (Operator::Arith(ArithOp::Add), 5, 1)
+        } else if begins("-") {
+            (Operator::Arith(ArithOp::Sub), 5, 1)
+        } else if begins("*") {
+            (Operator::Arith(ArithOp::Mul), 6, 1)
+        } else if begins("%") {
+            (Operator::Arith(ArithOp::Mod), 6, 1)
+        } else if begins("/") && !begins("//") && !begins("/*") {
+            match (&mut self.divisions, self.language) {
+                (_, Language::C89) => {}
+                (Some(count), _) => *count += 1,
+                (None, Language::Ecmascript | Language::Null) => {
                     return Err(refuse(
-                        sign,
+                        self.here(),
                         "a division that gives fractions",
                         "write `Math.trunc(a / b)`, which stays with integers",
                     ));
                 }
-                ArithOp::Div
-            } else {
+            }
+            (Operator::Arith(ArithOp::Div), 6, 1)
+        } else {
+            return Ok(None);
+        };
+        Ok(Some(found))
+    }
+
+    /// Operands and operators that bind at least so strongly. One function for all of them keeps the stack small.
+    fn binary(&mut self, least: u8) -> Parse {
+        let mut left = self.unary()?;
+        // `a && b && c` is one conjunction of three, `(a && b) && c` is not.
+        let mut joined = None;
+        loop {
+            let (before, divisions) = (self.at, self.divisions);
+            let Some((operator, strength, length)) = self.operator()? else { return Ok(left) };
+            if strength < least {
+                (self.at, self.divisions) = (before, divisions);
                 return Ok(left);
-            };
-            let right = self.unary()?;
-            left = self.arith(op, left, right)?;
+            }
+            self.at += length;
+            self.enter()?;
+            let right = self.binary(strength + 1)?;
+            self.depth -= 1;
+            left = self.combined(operator, left, right, joined == Some(operator))?;
+            joined = Some(operator);
+        }
+    }
+
+    fn combined(&self, operator: Operator, left: Ast, right: Ast, is_same: bool) -> Parse {
+        let (left_span, depth) = (left.span, left.depth);
+        let span = left_span.to(right.span);
+        let below = depth.max(right.depth);
+        let kind = match (operator, left.kind) {
+            (Operator::Or, AstKind::Or(mut all)) if is_same => {
+                all.push(right);
+                return Ok(Ast { kind: AstKind::Or(all), span, depth: depth.max(below) });
+            }
+            (Operator::And, AstKind::And(mut all)) if is_same => {
+                all.push(right);
+                return Ok(Ast { kind: AstKind::And(all), span, depth: depth.max(below) });
+            }
+            (operator, kind) => {
+                let left = Ast { kind, span: left_span, depth };
+                self.pair(operator, left, right)
+            }
+        };
+        self.node(kind, span, below)
+    }
+
+    fn pair(&self, operator: Operator, left: Ast, right: Ast) -> AstKind {
+        match operator {
+            Operator::Or => AstKind::Or(vec![left, right]),
+            Operator::And => AstKind::And(vec![left, right]),
+            Operator::Compare(op) => AstKind::Compare(op, Box::new(left), Box::new(right)),
+            Operator::Arith(op) => AstKind::Arith(op, Box::new(left), Box::new(right)),
         }
     }
 
     fn unary(&mut self) -> Parse {
         self.blanks();
-        let start = self.at;
-        let is_not = self.eat("!", &["!="]);
-        let is_minus = !is_not && self.eat("-", &["--"]);
-        if !is_not && !is_minus && !self.eat("+", &["++"]) {
-            return self.primary();
-        }
-        let sign = self.text.span(start..start + 1);
-        self.enter()?;
-        let inner = self.unary()?;
-        self.depth -= 1;
-        let (span, below) = (sign.to(inner.span), inner.depth);
-        if is_not {
-            self.node(AstKind::Not(Box::new(inner)), span, below)
-        } else if let (true, AstKind::Int(value)) = (is_minus, &inner.kind) {
-            self.node(AstKind::Int(-value), span, 0)
-        } else if is_minus {
-            self.node(AstKind::Neg(Box::new(inner)), span, below)
-        } else {
-            Ok(inner)
+        match self.peek() {
+            Some('!') if !self.rest().starts_with("!=") => self.sign(),
+            Some('-') if !self.rest().starts_with("--") => self.sign(),
+            Some('+') if !self.rest().starts_with("++") => self.sign(),
+            Some('(') => self.parentheses(),
+            Some('[') => self.array(),
+            Some(c) if c.is_ascii_digit() => self.number(),
+            Some(c) if is_start(c) => self.named(),
+            Some(_) | None => Err(self.unexpected()),
         }
     }
 
-    fn primary(&mut self) -> Parse {
-        self.blanks();
-        let start = self.at;
-        match self.peek() {
-            Some('(') => {
-                self.at += 1;
-                let inner = self.choice()?;
-                if self.eat(")", &[]) { Ok(inner) } else { Err(self.unexpected()) }
-            }
-            Some('[') => {
-                self.at += 1;
-                let mut all = Vec::new();
-                while !self.eat("]", &[]) {
-                    if !all.is_empty() && !self.eat(",", &[]) {
-                        return Err(self.unexpected());
-                    }
-                    if !all.is_empty() && self.eat("]", &[]) {
-                        break;
-                    }
-                    all.push(self.choice()?);
-                }
-                let below = all.iter().map(|one| one.depth).max().unwrap_or(0);
-                self.node(AstKind::Array(all), self.text.span(start..self.at), below)
-            }
-            Some(c) if c.is_ascii_digit() => self.number(),
-            Some(c) if is_start(c) => {
-                let word = self.word();
-                let span = self.text.span(start..self.at);
-                self.named(&word, span)
-            }
-            Some(_) | None => Err(self.unexpected()),
+    fn sign(&mut self) -> Parse {
+        let place = self.text.span(self.at..self.at + 1);
+        let sign = self.peek();
+        self.at += 1;
+        self.enter()?;
+        let inner = self.unary()?;
+        self.depth -= 1;
+        let (span, below) = (place.to(inner.span), inner.depth);
+        match (sign, &inner.kind) {
+            (Some('!'), _) => self.node(AstKind::Not(Box::new(inner)), span, below),
+            (Some('-'), AstKind::Int(value)) => self.node(AstKind::Int(-value), span, 0),
+            (Some('-'), _) => self.node(AstKind::Neg(Box::new(inner)), span, below),
+            _ => Ok(inner),
         }
+    }
+
+    fn parentheses(&mut self) -> Parse {
+        self.at += 1;
+        let inner = self.choice()?;
+        if self.eat(")", &[]) { Ok(inner) } else { Err(self.unexpected()) }
+    }
+
+    fn array(&mut self) -> Parse {
+        let start = self.at;
+        self.at += 1;
+        let mut all = Vec::new();
+        while !self.eat("]", &[]) {
+            if !all.is_empty() && !self.eat(",", &[]) {
+                return Err(self.unexpected());
+            }
+            if !all.is_empty() && self.eat("]", &[]) {
+                break;
+            }
+            all.push(self.choice()?);
+        }
+        let below = all.iter().map(|one| one.depth).max().unwrap_or(0);
+        self.node(AstKind::Array(all), self.text.span(start..self.at), below)
     }
 
     fn number(&mut self) -> Parse {
@@ -482,70 +479,69 @@ impl Parser<'_, '_> {
     }
 
     /// What a word stands for.
-    fn named(&mut self, word: &str, span: Span) -> Parse {
-        match word {
+    fn named(&mut self) -> Parse {
+        let start = self.at;
+        let word = self.word();
+        let span = self.text.span(start..self.at);
+        match word.as_str() {
             "true" => return self.node(AstKind::Bool(true), span, 0),
             "false" => return self.node(AstKind::Bool(false), span, 0),
             "In" => return self.in_predicate(span),
             "Math" => return self.math(span),
-            "_event" => {
-                return Err(refuse(
-                    span,
-                    "the data of an event",
-                    "an event of a controller carries nothing: use one event for each value, or an input",
-                ));
-            }
-            "_sessionid" | "_name" | "_ioprocessors" | "_x" => {
-                return Err(refuse(
-                    span,
-                    &format!("the system variable {word}"),
-                    "a controller runs alone: nothing in it asks for its session",
-                ));
-            }
-            "undefined" | "null" | "NaN" | "Infinity" | "NULL" => {
-                return Err(refuse(
-                    span,
-                    &format!("the value {word}"),
-                    "a datum always has a number or truth value",
-                ));
-            }
-            "new" | "function" | "typeof" | "void" | "delete" | "sizeof" | "instanceof"
-            | "this" => {
-                return Err(refuse(
-                    span,
-                    &format!("`{word}`"),
-                    "only integers and Booleans have a place in a controller",
-                ));
-            }
-            "return" | "var" | "let" | "const" | "if" | "else" | "for" | "while" | "do"
-            | "break" | "continue" | "switch" | "case" | "throw" | "try" => {
-                return Err(self.error(
-                    span,
-                    &format!("`{word}` begins a statement, and an expression is needed"),
-                    None,
-                ));
-            }
             _ => {}
+        }
+        if let Some(finding) = self.no_datum(&word, span) {
+            return Err(finding);
         }
         self.blanks();
         if self.eat("[", &[]) {
-            self.enter()?;
-            let index = self.choice()?;
-            self.depth -= 1;
-            if !self.eat("]", &[]) {
-                return Err(self.unexpected());
-            }
-            let (span, below) = (span.to(self.text.span(self.at - 1..self.at)), index.depth);
-            return self.node(AstKind::Element(word.to_owned(), Box::new(index)), span, below);
+            return self.element(word, span);
         }
         if self.rest().starts_with('(') {
-            return Err(refuse(
-                span,
-                &format!("a call of {word}"),
-                "the only function is In('state')",
-            ));
+            let what = format!("a call of {word}");
+            return Err(refuse(span, &what, "the only function is In('state')"));
         }
-        self.node(AstKind::Name(word.to_owned()), span, 0)
+        self.node(AstKind::Name(word), span, 0)
+    }
+
+    fn element(&mut self, word: String, span: Span) -> Parse {
+        let index = self.choice()?;
+        if !self.eat("]", &[]) {
+            return Err(self.unexpected());
+        }
+        let (span, below) = (span.to(self.text.span(self.at - 1..self.at)), index.depth);
+        self.node(AstKind::Element(word, Box::new(index)), span, below)
+    }
+
+    /// The finding for a word that has a meaning, and none here.
+    fn no_datum(&self, word: &str, span: Span) -> Option<Box<Diagnostic>> {
+        const ONLY: &str = "only integers and Booleans have a place in a controller";
+        Some(match word {
+            "_event" => refuse(
+                span,
+                "the data of an event",
+                "an event of a controller carries nothing: use one event for each value, or an input",
+            ),
+            "_sessionid" | "_name" | "_ioprocessors" | "_x" => refuse(
+                span,
+                &format!("the system variable {word}"),
+                "a controller runs alone: nothing in it asks for its session",
+            ),
+            "undefined" | "null" | "NaN" | "Infinity" | "NULL" => refuse(
+                span,
+                &format!("the value {word}"),
+                "a datum always has a number or truth value",
+            ),
+            "new" | "function" | "typeof" | "void" | "delete" | "sizeof" | "instanceof"
+            | "this" => refuse(span, &format!("`{word}`"), ONLY),
+            "return" | "var" | "let" | "const" | "if" | "else" | "for" | "while" | "do"
+            | "break" | "continue" | "switch" | "case" | "throw" | "try" => self.error(
+                span,
+                &format!("`{word}` begins a statement, and an expression is needed"),
+                None,
+            ),
+            _ => return None,
+        })
     }
 
     fn in_predicate(&mut self, span: Span) -> Parse {
@@ -608,14 +604,18 @@ impl Parser<'_, '_> {
             return Err(refused(span));
         }
         self.enter()?;
-        let inner = self.product(true)?;
+        let around = self.divisions.replace(0);
+        let inner = self.binary(6)?;
+        let count = std::mem::replace(&mut self.divisions, around);
         self.depth -= 1;
-        if self.eat(")", &[]) {
-            let depth = inner.depth;
-            Ok(Ast { kind: inner.kind, span: span.to(inner.span), depth })
-        } else {
-            Err(self.unexpected())
+        // C's division has one fraction to take away; `a / b * c` would keep one.
+        if !matches!(inner.kind, AstKind::Arith(ArithOp::Div, ..)) || count > Some(1) {
+            return Err(refused(span.to(inner.span)));
         }
+        if !self.eat(")", &[]) {
+            return Err(self.unexpected());
+        }
+        Ok(Ast { span: span.to(inner.span), ..inner })
     }
 }
 

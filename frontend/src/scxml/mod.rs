@@ -19,11 +19,15 @@
 mod build;
 mod events;
 mod expr;
+mod mentions;
 mod names;
 mod read;
 mod time;
 mod tree;
 mod values;
+mod write;
+
+pub use write::{write_design, write_net};
 
 use grafsynth_ir::diag::{Diagnostic, any_error};
 use grafsynth_ir::{FileId, Span};
@@ -65,6 +69,8 @@ pub fn parse_within(file: FileId, text: &str, limits: &Limits) -> Parsed {
         let start = finding.labels.first().map_or(0, |label| label.span.start);
         (finding.code == codes::MORE, start)
     });
+    // A loop that is written out has its mistakes once in each turn.
+    diagnostics.dedup();
     if any_error(&diagnostics) {
         // What is left of a refused document would bring mistakes of its own.
         design = None;

@@ -961,6 +961,18 @@ impl<'t> Reader<'_, 't> {
             return None;
         };
         let location = location.trimmed();
+        let first = location.text.split(['.', '[', ' ']).next().unwrap_or_default();
+        if matches!(first, "_event" | "_sessionid" | "_name" | "_ioprocessors" | "_x") {
+            self.report(
+                Diagnostic::error(
+                    codes::SCXML_LOCATION,
+                    format!("{first} belongs to the system, which alone changes it"),
+                )
+                .at(location.whole(), "")
+                .help("assign a datum that is declared with <data>"),
+            );
+            return None;
+        }
         let place = match expr::location(&location, self.language, self.nesting) {
             Ok(place) => Some(place),
             Err(finding) => {
@@ -978,16 +990,6 @@ impl<'t> Reader<'_, 't> {
             }
         };
         let (target, index) = place?;
-        if matches!(target.as_str(), "_event" | "_sessionid" | "_name" | "_ioprocessors" | "_x") {
-            self.report(
-                Diagnostic::error(
-                    codes::SCXML_LOCATION,
-                    format!("{target} belongs to the system, which alone changes it"),
-                )
-                .at(location.whole(), ""),
-            );
-            return None;
-        }
         let target_span = location.whole();
         Some(ActKind::Assign { target, target_span, index, value: value? })
     }

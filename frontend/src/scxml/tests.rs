@@ -1,1 +1,171 @@
+use super::*;
+use grafsynth_ir::net::Net;
+use grafsynth_ir::{Valid, lower, text};
 
+fn net(source: &str) -> Valid<Net> {
+    let parsed = parse(FileId(0), source);
+    assert!(!any_error(&parsed.diagnostics), "{:#?}", parsed.diagnostics);
+    let (net, found) = lower::lower(&parsed.design.unwrap());
+    net.unwrap_or_else(|| panic!("{found:#?}"))
+}
+
+/// A document with one state that has this in it.
+fn document(data: &str, inside: &str) -> String {
+    format!(
+        "<scxml xmlns='{SCXML}' xmlns:g='{GRAFSYNTH}' version='1.0'>{data}<state id='s'>{inside}</state><state id='r'/></scxml>"
+    )
+}
+
+/// Codes, messages and the places they are shown at.
+fn told(source: &str) -> Vec<String> {
+    let parsed = parse(FileId(0), source);
+    parsed
+        .diagnostics
+        .iter()
+        .map(|one| {
+            let place = one.labels.first().map_or("", |label| &source[label.span.range()]);
+            format!("{} {} at {place}", one.code.id, one.message)
+        })
+        .collect()
+}
+
+fn var<'n>(net: &'n Net, name: &str) -> &'n grafsynth_ir::net::Var {
+    net.vars.values().find(|var| var.name.text == name).unwrap()
+}
+
+#[test]
+fn ranges_are_those_that_assignments_reach() {
+    let data = "<datamodel><data id='error' expr='0'/><data id='n' expr='0'/><data id='m' expr='3' g:range='0..9'/><data id='k' expr='5'/></datamodel>";
+    let inside = "<onentry><assign location='error' expr='1'/><assign location='n' expr='n + 1'/><assign location='k' expr='m * 2'/></onentry>";
+    let net = net(&document(data, inside));
+    assert_eq!(var(&net, "error").ty.bounds(), (0, 1));
+    assert_eq!(var(&net, "n").ty.bounds(), (0, 32_767));
+    assert_eq!(var(&net, "m").ty.bounds(), (0, 9));
+    assert_eq!(var(&net, "k").ty.bounds(), (0, 18));
+}
+
+#[test]
+fn an_element_that_stands_nowhere_is_named_with_the_nearest_one() {
+    let source = document("", "<onentri/><transition evnet='e' target='r'/>");
+    assert_eq!(
+        told(&source),
+        [
+            "G0423 SCXML has no element <onentri> at <onentri/>",
+            "G0424 <transition> has no attribute evnet at evnet",
+        ]
+    );
+}
+
+#[test]
+fn what_a_controller_has_not_is_refused_with_its_place() {
+    let source = document(
+        "<datamodel><data id='a' expr=\"'text'\"/><data id='b' expr='1.5'/><data id='c' expr='{}'/></datamodel>",
+        "<invoke type='scxml'/><onentry><script>x()</script><assign location='a' expr='f(1)'/></onentry><transition event='e' cond='_event.data == 1' target='r'/>",
+    );
+    assert_eq!(
+        told(&source),
+        [
+            "G0425 a string is not read at '",
+            "G0425 1.5, which is no integer is not read at 1.5",
+            "G0425 an object is not read at {",
+            "G0425 <invoke> is not read at <invoke type='scxml'/>",
+            "G0425 <script> is not read at <script>",
+            "G0425 a call of f is not read at f",
+            "G0425 the data of an event is not read at _event",
+        ]
+    );
+}
+
+#[test]
+fn places_in_escaped_conditions_are_those_of_the_source() {
+    let data = "<datamodel><data id='n' expr='0'/></datamodel>";
+    let source = document(data, "<transition cond='n &lt; 3 &amp;&amp; wrong' target='r'/>");
+    assert_eq!(told(&source), ["G0430 no datum has the identifier wrong at wrong"]);
+}
+
+#[test]
+fn c_has_numbers_for_truth_values_and_ecmascript_has_not() {
+    let inside = "<onentry><assign location='n' expr='(n == 0) + 1'/></onentry>";
+    let data = "<datamodel><data id='n' expr='0'/></datamodel>";
+    let source = document(data, inside);
+    assert_eq!(told(&source), ["G0429 a number is needed here, this is true or false at n == 0"]);
+    let source = source.replace("version=", "datamodel='c89' version=");
+    assert_eq!(var(&net(&source), "n").ty.bounds(), (0, 2));
+}
+
+#[test]
+fn descriptors_match_whole_tokens() {
+    let source = document(
+        "",
+        "<onentry><raise event='a.b'/><raise event='ab'/></onentry><transition event='a' target='r'/><transition event='*' target='s'/>",
+    );
+    let net = net(&source);
+    let events = |at: usize| {
+        let (_, transition) = net.transitions.iter().nth(at).unwrap();
+        let names = transition.events.iter().map(|event| net.inputs[*event].name.text.clone());
+        names.collect::<Vec<_>>()
+    };
+    assert_eq!(events(0), ["a_b"]);
+    assert_eq!(events(1), ["a_b", "ab"]);
+}
+
+#[test]
+fn a_send_is_cancelled_from_anywhere() {
+    let source = document(
+        "",
+        "<state id='in'><onentry><send event='e' delay='1s' id='x'/></onentry></state><onexit><cancel sendid='x'/></onexit><transition event='e' target='r'/>",
+    );
+    assert_eq!(net(&source).sends.len(), 1);
+}
+
+#[test]
+fn loops_stay_within_bounds() {
+    let list = vec!["1"; 400].join(",");
+    let source = document(
+        "<datamodel><data id='n' expr='0'/></datamodel>",
+        &format!(
+            "<onentry><foreach array='[{list}]' item='a'><foreach array='[{list}]' item='b'><assign location='n' expr='a'/></foreach></foreach></onentry>"
+        ),
+    );
+    let found = told(&source);
+    assert_eq!(found.len(), 1, "{found:?}");
+    assert!(found[0].starts_with("G0436 the loops of the chart become more than"), "{found:?}");
+}
+
+#[test]
+fn long_chains_are_refused_before_they_cost_a_stack() {
+    let data = "<datamodel><data id='n' expr='0'/></datamodel>";
+    for text in
+        [vec!["n"; 50_000].join(" + "), "(".repeat(50_000), "!".repeat(50_000), "-".to_owned()]
+    {
+        let source = document(data, &format!("<transition cond='{text}' target='r'/>"));
+        assert_eq!(told(&source).len(), 1);
+    }
+    let arms = "<elseif cond='n == 1'/>".repeat(50_000);
+    let source = document(data, &format!("<onentry><if cond='n == 2'>{arms}</if></onentry>"));
+    assert!(told(&source)[0].starts_with("G0107"), "{:?}", told(&source));
+    // Two thousand operands beside each other are no depth.
+    let wide = vec!["n == 1"; 2_000].join(" || ");
+    net(&document(data, &format!("<transition cond='{wide}' target='r'/>")));
+}
+
+#[test]
+fn what_is_written_is_read_as_it_was() {
+    let folder = format!("{}/../tests/scxml/w3c", env!("CARGO_MANIFEST_DIR"));
+    let mut n = 0;
+    #[expect(clippy::disallowed_methods, reason = "the test reads charts")]
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        let source = std::fs::read_to_string(&path).unwrap();
+        let design = parse(FileId(0), &source).design.unwrap();
+        let before = net(&source);
+        let (written, lost) = write_design(&design, &before).unwrap();
+        assert!(lost.is_empty(), "{path:?}: {lost:#?}");
+        let after = net(&written);
+        assert_eq!(text::print(&before), text::print(&after), "{path:?}\n{written}");
+        let design = parse(FileId(0), &written).design.unwrap();
+        assert_eq!(write_design(&design, &after).unwrap().0, written, "{path:?}");
+        n += 1;
+    }
+    assert_eq!(n, 52);
+}

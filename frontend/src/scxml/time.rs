@@ -34,7 +34,6 @@ pub(super) fn nanoseconds(text: &str) -> Option<u64> {
 }
 
 /// The same written.
-#[allow(dead_code, reason = "the writer follows")]
 pub(super) fn text(ns: u64) -> String {
     if ns.is_multiple_of(1_000_000_000) {
         return format!("{}s", ns / 1_000_000_000);

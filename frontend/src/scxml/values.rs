@@ -647,37 +647,42 @@ impl Data {
                 }
             })
             .collect();
-        let mut is_settled = false;
-        for _ in 0..ROUNDS {
-            is_settled = true;
+        // Bounds first go where assignments lead; those that still move after some rounds go to the end at once; what that does not settle either
+        // (chains longer than the rounds) holds everything.
+        for round in 0..3 * ROUNDS {
+            let mut is_settled = true;
             for (index, value) in &assigned {
                 let var = &self.vars[*index];
                 if var.range.is_some() || var.kind() == Kind::Bool {
                     continue;
                 }
-                let mut leaves = Ranges { data: self, by_name: &by_name, ranges: &ranges };
-                let Ok(Type::Int { lo, hi }) = interval::check(value, &mut leaves) else {
-                    continue;
-                };
                 let (least, most) = ranges[*index];
+                let mut leaves = Ranges { data: self, by_name: &by_name, ranges: &ranges };
+                let Ok(Type::Int { lo, hi }) = interval::check(value, &mut leaves) else { continue };
                 // A datum may begin beyond what is its range otherwise.
-                let lo = lo.max(DEFAULT.0.min(least)).min(most);
-                let hi = hi.min(DEFAULT.1.max(most)).max(least);
-                let next = (least.min(lo), most.max(hi));
-                if next != ranges[*index] {
-                    ranges[*index] = next;
-                    is_settled = false;
+                let mut lo = lo.max(DEFAULT.0).min(least);
+                let mut hi = hi.min(DEFAULT.1).max(most);
+                if (lo, hi) == (least, most) {
+                    continue;
                 }
+                is_settled = false;
+                if round >= ROUNDS && lo < least || round >= 2 * ROUNDS {
+                    lo = lo.min(DEFAULT.0);
+                }
+                if round >= ROUNDS && hi > most || round >= 2 * ROUNDS {
+                    hi = hi.max(DEFAULT.1);
+                }
+                ranges[*index] = (lo, hi);
             }
             if is_settled {
                 break;
             }
-        }
-        if !is_settled {
-            for (index, _) in &assigned {
-                if self.vars[*index].range.is_none() {
-                    let (lo, hi) = ranges[*index];
-                    ranges[*index] = (lo.min(DEFAULT.0), hi.max(DEFAULT.1));
+            if round + 1 == 3 * ROUNDS {
+                for (index, _) in &assigned {
+                    if self.vars[*index].range.is_none() {
+                        let (lo, hi) = ranges[*index];
+                        ranges[*index] = (lo.min(DEFAULT.0), hi.max(DEFAULT.1));
+                    }
                 }
             }
         }

@@ -1,0 +1,913 @@
+//! A statechart as an SCXML document.
+//!
+//! The document says what the chart says: states, regions, history, transitions in their order, lists, data with their ranges. Inputs, outputs and
+//! ranges have attributes of our own namespace, which other tools pass over. What SCXML has no words for is an error where the behaviour would
+//! change without it, else it is named as lost. Reading the document gives the same chart up to places, comments and the order of declarations.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write as _;
+
+use grafsynth_ir::chart::{
+    ActionHow, Chart, DeclarationKind, Design, Expr, Item, Leaf, Path, SettingKind, State, Step,
+    StepItem, StepItemKind, StepRole, Stmt, StmtKind,
+};
+use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::expr::{ArithOp, CompareOp, ExprKind, Type};
+use grafsynth_ir::net::{Driver, InputKind, Net, Policy};
+use grafsynth_ir::{Name, Span};
+
+use super::mentions::{Leaving, Mentions, marked};
+use super::time;
+use super::{GRAFSYNTH, SCXML};
+use crate::codes;
+use crate::xml;
+
+/// The document of a statechart, and what of the chart is not in it. `net` is what the chart is lowered to: it knows the values of constants.
+///
+/// # Errors
+/// Everything that SCXML cannot say and that the behaviour depends on, each with its place.
+pub fn write_design(
+    design: &Design,
+    net: &Net,
+) -> Result<(String, Vec<Diagnostic>), Vec<Diagnostic>> {
+    let [chart] = design.charts.as_slice() else {
+        return Err(vec![cannot("a file with several charts", Span::default())]);
+    };
+    let mut writer = Writer::new(net);
+    writer.chart(chart);
+    if writer.errors.is_empty() { Ok((writer.out, writer.lost)) } else { Err(writer.errors) }
+}
+
+/// As [`write_design`] for a net whose chart is not known.
+///
+/// # Errors
+/// As there, and what no chart says.
+pub fn write_net(net: &Net) -> Result<(String, Vec<Diagnostic>), Vec<Diagnostic>> {
+    write_design(&crate::from_net::design(net)?, net)
+}
+
+fn cannot(what: impl std::fmt::Display, span: Span) -> Diagnostic {
+    let finding =
+        Diagnostic::error(codes::SCXML_CANNOT_WRITE, format!("SCXML has no words for {what}"));
+    let finding = if span == Span::default() { finding } else { finding.at(span, "") };
+    finding.help("convert it to graf, which can say all that a chart has")
+}
+
+struct Writer<'c> {
+    net: &'c Net,
+    out: String,
+    depth: usize,
+    errors: Vec<Diagnostic>,
+    lost: Vec<Diagnostic>,
+    /// Identifiers in the document by names of the chart.
+    ids: BTreeMap<&'c str, String>,
+    taken: BTreeSet<String>,
+    /// Names for constants, which SCXML has not.
+    constants: BTreeMap<&'c str, &'c Expr>,
+    data: BTreeSet<&'c str>,
+    /// By state, in their common order.
+    leaving: BTreeMap<&'c str, Vec<Leaving<'c>>>,
+    /// Continuous outputs with the states that drive them, in document order.
+    drivers: BTreeMap<&'c str, Vec<&'c str>>,
+    /// Final states of the chart itself.
+    endings: BTreeSet<&'c str>,
+}
+
+/// Words that are no names of data: ECMAScript's, and those that the reader has a meaning for.
+const RESERVED: &[&str] = &[
+    "In",
+    "Math",
+    "true",
+    "false",
+    "null",
+    "undefined",
+    "NaN",
+    "Infinity",
+    "new",
+    "function",
+    "typeof",
+    "void",
+    "delete",
+    "instanceof",
+    "this",
+    "return",
+    "var",
+    "let",
+    "const",
+    "if",
+    "else",
+    "for",
+    "while",
+    "do",
+    "break",
+    "continue",
+    "switch",
+    "case",
+    "throw",
+    "try",
+    "catch",
+    "finally",
+    "default",
+    "class",
+    "enum",
+    "export",
+    "extends",
+    "import",
+    "super",
+    "in",
+    "with",
+    "yield",
+    "debugger",
+    "sizeof",
+    "NULL",
+];
+
+impl<'c> Writer<'c> {
+    fn new(net: &'c Net) -> Self {
+        Writer {
+            net,
+            out: String::new(),
+            depth: 0,
+            errors: Vec::new(),
+            lost: Vec::new(),
+            ids: BTreeMap::new(),
+            taken: BTreeSet::new(),
+            constants: BTreeMap::new(),
+            data: BTreeSet::new(),
+            leaving: BTreeMap::new(),
+            drivers: BTreeMap::new(),
+            endings: BTreeSet::new(),
+        }
+    }
+
+    fn line(&mut self, text: &str) {
+        for _ in 0..self.depth {
+            self.out.push_str("  ");
+        }
+        self.out.push_str(text);
+        self.out.push('\n');
+    }
+
+    fn open(&mut self, text: &str) {
+        self.line(&format!("<{text}>"));
+        self.depth += 1;
+    }
+
+    fn close(&mut self, name: &str) {
+        self.depth -= 1;
+        self.line(&format!("</{name}>"));
+    }
+
+    fn refuse(&mut self, what: impl std::fmt::Display, span: Span) {
+        self.errors.push(cannot(what, span));
+    }
+
+    fn lose(&mut self, message: impl Into<String>, span: Span) {
+        let finding = Diagnostic::note(codes::SCXML_CANNOT_WRITE, message.into());
+        let finding = if span == Span::default() { finding } else { finding.at(span, "") };
+        self.lost.push(finding);
+    }
+
+    /// An identifier for something of the chart. That of a datum is a name of ECMAScript too.
+    fn give(&mut self, name: &'c Name, is_datum: bool) {
+        let first = |c: char| c == '_' || c.is_alphabetic();
+        let later = |c: char| first(c) || c.is_numeric() || !is_datum && matches!(c, '-' | '.');
+        let mut id = String::new();
+        for c in name.text.chars() {
+            if id.is_empty() && !first(c) || is_datum && id.is_empty() && c == '_' {
+                id.push_str("n_");
+            }
+            id.push(if later(c) { c } else { '_' });
+        }
+        if id.is_empty() || RESERVED.contains(&id.as_str()) {
+            id.push('_');
+        }
+        let stem = id.clone();
+        let mut number = 2_u32;
+        while !self.taken.insert(id.clone()) {
+            id = format!("{stem}_{number}");
+            number += 1;
+        }
+        if id != name.text {
+            self.lose(format!("{name} is called {id} in the document"), name.span);
+        }
+        self.ids.insert(&name.text, id);
+    }
+
+    /// The name of an event: one token, so that it matches no other one.
+    fn give_event(&mut self, name: &'c Name) {
+        let bad = |c: char| c.is_whitespace() || matches!(c, '*' | '.');
+        let mut id: String = name.text.chars().map(|c| if bad(c) { '_' } else { c }).collect();
+        if matches!(id.as_str(), "done" | "error" | "") {
+            id.push('_');
+        }
+        let stem = id.clone();
+        let mut number = 2_u32;
+        while !self.taken.insert(id.clone()) {
+            id = format!("{stem}_{number}");
+            number += 1;
+        }
+        if id != name.text {
+            self.lose(format!("the event {name} is called {id} in the document"), name.span);
+        }
+        self.ids.insert(&name.text, id);
+    }
+
+    fn id(&self, name: &str) -> String {
+        self.ids.get(name).cloned().unwrap_or_else(|| name.to_owned())
+    }
+
+    /// The identifier of the state or history at the end of a path; names of states are unique in the chart (semantics C25).
+    fn target(&self, path: &Path) -> String {
+        path.names.last().map_or_else(String::new, |name| self.id(&name.text))
+    }
+
+    fn event(&self, name: &Name) -> String {
+        match name.text.strip_prefix("done.state.") {
+            Some(path) => {
+                format!("done.state.{}", self.id(path.rsplit('.').next().unwrap_or(path)))
+            }
+            None => self.id(&name.text),
+        }
+    }
+
+    fn chart(&mut self, chart: &'c Chart) {
+        self.names(&chart.items, true);
+        let settings = self.settings(chart);
+        let body_at = self.out.len();
+        self.depth = 1;
+        self.data(&chart.items);
+        for item in &chart.items {
+            self.item(item);
+        }
+        self.depth = 0;
+        self.line("</scxml>");
+        let mut head = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n");
+        let _ = write!(head, "<scxml xmlns=\"{SCXML}\"");
+        // Declared where it is used.
+        if settings.contains(" g:") || self.out[body_at..].contains(" g:") {
+            let _ = write!(head, " xmlns:g=\"{GRAFSYNTH}\"");
+        }
+        let _ = write!(head, " version=\"1.0\" datamodel=\"ecmascript\"{settings}");
+        let name = xml::attribute(&chart.name.text);
+        let _ = write!(head, " name=\"{name}\"");
+        let marked = marked(&chart.items).map(|name| self.id(name));
+        let initial: Vec<String> = chart.initial.iter().map(|path| self.target(path)).collect();
+        let initial = if initial.is_empty() { marked } else { Some(initial.join(" ")) };
+        if let Some(initial) = initial {
+            let _ = write!(head, " initial=\"{}\"", xml::attribute(&initial));
+        }
+        head.push_str(">\n");
+        self.out.insert_str(body_at, &head);
+    }
+
+    /// Gives everything its identifier, and brings transitions to the states that they leave.
+    fn names(&mut self, items: &'c [Item], is_outermost: bool) {
+        for item in items {
+            match item {
+                Item::State(state) => {
+                    self.give(&state.step.name, false);
+                    self.reactions(&state.step);
+                    for history in &state.histories {
+                        self.give(&history.name, false);
+                    }
+                    self.names(&state.items, false);
+                }
+                Item::Step(step) => {
+                    self.give(&step.name, false);
+                    self.reactions(step);
+                    if is_outermost && step.role == StepRole::Final {
+                        self.endings.insert(&step.name.text);
+                    }
+                }
+                Item::Transition(transition) => {
+                    if let [source] = transition.sources.as_slice()
+                        && let Some(name) = source.names.last()
+                    {
+                        let list = self.leaving.entry(&name.text).or_default();
+                        list.push(Leaving::Transition(transition));
+                    } else {
+                        self.refuse(
+                            "a transition that does not leave one state",
+                            transition.meta.span,
+                        );
+                    }
+                }
+                Item::Declaration(declaration) => match &declaration.kind {
+                    DeclarationKind::Const { value } => {
+                        self.constants.insert(&declaration.name.text, value);
+                    }
+                    DeclarationKind::Event { .. } => self.give_event(&declaration.name),
+                    DeclarationKind::Input { .. }
+                    | DeclarationKind::Output { .. }
+                    | DeclarationKind::Var { .. } => {
+                        self.give(&declaration.name, true);
+                        self.data.insert(&declaration.name.text);
+                    }
+                    DeclarationKind::Timer { .. } => {
+                        self.refuse("a timer", declaration.name.span);
+                    }
+                    DeclarationKind::ExternCondition { .. }
+                    | DeclarationKind::ExternAction { .. } => {
+                        self.refuse(
+                            "a function of the program around the chart",
+                            declaration.name.span,
+                        );
+                    }
+                },
+                Item::Setting(_) => {}
+                Item::Macro(one) => self.refuse("a macro-step", one.name.span),
+                Item::MacroStep(one) => self.refuse("a macro-step", one.name.span),
+                Item::Enclosing(one) => self.refuse("an enclosing step", one.step.name.span),
+                Item::Use(one) => self.refuse("an instance of a library chart", one.name.span),
+                Item::Action(one) => self.refuse("a controlled action", one.name.span),
+                Item::Property(one) => {
+                    self.lose("a property is not in the document", one.meta.span)
+                }
+                Item::Place(one) => {
+                    self.lose("a wish about the partition is not in the document", one.span);
+                }
+                Item::Board(one) => self.lose("the board is not in the document", one.span),
+            }
+        }
+    }
+
+    /// Reactions in the body of a state leave it as transitions without target do.
+    fn reactions(&mut self, step: &'c Step) {
+        for StepItem { kind, span } in &step.body {
+            let span = *span;
+            match kind {
+                StepItemKind::On { events, guard, actions } => {
+                    let guard = guard.as_ref();
+                    let list = self.leaving.entry(&step.name.text).or_default();
+                    list.push(Leaving::Reaction { events, guard, actions, span });
+                }
+                StepItemKind::Action { target, arguments, how, condition } => {
+                    if arguments.is_some() || *how != ActionHow::Bare || condition.is_some() {
+                        self.refuse("an output with a condition, a time or a qualifier", span);
+                        continue;
+                    }
+                    let users = self.drivers.entry(&target.text).or_default();
+                    if users.is_empty() {
+                        self.lost.push(
+                            Diagnostic::note(
+                                codes::SCXML_CANNOT_WRITE,
+                                format!("the output {target} is written as assignments where its states are entered and left"),
+                            )
+                            .at(span, "driven here"),
+                        );
+                    }
+                    users.push(&step.name.text);
+                }
+                StepItemKind::Entry(_) | StepItemKind::Exit(_) => {}
+                StepItemKind::Priority(_) => self.refuse("the priority of a step", span),
+                StepItemKind::Budget(_) | StepItemKind::Task { .. } => self.refuse("a task", span),
+                StepItemKind::Code(_) => self.refuse("text of another language", span),
+                StepItemKind::Force { .. } => self.refuse("a forcing order", span),
+            }
+        }
+    }
+
+    /// What the settings of the chart are as attributes of the document.
+    fn settings(&mut self, chart: &'c Chart) -> String {
+        let mut out = String::new();
+        let mut is_inner = false;
+        for item in &chart.items {
+            let Item::Setting(setting) = item else { continue };
+            let span = setting.span;
+            match &setting.kind {
+                SettingKind::Tick(ns) => {
+                    let _ = write!(out, " g:tick=\"{}\"", time::text(*ns));
+                }
+                SettingKind::Conflict(Policy::InnerFirst) => is_inner = true,
+                SettingKind::Conflict(Policy::OuterFirst) => {
+                    self.refuse("`conflict outer-first`: the inner state goes first", span);
+                    is_inner = true;
+                }
+                SettingKind::Conflict(_) => {}
+                SettingKind::EvolutionStable(Some(limit)) => {
+                    let _ = write!(out, " g:limit=\"{limit}\"");
+                }
+                SettingKind::EvolutionStable(None) => {}
+                SettingKind::Queue(bound) => {
+                    let _ = write!(out, " g:queue=\"{bound}\"");
+                }
+                SettingKind::EventsExclusive => out.push_str(" g:events=\"exclusive\""),
+                SettingKind::AssignSimultaneous(false) | SettingKind::FireOne(false) => {}
+                SettingKind::AssignSimultaneous(true) => self.refuse("`assign simultaneous`", span),
+                SettingKind::EvolutionSingle
+                | SettingKind::Schedule(_)
+                | SettingKind::FireOne(true)
+                | SettingKind::ActionsIec
+                | SettingKind::FinalScan
+                | SettingKind::Priority(_) => self.refuse("a setting of Grafcet charts", span),
+            }
+        }
+        if !is_inner {
+            self.refuse("a chart that is no statechart", chart.name.span);
+        }
+        out.push_str(&self.event_lists(chart));
+        out
+    }
+
+    /// Which events come from outside, where a reader would not think so.
+    fn event_lists(&mut self, chart: &'c Chart) -> String {
+        let mut mentioned: BTreeMap<&str, u32> = BTreeMap::new();
+        let mut raised: BTreeSet<&str> = BTreeSet::new();
+        let mut mention = Mentions { place: 0, mentioned: &mut mentioned, raised: &mut raised };
+        for item in &chart.items {
+            mention.item(item, &self.leaving);
+        }
+        let (mut outside, mut inside) = (Vec::new(), Vec::new());
+        for item in &chart.items {
+            let Item::Declaration(declaration) = item else { continue };
+            let DeclarationKind::Event { internal } = declaration.kind else { continue };
+            let name = declaration.name.text.as_str();
+            if !internal {
+                outside.push((name, mentioned.get(name).copied(), raised.contains(name)));
+            } else if mentioned.contains_key(name) && !raised.contains(name) {
+                inside.push(self.id(name));
+            }
+        }
+        let in_order = outside.is_sorted_by_key(|(_, place, _)| place.unwrap_or(u32::MAX));
+        let is_plain = outside.iter().all(|(_, place, is_raised)| place.is_some() && !is_raised);
+        let mut out = String::new();
+        if !(in_order && is_plain) {
+            let names: Vec<String> = outside.iter().map(|(name, ..)| self.id(name)).collect();
+            let _ = write!(out, " g:input=\"{}\"", xml::attribute(&names.join(" ")));
+        }
+        if !inside.is_empty() {
+            let _ = write!(out, " g:internal=\"{}\"", xml::attribute(&inside.join(" ")));
+        }
+        out
+    }
+
+    fn data(&mut self, items: &'c [Item]) {
+        let mut lines: Vec<String> = Vec::new();
+        for item in items {
+            let Item::Declaration(declaration) = item else { continue };
+            let name = declaration.name.text.as_str();
+            let span = declaration.name.span;
+            let (ty, values, len, role) = match &declaration.kind {
+                DeclarationKind::Input { ty, synchronous } => {
+                    if *synchronous {
+                        self.lose(
+                            format!("that the input {name} is synchronous is not in the document"),
+                            span,
+                        );
+                    }
+                    (*ty, vec![0], None, " g:role=\"input\"")
+                }
+                DeclarationKind::Output { ty, registered, mealy, .. } => {
+                    if *mealy {
+                        self.refuse("a mealy output", span);
+                    }
+                    if *registered {
+                        self.lose(
+                            format!("that the output {name} is registered is not in the document"),
+                            span,
+                        );
+                    }
+                    let output = self.net.outputs.values().find(|output| output.name.text == name);
+                    let init = output.and_then(|output| match output.driver {
+                        Driver::Stored(var) => self.net.vars[var].init.first().copied(),
+                        Driver::Continuous(_)
+                        | Driver::Mealy(_)
+                        | Driver::Controlled(_)
+                        | Driver::Extern { .. } => None,
+                    });
+                    (*ty, vec![init.unwrap_or(0)], None, " g:role=\"output\"")
+                }
+                DeclarationKind::Var { ty, len, .. } => {
+                    let var = self.net.vars.values().find(|var| var.name.text == name);
+                    let Some(var) = var else {
+                        self.refuse("a variable that the net does not have", span);
+                        continue;
+                    };
+                    (*ty, var.init.clone(), *len, "")
+                }
+                DeclarationKind::Event { .. }
+                | DeclarationKind::Timer { .. }
+                | DeclarationKind::ExternCondition { .. }
+                | DeclarationKind::ExternAction { .. }
+                | DeclarationKind::Const { .. } => continue,
+            };
+            let value = |value: &i64| match ty {
+                Type::Bool => if *value == 0 { "false" } else { "true" }.to_owned(),
+                Type::Int { .. } => ty.saturate(*value).to_string(),
+            };
+            let text = match len {
+                None => values.first().map_or_else(|| value(&0), value),
+                Some(_) => {
+                    format!("[{}]", values.iter().map(value).collect::<Vec<_>>().join(", "))
+                }
+            };
+            let mut line = format!("<data id=\"{}\" expr=\"{text}\"", self.id(name));
+            if let Type::Int { lo, hi } = ty {
+                let _ = write!(line, " g:range=\"{lo}..{hi}\"");
+            }
+            line.push_str(role);
+            if !declaration.meta.label.is_empty() {
+                let _ = write!(line, " g:label=\"{}\"", xml::attribute(&declaration.meta.label));
+            }
+            line.push_str("/>");
+            lines.push(line);
+            self.tags(&declaration.meta.req, span);
+        }
+        if lines.is_empty() {
+            return;
+        }
+        self.open("datamodel");
+        for line in &lines {
+            self.line(line);
+        }
+        self.close("datamodel");
+    }
+
+    fn tags(&mut self, tags: &[String], span: Span) {
+        if !tags.is_empty() {
+            self.lose("a requirement tag is not in the document", span);
+        }
+    }
+
+    /// States; as deep as the chart.
+    fn item(&mut self, item: &'c Item) {
+        match item {
+            Item::State(state) => self.state(state),
+            Item::Step(step) => {
+                let tag = if step.role == StepRole::Final { "final" } else { "state" };
+                self.element(tag, step, None);
+            }
+            Item::Setting(_)
+            | Item::Declaration(_)
+            | Item::Transition(_)
+            | Item::Macro(_)
+            | Item::MacroStep(_)
+            | Item::Enclosing(_)
+            | Item::Use(_)
+            | Item::Action(_)
+            | Item::Property(_)
+            | Item::Place(_)
+            | Item::Board(_) => {}
+        }
+    }
+
+    fn state(&mut self, state: &'c State) {
+        let tag = if state.step.role == StepRole::Final {
+            "final"
+        } else if state.is_parallel {
+            "parallel"
+        } else {
+            "state"
+        };
+        for item in &state.items {
+            if let Item::Declaration(declaration) = item {
+                self.refuse("a declaration inside of a state", declaration.name.span);
+            }
+        }
+        self.element(tag, &state.step, Some(state));
+    }
+
+    /// `state`, `parallel` or `final` with everything in it.
+    fn element(&mut self, tag: &str, step: &'c Step, state: Option<&'c State>) {
+        if let Some(count) = step.count {
+            self.refuse("a step that counts its activations", count.span);
+        }
+        self.tags(&step.meta.req, step.name.span);
+        let mut head = format!("{tag} id=\"{}\"", self.id(&step.name.text));
+        let initial = state.and_then(|state| state.initial.as_ref());
+        match initial {
+            Some((targets, content)) if content.is_empty() => {
+                let names: Vec<String> = targets.iter().map(|path| self.target(path)).collect();
+                let _ = write!(head, " initial=\"{}\"", names.join(" "));
+            }
+            Some(_) => {}
+            None => {
+                let marked = state.and_then(|state| marked(&state.items));
+                if let Some(marked) = marked {
+                    let _ = write!(head, " initial=\"{}\"", self.id(marked));
+                }
+            }
+        }
+        if !step.meta.label.is_empty() {
+            let _ = write!(head, " g:label=\"{}\"", xml::attribute(&step.meta.label));
+        }
+        let before = self.out.len();
+        self.open(&head);
+        let inside = self.out.len();
+        if let Some((targets, content)) = initial
+            && !content.is_empty()
+        {
+            let names: Vec<String> = targets.iter().map(|path| self.target(path)).collect();
+            self.open("initial");
+            self.with_content(&format!("transition target=\"{}\"", names.join(" ")), content);
+            self.close("initial");
+        }
+        self.handlers(step);
+        let leaving = self.leaving.remove(step.name.text.as_str()).unwrap_or_default();
+        for one in leaving {
+            self.leaving(&one, tag);
+        }
+        if let Some(state) = state {
+            for history in &state.histories {
+                let kind = if history.is_deep { "deep" } else { "shallow" };
+                self.open(&format!(
+                    "history id=\"{}\" type=\"{kind}\"",
+                    self.id(&history.name.text)
+                ));
+                if history.default.is_empty() {
+                    self.refuse("a history without a default", history.name.span);
+                }
+                let names: Vec<String> =
+                    history.default.iter().map(|path| self.target(path)).collect();
+                let head = format!("transition target=\"{}\"", names.join(" "));
+                self.with_content(&head, &history.content);
+                self.close("history");
+            }
+            for item in &state.items {
+                self.item(item);
+            }
+        }
+        if self.out.len() == inside {
+            self.depth -= 1;
+            self.out.truncate(before);
+            self.line(&format!("<{head}/>"));
+        } else {
+            self.close(tag);
+        }
+    }
+
+    fn handlers(&mut self, step: &'c Step) {
+        let driven: Vec<(String, Vec<String>)> = self
+            .drivers
+            .iter()
+            .filter(|(_, users)| users.contains(&step.name.text.as_str()))
+            .map(|(output, users)| {
+                let others = users.iter().filter(|user| **user != step.name.text);
+                (self.id(output), others.map(|user| format!("In('{}')", self.id(user))).collect())
+            })
+            .collect();
+        for item in &step.body {
+            if let StepItemKind::Entry(block) = &item.kind {
+                self.open("onentry");
+                self.block(block);
+                self.close("onentry");
+            }
+        }
+        if !driven.is_empty() {
+            self.open("onentry");
+            for (output, _) in &driven {
+                self.line(&format!("<assign location=\"{output}\" expr=\"true\"/>"));
+            }
+            self.close("onentry");
+        }
+        for item in &step.body {
+            if let StepItemKind::Exit(block) = &item.kind {
+                self.open("onexit");
+                self.block(block);
+                self.close("onexit");
+            }
+        }
+        // A state that ends the chart keeps its outputs (semantics C20).
+        if !driven.is_empty() && !self.endings.contains(step.name.text.as_str()) {
+            self.open("onexit");
+            for (output, others) in &driven {
+                let value =
+                    if others.is_empty() { "false".to_owned() } else { others.join(" || ") };
+                self.line(&format!("<assign location=\"{output}\" expr=\"{value}\"/>"));
+            }
+            self.close("onexit");
+        }
+    }
+
+    fn leaving(&mut self, one: &Leaving<'c>, tag: &str) {
+        let (events, guard, actions, targets, span, is_internal) = match one {
+            Leaving::Reaction { events, guard, actions, span } => {
+                (*events, *guard, *actions, &[][..], *span, false)
+            }
+            Leaving::Transition(transition) => {
+                if transition.after.is_some() {
+                    self.refuse("`after`: send an event with a delay where the state is entered, and cancel it where it is left", transition.meta.span);
+                }
+                if transition.deadline_ns.is_some() {
+                    self.lose("a deadline is not in the document", transition.meta.span);
+                }
+                if transition.priority.is_some() || transition.restart {
+                    self.refuse("the priority or restart of a transition", transition.meta.span);
+                }
+                self.tags(&transition.meta.req, transition.meta.span);
+                (
+                    transition.events.as_slice(),
+                    transition.guard.as_ref(),
+                    transition.actions.as_slice(),
+                    transition.targets.as_slice(),
+                    transition.meta.span,
+                    transition.is_internal && !transition.targets.is_empty(),
+                )
+            }
+        };
+        if tag == "final" {
+            self.refuse("a transition that leaves a final state", span);
+        }
+        let mut head = String::from("transition");
+        if !events.is_empty() {
+            let names: Vec<String> = events.iter().map(|name| self.event(name)).collect();
+            let _ = write!(head, " event=\"{}\"", xml::attribute(&names.join(" ")));
+        }
+        if let Some(guard) = guard {
+            let guard = self.expr(guard, 0);
+            let _ = write!(head, " cond=\"{}\"", xml::attribute(&guard));
+        }
+        if !targets.is_empty() {
+            let names: Vec<String> = targets.iter().map(|path| self.target(path)).collect();
+            let _ = write!(head, " target=\"{}\"", names.join(" "));
+        } else if events.is_empty() && guard.is_none() {
+            head.push_str(" cond=\"true\"");
+        }
+        if is_internal {
+            head.push_str(" type=\"internal\"");
+        }
+        self.with_content(&head, actions);
+    }
+
+    fn with_content(&mut self, head: &str, block: &'c [Stmt]) {
+        if block.is_empty() {
+            self.line(&format!("<{head}/>"));
+            return;
+        }
+        self.open(head);
+        self.block(block);
+        self.close(head.split(' ').next().unwrap_or(head));
+    }
+
+    fn block(&mut self, block: &'c [Stmt]) {
+        for stmt in block {
+            self.stmt(stmt);
+        }
+    }
+
+    fn stmt(&mut self, stmt: &'c Stmt) {
+        match &stmt.kind {
+            StmtKind::Assign { target, index, value } => {
+                let name = target.names.last().map_or("", |name| name.text.as_str());
+                if !self.data.contains(name) {
+                    self.refuse(format!("an assignment to {target}"), stmt.span);
+                }
+                let place = match index {
+                    Some(index) => format!("{}[{}]", self.id(name), self.expr(index, 0)),
+                    None => self.id(name),
+                };
+                let value = self.expr(value, 0);
+                self.line(&format!(
+                    "<assign location=\"{}\" expr=\"{}\"/>",
+                    xml::attribute(&place),
+                    xml::attribute(&value)
+                ));
+            }
+            StmtKind::Raise(event) => {
+                let event = xml::attribute(&self.event(event));
+                self.line(&format!("<raise event=\"{event}\"/>"));
+            }
+            StmtKind::Send { event, after, slot } => {
+                let mut line = format!("<send event=\"{}\"", xml::attribute(&self.event(event)));
+                if let Some(after) = after {
+                    let _ = write!(line, " delay=\"{}\"", time::text(*after));
+                }
+                if let Some(slot) = slot {
+                    let _ = write!(line, " id=\"{}\"", xml::attribute(&slot.text));
+                }
+                line.push_str("/>");
+                self.line(&line);
+            }
+            StmtKind::Cancel(slot) => {
+                let slot = xml::attribute(&slot.text);
+                self.line(&format!("<cancel sendid=\"{slot}\"/>"));
+            }
+            StmtKind::If { condition, then, otherwise } => {
+                let text = self.expr(condition, 0);
+                self.open(&format!("if cond=\"{}\"", xml::attribute(&text)));
+                self.block(then);
+                let mut rest = otherwise.as_slice();
+                while let [Stmt { kind: StmtKind::If { condition, then, otherwise }, .. }] = rest {
+                    let text = self.expr(condition, 0);
+                    self.depth -= 1;
+                    self.line(&format!("<elseif cond=\"{}\"/>", xml::attribute(&text)));
+                    self.depth += 1;
+                    self.block(then);
+                    rest = otherwise;
+                }
+                if !rest.is_empty() {
+                    self.depth -= 1;
+                    self.line("<else/>");
+                    self.depth += 1;
+                    self.block(rest);
+                }
+                self.close("if");
+            }
+            StmtKind::Call { .. } => self.refuse("a call", stmt.span),
+            StmtKind::Code(_) => self.refuse("text of another language", stmt.span),
+        }
+    }
+
+    /// An expression; `level` counts the constants that it stands for, which may name each other.
+    fn expr(&mut self, expr: &'c Expr, level: usize) -> String {
+        match &expr.kind {
+            ExprKind::Bool(value) => value.to_string(),
+            ExprKind::Int(value) => value.to_string(),
+            ExprKind::Leaf(leaf) => self.leaf(leaf, expr.span, level),
+            ExprKind::Element(Leaf::Name(path), index) => {
+                let index = self.expr(index, level);
+                format!("{}[{index}]", self.target(path))
+            }
+            ExprKind::Element(_, _) => {
+                self.refuse("an element of something that is no array", expr.span);
+                String::new()
+            }
+            ExprKind::Not(inner) => format!("!{}", self.operand(inner, level)),
+            ExprKind::Neg(inner) => format!("-{}", self.operand(inner, level)),
+            ExprKind::And(all) => self.junction(all, " && ", "true", level),
+            ExprKind::Or(all) => self.junction(all, " || ", "false", level),
+            ExprKind::Compare(op, a, b) => {
+                let sign = match op {
+                    CompareOp::Eq => "==",
+                    CompareOp::Ne => "!=",
+                    CompareOp::Lt => "<",
+                    CompareOp::Le => "<=",
+                    CompareOp::Gt => ">",
+                    CompareOp::Ge => ">=",
+                };
+                format!("{} {sign} {}", self.operand(a, level), self.operand(b, level))
+            }
+            ExprKind::Arith(op, a, b) => {
+                let (a, b) = (self.operand(a, level), self.operand(b, level));
+                match op {
+                    ArithOp::Add => format!("{a} + {b}"),
+                    ArithOp::Sub => format!("{a} - {b}"),
+                    ArithOp::Mul => format!("{a} * {b}"),
+                    ArithOp::Mod => format!("{a} % {b}"),
+                    ArithOp::Div => format!("Math.trunc({a} / {b})"),
+                }
+            }
+            ExprKind::Select(condition, a, b) => {
+                let condition = self.operand(condition, level);
+                format!("{condition} ? {} : {}", self.operand(a, level), self.operand(b, level))
+            }
+        }
+    }
+
+    fn junction(&mut self, all: &'c [Expr], sign: &str, empty: &str, level: usize) -> String {
+        let texts: Vec<String> = all.iter().map(|one| self.operand(one, level)).collect();
+        if texts.is_empty() { empty.to_owned() } else { texts.join(sign) }
+    }
+
+    /// An expression between others: in parentheses unless nothing can be taken from it.
+    fn operand(&mut self, expr: &'c Expr, level: usize) -> String {
+        let text = self.expr(expr, level);
+        let is_tight = match &expr.kind {
+            ExprKind::Bool(_) | ExprKind::Leaf(_) | ExprKind::Element(..) => true,
+            ExprKind::Int(value) => *value >= 0,
+            ExprKind::Arith(op, ..) => *op == ArithOp::Div,
+            ExprKind::Not(_)
+            | ExprKind::Neg(_)
+            | ExprKind::And(_)
+            | ExprKind::Or(_)
+            | ExprKind::Compare(..)
+            | ExprKind::Select(..) => false,
+        };
+        if is_tight { text } else { format!("({text})") }
+    }
+
+    fn leaf(&mut self, leaf: &'c Leaf, span: Span, level: usize) -> String {
+        let Leaf::Name(path) = leaf else {
+            self.refuse("edges, `otherwise` and times in conditions", span);
+            return String::new();
+        };
+        match path.names.as_slice() {
+            [.., state, attribute] if attribute.text == "active" => {
+                format!("In('{}')", self.id(&state.text))
+            }
+            [only] => {
+                if let Some(value) = self.constants.get(only.text.as_str()).copied() {
+                    if level > 64 {
+                        self.refuse("constants that name each other so often", span);
+                        return String::new();
+                    }
+                    return format!("({})", self.expr(value, level + 1));
+                }
+                let is_read = self.data.contains(only.text.as_str());
+                let is_event = self.net.inputs.values().any(|input| {
+                    input.name.text == only.text
+                        && matches!(input.kind, InputKind::Event | InputKind::InternalEvent)
+                });
+                if !is_read || is_event {
+                    self.refuse(format!("{only} as a value"), span);
+                }
+                self.id(&only.text)
+            }
+            _ => {
+                self.refuse(format!("{path} as a value"), span);
+                String::new()
+            }
+        }
+    }
+}

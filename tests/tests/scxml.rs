@@ -1,0 +1,218 @@
+//! SCXML: the core of the W3C's assertions by charts of our own on every kind of engine, and what is refused of the rest.
+//!
+//! Each file of `scxml/w3c` is named after the assertion that it shows and ends in its state `pass`. Each file of `scxml/errors` shows one that asks for
+//! an error event when the chart runs; here it is a finding before it runs, whose code stands in the second line of the file.
+
+#![allow(clippy::disallowed_methods, reason = "tests read files")]
+#![allow(clippy::print_stdout, reason = "tests say what they skip")]
+
+use grafsynth_backend_c::{Options, Package, multi_harness};
+use grafsynth_driver::read::{Design, NetDesign, ReadLimits, Texts, read};
+use grafsynth_driver::run::net_trace;
+use grafsynth_driver::source::Sources;
+use grafsynth_engines::{Availability, EngineError, Job, c, tools};
+use grafsynth_ir::Valid;
+use grafsynth_ir::diag::{Diagnostic, any_error};
+use grafsynth_ir::net::Net;
+use grafsynth_sim::{Stimulus, Trace, compare};
+use grafsynth_verify::{Limits, structural_facts};
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// The 47 assertions of the core: states, queues, history, data, time.
+const CORE: [&str; 47] = [
+    "144", "147", "148", "149", "158", "185", "189", "208", "279", "287", "310", "355", "364",
+    "372", "375", "377", "387", "388", "399", "403a", "403b", "403c", "404", "405", "406", "407",
+    "409", "411", "412", "413", "415", "416", "417", "419", "421", "423", "436", "503", "504",
+    "505", "506", "533", "550", "570", "576", "579", "580",
+];
+/// Loops over arrays that are written out.
+const LOOPS: [&str; 5] = ["150", "151", "153", "155", "525"];
+/// Errors of the run, which are findings here.
+const ERRORS: [&str; 31] = [
+    "152", "156", "159", "194", "199", "277", "280", "286", "298", "309", "311", "312", "313",
+    "314", "322", "326", "331", "332", "343", "344", "346", "376", "378", "401", "402", "487",
+    "488", "496", "521", "528", "553",
+];
+/// Longer than any delay in the charts: 300 ms at 10 ms a row.
+const ROWS: usize = 40;
+
+fn folder(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("scxml").join(name)
+}
+
+/// The files of a folder by name without extension.
+fn files(name: &str) -> BTreeMap<String, String> {
+    let entries = fs::read_dir(folder(name)).expect("the folder is there");
+    entries
+        .map(|entry| {
+            let path = entry.expect("an entry").path();
+            let stem = path.file_stem().expect("a name").to_string_lossy().into_owned();
+            (stem, fs::read_to_string(&path).expect("a text"))
+        })
+        .collect()
+}
+
+fn read_text(text: &str) -> (Option<Design>, Vec<Diagnostic>) {
+    let mut sources = Sources::default();
+    let main = sources.add("chart.scxml", text);
+    read(&sources, &Texts { main, ..Texts::default() }, ReadLimits::default())
+}
+
+fn chart(name: &str, text: &str) -> NetDesign {
+    match read_text(text) {
+        (Some(Design::Net(design)), _) => *design,
+        (_, found) => panic!("{name}: {found:#?}"),
+    }
+}
+
+/// Rows in which nothing happens but time.
+fn waiting(net: &Valid<Net>) -> Stimulus {
+    Stimulus::parse_csv(net, grafsynth_ir::FileId::default(), &format!("dt\n{}", "1\n".repeat(ROWS)))
+        .0
+        .expect("a column of ticks is a stimulus")
+}
+
+/// Where the trace ends: the steps and the fault of its last row.
+fn ending(trace: &Trace) -> (String, String) {
+    let csv = trace.to_csv();
+    let mut lines = csv.lines();
+    let head: Vec<&str> = lines.next().unwrap_or_default().split(',').collect();
+    let last: Vec<&str> = lines.next_back().unwrap_or_default().split(',').collect();
+    let cell = |name: &str| {
+        let at = head.iter().position(|column| *column == name).expect("the column is there");
+        last[at].to_owned()
+    };
+    (cell("steps"), cell("fault"))
+}
+
+fn passed(name: &str, engine: &str, trace: &Trace) {
+    let (steps, fault) = ending(trace);
+    assert!(
+        steps == "pass" && fault == "0",
+        "{name} on {engine}: it ends in `{steps}`, fault {fault}\n{}",
+        trace.to_csv()
+    );
+}
+
+/// All charts of the folder, with what they wait for.
+fn charts() -> Vec<(String, Valid<Net>, Stimulus)> {
+    files("w3c")
+        .into_iter()
+        .map(|(name, text)| {
+            let net = chart(&name, &text).net;
+            let stimulus = waiting(&net);
+            (name, net, stimulus)
+        })
+        .collect()
+}
+
+#[test]
+fn every_assertion_has_its_chart() {
+    let mut wanted: Vec<&str> = CORE.iter().chain(&LOOPS).copied().collect();
+    wanted.sort_unstable();
+    let core = files("w3c");
+    assert_eq!(core.keys().map(String::as_str).collect::<Vec<_>>(), wanted);
+    let errors = files("errors");
+    assert_eq!(errors.keys().map(String::as_str).collect::<Vec<_>>(), ERRORS);
+    for (name, text) in core.iter().chain(&errors) {
+        assert!(text.contains(&format!("assertion {name} ")), "{name} does not say what it shows");
+    }
+}
+
+#[test]
+fn the_core_passes_in_the_simulator() {
+    for (name, net, stimulus) in charts() {
+        passed(&name, "ir", &net_trace(&net, &stimulus));
+    }
+}
+
+/// All charts in one program.
+#[test]
+fn the_core_passes_in_c() {
+    if tools::c_compiler().is_none() {
+        assert!(std::env::var_os("CI").is_none(), "a C compiler is missing, and CI must have it");
+        println!("skipped: a C compiler is not here");
+        return;
+    }
+    let charts = charts();
+    let packages: Vec<Package> = charts
+        .iter()
+        .enumerate()
+        .map(|(at, (name, net, _))| {
+            let options = Options { prefix: Some(format!("w{at}")), ..Options::default() };
+            let facts = structural_facts(net);
+            grafsynth_backend_c::emit(net, &facts, &options)
+                .unwrap_or_else(|found| panic!("{name}: {found:#?}"))
+        })
+        .collect();
+    let pairs: Vec<(&Valid<Net>, &Package)> =
+        charts.iter().map(|(_, net, _)| net).zip(&packages).collect();
+    let flags = ["-std=c99", "-O1", "-Wall", "-Wextra", "-Werror", "-Wno-unused-function"];
+    let program = c::compile_text(&multi_harness(&pairs), &flags).expect("the C is accepted");
+    for (at, (name, net, stimulus)) in charts.iter().enumerate() {
+        let input = c::lines(net, stimulus);
+        let (number, limit) = (at.to_string(), Duration::from_secs(60));
+        let run =
+            tools::run(&program.path, &[&number], program.folder.path(), input.as_bytes(), limit)
+                .unwrap_or_else(|why| panic!("{name}: {why}"));
+        let got = c::parse(net, &run.stdout).unwrap_or_else(|why| panic!("{name}: {why:?}"));
+        passed(name, "c", &got);
+        assert_eq!(compare(&net_trace(net, stimulus), &got), None, "{name}");
+    }
+}
+
+#[test]
+fn the_core_passes_in_verilog() {
+    let engine = grafsynth_engines::named("verilog").expect("there is an engine of that name");
+    if engine.availability() != Availability::Here {
+        assert!(std::env::var_os("CI").is_none(), "iverilog is missing, and CI must have it");
+        println!("skipped: iverilog is not here");
+        return;
+    }
+    for (name, net, stimulus) in charts() {
+        // Enough to prove how many micro-steps a reaction takes; the charts have few states.
+        let facts = grafsynth_verify::facts(
+            &net,
+            &Limits { pairs: 20_000, states: 2_000, ..Limits::default() },
+        );
+        match engine.run(&Job { net: &net, facts: &facts, stimulus: &stimulus }) {
+            Ok(got) => {
+                passed(&name, "verilog", &got);
+                assert_eq!(compare(&net_trace(&net, &stimulus), &got), None, "{name}");
+            }
+            Err(EngineError::Refused(found)) => panic!("{name}: {found:#?}"),
+            Err(EngineError::Failed(why)) => panic!("{name}: {why}"),
+        }
+    }
+}
+
+/// The charts can fail: one wrong word, and they do.
+#[test]
+fn a_wrong_chart_does_not_pass() {
+    let text = files("w3c").remove("144").expect("it is there");
+    let swapped = text.replacen("event=\"one\"", "event=\"two\"", 1);
+    assert_ne!(text, swapped);
+    let net = chart("144", &swapped).net;
+    let stimulus = waiting(&net);
+    assert_eq!(ending(&net_trace(&net, &stimulus)).0, "fail");
+}
+
+#[test]
+fn errors_of_the_run_are_findings_before_it() {
+    for (name, text) in files("errors") {
+        let line = text.lines().nth(1).unwrap_or_default();
+        let code = line.split(['<', '!', '-', ' ', '>']).find(|word| word.starts_with("G0"));
+        let code = code.unwrap_or_else(|| panic!("{name}: no code in its second line"));
+        let (_, found) = read_text(&text);
+        let wanted = found.iter().find(|finding| finding.code.id == code);
+        let wanted = wanted.unwrap_or_else(|| panic!("{name}: {code} is not among {found:#?}"));
+        let label = wanted.labels.first().unwrap_or_else(|| panic!("{name}: no place"));
+        assert!(label.span.end > label.span.start && label.span.start > 0, "{name}: {label:?}");
+        // What never occurs is a warning; all else is an error.
+        assert_eq!(wanted.is_error(), code != "G0434", "{name}: {wanted:#?}");
+        assert_eq!(any_error(&found), wanted.is_error(), "{name}: {found:#?}");
+    }
+}
