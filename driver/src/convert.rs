@@ -39,7 +39,7 @@ fn plain(design: &Design, to: Format) -> Result<String, Vec<Diagnostic>> {
             None => grafsynth_frontend::graf::write_net(&design.net),
         },
         (Design::Net(design), Format::Rules) => grafsynth_frontend::rules::write_net(&design.net),
-(Design::Net(design), Format::St) => grafsynth_frontend::st::write_net(&design.net),
+        (Design::Net(design), Format::St) => grafsynth_frontend::st::write_net(&design.net),
         (Design::Net(_), Format::Scxml) => {
             unreachable!("what may lose something is written before")
         }

@@ -3,7 +3,7 @@
 
 use grafsynth_ir::{FileId, lower};
 
-use crate::{c, codes, graf, rules, st};
+use crate::{c, codes, graf, rules, scxml, st};
 
 /// Language, options and text of a page's example.
 fn example(page: &str) -> (String, Vec<String>, String) {
@@ -43,6 +43,7 @@ fn every_code_has_a_page_whose_example_triggers_it() {
         }
         let parsed = match language.as_str() {
             "rules" => rules::parse_within(FileId(0), &text, &limits),
+            "scxml" => scxml::parse_within(FileId(0), &text, &limits),
             "st" => st::parse_within(FileId(0), &text, &limits),
             _ => graf::parse_within(FileId(0), &text, &limits),
         };
@@ -55,7 +56,11 @@ fn every_code_has_a_page_whose_example_triggers_it() {
         if options.first().is_some_and(|verb| verb == "convert") {
             assert!(findings.is_empty(), "{path}");
             let (net, _) = lower::lower(&parsed.design.unwrap());
-            findings.extend(rules::write_net(&net.unwrap()).unwrap_err());
+            let net = net.unwrap();
+            findings.extend(match options.last().map(String::as_str) {
+                Some("scxml") => scxml::write_net(&net).unwrap_err(),
+                _ => rules::write_net(&net).unwrap_err(),
+            });
         }
         assert!(findings.iter().any(|finding| finding.code == *code), "{path}: {findings:#?}");
         // The note that counts the rest needs others to count.

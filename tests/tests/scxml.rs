@@ -70,9 +70,13 @@ fn chart(name: &str, text: &str) -> NetDesign {
 
 /// Rows in which nothing happens but time.
 fn waiting(net: &Valid<Net>) -> Stimulus {
-    Stimulus::parse_csv(net, grafsynth_ir::FileId::default(), &format!("dt\n{}", "1\n".repeat(ROWS)))
-        .0
-        .expect("a column of ticks is a stimulus")
+    Stimulus::parse_csv(
+        net,
+        grafsynth_ir::FileId::default(),
+        &format!("dt\n{}", "1\n".repeat(ROWS)),
+    )
+    .0
+    .expect("a column of ticks is a stimulus")
 }
 
 /// Where the trace ends: the steps and the fault of its last row.

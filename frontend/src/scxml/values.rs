@@ -658,7 +658,9 @@ impl Data {
                 }
                 let (least, most) = ranges[*index];
                 let mut leaves = Ranges { data: self, by_name: &by_name, ranges: &ranges };
-                let Ok(Type::Int { lo, hi }) = interval::check(value, &mut leaves) else { continue };
+                let Ok(Type::Int { lo, hi }) = interval::check(value, &mut leaves) else {
+                    continue;
+                };
                 // A datum may begin beyond what is its range otherwise.
                 let mut lo = lo.max(DEFAULT.0).min(least);
                 let mut hi = hi.min(DEFAULT.1).max(most);
