@@ -19,6 +19,7 @@ use grafsynth_verify::{Limits, structural_facts};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
 /// The 47 assertions of the core: states, queues, history, data, time.
@@ -176,21 +177,25 @@ fn the_core_passes_in_verilog() {
         println!("skipped: iverilog is not here");
         return;
     }
-    for (name, net, stimulus) in charts() {
-        // Enough to prove how many micro-steps a reaction takes; the charts have few states.
-        let facts = grafsynth_verify::facts(
-            &net,
-            &Limits { pairs: 20_000, states: 2_000, ..Limits::default() },
-        );
-        match engine.run(&Job { net: &net, facts: &facts, stimulus: &stimulus }) {
-            Ok(got) => {
-                passed(&name, "verilog", &got);
-                assert_eq!(compare(&net_trace(&net, &stimulus), &got), None, "{name}");
+    let charts = charts();
+    let next = AtomicUsize::new(0);
+    let work = || {
+        while let Some((name, net, stimulus)) = charts.get(next.fetch_add(1, Ordering::Relaxed)) {
+            // Enough to prove how many micro-steps a reaction takes; the charts have few states.
+            let limits = Limits { pairs: 20_000, states: 2_000, ..Limits::default() };
+            let facts = grafsynth_verify::facts(net, &limits);
+            match engine.run(&Job { net, facts: &facts, stimulus }) {
+                Ok(got) => {
+                    passed(name, "verilog", &got);
+                    assert_eq!(compare(&net_trace(net, stimulus), &got), None, "{name}");
+                }
+                Err(EngineError::Refused(found)) => panic!("{name}: {found:#?}"),
+                Err(EngineError::Failed(why)) => panic!("{name}: {why}"),
             }
-            Err(EngineError::Refused(found)) => panic!("{name}: {found:#?}"),
-            Err(EngineError::Failed(why)) => panic!("{name}: {why}"),
         }
-    }
+    };
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    std::thread::scope(|scope| (0..threads).for_each(|_| drop(scope.spawn(work))));
 }
 
 /// The charts can fail: one wrong word, and they do.
