@@ -17,8 +17,8 @@
 //! assert_eq!(package.files[0].name, "empty.h");
 //! ```
 //!
-//! There are two styles: `switch` (the module `switch`: a state variable for each sequential component, with tables where a component only waits for
-//! inputs) and `bits` (the reaction program of `grafsynth_ir::lower::program`, printed). `docs/c.md` describes the result for its users.
+//! There are three shapes: `switch` (the module `switch`: a state variable for each sequential component, with tables where a component only waits for
+//! inputs), `statechart` (a state variable for each region, a jump on it for each event) and `bits` (the reaction program of `grafsynth_ir::lower::program`, printed). `docs/c.md` describes the result for its users.
 
 mod bits;
 mod calls;
@@ -30,6 +30,7 @@ mod ctext;
 mod harness;
 mod header;
 mod names;
+mod statechart;
 mod switch;
 mod times;
 
@@ -46,7 +47,7 @@ use grafsynth_ir::{Span, Valid};
 /// The shape of the emitted code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub enum Style {
-    /// The best that carries the chart: `Switch`, with tables where they pay, else `Bits`.
+    /// The best that carries the chart: `Switch`, with tables where they pay, else `Bits`. For a statechart `Switch` has a variable for each region.
     #[default]
     Auto,
     /// A `switch` over a state variable for each sequential component, never tables.
@@ -166,7 +167,7 @@ pub struct File {
 pub struct Package {
     /// The files: `NAME.h`, `NAME.c`, `NAME_port.h`, and for a chart with extern functions `NAME_user.h` and `NAME_user.c`.
     pub files: Vec<File>,
-    /// The style that was taken: `switch`, `switch with tables` or `bits`.
+    /// The style that was taken: `switch`, `switch with tables`, `statechart` or `bits`.
     pub style: &'static str,
     /// Why `auto` did not take the style `switch`; empty where it did.
     pub reason: String,
@@ -193,16 +194,25 @@ pub fn emit(
     diagnostics.extend(renamed(net, &names));
     diagnostics.extend(foreign_code(net));
     let mut reason = String::new();
-    let switched = match options.style {
+    let shaped = match options.style {
         Style::Bits => None,
         Style::Auto | Style::Switch | Style::Tables => {
-            match switch::program(net, facts, &names, options) {
+            let shaped = if net.settings.policy.is_statechart() {
+                statechart::program(net, &names, options)
+            } else {
+                switch::program(net, facts, &names, options).map_err(statechart::Failure::Refused)
+            };
+            match shaped {
                 Ok(program) => Some(program),
-                Err(refusal) if options.style == Style::Auto => {
+                Err(statechart::Failure::Errors(errors)) => {
+                    diagnostics.extend(errors);
+                    return Err(diagnostics);
+                }
+                Err(statechart::Failure::Refused(refusal)) if options.style == Style::Auto => {
                     reason = refusal.what;
                     None
                 }
-                Err(refusal) => {
+                Err(statechart::Failure::Refused(refusal)) => {
                     let message = format!(
                         "the style `{}` does not carry {}",
                         options.style.name(),
@@ -218,7 +228,7 @@ pub fn emit(
             }
         }
     };
-    let program = match switched {
+    let program = match shaped {
         Some(program) => program,
         None => match bits::program(net, &names, options) {
             Ok(program) => program,

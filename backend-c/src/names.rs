@@ -99,6 +99,14 @@ impl Names {
         Names { prefix, upper, inputs, outputs, vars, steps, transitions, macros, edges, members }
     }
 
+    /// A namer for what stands behind the prefix, besides steps.
+    pub(crate) fn suffix_namer(&self) -> Namer {
+        let mut namer = Namer::new(&SUFFIX);
+        ENUMERATORS.iter().for_each(|word| namer.reserve(word));
+        self.steps.values().for_each(|name| namer.reserve(name));
+        namer
+    }
+
     /// A namer for further members of the instance.
     pub(crate) fn member_namer(&self) -> Namer {
         let mut namer = namer();

@@ -199,6 +199,11 @@ impl<T, V> IdMap<T, V> {
         self.values.iter()
     }
 
+    /// All values, to be changed.
+    pub fn values_mut(&mut self) -> std::slice::IterMut<'_, V> {
+        self.values.iter_mut()
+    }
+
     /// The number of entries: that of the arena it was made for.
     #[must_use]
     pub fn len(&self) -> usize {

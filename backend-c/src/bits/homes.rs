@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 
 /// One piece of a function.
 #[derive(Debug)]
-pub(super) enum Piece<'p> {
+pub(crate) enum Piece<'p> {
     /// A statement with all that is in it.
     Whole(&'p Stmt),
     /// A choice whose lists were too long for one function.
@@ -19,7 +19,7 @@ pub(super) enum Piece<'p> {
 
 /// Where a temp lives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Home {
+pub(crate) enum Home {
     /// Nowhere: it is never mentioned.
     Nowhere,
     /// Declared where it is set, once, in the block of all its readers.
@@ -31,7 +31,7 @@ pub(super) enum Home {
 }
 
 /// Cuts statements into pieces, none of which makes a function larger than `limit`; what becomes a function of its own is added to `bodies`.
-pub(super) fn cut<'p>(
+pub(crate) fn cut<'p>(
     statements: &'p [Stmt],
     limit: usize,
     bodies: &mut Vec<Vec<Piece<'p>>>,
@@ -101,7 +101,7 @@ fn size(expr: &Expr) -> usize {
 }
 
 /// Calls `visit` with every expression of a statement, those of nested lists included.
-pub(super) fn each_expr<'p>(statement: &'p Stmt, visit: &mut impl FnMut(&'p Expr)) {
+pub(crate) fn each_expr<'p>(statement: &'p Stmt, visit: &mut impl FnMut(&'p Expr)) {
     match statement {
         Stmt::Set(_, value) | Stmt::Output(_, value) | Stmt::Fault(value) => visit(value),
         Stmt::Store(_, index, value) => {
@@ -126,7 +126,7 @@ pub(super) fn each_expr<'p>(statement: &'p Stmt, visit: &mut impl FnMut(&'p Expr
 }
 
 /// The home of each temp.
-pub(super) fn homes(
+pub(crate) fn homes(
     program: &Program,
     main: &[Piece<'_>],
     bodies: &[Vec<Piece<'_>>],

@@ -4,7 +4,7 @@
 //! the instance (Booleans as bit-fields), its temps become locals, and its statements C. A long program is cut into functions, so that a C compiler's time
 //! stays linear; temps that several of them use live in a structure on the stack.
 
-mod homes;
+pub(crate) mod homes;
 
 use crate::calls::{self, Callee};
 use crate::cexpr::{CExpr, Class, Helpers, Prec, Scope, c_expr, saturated, storage};
@@ -15,6 +15,7 @@ use crate::times::{Ticks, count_type, unsigned};
 use crate::{Object, Options};
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::lower::program::{ProgramOptions, program as reaction_program};
+use grafsynth_ir::names::Namer;
 use grafsynth_ir::net::{
     Driver, Evolution, InputId, InputKind, Leaf as NetLeaf, Net, OutputId, StepId, TransitionId,
 };
@@ -26,7 +27,7 @@ use homes::{Home, Piece, cut, each_expr, homes};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The nodes of expressions that count as much as one transition when functions are filled.
-const NODES_PER_TRANSITION: usize = 16;
+pub(crate) const NODES_PER_TRANSITION: usize = 16;
 
 /// The net in this style.
 ///
@@ -42,39 +43,48 @@ pub(crate) fn program(
     let mut bodies = Vec::new();
     let main = cut(&program.body, limit, &mut bodies);
     let homes = homes(&program, &main, &bodies);
-    let mut emit = Emit::new(net, names, &program, homes);
+    let mut emit = Emit::new(net, names, &program, homes, names.member_namer());
     Ok(emit.program(&main, &bodies))
 }
 
-struct Emit<'a> {
+/// Prints the statements of a program.
+pub(crate) struct Emit<'a> {
     net: &'a Net,
     names: &'a Names,
     program: &'a Program,
     cells: IdMap<Cell, String>,
+    /// Cells that are no members: another style keeps what they hold elsewhere, and this is how they are read.
+    pub(crate) elsewhere: BTreeMap<CellId, CExpr>,
     temps: IdMap<Temp, String>,
     homes: IdMap<Temp, Home>,
     step_cells: BTreeMap<StepId, CellId>,
-    ticks: Option<Ticks>,
+    pub(crate) ticks: Option<Ticks>,
     /// Extern conditions that are called at the start of every reaction.
     eager: BTreeSet<InputId>,
     /// Extern conditions that are called at the first need.
     lazy: BTreeSet<InputId>,
-    helpers: Helpers,
+    pub(crate) helpers: Helpers,
     /// The program is cut into functions.
-    is_split: bool,
+    pub(crate) is_split: bool,
     /// The function that is being printed: 0 is the reaction itself.
-    function: usize,
+    pub(crate) function: usize,
     /// Loops so far, to name their counters.
     loops: usize,
     /// Some reaction may leave a fault.
-    sets_fault: bool,
+    pub(crate) sets_fault: bool,
     /// Temps whose only value turned out to be a constant.
     constants: BTreeMap<TempId, CExpr>,
 }
 
 impl<'a> Emit<'a> {
-    fn new(net: &'a Net, names: &'a Names, program: &'a Program, homes: IdMap<Temp, Home>) -> Self {
-        let mut members = names.member_namer();
+    /// What prints `program`; `members` names those of the instance.
+    pub(crate) fn new(
+        net: &'a Net,
+        names: &'a Names,
+        program: &'a Program,
+        homes: IdMap<Temp, Home>,
+        mut members: Namer,
+    ) -> Self {
         let mut step_cells = BTreeMap::new();
         let cells = IdMap::build(&program.cells, |id, cell| {
             if let Origin::Step(step) = cell.origin {
@@ -95,6 +105,7 @@ impl<'a> Emit<'a> {
             names,
             program,
             cells,
+            elsewhere: BTreeMap::new(),
             temps,
             homes,
             step_cells,
@@ -155,22 +166,34 @@ impl<'a> Emit<'a> {
         }
     }
 
-    fn program(&mut self, main: &[Piece<'_>], bodies: &[Vec<Piece<'_>>]) -> CProgram {
+    /// A function for each body from number `first` on, and for every body how it is called from the reaction.
+    pub(crate) fn parts(
+        &mut self,
+        bodies: &[Vec<Piece<'_>>],
+        first: usize,
+    ) -> (Vec<Node>, Vec<String>) {
         let prefix = self.names.prefix.clone();
-        self.is_split = !bodies.is_empty();
         let mut functions = Vec::new();
-        let mut calls = Vec::new();
-        for (index, body) in bodies.iter().enumerate() {
+        let mut calls = vec![String::new(); first];
+        for (index, body) in bodies.iter().enumerate().skip(first) {
             self.function = index + 1;
             let mut nodes = self.locals();
             nodes.extend(self.pieces(body, &[]));
             let nodes = without_unused(nodes);
-            let name = format!("{prefix}_part_{}", index + 1);
+            let name = format!("{prefix}_part_{}", index + 1 - first);
             let (parameters, arguments) = self.parameters(&nodes);
             functions.push(Node::function(format!("static void {name}({parameters})"), nodes));
             functions.push(Node::blank());
             calls.push(format!("{name}({arguments});"));
         }
+        self.function = 0;
+        (functions, calls)
+    }
+
+    fn program(&mut self, main: &[Piece<'_>], bodies: &[Vec<Piece<'_>>]) -> CProgram {
+        let prefix = self.names.prefix.clone();
+        self.is_split = !bodies.is_empty();
+        let (functions, calls) = self.parts(bodies, 0);
         self.function = 0;
         let mut tables = Vec::new();
         let mut step = Vec::new();
@@ -197,11 +220,7 @@ impl<'a> Emit<'a> {
             instance: self.instance(sets_fault),
             enumerators: Vec::new(),
             active: IdMap::build(&self.net.steps, |id, _| {
-                let cell = self.step_cells.get(&id);
-                cell.map_or_else(
-                    || "false".to_string(),
-                    |cell| format!("self->{}", self.cells[*cell]),
-                )
+                self.active(id).map_or_else(|| "false".to_string(), |value| value.text)
             }),
             fault: sets_fault.then(|| "self->fault".to_string()),
             has_fault,
@@ -216,9 +235,12 @@ impl<'a> Emit<'a> {
 
     // --- declarations ----------------------------------------------------------------------------------------------------------------------
 
-    fn instance(&self, fault: bool) -> Vec<Member> {
+    pub(crate) fn instance(&self, fault: bool) -> Vec<Member> {
         let mut members: Vec<(usize, Member)> = Vec::new();
         for (id, cell) in self.program.cells.iter() {
+            if self.elsewhere.contains_key(&id) {
+                continue;
+            }
             let name = &self.cells[id];
             let ty = storage(cell.ty);
             let declaration = match cell.len {
@@ -246,7 +268,7 @@ impl<'a> Emit<'a> {
     }
 
     /// What functions share: temps that several use, and extern conditions once there are several functions.
-    fn shared_members(&self) -> Vec<Node> {
+    pub(crate) fn shared_members(&self) -> Vec<Node> {
         let mut nodes = Vec::new();
         for (id, temp) in self.program.temps.iter() {
             if self.homes[id] == Home::Shared {
@@ -272,7 +294,7 @@ impl<'a> Emit<'a> {
     }
 
     /// Temps that live in the present function but can't be declared where they are set.
-    fn locals(&self) -> Vec<Node> {
+    pub(crate) fn locals(&self) -> Vec<Node> {
         self.program
             .temps
             .iter()
@@ -286,7 +308,7 @@ impl<'a> Emit<'a> {
     }
 
     /// Extern conditions at the start of a reaction.
-    fn conditions(&self) -> Vec<Node> {
+    pub(crate) fn conditions(&self) -> Vec<Node> {
         let mut nodes = Vec::new();
         for input in self.eager.iter().chain(&self.lazy) {
             let name = &self.names.inputs[*input];
@@ -341,7 +363,7 @@ impl<'a> Emit<'a> {
 
     // --- statements ------------------------------------------------------------------------------------------------------------------------
 
-    fn pieces(&mut self, pieces: &[Piece<'_>], calls: &[String]) -> Vec<Node> {
+    pub(crate) fn pieces(&mut self, pieces: &[Piece<'_>], calls: &[String]) -> Vec<Node> {
         let mut nodes = Vec::new();
         for piece in pieces {
             match piece {
@@ -364,7 +386,7 @@ impl<'a> Emit<'a> {
         nodes
     }
 
-    fn statements(&mut self, statements: &[Stmt]) -> Vec<Node> {
+    pub(crate) fn statements(&mut self, statements: &[Stmt]) -> Vec<Node> {
         let mut nodes = Vec::new();
         for statement in statements {
             self.statement(statement, &mut nodes);
@@ -454,7 +476,7 @@ impl<'a> Emit<'a> {
         }
     }
 
-    fn repeat(&mut self, limit: u32, condition: &CExpr, body: Vec<Node>) -> Vec<Node> {
+    pub(crate) fn repeat(&mut self, limit: u32, condition: &CExpr, body: Vec<Node>) -> Vec<Node> {
         if condition.is_false() || limit == 0 {
             return Vec::new();
         }
@@ -480,7 +502,7 @@ impl<'a> Emit<'a> {
         ]
     }
 
-    fn expr(&mut self, expr: &Expr) -> CExpr {
+    pub(crate) fn expr(&mut self, expr: &Expr) -> CExpr {
         c_expr(expr, &mut Reader { emit: self })
     }
 
@@ -511,9 +533,13 @@ impl<'a> Emit<'a> {
             .collect()
     }
 
-    fn active(&self, step: StepId) -> Option<CExpr> {
+    /// How a step's bit is read.
+    pub(crate) fn active(&self, step: StepId) -> Option<CExpr> {
         let cell = self.step_cells.get(&step)?;
-        Some(CExpr::condition(format!("self->{}", self.cells[*cell]), Prec::Atom))
+        match self.elsewhere.get(cell) {
+            Some(value) => Some(value.clone()),
+            None => Some(CExpr::condition(format!("self->{}", self.cells[*cell]), Prec::Atom)),
+        }
     }
 
     /// Some step that carries the output with a condition is active.
@@ -577,9 +603,12 @@ impl<'a> Emit<'a> {
 
     // --- reset -----------------------------------------------------------------------------------------------------------------------------
 
-    fn init(&mut self, fault: bool) -> Vec<Node> {
+    pub(crate) fn init(&mut self, fault: bool) -> Vec<Node> {
         let mut nodes = Vec::new();
         for (id, cell) in self.program.cells.iter() {
+            if self.elsewhere.contains_key(&id) {
+                continue;
+            }
             let name = format!("self->{}", self.cells[id]);
             let set = calls::initial(&name, cell.ty, cell.len, &cell.init);
             nodes.extend(set.into_iter().map(|node| node.about_all(objects_of(cell.origin))));
@@ -615,7 +644,7 @@ fn counts_ticks(cell: &Cell) -> bool {
     )
 }
 
-fn gives_fault(statement: &Stmt) -> bool {
+pub(crate) fn gives_fault(statement: &Stmt) -> bool {
     match statement {
         Stmt::Fault(value) => !value.is_false(),
         Stmt::If(_, then, otherwise) => then.iter().chain(otherwise).any(gives_fault),
@@ -690,9 +719,12 @@ impl Scope<Leaf> for Reader<'_, '_> {
     fn leaf(&mut self, leaf: &Leaf) -> CExpr {
         let emit = &self.emit;
         match *leaf {
-            Leaf::Cell(cell) => {
-                CExpr::place(format!("self->{}", emit.cells[cell]), emit.program.cells[cell].ty)
-            }
+            Leaf::Cell(cell) => match emit.elsewhere.get(&cell) {
+                Some(value) => value.clone(),
+                None => {
+                    CExpr::place(format!("self->{}", emit.cells[cell]), emit.program.cells[cell].ty)
+                }
+            },
             Leaf::Temp(temp) if emit.constants.contains_key(&temp) => emit.constants[&temp].clone(),
             Leaf::Temp(temp) => {
                 let name = &emit.temps[temp];

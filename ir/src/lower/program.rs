@@ -22,7 +22,8 @@
 //! | `choose` | conflict policies outside statecharts (§4) |
 //! | `change` | the next situation: enclosing steps, forcing, restart (NEXT and FIRE of §3.9) |
 //! | `grafcet` | the evolution outside statecharts |
-//! | `statechart` | the evolution of statecharts, with their `tree`, their `queues` and the `order` of their actions |
+//! | `statechart` | the evolution of statecharts, with their `tree`, their `queues`, the `order` of their actions, and what they leave and `enter` |
+//! | `pieces` | the same in pieces, for code of another shape |
 //! | `ending` | the end of a reaction (§3.8) |
 //! | `prune` | drops what is written and never read |
 
@@ -30,10 +31,12 @@ mod change;
 mod choose;
 pub mod codes;
 mod ending;
+mod enter;
 mod grafcet;
 mod lists;
 mod needs;
 mod order;
+mod pieces;
 mod prune;
 mod queues;
 mod ranks;
@@ -60,6 +63,7 @@ use crate::program_run::Machine;
 use crate::span::Span;
 use crate::validate::Valid;
 
+pub use pieces::{Pieces, StatePieces, TransitionPieces, pieces};
 pub use show::show;
 
 use needs::Needs;
@@ -93,11 +97,18 @@ pub fn program(net: &Valid<Net>, options: &ProgramOptions) -> Result<Program, Ve
     if !builder.findings.is_empty() {
         return Err(builder.findings);
     }
-    let mut program = Program { body, ..Program::default() };
-    // Reset has temps of its own, over the same cells.
     let temps = std::mem::take(&mut builder.temps);
+    let mut program = Program { body, temps, ..Program::default() };
+    with_reset(builder, net, &mut program);
+    Ok(if options.prune { prune::prune(program) } else { program })
+}
+
+/// Adds the cells with their values after reset, and what reset shows. The builder has made the reaction, and its temps are the program's by now.
+fn with_reset(mut builder: Builder<'_>, net: &Net, program: &mut Program) {
+    // Reset has temps of its own, over the same cells.
     builder.reset = true;
     builder.forget_temps();
+    let statechart = net.settings.policy.is_statechart();
     let body = if statechart { builder.statechart_reset() } else { builder.grafcet_reset() };
     let reset = Program {
         cells: builder.cells,
@@ -112,12 +123,10 @@ pub fn program(net: &Valid<Net>, options: &ProgramOptions) -> Result<Program, Ve
     for ((_, cell), init) in program.cells.iter_mut().zip(after) {
         cell.init = init;
     }
-    program.temps = temps;
     program.reset_effects = shown.effects;
     program.reset_outputs = shown.outputs;
     program.reset_outputs.resize(net.outputs.len(), 0);
     program.reset_fault = shown.fault;
-    Ok(if options.prune { prune::prune(program) } else { program })
 }
 
 /// Reset reads all inputs as 0; one that cannot be 0 as the value nearest to it.

@@ -19,10 +19,7 @@ pub(super) fn prune(program: Program) -> Program {
     loop {
         let mut read = BTreeSet::new();
         reads(&program.body, &mut read);
-        let keep_cell = IdMap::build(&program.cells, |id, cell| {
-            matches!(cell.origin, Origin::Step(_) | Origin::Var(_))
-                || read.contains(&Leaf::Cell(id))
-        });
+        let keep_cell = keep_cells(&program, &read);
         let keep_temp = IdMap::build(&program.temps, |id, _| read.contains(&Leaf::Temp(id)));
         let done = keep_cell.values().all(|keep| *keep) && keep_temp.values().all(|keep| *keep);
         if done {
@@ -32,15 +29,67 @@ pub(super) fn prune(program: Program) -> Program {
     }
 }
 
+/// The same for the pieces of a program: their lists and expressions, the temps and cells that others than they read. Gives the new ids.
+pub(super) fn prune_pieces(
+    program: &mut Program,
+    lists: &mut [&mut Vec<Stmt>],
+    exprs: &mut [&mut Expr],
+    kept_temp: Option<TempId>,
+    kept_cells: &[CellId],
+) -> Pruned {
+    let mut all = Pruned {
+        cells: IdMap::build(&program.cells, |id, _| Some(id)),
+        temps: IdMap::build(&program.temps, |id, _| Some(id)),
+    };
+    loop {
+        let mut read = BTreeSet::new();
+        lists.iter().for_each(|list| reads(list, &mut read));
+        exprs.iter().for_each(|expr| note(&mut read, expr, None));
+        read.extend(kept_cells.iter().filter_map(|id| all.cells[*id]).map(Leaf::Cell));
+        read.extend(kept_temp.and_then(|id| all.temps[id]).map(Leaf::Temp));
+        let keep_cell = keep_cells(program, &read);
+        let keep_temp = IdMap::build(&program.temps, |id, _| read.contains(&Leaf::Temp(id)));
+        if keep_cell.values().all(|keep| *keep) && keep_temp.values().all(|keep| *keep) {
+            return all;
+        }
+        let (renamed, cells, temps) = renaming(program, &keep_cell, &keep_temp);
+        for list in lists.iter_mut() {
+            **list = renamed.list(std::mem::take(*list));
+        }
+        for expr in exprs.iter_mut() {
+            **expr = renamed.expr(expr);
+        }
+        program.cells = cells;
+        program.temps = temps;
+        for id in all.cells.values_mut() {
+            *id = id.and_then(|id| renamed.cells[id]);
+        }
+        for id in all.temps.values_mut() {
+            *id = id.and_then(|id| renamed.temps[id]);
+        }
+    }
+}
+
+/// What became of cells and temps.
+pub(super) type Pruned = Renamed;
+
+/// Steps and variables always stay, and what is read.
+fn keep_cells(program: &Program, read: &BTreeSet<Leaf>) -> IdMap<Cell, bool> {
+    IdMap::build(&program.cells, |id, cell| {
+        matches!(cell.origin, Origin::Step(_) | Origin::Var(_)) || read.contains(&Leaf::Cell(id))
+    })
+}
+
+fn note(read: &mut BTreeSet<Leaf>, expr: &Expr, but: Option<Leaf>) {
+    expr.for_each_leaf(&mut |leaf| {
+        if Some(*leaf) != but {
+            read.insert(*leaf);
+        }
+    });
+}
+
 /// What is read, but for a counter that only counts itself.
 fn reads(body: &[Stmt], read: &mut BTreeSet<Leaf>) {
-    fn note(read: &mut BTreeSet<Leaf>, expr: &Expr, but: Option<Leaf>) {
-        expr.for_each_leaf(&mut |leaf| {
-            if Some(*leaf) != but {
-                read.insert(*leaf);
-            }
-        });
-    }
     for statement in body {
         match statement {
             Stmt::Set(temp, value) => note(read, value, Some(Leaf::Temp(*temp))),
@@ -67,7 +116,8 @@ fn reads(body: &[Stmt], read: &mut BTreeSet<Leaf>) {
     }
 }
 
-struct Renamed {
+/// The new ids of what is kept.
+pub(super) struct Renamed {
     cells: IdMap<Cell, Option<CellId>>,
     temps: IdMap<Temp, Option<TempId>>,
 }
@@ -77,6 +127,16 @@ fn rebuilt(
     keep_cell: &IdMap<Cell, bool>,
     keep_temp: &IdMap<Temp, bool>,
 ) -> Program {
+    let (renamed, cells, temps) = renaming(&program, keep_cell, keep_temp);
+    let body = renamed.list(program.body);
+    Program { cells, temps, body, ..program }
+}
+
+fn renaming(
+    program: &Program,
+    keep_cell: &IdMap<Cell, bool>,
+    keep_temp: &IdMap<Temp, bool>,
+) -> (Renamed, Arena<Cell>, Arena<Temp>) {
     let mut cells = Arena::new();
     let mut temps = Arena::new();
     let renamed = Renamed {
@@ -87,11 +147,18 @@ fn rebuilt(
             keep_temp[id].then(|| temps.push(temp.clone()))
         }),
     };
-    let body = renamed.list(program.body);
-    Program { cells, temps, body, ..program }
+    (renamed, cells, temps)
 }
 
 impl Renamed {
+    pub(super) fn cell(&self, id: CellId) -> Option<CellId> {
+        self.cells[id]
+    }
+
+    pub(super) fn temp(&self, id: TempId) -> Option<TempId> {
+        self.temps[id]
+    }
+
     fn list(&self, body: Vec<Stmt>) -> Vec<Stmt> {
         let mut out = Vec::new();
         for statement in body {

@@ -10,27 +10,28 @@
 
 use std::collections::BTreeMap;
 
-use super::order::Act;
+use super::enter::add;
 use super::queues::{External, Queues, is_empty};
 use super::tree::Tree;
 use super::{Builder, cell, temp, when};
 use crate::arena::IdMap;
 use crate::expr::{ArithOp, CompareOp, Expr as GenericExpr, ExprKind, Type};
-use crate::net::{
-    Enter, History, HistoryId, InputId, PartId, Policy, Step, StepId, StepKind, Transition,
-    TransitionId,
-};
+use crate::net::{InputId, PartId, Policy, Step, StepId, StepKind, Transition, TransitionId};
 use crate::program::{Expr, Origin, Stmt, TempId, TempRole};
 use crate::simplify::simplify;
 use crate::span::Span;
 
-/// What a micro-step enters.
-struct Entries {
-    states: IdMap<Step, Vec<Expr>>,
-    by_default: IdMap<Step, Vec<Expr>>,
-    histories: IdMap<History, Vec<Expr>>,
-    /// The history's default content runs.
-    default_content: IdMap<History, Expr>,
+/// What counts the rounds of an evolution.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Rounds {
+    /// Micro-steps since the last event that starts the count anew.
+    pub(super) count: TempId,
+    /// There is another round.
+    pub(super) again: TempId,
+    /// The number of the event that is checked for, 0 for none; nothing where the net has no events.
+    pub(super) current: Option<TempId>,
+    /// How many events that start the count anew still wait; where nothing is sent, all do.
+    restarts: Option<TempId>,
 }
 
 impl Builder<'_> {
@@ -59,9 +60,17 @@ impl Builder<'_> {
     /// L1 to L5 of §3.9.
     pub(super) fn statechart_reaction(&mut self) -> Vec<Stmt> {
         let mut out = Vec::new();
-        self.note_ended(&mut out);
-        self.latch(&mut out);
-        let fault = self.begin_fault(&mut out);
+        let fault = self.begin_reaction(&mut out);
+        self.evolve_statechart(fault, &mut out);
+        self.end_reaction(fault, &mut out);
+        out
+    }
+
+    /// L1 to L3, with the flag that says whether the reaction went wrong.
+    pub(super) fn begin_reaction(&mut self, out: &mut Vec<Stmt>) -> TempId {
+        self.note_ended(out);
+        self.latch(out);
+        let fault = self.begin_fault(out);
         let mut latched = Vec::new();
         self.latch_queues(&mut latched);
         match self.all_ended() {
@@ -72,15 +81,18 @@ impl Builder<'_> {
                     Some(External::Row(_))
                 ) =>
             {
-                when(all.not(), latched, &mut out);
+                when(all.not(), latched, out);
             }
             Some(_) | None => out.extend(latched),
         }
-        self.compare_inputs(&mut out);
-        self.evolve_statechart(fault, &mut out);
-        self.end(super::ending::Mealy::new(), &mut out);
+        self.compare_inputs(out);
+        fault
+    }
+
+    /// L5.
+    pub(super) fn end_reaction(&mut self, fault: TempId, out: &mut Vec<Stmt>) {
+        self.end(super::ending::Mealy::new(), out);
         out.push(Stmt::Fault(temp(fault)));
-        out
     }
 
     /// R3 to R5.
@@ -101,8 +113,7 @@ impl Builder<'_> {
         self.fire_states(&tree, &exits, &silent, &[], &entries, &mut out);
         self.compare_inputs(&mut out);
         self.evolve_statechart(fault, &mut out);
-        self.end(super::ending::Mealy::new(), &mut out);
-        out.push(Stmt::Fault(temp(fault)));
+        self.end_reaction(fault, &mut out);
         out
     }
 
@@ -132,25 +143,16 @@ impl Builder<'_> {
     fn evolve_statechart(&mut self, fault: TempId, out: &mut Vec<Stmt>) {
         let net = self.net;
         let limit = self.limit().unwrap_or(1);
-        let top = i64::from(limit);
-        let count = self.new_temp("micro_steps", Type::Int { lo: 0, hi: top }, TempRole::Helper);
-        let again = self.new_temp("again", Type::Bool, TempRole::Helper);
-        let all_ended = self.all_ended();
-        out.push(Stmt::Set(count, Expr::int(0)));
-        out.push(Stmt::Set(again, all_ended.clone().map_or_else(|| Expr::bool(true), Expr::not)));
-        let current = self.begin_events(out);
-        let restarts = self.begin_restarts(out);
-
+        let rounds = self.begin_evolution(out);
+        let Rounds { count, again, current, .. } = rounds;
         let mut body = Vec::new();
         self.compare_others(&mut body);
         let tree = Tree::of(net);
         let fireable = self.fireable_in_statechart(current, &mut body);
         let fire = self.choose_in_statechart(&tree, &fireable, &mut body);
         let any = self.named("any", TempRole::Helper, Expr::or(fire.values().cloned()), &mut body);
-        let is_full = Expr::compare(CompareOp::Ge, temp(count), Expr::int(top));
-        let mut too_long =
-            vec![Stmt::Set(fault, Expr::bool(true)), Stmt::Set(again, Expr::bool(false))];
-        too_long.extend(self.drop_queues());
+        let is_full = Expr::compare(CompareOp::Ge, temp(count), Expr::int(i64::from(limit)));
+        let too_long = self.too_long(fault, rounds);
 
         let mut step = Vec::new();
         let entries = self.entries(&fire);
@@ -160,17 +162,9 @@ impl Builder<'_> {
         self.resolve_histories(&mut entries, &mut step);
         let order = self.action_order(&tree, &fireable, &mut step);
         self.fire_states(&tree, &exits, &fire, &order, &entries, &mut step);
-        step.push(Stmt::Set(count, plus_one(count)));
-        if let Some(current) = current {
-            step.push(Stmt::Set(current, Expr::int(0)));
-        }
-        if let Some(all_ended) = all_ended {
-            let mut stop = self.drop_queues();
-            stop.push(Stmt::Set(again, Expr::bool(false)));
-            when(all_ended, stop, &mut step);
-        }
+        step.extend(self.after_micro_step(rounds));
         let fired = vec![Stmt::If(is_full, too_long, step)];
-        let idle = self.take_next(current, restarts, count, again);
+        let idle = self.take_next(rounds);
         if any.is_false() {
             body.extend(idle);
         } else {
@@ -182,6 +176,41 @@ impl Builder<'_> {
         when(Expr::or([any, temp(again).not()]), renew, &mut body);
         let limit = self.most_rounds(limit);
         out.push(Stmt::Repeat { limit, condition: temp(again), body });
+    }
+
+    /// What counts the rounds gets its first values.
+    pub(super) fn begin_evolution(&mut self, out: &mut Vec<Stmt>) -> Rounds {
+        let top = i64::from(self.limit().unwrap_or(1));
+        let count = self.new_temp("micro_steps", Type::Int { lo: 0, hi: top }, TempRole::Helper);
+        let again = self.new_temp("again", Type::Bool, TempRole::Helper);
+        let all_ended = self.all_ended();
+        out.push(Stmt::Set(count, Expr::int(0)));
+        out.push(Stmt::Set(again, all_ended.map_or_else(|| Expr::bool(true), Expr::not)));
+        let current = self.begin_events(out);
+        let restarts = self.begin_restarts(out);
+        Rounds { count, again, current, restarts }
+    }
+
+    /// A micro-step is over: the next check is for no event, and there is none if all charts have ended.
+    pub(super) fn after_micro_step(&self, rounds: Rounds) -> Vec<Stmt> {
+        let mut out = vec![Stmt::Set(rounds.count, plus_one(rounds.count))];
+        if let Some(current) = rounds.current {
+            out.push(Stmt::Set(current, Expr::int(0)));
+        }
+        if let Some(all_ended) = self.all_ended() {
+            let mut stop = self.drop_queues();
+            stop.push(Stmt::Set(rounds.again, Expr::bool(false)));
+            when(all_ended, stop, &mut out);
+        }
+        out
+    }
+
+    /// Instead of the micro-step after the last allowed one.
+    pub(super) fn too_long(&self, fault: TempId, rounds: Rounds) -> Vec<Stmt> {
+        let mut out =
+            vec![Stmt::Set(fault, Expr::bool(true)), Stmt::Set(rounds.again, Expr::bool(false))];
+        out.extend(self.drop_queues());
+        out
     }
 
     /// The number of the event that is checked for, 0 for none; nothing where the net has no events.
@@ -210,7 +239,7 @@ impl Builder<'_> {
     }
 
     /// A bound of the rounds: micro-steps, events taken, and the last empty check.
-    fn most_rounds(&self, limit: u32) -> u32 {
+    pub(super) fn most_rounds(&self, limit: u32) -> u32 {
         let Some(queues) = &self.queues else { return u32::MAX };
         let outside = u64::from(queues.external_bound());
         let inside = queues.internal.map_or(0, |queue| u64::from(queue.bound));
@@ -225,13 +254,8 @@ impl Builder<'_> {
     }
 
     /// A round without effect: take an internal event, else an external one, else stop.
-    fn take_next(
-        &mut self,
-        current: Option<TempId>,
-        restarts: Option<TempId>,
-        count: TempId,
-        again: TempId,
-    ) -> Vec<Stmt> {
+    pub(super) fn take_next(&mut self, rounds: Rounds) -> Vec<Stmt> {
+        let Rounds { count, again, current, restarts } = rounds;
         let mut idle = vec![Stmt::Set(again, Expr::bool(false))];
         let (Some(current), Some(queues)) = (current, self.queues.clone()) else { return idle };
         match &queues.external {
@@ -463,293 +487,11 @@ impl Builder<'_> {
         moved.insert(step, value.clone());
         value
     }
-
-    /// Which states are left: each lies in the domain of something that fires.
-    fn exits(
-        &mut self,
-        tree: &Tree,
-        fire: &IdMap<Transition, Expr>,
-        out: &mut Vec<Stmt>,
-    ) -> IdMap<Step, Expr> {
-        let net = self.net;
-        let mut of_domain: BTreeMap<(PartId, Option<StepId>), Vec<Expr>> = BTreeMap::new();
-        for (id, transition) in net.transitions.iter() {
-            if !transition.clears.is_empty() {
-                of_domain
-                    .entry((transition.part, tree.domain[id]))
-                    .or_default()
-                    .push(fire[id].clone());
-            }
-        }
-        let mut left = IdMap::filled(&net.steps, Expr::bool(false));
-        let mut whole = BTreeMap::new();
-        for (part, data) in net.parts.iter() {
-            let fires = of_domain.remove(&(part, None)).unwrap_or_default();
-            whole.insert(
-                part,
-                self.named(format!("{}.left", data.name), TempRole::Helper, Expr::or(fires), out),
-            );
-        }
-        // Of each state: what lies in it is left.
-        let mut inside = IdMap::filled(&net.steps, Expr::bool(false));
-        for (step, data) in net.steps.iter() {
-            let around = match data.parent {
-                Some(parent) => inside[parent].clone(),
-                None => whole.get(&data.part).cloned().unwrap_or_else(|| Expr::bool(false)),
-            };
-            let fires = of_domain.remove(&(data.part, Some(step))).unwrap_or_default();
-            let any = Expr::or([around.clone()].into_iter().chain(fires));
-            inside[step] =
-                self.named(format!("{}.inside_left", data.name), TempRole::Helper, any, out);
-            left[step] = Expr::and([self.is_active(step), around]);
-        }
-        left
-    }
-
-    fn no_entries(&self) -> Entries {
-        Entries {
-            states: IdMap::filled(&self.net.steps, Vec::new()),
-            by_default: IdMap::filled(&self.net.steps, Vec::new()),
-            histories: IdMap::filled(&self.net.histories, Vec::new()),
-            default_content: IdMap::filled(&self.net.histories, Expr::bool(false)),
-        }
-    }
-
-    fn entries(&self, fire: &IdMap<Transition, Expr>) -> Entries {
-        let mut entries = self.no_entries();
-        for (id, transition) in self.net.transitions.iter() {
-            for enter in &transition.enters {
-                add(&mut entries, *enter, &fire[id]);
-            }
-        }
-        entries
-    }
-
-    /// History is recorded from the situation at the start of the micro-step, before anything runs.
-    fn record_histories(&self, exits: &IdMap<Step, Expr>, out: &mut Vec<Stmt>) {
-        for (id, history) in self.net.histories.iter() {
-            let mut list = Vec::new();
-            for case in &history.cases {
-                if let Some(recorded) = self.recorded.get(&(id, case.step)) {
-                    list.push(Stmt::Store(*recorded, None, self.is_active(case.step)));
-                }
-            }
-            when(exits[history.owner].clone(), list, out);
-        }
-    }
-
-    /// A history stands for what it has recorded, or for its default. One that another one names belongs to a state inside the other's, so outer
-    /// histories come first.
-    fn resolve_histories(&mut self, entries: &mut Entries, out: &mut Vec<Stmt>) {
-        let net = self.net;
-        let mut order: Vec<HistoryId> = net.histories.ids().collect();
-        let depth = |id: &HistoryId| {
-            std::iter::successors(Some(net.histories[*id].owner), |step| net.steps[*step].parent)
-                .take(net.steps.len())
-                .count()
-        };
-        order.sort_by_key(depth);
-        for id in order {
-            let history = &net.histories[id];
-            let entered = Expr::or(std::mem::take(&mut entries.histories[id]));
-            let entered =
-                self.named(format!("{}.entered", history.name), TempRole::Helper, entered, out);
-            if entered.is_false() {
-                continue;
-            }
-            let recorded = |builder: &Self, step: StepId| {
-                builder.recorded.get(&(id, step)).map_or_else(|| Expr::bool(false), |id| cell(*id))
-            };
-            for case in &history.cases {
-                let condition = Expr::and([entered.clone(), recorded(self, case.step)]);
-                for enter in &case.enters {
-                    add(entries, *enter, &condition);
-                }
-            }
-            let any = Expr::or(history.cases.iter().map(|case| recorded(self, case.step)));
-            let by_default = Expr::and([entered, any.not()]);
-            let by_default =
-                self.named(format!("{}.default", history.name), TempRole::Helper, by_default, out);
-            for enter in &history.default {
-                add(entries, *enter, &by_default);
-            }
-            entries.default_content[id] = by_default;
-        }
-    }
-
-    /// Exit, content, entry: the sequence of a micro-step.
-    fn fire_states(
-        &mut self,
-        tree: &Tree,
-        exits: &IdMap<Step, Expr>,
-        fire: &IdMap<Transition, Expr>,
-        order: &[Act],
-        entries: &Entries,
-        out: &mut Vec<Stmt>,
-    ) {
-        let net = self.net;
-        self.begin_sequence();
-        let watched =
-            IdMap::build(&net.steps, |step, _| self.needs.watched[step] && !self.simultaneous);
-        // Entering is asked several times, and after bits have moved.
-        let mut enters = IdMap::filled(&net.steps, Expr::bool(false));
-        for (step, data) in net.steps.iter() {
-            let any = Expr::or(entries.states[step].iter().cloned());
-            enters[step] =
-                self.named(format!("{}.activated", data.name), TempRole::Activated(step), any, out);
-        }
-        let mut exits = exits.clone();
-        if self.simultaneous {
-            for (step, data) in net.steps.iter() {
-                let exit = exits[step].clone();
-                exits[step] = self.named(
-                    format!("{}.deactivated", data.name),
-                    TempRole::Deactivated(step),
-                    exit,
-                    out,
-                );
-            }
-        }
-        let mut sequence = Vec::new();
-        let mut late = Vec::new();
-        let doc_order: Vec<StepId> = net.steps.ids().collect();
-        for step in doc_order.iter().rev().copied() {
-            let mut list = self.list(&net.steps[step].exit);
-            let mut drop = Vec::new();
-            if watched[step] {
-                drop.push(Stmt::Store(self.step[step], None, Expr::bool(false)));
-            }
-            for id in [self.elapsed[step], self.task[step]].into_iter().flatten() {
-                drop.push(Stmt::Store(id, None, Expr::int(0)));
-            }
-            if self.simultaneous {
-                when(exits[step].clone(), drop, &mut late);
-            } else {
-                list.extend(drop);
-            }
-            when(exits[step].clone(), list, &mut sequence);
-        }
-        self.run_actions(order, fire, &mut sequence);
-        for step in doc_order {
-            let mut list = Vec::new();
-            if watched[step] {
-                list.push(Stmt::Store(self.step[step], None, Expr::bool(true)));
-            }
-            if let Some(last) = self.last_elapsed[step] {
-                let start = Stmt::Store(last, None, Expr::int(0));
-                if self.simultaneous {
-                    when(enters[step].clone(), vec![start], &mut late);
-                } else {
-                    list.push(start);
-                }
-            }
-            list.extend(self.list(&net.steps[step].entry));
-            let content = self.list(&net.steps[step].initial_content);
-            when(Expr::or(entries.by_default[step].iter().cloned()), content, &mut list);
-            for (id, history) in net.histories.iter() {
-                if history.owner == step {
-                    let content = self.list(&history.default_content);
-                    when(entries.default_content[id].clone(), content, &mut list);
-                }
-            }
-            if net.steps[step].kind == StepKind::Final {
-                self.finish(tree, step, &exits, &enters, &watched, &mut list);
-            }
-            when(enters[step].clone(), list, &mut sequence);
-        }
-        sequence.extend(late);
-        for step in net.steps.ids() {
-            let is_constant = exits[step].is_false() && enters[step].is_false();
-            if !watched[step] && !is_constant {
-                let stays = self.stays(step, &exits);
-                let next = simplify(&Expr::or([stays, enters[step].clone()]));
-                sequence.push(Stmt::Store(self.step[step], None, next));
-            }
-        }
-        out.extend(self.end_sequence(sequence));
-    }
-
-    /// The state is active and not left.
-    fn stays(&self, step: StepId, exits: &IdMap<Step, Expr>) -> Expr {
-        Expr::and([self.is_active(step), exits[step].clone().not()])
-    }
-
-    /// `done.state.P`, and that of a parallel all of whose regions are final, right after the entry list of the final state.
-    /// One without a parent ends its chart: as it is the only active state there, its exit list runs, and its bit stays [C20].
-    fn finish(
-        &mut self,
-        tree: &Tree,
-        step: StepId,
-        exits: &IdMap<Step, Expr>,
-        enters: &IdMap<Step, Expr>,
-        watched: &IdMap<Step, bool>,
-        out: &mut Vec<Stmt>,
-    ) {
-        let net = self.net;
-        let Some(parent) = net.steps[step].parent else {
-            out.extend(self.list(&net.steps[step].exit));
-            if let Some(ended) = self.ended[self.ranks.chart_of(net.steps[step].part)] {
-                out.push(Stmt::Store(ended, None, Expr::bool(true)));
-            }
-            return;
-        };
-        if let Some(event) = net.steps[parent].done_event {
-            self.raise(event, out);
-        }
-        let Some(above) = net.steps[parent].parent else { return };
-        if net.steps[above].kind == StepKind::Parallel
-            && let Some(event) = net.steps[above].done_event
-        {
-            // Of states that stand further down in document order the bits have not risen yet.
-            let is_final = |child: StepId| {
-                if watched[child] {
-                    self.is_active(child)
-                } else if child <= step {
-                    Expr::or([self.stays(child, exits), enters[child].clone()])
-                } else {
-                    self.stays(child, exits)
-                }
-            };
-            let all = simplify(&is_in_final_state(net, tree, above, &is_final));
-            let mut raise = Vec::new();
-            self.raise(event, &mut raise);
-            when(all, raise, out);
-        }
-    }
 }
 
 fn plus_one(id: TempId) -> Expr {
     let sum = ExprKind::Arith(ArithOp::Add, Box::new(temp(id)), Box::new(Expr::int(1)));
     GenericExpr::new(sum, Span::default())
-}
-
-fn add(entries: &mut Entries, enter: Enter, condition: &Expr) {
-    match enter {
-        Enter::Step(step) => entries.states[step].push(condition.clone()),
-        Enter::InitialContent(step) => entries.by_default[step].push(condition.clone()),
-        Enter::History(history) => entries.histories[history].push(condition.clone()),
-    }
-}
-
-fn is_in_final_state(
-    net: &crate::net::Net,
-    tree: &Tree,
-    step: StepId,
-    is_final: &impl Fn(StepId) -> Expr,
-) -> Expr {
-    let children = &tree.children[step];
-    match net.steps[step].kind {
-        StepKind::Composite => Expr::or(
-            children
-                .iter()
-                .filter(|child| net.steps[**child].kind == StepKind::Final)
-                .map(|child| is_final(*child)),
-        ),
-        StepKind::Parallel => {
-            Expr::and(children.iter().map(|child| is_in_final_state(net, tree, *child, is_final)))
-        }
-        StepKind::Leaf | StepKind::Enclosing | StepKind::Final => Expr::bool(false),
-    }
 }
 
 /// The next event of the row, in declaration order, without nesting one choice into the other.

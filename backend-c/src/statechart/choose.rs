@@ -1,0 +1,496 @@
+//! CHECK and the choice of §4, event by event.
+//!
+//! Each region that has transitions on the event says which of them is the first fireable one from the active state outwards (inner-first) or from outside
+//! inwards (outer-first). With one region that is the whole choice. With several, a transition around a parallel state is offered only by regions that have
+//! nothing fireable themselves (they *rest*), and of two whose exit sets meet the inner, then the earlier one wins: flags say whether something *moved* in a
+//! parallel state, and whether something *left* it. Such flags exist only where a transition on this event leaves a parallel state or stands around one.
+
+use super::Emit;
+use super::text::{Case, Function, switch};
+use crate::Object;
+use crate::cexpr::CExpr;
+use crate::ctext::Node;
+use crate::names::namer;
+use grafsynth_ir::net::{Policy, StepId, TransitionId};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// The transitions of a region on one event that can be fireable at all, by source.
+type Candidates = BTreeMap<StepId, Vec<TransitionId>>;
+
+/// One check for one event.
+struct Check {
+    candidates: BTreeMap<usize, Candidates>,
+    /// The regions that have candidates in them or in regions inside.
+    concerned: BTreeSet<usize>,
+    /// Locals: the transition of each region, and whether it rests.
+    taken: BTreeMap<usize, String>,
+    rests: BTreeMap<usize, String>,
+    /// Flags of parallel states, where they are needed.
+    moved: BTreeMap<StepId, String>,
+    left: BTreeMap<StepId, String>,
+}
+
+/// What the regions of a micro-step do, in its three phases.
+#[derive(Default)]
+struct Phases {
+    leave: BTreeMap<usize, Option<Function>>,
+    act: BTreeMap<usize, Option<Function>>,
+    enter: BTreeMap<usize, Option<Function>>,
+}
+
+impl Emit<'_> {
+    /// All functions of the evolution. The last one makes a micro-step for an event, and says whether one is due; none where nothing can ever fire.
+    pub(super) fn moves(&mut self) -> Option<Function> {
+        self.shared = self.shared_entries();
+        self.define_exits();
+        let mut phases = Phases::default();
+        let mut cases = Vec::new();
+        for number in 0..=self.pieces.events.len() {
+            let Some(function) = self.on_event(number, &mut phases) else { continue };
+            let body = vec![Node::line(format!("return {};", function.call(&[])))];
+            let event = self.event_name(number);
+            let label = vec![number.to_string()];
+            let mut case = Case { labels: label, body, returns: true };
+            if let (Some(event), [line]) = (event, case.body.as_mut_slice()) {
+                *line = line.clone().about(Object::Input(event));
+            }
+            cases.push(case);
+        }
+        if cases.is_empty() {
+            return None;
+        }
+        let mut body = switch("event", cases);
+        body.push(Node::line("return false;"));
+        let own = [("uint32_t", "event"), ("bool", "may_fire")];
+        Some(self.define("move", "bool", false, &own, body))
+    }
+
+    fn candidates(&self, region: usize, event: usize) -> Candidates {
+        let wanted = self.event_name(event);
+        let mut found = Candidates::new();
+        let mut all = self.plan.regions[region].transitions.clone();
+        all.sort_unstable();
+        for id in all {
+            let transition = &self.net.transitions[id];
+            let is_on = match wanted {
+                Some(event) => transition.events.contains(&event),
+                None => transition.events.is_empty(),
+            };
+            if let (true, Some(source)) = (is_on, transition.requires.first())
+                && !self.pieces.transitions[id].guard.is_false()
+            {
+                found.entry(*source).or_default().push(id);
+            }
+        }
+        found
+    }
+
+    /// The first fireable transition of a region, as a number; 0 if there is none.
+    fn select(&mut self, region: usize, event: usize, candidates: &Candidates) -> Function {
+        let plan = self.plan;
+        // Sources by depth; atomic and parallel ones are the innermost wherever they stand.
+        let mut passes: BTreeMap<u32, Vec<StepId>> = BTreeMap::new();
+        for source in candidates.keys() {
+            let is_terminal = plan.regions[region].terminals.contains(source);
+            passes
+                .entry(if is_terminal { u32::MAX } else { plan.depth[*source] })
+                .or_default()
+                .push(*source);
+        }
+        let inner_first = self.net.settings.policy == Policy::InnerFirst;
+        let mut order: Vec<Vec<StepId>> = passes.into_values().collect();
+        if inner_first {
+            order.reverse();
+        }
+        let mut body = Vec::new();
+        let mut is_done = false;
+        for sources in order {
+            let mut cases = Vec::new();
+            for source in sources {
+                let (nodes, returns) = self.first_of(&candidates[&source]);
+                let labels = self.labels(region, source);
+                cases.push(Case { labels, body: nodes, returns });
+            }
+            let n = plan.regions[region].terminals.len();
+            match (cases.as_slice(), &self.variables[region]) {
+                ([only], None) => {
+                    is_done = only.returns;
+                    body.extend(only.body.clone());
+                }
+                ([only], Some(_)) if only.labels.len() == n && plan.regions[region].is_always => {
+                    is_done = only.returns;
+                    body.extend(only.body.clone());
+                }
+                (_, Some(variable)) => body.extend(switch(&format!("self->{variable}"), cases)),
+                (_, None) => {}
+            }
+            if is_done {
+                break;
+            }
+        }
+        if !is_done {
+            body.push(Node::line("return 0;"));
+        }
+        let wanted = format!("{}_{}", self.region_word(region), self.event_word(event));
+        self.define(&wanted, self.number_type(region), true, &[], body)
+    }
+
+    /// The first fireable of some transitions, and whether one of them always is.
+    fn first_of(&mut self, ids: &[TransitionId]) -> (Vec<Node>, bool) {
+        let mut nodes = Vec::new();
+        for id in ids {
+            let guard: CExpr = self.statements.expr(&self.pieces.transitions[*id].guard);
+            let take =
+                Node::line(format!("return {};", self.fires[*id])).about(Object::Transition(*id));
+            if guard.is_true() {
+                nodes.push(take);
+                return (nodes, true);
+            }
+            if !guard.is_false() {
+                nodes.push(Node::when(&guard.text, vec![take]));
+            }
+        }
+        (nodes, false)
+    }
+
+    fn event_word(&self, event: usize) -> String {
+        match self.event_name(event) {
+            Some(event) => {
+                format!("on_{}", crate::names::identifier(&self.net.inputs[event].name.text))
+            }
+            None => "eventless".to_owned(),
+        }
+    }
+
+    fn on_event(&mut self, event: usize, phases: &mut Phases) -> Option<Function> {
+        let plan = self.plan;
+        let inner_first = self.net.settings.policy == Policy::InnerFirst;
+        let mut check = self.prepare(event);
+        if check.candidates.is_empty() {
+            return None;
+        }
+        let order: Vec<usize> =
+            if inner_first { plan.post_order.clone() } else { (0..plan.regions.len()).collect() };
+        let mut body = Vec::new();
+        let mut known = BTreeSet::new();
+        for region in order.iter().copied().filter(|it| check.concerned.contains(it)) {
+            let selected = match check.candidates.remove(&region) {
+                Some(candidates) => {
+                    let function = self.select(region, event, &candidates);
+                    let offered = self.drops(region, &candidates, &check, &known, inner_first);
+                    check.candidates.insert(region, candidates);
+                    Some((function, offered))
+                }
+                None => None,
+            };
+            self.choose(region, selected, &check, &mut known, inner_first, &mut body);
+        }
+        let taken: Vec<usize> = check.candidates.keys().copied().collect();
+        let none: Vec<String> =
+            taken.iter().map(|region| format!("{} == 0", check.taken[region])).collect();
+        body.push(Node::when(&none.join(" && "), vec![Node::line("return false;")]));
+        body.push(Node::when("!may_fire", vec![Node::line("return true;")]));
+        self.fire(&taken, &check, phases, &mut body);
+        body.push(Node::line("return true;"));
+        let own = [("bool", "may_fire")];
+        Some(self.define(&self.event_word(event), "bool", false, &own, body))
+    }
+
+    /// Who is concerned, and which locals and flags there are.
+    fn prepare(&self, event: usize) -> Check {
+        let plan = self.plan;
+        let mut check = Check {
+            candidates: BTreeMap::new(),
+            concerned: BTreeSet::new(),
+            taken: BTreeMap::new(),
+            rests: BTreeMap::new(),
+            moved: BTreeMap::new(),
+            left: BTreeMap::new(),
+        };
+        let mut locals = namer();
+        crate::names::library(self.net, self.names).iter().for_each(|it| locals.reserve(it));
+        locals.reserve("may_fire");
+        let inner_first = self.net.settings.policy == Policy::InnerFirst;
+        for region in 0..plan.regions.len() {
+            let candidates = self.candidates(region, event);
+            if candidates.is_empty() {
+                continue;
+            }
+            check.taken.insert(region, locals.name(&format!("{}_taken", self.region_word(region))));
+            check.concerned.insert(region);
+            for parallel in plan.around(region) {
+                check.concerned.insert(plan.region_of[parallel]);
+            }
+            let data = &plan.regions[region];
+            let numbers: Vec<usize> = candidates
+                .values()
+                .flatten()
+                .filter_map(|id| plan.routes[*id])
+                .map(|route| route.number)
+                .collect();
+            let highest = numbers.iter().copied().max().unwrap_or(0);
+            for (parallel, first) in &data.leavers {
+                if highest >= *first {
+                    let name = self.names.steps[*parallel].clone();
+                    if !check.left.contains_key(parallel) {
+                        check.left.insert(*parallel, locals.name(&format!("{name}_left")));
+                    }
+                    if !check.moved.contains_key(parallel) {
+                        check.moved.insert(*parallel, locals.name(&format!("{name}_moved")));
+                    }
+                }
+            }
+            if inner_first && highest > data.n_still {
+                for (parallel, _) in &data.nested {
+                    if !check.moved.contains_key(parallel) {
+                        let name = format!("{}_moved", self.names.steps[*parallel]);
+                        check.moved.insert(*parallel, locals.name(&name));
+                    }
+                }
+            }
+            check.candidates.insert(region, candidates);
+        }
+        // Inner-first, a region is asked whether it rests by those around it; outer-first by those in it.
+        for region in check.concerned.clone() {
+            let around = plan.around(region);
+            let is_asked = if inner_first {
+                around.iter().any(|it| check.candidates.contains_key(&plan.region_of[*it]))
+            } else {
+                let nested = plan.regions[region].nested.iter().map(|(parallel, _)| *parallel);
+                let mut inner = nested.flat_map(|parallel| plan.all_regions_in(parallel));
+                check.candidates.contains_key(&region)
+                    && inner.any(|it| check.candidates.contains_key(&it))
+            };
+            if is_asked {
+                let name = locals.name(&format!("{}_rests", self.region_word(region)));
+                check.rests.insert(region, name);
+            }
+        }
+        check
+    }
+
+    /// `variable == P`, negated or not; none where it is always so.
+    fn stands_on(&self, parallel: StepId, sign: &str) -> Option<String> {
+        let region = self.plan.region_of[parallel];
+        let variable = self.variables[region].as_ref()?;
+        let name = self.terminal(region, self.plan.range[parallel].0);
+        Some(format!("self->{variable} {sign} {name}"))
+    }
+
+    /// That some region of a parallel state rests; none where one always does.
+    fn some_rests(&self, parallel: StepId, check: &Check) -> Option<String> {
+        let mut all = Vec::new();
+        for region in self.plan.regions_in(parallel) {
+            all.push(check.rests.get(region).filter(|_| check.concerned.contains(region))?.clone());
+        }
+        Some(all.join(" || "))
+    }
+
+    /// The conditions under which what a region has found does not fire.
+    fn drops(
+        &self,
+        region: usize,
+        candidates: &Candidates,
+        check: &Check,
+        known: &BTreeSet<String>,
+        inner_first: bool,
+    ) -> Vec<String> {
+        let data = &self.plan.regions[region];
+        let taken = &check.taken[&region];
+        let highest = candidates
+            .values()
+            .flatten()
+            .filter_map(|id| self.plan.routes[*id])
+            .map(|route| route.number)
+            .max()
+            .unwrap_or(0);
+        let moves = self.moves_condition(region, taken);
+        let mut all = Vec::new();
+        if inner_first {
+            for (parallel, _) in &data.nested {
+                if let Some(rests) = self.some_rests(*parallel, check) {
+                    let rests = if rests.contains("||") {
+                        format!("!({rests})")
+                    } else {
+                        format!("!{rests}")
+                    };
+                    all.push(match self.stands_on(*parallel, "==") {
+                        Some(stands) => format!("({stands} && {rests})"),
+                        None => rests,
+                    });
+                }
+                if let Some(moved) = check.moved.get(parallel).filter(|it| known.contains(*it))
+                    && highest > data.n_still
+                {
+                    all.push(format!("({moves} && {moved})"));
+                }
+            }
+        }
+        for (parallel, first) in &data.leavers {
+            if let Some(left) = check.left.get(parallel).filter(|it| known.contains(*it))
+                && highest > data.n_still
+            {
+                all.push(format!("({moves} && {left})"));
+            }
+            if let Some(moved) = check.moved.get(parallel).filter(|it| known.contains(*it))
+                && highest >= *first
+            {
+                all.push(format!("({taken} >= {} && {moved})", self.number(region, *first)));
+            }
+        }
+        all
+    }
+
+    /// That the transition taken leaves something.
+    fn moves_condition(&self, region: usize, taken: &str) -> String {
+        match self.plan.regions[region].n_still {
+            0 => format!("{taken} != 0"),
+            n => format!("{taken} > {}", self.number(region, n)),
+        }
+    }
+
+    /// The lines that choose in one region.
+    fn choose(
+        &self,
+        region: usize,
+        selected: Option<(Function, Vec<String>)>,
+        check: &Check,
+        known: &mut BTreeSet<String>,
+        inner_first: bool,
+        body: &mut Vec<Node>,
+    ) {
+        let plan = self.plan;
+        let data = &plan.regions[region];
+        // Outer-first, a region is asked only if nothing around it is fireable.
+        let around: Vec<usize> =
+            plan.around(region).iter().map(|parallel| plan.region_of[*parallel]).collect();
+        let outer_rests: Vec<&str> = around
+            .iter()
+            .filter(|_| !inner_first)
+            .filter(|it| check.candidates.contains_key(it))
+            .filter_map(|it| check.rests.get(it).map(String::as_str))
+            .collect();
+        if let Some((function, drops)) = &selected {
+            let taken = &check.taken[&region];
+            let ty = self.number_type(region);
+            let call = function.call(&[]);
+            if outer_rests.is_empty() {
+                let constant = if drops.is_empty() { "const " } else { "" };
+                body.push(Node::line(format!("{constant}{ty} {taken} = {call};")));
+            } else {
+                body.push(Node::line(format!("{ty} {taken} = 0;")));
+                let set = Node::line(format!("{taken} = {call};"));
+                body.push(Node::when(&outer_rests.join(" && "), vec![set]));
+            }
+        }
+        if let Some(rests) = check.rests.get(&region) {
+            let mut all = Vec::new();
+            if selected.is_some() {
+                all.push(format!("{} == 0", check.taken[&region]));
+            }
+            if inner_first {
+                for (parallel, _) in &data.nested {
+                    let Some(inner) = self.some_rests(*parallel, check) else { continue };
+                    let stands = self.stands_on(*parallel, "!=");
+                    all.push(match stands {
+                        Some(stands) => format!("({stands} || {inner})"),
+                        None if inner.contains("||") => format!("({inner})"),
+                        None => inner,
+                    });
+                }
+            } else {
+                all.extend(outer_rests.iter().map(|it| (*it).to_owned()));
+            }
+            let value = if all.is_empty() { "true".to_owned() } else { all.join(" && ") };
+            body.push(Node::line(format!("const bool {rests} = {value};")).defining(rests));
+        }
+        let Some((_, drops)) = selected else { return };
+        let taken = &check.taken[&region];
+        if !drops.is_empty() {
+            let condition = match drops.as_slice() {
+                [only] => only
+                    .strip_prefix('(')
+                    .and_then(|it| it.strip_suffix(')'))
+                    .unwrap_or(only)
+                    .to_owned(),
+                _ => drops.join(" || "),
+            };
+            body.push(Node::when(&condition, vec![Node::line(format!("{taken} = 0;"))]));
+        }
+        for (parallel, first) in &data.leavers {
+            let highest = check.candidates[&region]
+                .values()
+                .flatten()
+                .filter_map(|id| plan.routes[*id])
+                .map(|route| route.number)
+                .max()
+                .unwrap_or(0);
+            let mut note = |flag: Option<&String>, condition: String| {
+                let Some(flag) = flag else { return };
+                let line = if known.insert(flag.clone()) {
+                    format!("bool {flag} = {condition};")
+                } else {
+                    format!("{flag} = {flag} || {condition};")
+                };
+                body.push(Node::line(line).defining(flag));
+            };
+            if highest > data.n_still {
+                note(check.moved.get(parallel), self.moves_condition(region, taken));
+            }
+            if highest >= *first {
+                let condition = format!("{taken} >= {}", self.number(region, *first));
+                note(check.left.get(parallel), condition);
+            }
+        }
+    }
+
+    /// Exits in reverse document order, actions in the order of selection, entries in document order.
+    fn fire(&mut self, taken: &[usize], check: &Check, phases: &mut Phases, body: &mut Vec<Node>) {
+        let of = |emit: &Self, region: usize, wanted: &dyn Fn(&Self, TransitionId) -> bool| {
+            check.candidates[&region].values().flatten().any(|id| wanted(emit, *id))
+        };
+        for region in taken.iter().rev().copied() {
+            let leaves = of(self, region, &|emit, id| {
+                let domain = emit.plan.routes[id].and_then(|route| route.domain);
+                domain.is_some_and(|(to, depth)| emit.has_exits(to, depth))
+            });
+            if leaves {
+                if !phases.leave.contains_key(&region) {
+                    let function = self.leave(region);
+                    phases.leave.insert(region, function);
+                }
+                call(&phases.leave[&region], &check.taken[&region], body);
+            }
+        }
+        for region in self.plan.post_order.clone() {
+            if !taken.contains(&region) {
+                continue;
+            }
+            let acts =
+                of(self, region, &|emit, id| !emit.pieces.transitions[id].actions.is_empty());
+            if acts {
+                if !phases.act.contains_key(&region) {
+                    let function = self.act(region);
+                    phases.act.insert(region, function);
+                }
+                call(&phases.act[&region], &check.taken[&region], body);
+            }
+        }
+        for region in taken.iter().copied() {
+            let enters = of(self, region, &|emit, id| !emit.net.transitions[id].enters.is_empty());
+            if enters {
+                if !phases.enter.contains_key(&region) {
+                    let function = self.enter(region);
+                    phases.enter.insert(region, function);
+                }
+                call(&phases.enter[&region], &check.taken[&region], body);
+            }
+        }
+    }
+}
+
+fn call(function: &Option<Function>, taken: &str, body: &mut Vec<Node>) {
+    if let Some(function) = function {
+        body.push(Node::line(format!("{};", function.call(&[("taken", taken)]))));
+    }
+}

@@ -1,0 +1,248 @@
+//! What a micro-step leaves and does: exit lists with histories (S1, S2 of §3.9), and the actions of transitions (S3).
+
+use super::Emit;
+use super::plan::{Memory, Route};
+use super::text::{Case, Function};
+use crate::ctext::Node;
+use grafsynth_ir::net::{StepId, StepKind};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// The function that leaves what is deeper in a region than some depth.
+#[derive(Debug, Clone)]
+pub(super) struct Exit {
+    function: Function,
+}
+
+impl Emit<'_> {
+    /// Leaving what is deeper than `depth` in a region does something besides giving its variable a new value.
+    pub(super) fn has_exits(&self, region: usize, depth: u32) -> bool {
+        let data = &self.plan.regions[region];
+        let is_left_whole = depth == 0 && data.parent.is_some();
+        is_left_whole
+            || (data.drops && self.variables[region].is_some())
+            || data.terminals.iter().chain(&data.composites).any(|step| {
+                self.plan.depth[*step] > depth
+                    && (!self.pieces.states[*step].exit.is_empty()
+                        || self.net.steps[*step].kind == StepKind::Parallel
+                        || self.histories_of(*step).next().is_some())
+            })
+    }
+
+    /// The histories that a state records when it is left.
+    fn histories_of(&self, owner: StepId) -> impl Iterator<Item = grafsynth_ir::net::HistoryId> {
+        self.net.histories.iter().filter(move |(_, it)| it.owner == owner).map(|(id, _)| id)
+    }
+
+    /// Defines the functions that leave regions: those that transitions leave by, and those of all regions in them.
+    pub(super) fn define_exits(&mut self) {
+        let mut depths: BTreeMap<usize, BTreeSet<u32>> = BTreeMap::new();
+        for route in self.plan.routes.values().flatten() {
+            if let Some((region, depth)) = route.domain
+                && self.has_exits(region, depth)
+            {
+                depths.entry(region).or_default().insert(depth);
+            }
+        }
+        // The regions of a parallel state stand behind the one that it is in.
+        for region in 0..self.plan.regions.len() {
+            let Some(lowest) = depths.get(&region).and_then(|all| all.first().copied()) else {
+                continue;
+            };
+            for (parallel, inner) in &self.plan.regions[region].nested {
+                if self.plan.depth[*parallel] > lowest {
+                    for inner in inner {
+                        depths.entry(*inner).or_default().insert(0);
+                    }
+                }
+            }
+        }
+        for (region, depths) in depths.into_iter().rev() {
+            self.define_exit(region, &depths);
+        }
+    }
+
+    fn define_exit(&mut self, region: usize, depths: &BTreeSet<u32>) {
+        let plan = self.plan;
+        let data = &plan.regions[region];
+        let lowest = depths.first().copied().unwrap_or(0);
+        // States deeper than every depth that is asked for are left in any case.
+        let highest = depths.last().copied().unwrap_or(0);
+        let mut body = Vec::new();
+        let guarded = |at: u32, nodes: Vec<Node>, body: &mut Vec<Node>| {
+            if nodes.is_empty() {
+            } else if at > highest {
+                body.extend(nodes);
+            } else {
+                body.push(Node::when(&format!("depth < {at}U"), nodes));
+            }
+        };
+        let mut by_depth: BTreeMap<u32, Vec<StepId>> = BTreeMap::new();
+        for step in data.composites.iter().filter(|step| plan.depth[**step] > lowest) {
+            by_depth.entry(plan.depth[*step]).or_default().push(*step);
+        }
+        for (depth, steps) in &by_depth {
+            let cases = steps
+                .iter()
+                .map(|step| Case {
+                    labels: self.labels(region, *step),
+                    body: self.record(*step),
+                    returns: false,
+                })
+                .collect();
+            let nodes = self.on_terminals(region, "record", cases);
+            guarded(*depth, nodes, &mut body);
+        }
+        for (parallel, inner) in &data.nested {
+            if plan.depth[*parallel] <= lowest {
+                continue;
+            }
+            let mut nodes = self.record(*parallel);
+            for inner in inner.iter().rev() {
+                if let Some(exit) = self.exits.get(inner) {
+                    nodes.push(Node::line(format!("{};", exit.function.call(&[("depth", "0")]))));
+                }
+            }
+            let case = Case { labels: self.labels(region, *parallel), body: nodes, returns: false };
+            body.extend(self.on_terminals(region, "leave_inner", vec![case]));
+        }
+        let mut cases = Vec::new();
+        for step in data.terminals.iter().filter(|step| plan.depth[**step] > lowest) {
+            let list = self.statements.statements(&self.pieces.states[*step].exit);
+            cases.push(Case { labels: self.labels(region, *step), body: list, returns: false });
+        }
+        body.extend(self.on_terminals(region, "leave_atomic", cases));
+        for (depth, steps) in by_depth.iter().rev() {
+            let mut cases = Vec::new();
+            for step in steps {
+                let list = self.statements.statements(&self.pieces.states[*step].exit);
+                cases.push(Case { labels: self.labels(region, *step), body: list, returns: false });
+            }
+            let nodes = self.on_terminals(region, "leave_outer", cases);
+            guarded(*depth, nodes, &mut body);
+        }
+        if let Some(variable) = &self.variables[region] {
+            let clear = vec![Node::line(format!("self->{variable} = 0;"))];
+            if data.drops {
+                body.extend(clear);
+            } else if data.parent.is_some() && lowest == 0 {
+                guarded(1, clear, &mut body);
+            }
+        }
+        let wanted = format!("{}_exit", self.region_word(region));
+        let function = self.define(&wanted, "void", false, &[("uint32_t", "depth")], body);
+        self.exits.insert(region, Exit { function });
+    }
+
+    /// The constants of the atomic and parallel states in a state.
+    pub(super) fn labels(&self, region: usize, step: StepId) -> Vec<String> {
+        let (first, last) = self.plan.range[step];
+        (first..=last).map(|number| self.terminal(region, number)).collect()
+    }
+
+    /// A `switch` over the variable of an active region; without a variable what its only situation does.
+    pub(super) fn on_terminals(
+        &mut self,
+        region: usize,
+        word: &str,
+        cases: Vec<Case>,
+    ) -> Vec<Node> {
+        match self.variables[region].clone() {
+            None => cases.into_iter().flat_map(|case| case.body).collect(),
+            Some(variable) => {
+                let cases = super::text::merged(cases);
+                // What all states do needs no question: the region is active.
+                if let [only] = cases.as_slice()
+                    && only.labels.len() == self.plan.regions[region].terminals.len()
+                {
+                    return only.body.clone();
+                }
+                let wanted = format!("{}_{word}", self.region_word(region));
+                let own = [("uint32_t", "depth")];
+                self.switch(&wanted, &format!("self->{variable}"), &own, cases)
+            }
+        }
+    }
+
+    /// What a state remembers when it is left.
+    fn record(&self, owner: StepId) -> Vec<Node> {
+        let mut nodes = Vec::new();
+        for id in self.histories_of(owner) {
+            for (region, name) in self.memories.get(&id).into_iter().flatten() {
+                let value = match self.plan.memories.get(&id) {
+                    Some(Memory::All(_)) | None => "1".to_owned(),
+                    Some(Memory::One(..) | Memory::Deep(_)) => match &self.variables[*region] {
+                        Some(variable) => format!("self->{variable}"),
+                        None => "1".to_owned(),
+                    },
+                };
+                nodes.push(Node::line(format!("self->{name} = {value};")));
+            }
+        }
+        nodes
+    }
+
+    /// The function that leaves what the transition of a region leaves; none where nothing is to be done.
+    pub(super) fn leave(&mut self, region: usize) -> Option<Function> {
+        let data = &self.plan.regions[region];
+        let mut groups: BTreeMap<(usize, u32), Vec<String>> = BTreeMap::new();
+        for id in &data.transitions {
+            if let Some(Route { domain: Some((to, depth)), .. }) = self.plan.routes[*id]
+                && self.has_exits(to, depth)
+            {
+                groups.entry((to, depth)).or_default().push(self.fires[*id].clone());
+            }
+        }
+        if groups.is_empty() {
+            return None;
+        }
+        let n_moving = data.transitions.len() - data.n_still;
+        let mut cases = Vec::new();
+        for ((to, depth), labels) in groups {
+            let Some(exit) = self.exits.get(&to) else { continue };
+            let call = exit.function.call(&[("depth", &format!("{depth}U"))]);
+            cases.push(Case { labels, body: vec![Node::line(format!("{call};"))], returns: false });
+        }
+        let body = match cases.as_slice() {
+            [only] if only.labels.len() == n_moving && n_moving > 1 => {
+                let condition = if data.n_still == 0 {
+                    "taken != 0".to_owned()
+                } else {
+                    format!("taken > {}", self.number(region, data.n_still))
+                };
+                vec![Node::when(&condition, only.body.clone())]
+            }
+            _ => super::text::switch("taken", cases),
+        };
+        let wanted = format!("{}_leave", self.region_word(region));
+        let ty = self.number_type(region);
+        Some(self.define(&wanted, "void", false, &[(ty, "taken")], body))
+    }
+
+    /// The function that runs the actions of a transition; none where there are none.
+    pub(super) fn act(&mut self, region: usize) -> Option<Function> {
+        let mut cases = Vec::new();
+        for id in &self.plan.regions[region].transitions {
+            let body = self.statements.statements(&self.pieces.transitions[*id].actions);
+            cases.push(Case { labels: vec![self.fires[*id].clone()], body, returns: false });
+        }
+        let wanted = format!("{}_act", self.region_word(region));
+        let own = [(self.number_type(region), "taken")];
+        let body = self.switch(&wanted, "taken", &own, cases);
+        (!body.is_empty()).then(|| self.define(&wanted, "void", false, &own, body))
+    }
+
+    /// The C type of the number of a transition.
+    pub(super) fn number_type(&self, region: usize) -> &'static str {
+        let n = self.plan.regions[region].transitions.len();
+        crate::times::count_type(i64::try_from(n).unwrap_or(i64::MAX))
+    }
+
+    /// A region in the names of functions.
+    pub(super) fn region_word(&self, region: usize) -> String {
+        let data = &self.plan.regions[region];
+        match data.parent {
+            Some(_) => self.names.steps[data.root].clone(),
+            None => crate::names::identifier(&self.net.parts[data.part].name.text),
+        }
+    }
+}

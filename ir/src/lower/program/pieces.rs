@@ -1,0 +1,285 @@
+//! The reaction of a statechart in pieces, for code that arranges the evolution itself.
+//!
+//! [`super::program`] writes every choice and every step bit out as straight code. A back end that keeps one state variable for each region and jumps on it
+//! needs the same lists, receptivities, queues and ends of reactions, but none of that code: it gets them here, made by the same builder.
+//!
+//! ```text
+//! before
+//! repeat while again
+//!     check                            named receptivities, present values of edges
+//!     choose by `guard`, inner-first or outer-first (§4)
+//!     nothing chosen:                  idle        the next event, or the end
+//!     something chosen, and is_full:   too_long    fault
+//!     something chosen:                exits (states.exit), transitions.actions, entries (states.entry, initial_content, default_content);  fired
+//!     chosen, or not again:            renew
+//! after
+//! ```
+//!
+//! Receptivities are read before anything moves. In the lists the bits of [`StatePieces::is_watched`] states are read while they move; their exit and entry
+//! lists store them. All other bits are the caller's: they are read in `before`, `check`, `fired` and `after`, where nothing moves, and in the lists of
+//! final states that complete a parallel state, for which a state that has been left reads false and one that has not been entered yet too
+//! ([`StatePieces::completes`]).
+
+use super::tree::Tree;
+use super::{Builder, ProgramOptions, temp};
+use crate::arena::IdMap;
+use crate::diag::Diagnostic;
+use crate::expr::CompareOp;
+use crate::net::{History, InputId, InputKind, Leaf as NetLeaf, Net, Step, StepKind, Transition};
+use crate::program::{CellId, Expr, Program, Stmt, TempId, TempRole};
+use crate::simplify::simplify;
+use crate::validate::Valid;
+
+/// The pieces. Cells and temps are those of `program`, whose body is empty.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Pieces {
+    /// Cells with their values after reset, temps, and what reset shows.
+    pub program: Program,
+    /// Up to the evolution: timers advance, events join their queue, `count`, `again` and `event` get their first values.
+    pub before: Vec<Stmt>,
+    /// At the start of each check.
+    pub check: Vec<Stmt>,
+    /// After a micro-step.
+    pub fired: Vec<Stmt>,
+    /// Instead of a micro-step that is one too many.
+    pub too_long: Vec<Stmt>,
+    /// After a check that chooses nothing.
+    pub idle: Vec<Stmt>,
+    /// After a micro-step, and after the last check.
+    pub renew: Vec<Stmt>,
+    /// After the evolution: the end of the reaction.
+    pub after: Vec<Stmt>,
+    /// The checks go on.
+    pub again: Expr,
+    /// No further micro-step is allowed.
+    pub is_full: Expr,
+    /// The number of the event that is checked for, 0 for none; nothing where the net has no events.
+    pub event: Option<TempId>,
+    /// The events by number, from 1.
+    pub events: Vec<InputId>,
+    /// A bound of the checks.
+    pub rounds: u32,
+    /// The cell of each step's bit.
+    pub bits: IdMap<Step, CellId>,
+    /// States.
+    pub states: IdMap<Step, StatePieces>,
+    /// Transitions.
+    pub transitions: IdMap<Transition, TransitionPieces>,
+    /// Content of the default transition of each history.
+    pub default_content: IdMap<History, Vec<Stmt>>,
+    /// For each history, its cells: recorded state by state.
+    pub recorded: IdMap<History, Vec<CellId>>,
+}
+
+/// The lists of a state.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct StatePieces {
+    /// When it is left.
+    pub exit: Vec<Stmt>,
+    /// When it is entered.
+    pub entry: Vec<Stmt>,
+    /// After `entry` when it is entered by default.
+    pub initial_content: Vec<Stmt>,
+    /// After all that: the done events of a final state, or the end of its chart.
+    pub finish: Vec<Stmt>,
+    /// Some list reads its bit while it moves.
+    pub is_watched: bool,
+    /// Its bit is asked for by a final state that completes a parallel one.
+    pub completes: bool,
+}
+
+/// A transition.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct TransitionPieces {
+    /// Its receptivity without its events, true only while its chart runs. Where `is_named`, the whole of fireable: source, event and receptivity.
+    pub guard: Expr,
+    /// The guard was evaluated in `check`, because something else asks for it or because it calls a function.
+    pub is_named: bool,
+    /// Its actions.
+    pub actions: Vec<Stmt>,
+}
+
+/// The pieces of a statechart.
+///
+/// # Errors
+/// What no bounded program can say ([`super::codes`]).
+pub fn pieces(net: &Valid<Net>) -> Result<Pieces, Vec<Diagnostic>> {
+    let mut builder = Builder::new(net, &ProgramOptions::default());
+    let mut pieces = builder.pieces();
+    if !builder.findings.is_empty() {
+        return Err(builder.findings);
+    }
+    super::with_reset(builder, net, &mut pieces.program);
+    Ok(pieces.pruned())
+}
+
+impl Builder<'_> {
+    fn pieces(&mut self) -> Pieces {
+        let net = self.net;
+        let tree = Tree::of(net);
+        let mut before = Vec::new();
+        let fault = self.begin_reaction(&mut before);
+        let rounds = self.begin_evolution(&mut before);
+        let events = self.queues.as_ref().map_or_else(Vec::new, |queues| queues.events.clone());
+        let mut check = Vec::new();
+        self.compare_others(&mut check);
+        let guards = self.guards(rounds.current, &mut check);
+        // The lists of one micro-step, each at an unknown place of its sequence.
+        self.begin_sequence();
+        let watched = IdMap::build(&net.steps, |step, _| self.needs.watched[step]);
+        let mut states = IdMap::filled(&net.steps, StatePieces::default());
+        for (step, data) in net.steps.iter() {
+            let exit = self.exit_list(step, watched[step]);
+            let entry = self.entry_list(step, watched[step]);
+            let initial_content = self.list(&data.initial_content);
+            let mut finish = Vec::new();
+            let mut asked = Vec::new();
+            if data.kind == StepKind::Final {
+                let is_final = &mut |builder: &Builder<'_>, child| {
+                    asked.push(child);
+                    builder.is_active(child)
+                };
+                self.finish(&tree, step, is_final, &mut finish);
+            }
+            for child in asked {
+                states[child].completes = true;
+            }
+            let completes = states[step].completes;
+            states[step] = StatePieces {
+                exit,
+                entry,
+                initial_content,
+                finish,
+                is_watched: watched[step],
+                completes,
+            };
+        }
+        let mut transitions = guards;
+        for (id, transition) in net.transitions.iter() {
+            transitions[id].actions = self.list(&transition.actions);
+        }
+        let default_content =
+            IdMap::build(&net.histories, |_, history| self.list(&history.default_content));
+        self.end_sequence(Vec::new());
+        let recorded = IdMap::build(&net.histories, |id, history| {
+            let cells = history.cases.iter().filter_map(|case| self.recorded.get(&(id, case.step)));
+            cells.copied().collect()
+        });
+        let fired = self.after_micro_step(rounds);
+        let too_long = self.too_long(fault, rounds);
+        let idle = self.take_next(rounds);
+        let mut renew = Vec::new();
+        self.renew_edges(&mut renew);
+        let mut after = Vec::new();
+        self.end_reaction(fault, &mut after);
+        let limit = self.limit().unwrap_or(1);
+        Pieces {
+            program: Program { temps: std::mem::take(&mut self.temps), ..Program::default() },
+            before,
+            check,
+            fired,
+            too_long,
+            idle,
+            renew,
+            after,
+            again: temp(rounds.again),
+            is_full: Expr::compare(CompareOp::Ge, temp(rounds.count), Expr::int(i64::from(limit))),
+            event: rounds.current,
+            events,
+            rounds: self.most_rounds(limit),
+            bits: self.step.clone(),
+            states,
+            transitions,
+            default_content,
+            recorded,
+        }
+    }
+
+    /// The receptivities; those that others ask for, or that call functions, under a name.
+    fn guards(
+        &mut self,
+        current: Option<TempId>,
+        check: &mut Vec<Stmt>,
+    ) -> IdMap<Transition, TransitionPieces> {
+        let net = self.net;
+        let is = |number: i64| {
+            current.map_or_else(
+                || Expr::bool(number == 0),
+                |current| Expr::compare(CompareOp::Eq, temp(current), Expr::int(number)),
+            )
+        };
+        for event in net.inputs.ids() {
+            if let Some(number) = self.queues.as_ref().and_then(|queues| queues.number(event)) {
+                self.holds[event] = Some(is(number));
+            }
+        }
+        let none =
+            TransitionPieces { guard: Expr::bool(false), is_named: false, actions: Vec::new() };
+        let mut pieces = IdMap::filled(&net.transitions, none);
+        for (id, transition) in net.transitions.iter() {
+            let mut calls = false;
+            transition.guard.for_each_leaf(&mut |leaf| {
+                if let NetLeaf::Input(input) = leaf {
+                    calls |= net.inputs[*input].kind == InputKind::Extern;
+                }
+            });
+            // A chart that has ended stands in its final state, so other transitions are not enabled any more.
+            let source = transition.requires.first().map(|source| &net.steps[*source]);
+            let is_last =
+                source.is_some_and(|it| it.kind == StepKind::Final && it.parent.is_none());
+            let running = self.has_ended(transition.part).filter(|_| is_last).map(Expr::not);
+            if self.needs.fireable[id] || calls {
+                let eventless = transition.events.is_empty().then(|| is(0));
+                let now = [self.fireable_now(id)].into_iter().chain(eventless).chain(running);
+                let name = format!("{}.fireable", transition.name);
+                let role = TempRole::Fireable(id);
+                let guard = self.named(name, role, Expr::and(now), check);
+                self.fireable[id] = Some(guard.clone());
+                pieces[id].guard = guard;
+                pieces[id].is_named = true;
+            } else {
+                let guard = self.read(&transition.guard);
+                pieces[id].guard = simplify(&Expr::and([guard].into_iter().chain(running)));
+            }
+        }
+        pieces
+    }
+}
+
+impl Pieces {
+    /// The pieces without cells and temps that nothing reads.
+    fn pruned(mut self) -> Self {
+        let mut lists: Vec<&mut Vec<Stmt>> = vec![
+            &mut self.before,
+            &mut self.check,
+            &mut self.fired,
+            &mut self.too_long,
+            &mut self.idle,
+            &mut self.renew,
+            &mut self.after,
+        ];
+        let mut exprs = vec![&mut self.again, &mut self.is_full];
+        for state in self.states.values_mut() {
+            let StatePieces { exit, entry, initial_content, finish, .. } = state;
+            lists.extend([exit, entry, initial_content, finish]);
+        }
+        for transition in self.transitions.values_mut() {
+            lists.push(&mut transition.actions);
+            exprs.push(&mut transition.guard);
+        }
+        lists.extend(self.default_content.values_mut());
+        let kept: Vec<CellId> = self.recorded.values().flatten().copied().collect();
+        let renamed = super::prune::prune_pieces(
+            &mut self.program,
+            &mut lists,
+            &mut exprs,
+            self.event,
+            &kept,
+        );
+        self.event = self.event.and_then(|id| renamed.temp(id));
+        for id in self.bits.values_mut().chain(self.recorded.values_mut().flatten()) {
+            *id = renamed.cell(*id).unwrap_or(*id);
+        }
+        self
+    }
+}
