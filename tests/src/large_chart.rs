@@ -94,7 +94,7 @@ impl LargeChart {
         items.push(Item::State(top));
         items.push(go("P", "P", "reset", None, Vec::new()));
         let chart = Chart { name: named("large"), items, ..Chart::default() };
-        Design { edition: None, charts: vec![chart] }
+        Design { charts: vec![chart], ..Design::default() }
     }
 
     /// The chart as a net.

@@ -455,11 +455,8 @@ impl Emit<'_> {
                 domain.is_some_and(|(to, depth)| emit.has_exits(to, depth))
             });
             if leaves {
-                if !phases.leave.contains_key(&region) {
-                    let function = self.leave(region);
-                    phases.leave.insert(region, function);
-                }
-                call(&phases.leave[&region], &check.taken[&region], body);
+                let function = phases.leave.entry(region).or_insert_with(|| self.leave(region));
+                call(function.as_ref(), &check.taken[&region], body);
             }
         }
         for region in self.plan.post_order.clone() {
@@ -469,27 +466,21 @@ impl Emit<'_> {
             let acts =
                 of(self, region, &|emit, id| !emit.pieces.transitions[id].actions.is_empty());
             if acts {
-                if !phases.act.contains_key(&region) {
-                    let function = self.act(region);
-                    phases.act.insert(region, function);
-                }
-                call(&phases.act[&region], &check.taken[&region], body);
+                let function = phases.act.entry(region).or_insert_with(|| self.act(region));
+                call(function.as_ref(), &check.taken[&region], body);
             }
         }
         for region in taken.iter().copied() {
             let enters = of(self, region, &|emit, id| !emit.net.transitions[id].enters.is_empty());
             if enters {
-                if !phases.enter.contains_key(&region) {
-                    let function = self.enter(region);
-                    phases.enter.insert(region, function);
-                }
-                call(&phases.enter[&region], &check.taken[&region], body);
+                let function = phases.enter.entry(region).or_insert_with(|| self.enter(region));
+                call(function.as_ref(), &check.taken[&region], body);
             }
         }
     }
 }
 
-fn call(function: &Option<Function>, taken: &str, body: &mut Vec<Node>) {
+fn call(function: Option<&Function>, taken: &str, body: &mut Vec<Node>) {
     if let Some(function) = function {
         body.push(Node::line(format!("{};", function.call(&[("taken", taken)]))));
     }

@@ -81,6 +81,9 @@ impl Emit<'_> {
                         let function = self.enter_together(key);
                         nodes.push(Node::line(format!("{};", function.call(&[]))));
                         at += inside;
+                    } else if let Some((length, call)) = self.enter_path(&list[at - 1..]) {
+                        nodes.push(call);
+                        at += length - 1;
                     } else {
                         nodes.extend(self.enter_state(step));
                         entered.insert(step);
@@ -89,7 +92,7 @@ impl Emit<'_> {
                 Enter::InitialContent(step) => {
                     if entered.contains(&step) {
                         let content = &self.pieces.states[step].initial_content;
-                        nodes.extend(self.statements.statements(content));
+                        nodes.extend(self.list(content));
                     }
                 }
                 Enter::History(history) => {
@@ -124,6 +127,89 @@ impl Emit<'_> {
         function
     }
 
+    /// The way down through composite states with lists to an atomic one, by the function of the region that has each entry list once. Gives how many
+    /// things it takes; none where the next things are no such way.
+    fn enter_path(&mut self, list: &[Enter]) -> Option<(usize, Node)> {
+        let Some(Enter::Step(first)) = list.first().copied() else { return None };
+        let region = self.plan.region_of[first];
+        let mut last = first;
+        let mut length = 1;
+        let mut n_lists = usize::from(!self.pieces.states[first].entry.is_empty());
+        while self.net.steps[last].kind == StepKind::Composite {
+            let Some(Enter::Step(next)) = list.get(length).copied() else { return None };
+            if self.net.steps[next].parent != Some(last) {
+                return None;
+            }
+            n_lists += usize::from(!self.pieces.states[next].entry.is_empty());
+            last = next;
+            length += 1;
+        }
+        if n_lists < 2 || length < 2 || self.variables[region].is_none() {
+            return None;
+        }
+        let function = match self.paths.get(&region) {
+            Some(function) => function.clone(),
+            None => {
+                let function = self.define_path(region);
+                self.paths.insert(region, function.clone());
+                function
+            }
+        };
+        let to = self.terminal(region, self.plan.range[last].0);
+        let depth = format!("{}U", self.plan.depth[first] - 1);
+        let call = function.call(&[("to", &to), ("depth", &depth)]);
+        Some((length, Node::line(format!("{call};")).about(Object::Step(last))))
+    }
+
+    /// The function that enters an atomic state of a region and what lies around it, as far as it is deeper than some depth.
+    fn define_path(&mut self, region: usize) -> Function {
+        let data = &self.plan.regions[region];
+        let mut by_depth: BTreeMap<u32, Vec<StepId>> = BTreeMap::new();
+        for step in &data.composites {
+            by_depth.entry(self.plan.depth[*step]).or_default().push(*step);
+        }
+        let word = self.region_word(region);
+        let n = data.terminals.len();
+        let mut body = Vec::new();
+        for (depth, steps) in by_depth {
+            let mut cases = Vec::new();
+            for step in steps {
+                let list = self.list(&self.pieces.states[step].entry);
+                cases.push(Case { labels: self.labels(region, step), body: list, returns: false });
+            }
+            let nodes = self.on_value(&format!("{word}_enter_outer"), "to", n, cases);
+            if !nodes.is_empty() {
+                body.push(Node::when(&format!("depth < {depth}U"), nodes));
+            }
+        }
+        if let Some(variable) = &self.variables[region] {
+            body.push(Node::line(format!("self->{variable} = to;")));
+        }
+        let mut cases = Vec::new();
+        for step in data.terminals.iter().copied() {
+            let state = &self.pieces.states[step];
+            let mut list = self.list(&state.entry);
+            list.extend(self.list(&state.finish));
+            cases.push(Case { labels: self.labels(region, step), body: list, returns: false });
+        }
+        body.extend(self.on_value(&format!("{word}_enter_atomic"), "to", n, cases));
+        let ty = count_type(i64::try_from(n).unwrap_or(i64::MAX));
+        let own = [(ty, "to"), ("uint32_t", "depth")];
+        self.define(&format!("{word}_enter_to"), "void", false, &own, body)
+    }
+
+    /// A `switch` over the number of a state; without one what all states do.
+    fn on_value(&mut self, word: &str, subject: &str, n: usize, cases: Vec<Case>) -> Vec<Node> {
+        let cases = super::text::merged(cases);
+        match cases.as_slice() {
+            [only] if only.labels.len() == n => only.body.clone(),
+            _ => {
+                let ty = count_type(i64::try_from(n).unwrap_or(i64::MAX));
+                self.switch(word, subject, &[(ty, subject)], cases)
+            }
+        }
+    }
+
     /// One state: its place in the variable, its entry list, and what a final state does.
     fn enter_state(&mut self, step: StepId) -> Vec<Node> {
         let region = self.plan.region_of[step];
@@ -136,8 +222,8 @@ impl Emit<'_> {
                 .push(Node::line(format!("self->{variable} = {value};")).about(Object::Step(step)));
         }
         let state = &self.pieces.states[step];
-        let mut list = self.statements.statements(&state.entry);
-        list.extend(self.statements.statements(&state.finish));
+        let mut list = self.list(&state.entry);
+        list.extend(self.list(&state.finish));
         if lines(&list) >= LONG_LIST {
             let function = match self.entry_lists.get(&step) {
                 Some(function) => function.clone(),
@@ -227,7 +313,7 @@ impl Emit<'_> {
         }
         let history = &self.net.histories[id];
         let word = crate::names::identifier(&history.name.text);
-        let content = self.statements.statements(&self.pieces.default_content[id]);
+        let content = self.list(&self.pieces.default_content[id]);
         let mut default = Vec::new();
         if !content.is_empty() {
             default.push(Node::when("is_entered", content));

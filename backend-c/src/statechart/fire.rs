@@ -107,14 +107,14 @@ impl Emit<'_> {
         }
         let mut cases = Vec::new();
         for step in data.terminals.iter().filter(|step| plan.depth[**step] > lowest) {
-            let list = self.statements.statements(&self.pieces.states[*step].exit);
+            let list = self.list(&self.pieces.states[*step].exit);
             cases.push(Case { labels: self.labels(region, *step), body: list, returns: false });
         }
         body.extend(self.on_terminals(region, "leave_atomic", cases));
         for (depth, steps) in by_depth.iter().rev() {
             let mut cases = Vec::new();
             for step in steps {
-                let list = self.statements.statements(&self.pieces.states[*step].exit);
+                let list = self.list(&self.pieces.states[*step].exit);
                 cases.push(Case { labels: self.labels(region, *step), body: list, returns: false });
             }
             let nodes = self.on_terminals(region, "leave_outer", cases);
@@ -222,7 +222,7 @@ impl Emit<'_> {
     pub(super) fn act(&mut self, region: usize) -> Option<Function> {
         let mut cases = Vec::new();
         for id in &self.plan.regions[region].transitions {
-            let body = self.statements.statements(&self.pieces.transitions[*id].actions);
+            let body = self.list(&self.pieces.transitions[*id].actions);
             cases.push(Case { labels: vec![self.fires[*id].clone()], body, returns: false });
         }
         let wanted = format!("{}_act", self.region_word(region));

@@ -104,6 +104,7 @@ pub(crate) fn program(
         exits: BTreeMap::new(),
         shared: BTreeSet::new(),
         enters: BTreeMap::new(),
+        paths: BTreeMap::new(),
         entry_lists: BTreeMap::new(),
         restores: BTreeMap::new(),
     };
@@ -246,6 +247,8 @@ pub(super) struct Emit<'a> {
     shared: BTreeSet<(StepId, Vec<Enter>)>,
     /// Functions that enter these.
     enters: BTreeMap<(StepId, Vec<Enter>), text::Function>,
+    /// The function of each region that enters an atomic state with what lies around it.
+    paths: BTreeMap<usize, text::Function>,
     /// Functions for long entry lists.
     entry_lists: BTreeMap<StepId, text::Function>,
     /// Functions that enter what a history stands for.
@@ -294,10 +297,8 @@ impl Emit<'_> {
         if first == last {
             return ask(CompareOp::Eq, first);
         }
-        let from_below =
-            if first > 1 { ask(CompareOp::Ge, first) } else { ask(CompareOp::Ne, 0) };
-        let from_above =
-            if last < n { ask(CompareOp::Le, last) } else { CExpr::bool(true) };
+        let from_below = if first > 1 { ask(CompareOp::Ge, first) } else { ask(CompareOp::Ne, 0) };
+        let from_above = if last < n { ask(CompareOp::Le, last) } else { CExpr::bool(true) };
         CExpr::and([from_below, from_above])
     }
 

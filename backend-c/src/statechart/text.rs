@@ -3,6 +3,7 @@
 use super::Emit;
 use crate::cprogram::{mentions, without_unused};
 use crate::ctext::{Arm, Kind, Node, Writer};
+use grafsynth_ir::program::Stmt;
 use std::collections::BTreeMap;
 
 /// How a function is called from another one.
@@ -85,6 +86,15 @@ impl Emit<'_> {
         self.functions.push(Node::function(format!("static {result} {name}({parameters})"), body));
         self.functions.push(Node::blank());
         Function { name, common, own: kept }
+    }
+
+    /// A list of the chart. Locals of its own stay in a block of their own, for lists stand behind each other and behind labels.
+    pub(super) fn list(&mut self, list: &[Stmt]) -> Vec<Node> {
+        let nodes = self.statements.statements(list);
+        if nodes.iter().all(|node| node.defines.is_none()) {
+            return nodes;
+        }
+        vec![Node::line("{"), Kind::Nested(nodes).into(), Node::line("}")]
     }
 
     /// A `switch` over constants; equal bodies share a case. One that is too long for a function becomes several functions, which are called in turn.
