@@ -1,4 +1,8 @@
 //! Bodies that hold what a step does and what lies in it: enclosing steps, states, parallel states and their regions.
+#![expect(
+    clippy::wildcard_enum_match_arm,
+    reason = "a parser names the tokens it takes; all others are one case"
+)]
 
 use grafsynth_ir::chart::{Block, Enclosing, History, Item, Path, State, Step, StepRole};
 use grafsynth_ir::diag::Diagnostic;
@@ -146,7 +150,9 @@ impl Parser<'_> {
         let mut meta = Meta::default();
         self.attributes(&mut meta)?;
         let mut default = Vec::new();
-        if self.eat(Kind::Arrow) {
+        // On the next line an arrow begins a source transition.
+        if self.kind(0) == Kind::Arrow && !self.peek(0).new_line {
+            self.advance();
             self.paths(&mut default)?;
             self.attributes(&mut meta)?;
         }
@@ -201,8 +207,13 @@ impl Parser<'_> {
         if !self.is_name(0) {
             return false;
         }
-        if matches!(self.kind(1), Kind::Arrow | Kind::Ampersand | Kind::Colon | Kind::Dot) {
-            return true;
+        match self.kind(1) {
+            Kind::Arrow | Kind::Ampersand | Kind::Colon => return true,
+            // `a.b -> c`, and not the output of another chart.
+            Kind::Dot => {
+                return matches!(self.kind(3), Kind::Arrow | Kind::Ampersand | Kind::Dot);
+            }
+            _ => {}
         }
         let next = self.word(1);
         let then_name = self.is_name_beside(1) && !RESERVED.contains(&next);

@@ -96,25 +96,28 @@ pub(crate) fn name(text: &str, position: Position) -> String {
     if inner.is_empty() { "`_`".to_owned() } else { format!("`{inner}`") }
 }
 
-/// An event as `on` names it: `p.done` for the completion of a state, dots for one of another chart.
+/// A name that may be one of another chart, with its dots.
+pub(crate) fn dotted(text: &str, position: Position) -> String {
+    let parts: Vec<&str> = text.split('.').collect();
+    if parts.iter().any(|part| part.is_empty()) {
+        return name(text, position);
+    }
+    let places = std::iter::once(position).chain(std::iter::repeat(Position::Anywhere));
+    let names: Vec<String> =
+        parts.iter().zip(places).map(|(part, position)| name(part, position)).collect();
+    names.join(".")
+}
+
+/// An event as `on` names it: `p.done` for the completion of a state.
 pub(crate) fn event(text: &str, position: Position) -> String {
-    let dotted = |text: &str| -> Option<String> {
-        let parts: Vec<&str> = text.split('.').collect();
-        (!parts.iter().any(|part| part.is_empty())).then(|| {
-            let first = std::iter::once(position).chain(std::iter::repeat(Position::Anywhere));
-            let names: Vec<String> =
-                parts.iter().zip(first).map(|(part, position)| name(part, position)).collect();
-            names.join(".")
-        })
-    };
-    let (owner, end) = match text.strip_prefix(DONE) {
-        Some(owner) => (owner, ".done"),
-        None => (text, ""),
-    };
-    // What would be read as a completion and is none stands in backquotes.
-    match dotted(owner).filter(|_| !end.is_empty() || !text.ends_with(".done")) {
-        Some(written) => format!("{written}{end}"),
-        None => name(text, position),
+    match text.strip_prefix(DONE) {
+        Some(owner) if !owner.split('.').any(str::is_empty) => {
+            format!("{}.done", dotted(owner, position))
+        }
+        // What would be read as a completion and is none stands in backquotes.
+        Some(_) => name(text, position),
+        None if text.ends_with(".done") => name(text, position),
+        None => dotted(text, position),
     }
 }
 

@@ -236,6 +236,12 @@ impl Parser<'_> {
         Ok(StepItem { kind, span: self.span_from(start) })
     }
 
+    /// A name that may be one of another chart; its dots belong to it.
+    fn dotted(&mut self, what: &str) -> Parse<Name> {
+        let path = self.path(what)?;
+        Ok(Name::new(path.to_string(), path.span()))
+    }
+
     /// Events, each by its name; `p.done` is the completion of a state, `done.state.p` in a net.
     fn events(&mut self) -> Parse<Vec<Name>> {
         let mut names = Vec::new();
@@ -261,7 +267,7 @@ impl Parser<'_> {
     /// `set R`, `reset R if c`
     fn latch(&mut self, qualifier: Qualifier) -> Parse<StepItemKind> {
         self.advance();
-        let target = self.name("the name of an output")?;
+        let target = self.dotted("the name of an output")?;
         let condition = self.action_condition()?;
         Ok(StepItemKind::Action {
             target,
@@ -284,13 +290,16 @@ impl Parser<'_> {
         if !self.is_name(0) {
             return Err(self.unexpected("an action"));
         }
-        if matches!(self.kind(1), Kind::Assign | Kind::OpenBracket | Kind::Dot | Kind::Equal) {
+        let assigns = |kind| matches!(kind, Kind::Assign | Kind::OpenBracket | Kind::Equal);
+        let is_assignment =
+            assigns(self.kind(1)) || self.kind(1) == Kind::Dot && assigns(self.kind(3));
+        if is_assignment {
             return Err(self.misplaced(
                 "an assignment cannot stand in a step by itself",
                 "say when it is done: `entry { … }`, `exit { … }` or `on EVENT { … }`",
             ));
         }
-        let target = self.name("an action")?;
+        let target = self.dotted("an action")?;
         let arguments = if self.kind(0) == Kind::Open && !self.peek(0).new_line {
             Some(self.arguments()?)
         } else {
@@ -581,7 +590,7 @@ impl Parser<'_> {
         let kind = match self.word(0) {
             "raise" if is_keyword => {
                 self.advance();
-                StmtKind::Raise(self.name("an event")?)
+                StmtKind::Raise(self.dotted("an event")?)
             }
             "send" if is_keyword => self.send()?,
             "cancel" if is_keyword => {
@@ -590,7 +599,7 @@ impl Parser<'_> {
             }
             "call" if is_keyword && self.is_name(1) => {
                 self.advance();
-                let function = self.name("an extern action")?;
+                let function = self.dotted("an extern action")?;
                 let arguments =
                     if self.kind(0) == Kind::Open { self.arguments()? } else { Vec::new() };
                 StmtKind::Call { function, arguments }
@@ -604,7 +613,7 @@ impl Parser<'_> {
 
     fn send(&mut self) -> Parse<StmtKind> {
         self.advance();
-        let event = self.name("an event")?;
+        let event = self.dotted("an event")?;
         let after = if self.eat_word("after") { Some(self.duration()?) } else { None };
         let slot = if self.word(0) == "as" && !self.peek(0).new_line {
             self.advance();

@@ -122,8 +122,9 @@ impl Text {
                 let condition = condition
                     .as_ref()
                     .map_or_else(String::new, |c| format!(" if {}", self.exprs.text(c)));
-                let action = format!("{}{arguments}", names::name(&target.text, Position::Action));
-                let latched = names::name(&target.text, Position::Anywhere);
+                let action =
+                    format!("{}{arguments}", names::dotted(&target.text, Position::Action));
+                let latched = names::dotted(&target.text, Position::Anywhere);
                 let text = match how {
                     ActionHow::Bare => action,
                     ActionHow::After(ns) => format!("{action} after {}", names::duration(*ns)),
@@ -216,7 +217,7 @@ impl Text {
                 )
             }
             StmtKind::Raise(event) => {
-                format!("raise {}", names::name(&event.text, Position::Anywhere))
+                format!("raise {}", names::dotted(&event.text, Position::Anywhere))
             }
             StmtKind::Send { event, after, slot } => {
                 let after =
@@ -224,7 +225,7 @@ impl Text {
                 let slot = slot.as_ref().map_or_else(String::new, |slot| {
                     format!(" as {}", names::name(&slot.text, Position::Anywhere))
                 });
-                format!("send {}{after}{slot}", names::name(&event.text, Position::Anywhere))
+                format!("send {}{after}{slot}", names::dotted(&event.text, Position::Anywhere))
             }
             StmtKind::Cancel(slot) => {
                 format!("cancel {}", names::name(&slot.text, Position::Anywhere))
@@ -232,7 +233,7 @@ impl Text {
             StmtKind::Call { function, arguments } => {
                 format!(
                     "call {}{}",
-                    names::name(&function.text, Position::Anywhere),
+                    names::dotted(&function.text, Position::Anywhere),
                     self.arguments(arguments)
                 )
             }

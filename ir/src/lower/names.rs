@@ -121,7 +121,17 @@ impl<'a> Lowering<'a> {
             }
             next = self.scopes[scope].parent;
         }
-        self.charts.get(text).map(|chart| Symbol::Chart(*chart))
+        if let Some(chart) = self.charts.get(text) {
+            return Some(Symbol::Chart(*chart));
+        }
+        // A name that was written with dots and is kept in one piece: `g.E`.
+        let (first, rest) = text.split_once('.').filter(|(first, _)| !first.is_empty())?;
+        let mut symbol = self.find(scope, first)?;
+        for part in rest.split('.') {
+            let inside = self.inside(symbol)?;
+            symbol = self.scopes[inside].names.get(part)?.symbol;
+        }
+        Some(symbol)
     }
 
     /// The body inside something, where it has one.
