@@ -89,6 +89,12 @@ fn stage<'a>(
     Ok(())
 }
 
+/// One name for all ways of writing the place of a file; the name itself where there is no such file.
+pub(crate) fn canonical(path: &str) -> String {
+    std::fs::canonicalize(path)
+        .map_or_else(|_| path.to_owned(), |path| path.to_string_lossy().into_owned())
+}
+
 /// True if there is a file of that name.
 pub(crate) fn exists(path: &Path) -> bool {
     path.exists()

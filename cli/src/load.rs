@@ -4,6 +4,7 @@ use crate::args::{Global, Input};
 use crate::files;
 use crate::render::{self, MessageFormat, Style};
 use grafsynth_driver::format::Format;
+use grafsynth_driver::libraries::{self, LibraryText};
 use grafsynth_driver::read::{self, Design, NetDesign, ReadLimits, Texts};
 use grafsynth_driver::source::Sources;
 use grafsynth_ir::Diagnostic;
@@ -94,6 +95,7 @@ impl Session {
             let file = self.text(&beside)?;
             texts.properties.push(file);
         }
+        self.libraries(main, &input.file, &mut texts);
         for text in &input.assert {
             let line = if starts_with_role(text) { text.clone() } else { format!("assert {text}") };
             texts.properties.push(self.sources.add("<--assert>", line));
@@ -108,6 +110,37 @@ impl Session {
                 } else {
                     Stop::Usage(format!("{} is empty", input.file))
                 })
+            }
+        }
+    }
+
+    /// Reads the files of library charts that a text names, and those that these name. One that cannot be read is left out: the driver reports it at
+    /// its name.
+    fn libraries(&mut self, main: grafsynth_ir::FileId, path: &str, texts: &mut Texts) {
+        let mut known = vec![(files::canonical(path), main)];
+        let mut open = vec![(main, path.to_owned())];
+        while let Some((from, path)) = open.pop() {
+            let Some(source) = self.sources.get(from) else { continue };
+            let is_graf = Format::of(&source.path, &source.text) == Some(Format::Graf);
+            if !is_graf && texts.format != Some(Format::Graf) {
+                continue;
+            }
+            for name in libraries::wanted(from, &source.text.clone()) {
+                let beside = Path::new(&path).parent().map(|folder| folder.join(&name));
+                let Some(file) = beside.and_then(|file| file.to_str().map(str::to_owned)) else {
+                    continue;
+                };
+                let one = files::canonical(&file);
+                let text = match known.iter().find(|(other, _)| *other == one) {
+                    Some((_, text)) => *text,
+                    None => {
+                        let Ok(text) = self.text(&file) else { continue };
+                        known.push((one, text));
+                        open.push((text, file));
+                        text
+                    }
+                };
+                texts.libraries.push(LibraryText { from, name, text });
             }
         }
     }

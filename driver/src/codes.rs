@@ -10,5 +10,7 @@ pub const NEEDS_CHART: Code = Code { id: "G0002", title: "logic has no steps" };
 pub const LOGIC_DOES_NOT_FIT: Code = Code { id: "G0003", title: "nothing to compare by" };
 /// A conversion to C, which is more than one text.
 pub const WRITES_C: Code = Code { id: "G0004", title: "C is written by build" };
+/// A file with library charts that cannot be used.
+pub const LIBRARY_FILE: Code = Code { id: "G0010", title: "file of library charts" };
 /// All of them.
-pub const ALL: &[Code] = &[UNKNOWN_FORMAT, NEEDS_CHART, LOGIC_DOES_NOT_FIT, WRITES_C];
+pub const ALL: &[Code] = &[UNKNOWN_FORMAT, NEEDS_CHART, LOGIC_DOES_NOT_FIT, WRITES_C, LIBRARY_FILE];

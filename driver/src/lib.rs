@@ -11,6 +11,7 @@ pub mod compare;
 pub mod convert;
 pub mod diff;
 pub mod format;
+pub mod libraries;
 pub mod pages;
 pub mod pipeline;
 pub mod read;

@@ -2,6 +2,7 @@
 
 use crate::codes;
 use crate::format::Format;
+use crate::libraries::{self, LibraryText};
 use crate::source::Sources;
 use grafsynth_backend_pld::Dialect;
 use grafsynth_ir::diag::any_error;
@@ -38,6 +39,8 @@ pub struct Texts {
     pub format: Option<Format>,
     /// A board file.
     pub board: Option<FileId>,
+    /// The texts of the files that the design and its libraries name.
+    pub libraries: Vec<LibraryText>,
     /// Files with properties, and single properties from the command line.
     pub properties: Vec<FileId>,
     /// How a design in C becomes a chart.
@@ -211,6 +214,9 @@ fn chart_design(
     found: &mut Vec<Diagnostic>,
 ) -> Option<Design> {
     let mut design = design?;
+    let front = limits.front();
+    libraries::resolve(sources, &texts.libraries, &front, texts.main, &mut design, found);
+    let mut design = libraries::last_alone(design);
     if let Some(file) = texts.board
         && let Some(source) = sources.get(file)
     {

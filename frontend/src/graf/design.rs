@@ -1,7 +1,7 @@
 //! A whole source: its edition, the files it uses, library charts with their certificates, charts.
 
 use grafsynth_ir::Span;
-use grafsynth_ir::chart::{Certificate, Chart, Design, Library};
+use grafsynth_ir::chart::{Certificate, Chart, Design, Import, Library};
 use grafsynth_ir::diag::{Diagnostic, nearest};
 use grafsynth_ir::net::Meta;
 
@@ -72,6 +72,16 @@ impl Parser<'_> {
             self.certify(&mut design.libraries, certificate);
         }
         (has_chart || self.dry).then_some(design)
+    }
+
+    /// The files that stand before the first chart or library chart, and nothing else.
+    pub(crate) fn imports(&mut self) -> Vec<Import> {
+        let mut imports = Vec::new();
+        self.edition();
+        while self.word(0) == "use" && self.begins_library_part() {
+            imports.extend(self.import());
+        }
+        imports
     }
 
     /// True where something of libraries begins outside of charts.

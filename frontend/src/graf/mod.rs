@@ -29,7 +29,7 @@ pub(crate) mod write_expr;
 mod write_library;
 pub(crate) mod write_text;
 
-use grafsynth_ir::chart::Design;
+use grafsynth_ir::chart::{Design, Import};
 use grafsynth_ir::diag::{Diagnostic, any_error};
 use grafsynth_ir::net::Net;
 use grafsynth_ir::{FileId, Span};
@@ -100,6 +100,16 @@ pub fn parse_within(file: FileId, text: &str, limits: &Limits) -> Parsed {
     let mut parser = Parser::new(file, text, Some(&numbers), *limits, false);
     let design = parser.design();
     Parsed { design, diagnostics: sorted(parser.findings.finish()), comments: parser.comments }
+}
+
+/// The files that a chart names at its top, as far as it can be read there.
+#[must_use]
+pub fn imports(file: FileId, text: &str) -> Vec<Import> {
+    let limits = Limits::default();
+    if too_large(file, text, &limits).is_some() {
+        return Vec::new();
+    }
+    Parser::new(file, text, None, limits, false).imports()
 }
 
 /// Brings a chart into its one canonical form: comments stay, blank lines too (at most one), nothing changes its meaning.

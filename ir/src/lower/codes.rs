@@ -103,4 +103,6 @@ codes! {
     NEVER_TAKEN = "G0245", "transition that is never taken";
     /// The time of a macro-step that is left and entered within one reaction.
     MACRO_TIME = "G0246", "time of a macro-step";
+    /// What stands for a parameter of a library chart does not fit it.
+    ARGUMENT = "G0247", "argument of a library chart";
 }

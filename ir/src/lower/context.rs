@@ -1,6 +1,7 @@
 //! What the passes of the lowering share: the net as far as it is built, the scopes of names, and the findings.
 
 use super::expand::Work;
+use super::libraries::Bound;
 use super::roles::{Role, Use};
 use super::statechart::Tree;
 use crate::chart::{self, Design};
@@ -81,6 +82,8 @@ pub(super) struct Scope<'a> {
     pub(super) inside: Option<StepId>,
     /// The chart, as an index into [`Design::charts`].
     pub(super) chart: usize,
+    /// The top of an instance of a library chart.
+    pub(super) is_instance: bool,
 }
 
 /// A declared name.
@@ -116,8 +119,11 @@ pub(super) enum Symbol {
     MacroStep(InstanceId),
     Macro(MacroId),
     Transition(TransitionId),
+    /// A chart, or an instance of a library chart.
     Chart(ScopeId),
     History(HistoryId),
+    /// A parameter of a library chart for which an expression stands.
+    Alias(usize),
     /// Its declaration was refused; uses of it are not reported again.
     Broken,
 }
@@ -139,6 +145,20 @@ pub(super) struct DrawnAction<'a> {
     pub(super) id: Option<ActionId>,
     /// How step bodies use it.
     pub(super) uses: Vec<Use<'a>>,
+}
+
+/// What stands for a parameter in one instance of a library chart. Names in it are those of the body that it was written in.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Alias<'a> {
+    pub(super) scope: ScopeId,
+    pub(super) value: AliasValue<'a>,
+}
+
+/// See [`Alias`].
+#[derive(Debug, Clone, Copy)]
+pub(super) enum AliasValue<'a> {
+    Expr(&'a chart::Expr),
+    Path(&'a chart::Path),
 }
 
 /// A send slot that has a name.
@@ -189,6 +209,20 @@ pub(super) struct Lowering<'a> {
     pub(super) bodies: BTreeMap<StepId, ScopeId>,
     pub(super) macros: Vec<MacroDefinition<'a>>,
     pub(super) instances: Vec<Instance>,
+    /// Parameters of instances of library charts.
+    pub(super) aliases: Vec<Alias<'a>>,
+    /// Arguments to be looked at when all names are known.
+    pub(super) bound: Vec<Bound<'a>>,
+    /// How many library charts were expanded.
+    pub(super) n_instances: usize,
+    /// Aliases whose expressions are being lowered, the innermost last.
+    pub(super) open_aliases: Vec<usize>,
+    /// How often the expressions of aliases were lowered.
+    pub(super) alias_mentions: usize,
+    /// How many aliases are being followed: one that leads back to itself ends there.
+    pub(super) following: std::cell::Cell<u32>,
+    /// The library charts that something uses, by their places in the design.
+    pub(super) used_libraries: BTreeSet<usize>,
     /// Names that several states of one body have histories of.
     pub(super) shared_histories: BTreeSet<(ScopeId, &'a str)>,
     /// Expands macros that nothing uses, to find the mistakes in them.
@@ -243,6 +277,13 @@ impl<'a> Lowering<'a> {
             macros: Vec::new(),
             instances: Vec::new(),
             shared_histories: BTreeSet::new(),
+            aliases: Vec::new(),
+            bound: Vec::new(),
+            n_instances: 0,
+            open_aliases: Vec::new(),
+            alias_mentions: 0,
+            following: std::cell::Cell::new(0),
+            used_libraries: BTreeSet::new(),
             expand_unused: false,
             work: Vec::new(),
             taken: BTreeSet::new(),

@@ -91,7 +91,7 @@ pub(super) fn expand(lowering: &mut Lowering<'_>) {
     }
 }
 
-fn new_scope(
+pub(super) fn new_scope(
     lowering: &mut Lowering<'_>,
     parent: Option<ScopeId>,
     prefix: String,
@@ -101,7 +101,8 @@ fn new_scope(
 ) -> ScopeId {
     let home = lowering.scopes.len();
     let names = BTreeMap::new();
-    lowering.scopes.push(Scope { parent, prefix, names, part, home, inside, chart });
+    let is_instance = false;
+    lowering.scopes.push(Scope { parent, prefix, names, part, home, inside, chart, is_instance });
     home
 }
 
@@ -120,7 +121,7 @@ fn enclosed_scope(
 }
 
 /// The `priority n` of a chart or body.
-fn part_priority(items: &[Item]) -> Option<u32> {
+pub(super) fn part_priority(items: &[Item]) -> Option<u32> {
     items.iter().find_map(|item| match item {
         Item::Setting(setting) => match setting.kind {
             SettingKind::Priority(priority) => Some(priority),
@@ -185,10 +186,21 @@ fn plain_step(name: Name, part: PartId, kind: StepKind, meta: crate::net::Meta) 
     }
 }
 
-struct Expansion<'l, 'a> {
-    lowering: &'l mut Lowering<'a>,
-    /// Macro-steps being expanded: the macro drawn, and the macro-step that uses it.
-    open: Vec<(&'a chart::Macro, Span)>,
+/// A macro or library chart that is being expanded.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Open<'a> {
+    /// Its name, where it is drawn: that tells it from others.
+    pub(super) name: &'a Name,
+    /// What uses it.
+    pub(super) span: Span,
+    /// The word for it.
+    pub(super) kind: &'static str,
+}
+
+pub(super) struct Expansion<'l, 'a> {
+    pub(super) lowering: &'l mut Lowering<'a>,
+    /// Macros and library charts being expanded.
+    pub(super) open: Vec<Open<'a>>,
     /// How many bodies lie around the present one.
     depth: usize,
     /// The limit of objects was reached and reported.
@@ -196,7 +208,7 @@ struct Expansion<'l, 'a> {
 }
 
 impl<'a> Expansion<'_, 'a> {
-    fn items(&mut self, scope: ScopeId, items: &'a [Item]) {
+    pub(super) fn items(&mut self, scope: ScopeId, items: &'a [Item]) {
         if self.depth >= MAX_DEPTH {
             let span = self.lowering.net.parts[self.lowering.scopes[scope].part].name.span;
             let finding = Diagnostic::error(
@@ -305,7 +317,7 @@ impl<'a> Expansion<'_, 'a> {
         }
     }
 
-    fn declaration(&mut self, scope: ScopeId, source: &'a chart::Declaration) {
+    pub(super) fn declaration(&mut self, scope: ScopeId, source: &'a chart::Declaration) {
         let is_top = self.lowering.scopes[scope].parent.is_none();
         let (belongs_outside, what) = match source.kind {
             DeclarationKind::Input { .. } => (true, "an input"),
@@ -466,10 +478,13 @@ impl<'a> Expansion<'_, 'a> {
     }
 
     /// True while there is room for more steps and transitions.
-    fn has_room(&mut self, span: Span) -> bool {
+    pub(super) fn has_room(&mut self, span: Span) -> bool {
         // Expansions themselves count too: macros of nothing but macros bring no step and multiply all the same.
         let net = &self.lowering.net;
-        let objects = net.steps.len() + net.transitions.len() + self.lowering.instances.len();
+        let objects = net.steps.len()
+            + net.transitions.len()
+            + self.lowering.instances.len()
+            + self.lowering.n_instances;
         // What the file itself says is bounded by its size; only expansions multiply.
         if self.open.is_empty() || objects < self.lowering.max_objects {
             return true;
@@ -477,7 +492,7 @@ impl<'a> Expansion<'_, 'a> {
         if !self.is_full {
             self.is_full = true;
             let most = self.lowering.max_objects;
-            let span = self.open.first().map_or(span, |(_, span)| *span);
+            let span = self.open.first().map_or(span, |open| open.span);
             self.lowering.report(
                 Diagnostic::error(
                     codes::EXPANSION_SIZE,
@@ -501,7 +516,11 @@ impl<'a> Expansion<'_, 'a> {
         let mut step = plain_step(name, place.part, kind, source.meta.clone());
         step.parent = place.inside;
         step.activation_link = source.activation_link;
-        step.is_initial = source.role == StepRole::Initial && !self.lowering.is_statechart();
+        let is_initial = source.role == StepRole::Initial && !self.lowering.is_statechart();
+        // What is initial in a library chart begins with its instance: at reset, or with the step that encloses that.
+        let is_linked = is_initial && place.is_instance && place.inside.is_some();
+        step.activation_link |= is_linked;
+        step.is_initial = is_initial && !is_linked;
         let mut priority: Option<(u32, Span)> = None;
         let mut twice = Vec::new();
         for item in &source.body {
@@ -653,7 +672,7 @@ impl<'a> Expansion<'_, 'a> {
             initial: Vec::new(),
             meta: source.meta.clone(),
         };
-        let cycle = self.open.iter().position(|(open, _)| std::ptr::eq(*open, source));
+        let cycle = self.is_open(&source.name);
         let part = self.lowering.net.parts.push(part);
         let body = new_scope(self.lowering, Some(drawn_in), prefix, part, inside, chart);
         let first = self.lowering.net.steps.len();
@@ -665,10 +684,10 @@ impl<'a> Expansion<'_, 'a> {
             timer: None,
         });
         if let Some(start) = cycle {
-            self.recursion(start, source, span);
+            self.recursion(start, &source.name, span);
             return None;
         }
-        self.open.push((source, span));
+        self.open.push(Open { name: &source.name, span, kind: "macro" });
         self.items(body, &source.items);
         self.open.pop();
         let (entry, exit) = self.ends(body, source);
@@ -680,17 +699,23 @@ impl<'a> Expansion<'_, 'a> {
         Some(number)
     }
 
-    /// A macro-step leads back to a macro that is being expanded.
-    fn recursion(&mut self, start: usize, source: &chart::Macro, span: Span) {
+    /// Where in the list of what is being expanded the one of this name stands.
+    pub(super) fn is_open(&self, name: &'a Name) -> Option<usize> {
+        self.open.iter().position(|open| std::ptr::eq(open.name, name))
+    }
+
+    /// An expansion leads back to one that is not finished.
+    pub(super) fn recursion(&mut self, start: usize, name: &Name, span: Span) {
+        let open = self.open[start];
         let mut cycle: Vec<&str> =
-            self.open[start..].iter().map(|(open, _)| open.name.text.as_str()).collect();
-        cycle.push(&source.name.text);
+            self.open[start..].iter().map(|open| open.name.text.as_str()).collect();
+        cycle.push(&name.text);
         let message =
-            format!("macro {} lies in its own expansion: {}", source.name, cycle.join(" -> "));
+            format!("{} {name} lies in its own expansion: {}", open.kind, cycle.join(" -> "));
         let mut finding = Diagnostic::error(codes::MACRO_RECURSION, message)
-            .at(span, format!("expands {} again", source.name));
-        for (_, span) in &self.open[start + 1..] {
-            finding = finding.at(*span, "expanded here");
+            .at(span, format!("expands {name} again"));
+        for open in &self.open[start + 1..] {
+            finding = finding.at(open.span, "expanded here");
         }
         let finding = finding.help("an expansion is copied into the net, so it must end somewhere");
         self.lowering.report(finding);
@@ -778,26 +803,6 @@ impl<'a> Expansion<'_, 'a> {
         let body = enclosed_scope(self.lowering, scope, part, id);
         self.lowering.bodies.insert(id, body);
         self.items(body, &source.items);
-    }
-
-    /// An instance of a library chart.
-    fn instance(&mut self, _scope: ScopeId, source: &'a chart::Use) {
-        let libraries = &self.lowering.design.libraries;
-        let near = crate::diag::nearest(
-            &source.library.text,
-            libraries.iter().map(|one| one.name.text.as_str()),
-        );
-        let finding = Diagnostic::error(
-            codes::UNKNOWN_NAME,
-            format!("there is no library chart {}", source.library),
-        )
-        .at(source.library.span, "not declared");
-        self.lowering.report(match near {
-            Some(near) => {
-                finding.help(format!("did you mean {near}?")).fix(source.library.span, near)
-            }
-            None => finding,
-        });
     }
 
     fn state(&mut self, scope: ScopeId, source: &'a chart::State) {

@@ -1,7 +1,7 @@
 //! Expressions: names become values of the net, times become ticks, edges and delays become operands and timers, and everything gets its type.
 
 use super::codes;
-use super::context::{Lowering, Outcome, ScopeId, Symbol, Value};
+use super::context::{Alias, AliasValue, Lowering, Outcome, ScopeId, Symbol, Value};
 use super::names::{Attribute, Resolved, StepLike};
 use super::roles::Role;
 use super::times::duration;
@@ -17,6 +17,8 @@ use crate::span::Span;
 const MAX_DEPTH: usize = 300;
 /// How many mentions of transitions all `otherwise` of a design may become.
 const MAX_OTHERWISE: usize = 4_000_000;
+/// How often arguments of library charts may stand for their parameters.
+const MAX_MENTIONS: usize = 300_000;
 
 /// Where an expression stands and so what it may say.
 #[derive(Debug, Clone, Copy)]
@@ -321,6 +323,7 @@ impl Lowering<'_> {
                     .fix(span, format!("{path}.active")),
                 ));
             }
+            Symbol::Alias(alias) => return self.argument_value(alias, path, place),
             Symbol::Macro(_)
             | Symbol::Transition(_)
             | Symbol::Chart(_)
@@ -330,6 +333,40 @@ impl Lowering<'_> {
             }
         };
         Ok(Expr::leaf(L::of_net(leaf), span))
+    }
+
+    /// The expression that stands for a parameter of a library chart, as if it stood here in parentheses.
+    fn argument_value<L: Target>(
+        &mut self,
+        alias: usize,
+        path: &Path,
+        place: &Place<'_>,
+    ) -> Outcome<Expr<L>> {
+        let Alias { scope, value: AliasValue::Expr(drawn) } = self.aliases[alias] else {
+            return Err(self.already_told());
+        };
+        if self.open_aliases.contains(&alias) {
+            return Err(self.report(
+                Diagnostic::error(codes::ARGUMENT, format!("the argument {path} reads itself"))
+                    .at(drawn.span, "stands for what is read in it")
+                    .help("an argument says what the parameter is in words of the chart that uses the library"),
+            ));
+        }
+        self.alias_mentions += 1;
+        if self.alias_mentions > MAX_MENTIONS {
+            return Err(self.report(
+                Diagnostic::error(
+                    codes::EXPANSION_SIZE,
+                    format!("arguments stand for parameters at more than {MAX_MENTIONS} places"),
+                )
+                .at(drawn.span, "reached here")
+                .help("arguments of arguments multiply: use fewer levels"),
+            ));
+        }
+        self.open_aliases.push(alias);
+        let result = self.expression(drawn, &Place { scope, otherwise: None, ..*place });
+        self.open_aliases.pop();
+        result
     }
 
     pub(super) fn time_alone(&mut self, path: &Path) -> super::context::Reported {

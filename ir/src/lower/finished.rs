@@ -104,6 +104,7 @@ fn of_net<'a>(design: &'a Design, net: &Net) -> Lowering<'a> {
         home: 0,
         inside: None,
         chart: 0,
+        is_instance: false,
     });
     lowering.net = net.clone();
     lowering

@@ -24,6 +24,7 @@ mod expand;
 mod expressions;
 mod finished;
 mod forcing;
+mod libraries;
 mod limit;
 pub mod lints;
 mod names;
@@ -42,6 +43,7 @@ mod transition_names;
 mod tests;
 
 pub use finished::{board, properties};
+pub use libraries::alone;
 
 use crate::chart::Design;
 use crate::diag::{Diagnostic, any_error};
@@ -61,6 +63,7 @@ const PIPELINE: &[(&str, Pass)] = &[
     ("declarations", declarations::declarations),
     ("behaviour", behaviour::behaviour),
     ("outputs", outputs::outputs),
+    ("arguments", libraries::arguments),
     ("statecharts", statechart::statecharts),
     ("forcing", forcing::forcing),
     ("beginnings", beginnings::beginnings),
@@ -80,7 +83,8 @@ pub fn passes() -> impl Iterator<Item = &'static str> {
 #[must_use]
 pub fn lower(design: &Design) -> (Option<Valid<Net>>, Vec<Diagnostic>) {
     let (net, mut findings) = run(design, PIPELINE);
-    if any_error(&findings) {
+    // A file of library charts alone is a good file, and nothing runs.
+    if any_error(&findings) || design.charts.is_empty() {
         return (None, findings);
     }
     match validate(net) {
@@ -107,11 +111,20 @@ pub fn dump_after(design: &Design, pass: &str) -> Option<Net> {
     Some(lowering.net)
 }
 
+/// All passes, without a look at what nothing uses.
+fn all_passes(lowering: &mut Lowering<'_>) {
+    for (_, pass) in PIPELINE {
+        pass(lowering);
+    }
+}
+
 fn run(design: &Design, pipeline: &[(&str, Pass)]) -> (Net, Vec<Diagnostic>) {
     let mut lowering = Lowering::new(design);
     for (_, pass) in pipeline {
         pass(&mut lowering);
     }
+    libraries::duplicates(&mut lowering);
+    libraries::unused(&mut lowering);
     if lowering.macros.iter().all(|one| one.is_used) {
         return (lowering.net, lowering.found.list);
     }

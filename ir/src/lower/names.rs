@@ -1,14 +1,20 @@
 //! Finding out what a name stands for: the body it is written in first, then the bodies around it, then the chart, then `chart.name`.
 
 use super::codes;
-use super::context::{Entry, FlatNames, InstanceId, Lowering, Outcome, ScopeId, Symbol};
-use crate::chart::Path;
+use super::context::{
+    Alias, AliasValue, Entry, FlatNames, InstanceId, Lowering, Outcome, ScopeId, Symbol,
+};
+use crate::chart::{Leaf, Path};
 use crate::diag::{Diagnostic, nearest};
+use crate::expr::ExprKind;
 use crate::net::{Driver, InputKind, StepId};
 use crate::span::{Name, Span};
 
 /// How many candidates all suggestions together may look at: a file with thousands of unknown names is no slip of the pen.
 const MAX_CANDIDATES: usize = 500_000;
+
+/// How many parameters stand for each other in a row: more than charts can lie in each other.
+const MAX_FOLLOWING: u32 = 64;
 
 /// A step or a macro-step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -117,7 +123,7 @@ impl<'a> Lowering<'a> {
         let mut next = Some(scope);
         while let Some(scope) = next {
             if let Some(entry) = self.scopes[scope].names.get(text) {
-                return Some(entry.symbol);
+                return Some(self.follow(entry.symbol));
             }
             next = self.scopes[scope].parent;
         }
@@ -129,9 +135,51 @@ impl<'a> Lowering<'a> {
         let mut symbol = self.find(scope, first)?;
         for part in rest.split('.') {
             let inside = self.inside(symbol)?;
-            symbol = self.scopes[inside].names.get(part)?.symbol;
+            symbol = self.follow(self.scopes[inside].names.get(part)?.symbol);
         }
         Some(symbol)
+    }
+
+    /// What a parameter stands for, where that has a name; an expression stays the parameter.
+    fn follow(&self, symbol: Symbol) -> Symbol {
+        let Symbol::Alias(alias) = symbol else { return symbol };
+        let Alias { scope, value } = self.aliases[alias];
+        let (path, of_expression) = match value {
+            AliasValue::Path(path) => (path, Symbol::Broken),
+            AliasValue::Expr(expr) => match &expr.kind {
+                ExprKind::Leaf(Leaf::Name(path)) => (path, symbol),
+                ExprKind::Leaf(_)
+                | ExprKind::Bool(_)
+                | ExprKind::Int(_)
+                | ExprKind::Element(..)
+                | ExprKind::Not(_)
+                | ExprKind::And(_)
+                | ExprKind::Or(_)
+                | ExprKind::Compare(..)
+                | ExprKind::Neg(_)
+                | ExprKind::Arith(..)
+                | ExprKind::Select(..) => return symbol,
+            },
+        };
+        if self.following.get() >= MAX_FOLLOWING {
+            return Symbol::Broken;
+        }
+        self.following.set(self.following.get() + 1);
+        let found = self.walk(scope, &path.names).ok();
+        self.following.set(self.following.get() - 1);
+        found.unwrap_or(of_expression)
+    }
+
+    /// True in a library chart that something uses, and in what lies in it.
+    pub(super) fn is_in_instance(&self, scope: ScopeId) -> bool {
+        let mut next = Some(scope);
+        while let Some(scope) = next {
+            if self.scopes[scope].is_instance {
+                return true;
+            }
+            next = self.scopes[scope].parent;
+        }
+        false
     }
 
     /// The body inside something, where it has one.
@@ -149,6 +197,7 @@ impl<'a> Lowering<'a> {
             | Symbol::Macro(_)
             | Symbol::Transition(_)
             | Symbol::History(_)
+            | Symbol::Alias(_)
             | Symbol::Broken => None,
         }
     }
@@ -165,7 +214,7 @@ impl<'a> Lowering<'a> {
             }
             let inside = self.inside(symbol).ok_or(Unknown::NoInside(index + 1, symbol))?;
             let entry = self.scopes[inside].names.get(name.text.as_str());
-            symbol = entry.ok_or(Unknown::Name(index + 1, Some(inside)))?.symbol;
+            symbol = self.follow(entry.ok_or(Unknown::Name(index + 1, Some(inside)))?.symbol);
         }
         if symbol == Symbol::Broken { Err(Unknown::Broken) } else { Ok(symbol) }
     }
@@ -229,6 +278,7 @@ impl<'a> Lowering<'a> {
             | Symbol::Transition(_)
             | Symbol::Chart(_)
             | Symbol::History(_)
+            | Symbol::Alias(_)
             | Symbol::Broken => None,
         }
     }
@@ -354,6 +404,7 @@ impl<'a> Lowering<'a> {
             | Symbol::Transition(_)
             | Symbol::Chart(_)
             | Symbol::History(_)
+            | Symbol::Alias(_)
             | Symbol::Broken => symbol.kind(),
         }
     }
@@ -398,6 +449,7 @@ impl Symbol {
             Symbol::Transition(_) => "a transition",
             Symbol::Chart(_) => "a chart",
             Symbol::History(_) => "a history",
+            Symbol::Alias(_) => "an expression",
             Symbol::Broken => "unknown",
         }
     }

@@ -138,6 +138,7 @@ fn signal(lowering: &mut Lowering<'_>, scope: ScopeId, name: &Name) -> Outcome<S
             | Symbol::Transition(_)
             | Symbol::Chart(_)
             | Symbol::History(_)
+            | Symbol::Alias(_)
             | Symbol::Broken => None,
         },
         Some(super::names::Resolved::Attribute(..)) | None => None,

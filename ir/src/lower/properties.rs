@@ -26,8 +26,10 @@ pub(super) fn property(
 ) -> Outcome<Property> {
     let expr =
         lowering.condition::<PropertyLeaf>(&source.expr, &Place::level(scope, "a property"))?;
-    let role = if source.is_assumption { PropertyRole::Assume } else { PropertyRole::Assert };
-    if source.is_assumption {
+    // What a library chart takes for granted, whoever uses it has to guarantee.
+    let is_assumption = source.is_assumption && !lowering.is_in_instance(scope);
+    let role = if is_assumption { PropertyRole::Assume } else { PropertyRole::Assert };
+    if is_assumption {
         let mut is_about_inputs = true;
         expr.for_each_leaf(&mut |leaf| {
             is_about_inputs &= matches!(leaf, PropertyLeaf::Net(Leaf::Input(_)));

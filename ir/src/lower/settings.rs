@@ -2,7 +2,7 @@
 
 use super::codes;
 use super::context::Lowering;
-use crate::chart::{Chart, DeclarationKind, Item, SettingKind};
+use crate::chart::{DeclarationKind, Item, SettingKind};
 use crate::diag::Diagnostic;
 use crate::net::{Evolution, Policy, Schedule};
 use crate::span::Span;
@@ -31,8 +31,13 @@ struct Said {
 /// Before everything else: durations need the tick, names the kind of chart.
 pub(super) fn settings(lowering: &mut Lowering<'_>) {
     let design = lowering.design;
-    let said: Vec<Said> = design.charts.iter().map(|chart| read(lowering, chart)).collect();
+    let mut said: Vec<Said> =
+        design.charts.iter().map(|chart| read(lowering, &chart.items)).collect();
     lowering.iec = said.iter().map(|said| said.iec.is_some()).collect();
+    // What a library chart was made for, the charts that use it must say too.
+    for library in super::libraries::used(design) {
+        said.push(read(lowering, &library.items));
+    }
 
     let settings = &mut lowering.net.settings;
     let mut clashes = Vec::new();
@@ -69,9 +74,9 @@ pub(super) fn settings(lowering: &mut Lowering<'_>) {
     }
 }
 
-fn read(lowering: &mut Lowering<'_>, chart: &Chart) -> Said {
+fn read(lowering: &mut Lowering<'_>, items: &[Item]) -> Said {
     let mut said = Said::default();
-    for item in &chart.items {
+    for item in items {
         let Item::Setting(setting) = item else { continue };
         let span = setting.span;
         let earlier = match &setting.kind {

@@ -333,13 +333,12 @@ pub(super) fn transition<'a>(
         let domain = domain(lowering, from, &to, source.is_internal);
         let clears: Vec<StepId> = match domain {
             Some(state) => lowering.tree.inside(state).map(StepId::from_index).collect(),
-            None => match lowering.tree.roots[part.index()].as_slice() {
-                [first, .., last] | [first @ last] => (first.index()
-                    ..lowering.tree.end[last.index()])
-                    .map(StepId::from_index)
-                    .collect(),
-                [] => Vec::new(),
-            },
+            // Instances may stand between the states of the chart, so its roots are no range.
+            None => lowering.tree.roots[part.index()]
+                .iter()
+                .flat_map(|root| root.index()..lowering.tree.end[root.index()])
+                .map(StepId::from_index)
+                .collect(),
         };
         let Ok(enters) = entered(lowering, part, domain, &to, source.meta.span) else { return };
         (TransitionKind::Move, clears, enters)

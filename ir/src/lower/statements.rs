@@ -184,6 +184,7 @@ impl<'a> Lowering<'a> {
             | Symbol::Transition(_)
             | Symbol::Chart(_)
             | Symbol::History(_)
+            | Symbol::Alias(_)
             | Symbol::Broken) => {
                 Err(self.wrong_kind(target.span(), target, symbol, "a variable or an output"))
             }

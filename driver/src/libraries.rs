@@ -1,0 +1,140 @@
+//! Library charts from other files: `use "FILE"` at the top of a chart.
+//!
+//! The driver opens no files. Whoever has the files asks [`wanted`] what a text names, adds those texts to the table of sources and lists them in
+//! [`Texts::libraries`](crate::read::Texts); [`resolve`] joins them.
+
+use crate::codes;
+use crate::source::Sources;
+use grafsynth_frontend::graf::{self, Limits};
+use grafsynth_ir::chart::{Design, Import};
+use grafsynth_ir::{Diagnostic, FileId};
+
+/// A text that another one names.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct LibraryText {
+    /// The text in which the name stands.
+    pub from: FileId,
+    /// The name as it stands there.
+    pub name: String,
+    /// The text meant.
+    pub text: FileId,
+}
+
+/// The most files that one design may use.
+const MAX_FILES: usize = 1_000;
+
+/// The names of the files that a chart uses, as written. Nothing but the top of the text is looked at.
+#[must_use]
+pub fn wanted(file: FileId, text: &str) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for import in graf::imports(file, text) {
+        if !names.contains(&import.file) {
+            names.push(import.file);
+        }
+    }
+    names
+}
+
+/// Adds the library charts of all files that a design uses, directly or through others, each file once, in the order in which they are named first.
+pub(crate) fn resolve(
+    sources: &Sources,
+    libraries: &[LibraryText],
+    limits: &Limits,
+    main: FileId,
+    design: &mut Design,
+    found: &mut Vec<Diagnostic>,
+) {
+    let own = design.libraries.len();
+    let mut reading =
+        Reading { sources, libraries, limits, open: vec![main], done: Vec::new(), design, found };
+    let imports = reading.design.imports.clone();
+    reading.all(main, &imports);
+    // Files are named at the top, before the charts of the text itself.
+    design.libraries.rotate_left(own);
+}
+
+struct Reading<'a> {
+    sources: &'a Sources,
+    libraries: &'a [LibraryText],
+    limits: &'a Limits,
+    /// The files that lead to the present one.
+    open: Vec<FileId>,
+    done: Vec<FileId>,
+    design: &'a mut Design,
+    found: &'a mut Vec<Diagnostic>,
+}
+
+impl Reading<'_> {
+    fn all(&mut self, from: FileId, imports: &[Import]) {
+        for import in imports {
+            let known = self
+                .libraries
+                .iter()
+                .find(|library| library.from == from && library.name == import.file);
+            match known {
+                Some(library) => self.one(library.text, import),
+                None => self.found.push(
+                    Diagnostic::error(
+                        codes::LIBRARY_FILE,
+                        format!("the library file {} cannot be read", import.file),
+                    )
+                    .at(import.span, "named here")
+                    .help("its place is told from the file that names it"),
+                ),
+            }
+        }
+    }
+
+    fn one(&mut self, file: FileId, import: &Import) {
+        if let Some(start) = self.open.iter().position(|open| *open == file) {
+            let mut names: Vec<&str> = self.open[start..]
+                .iter()
+                .filter_map(|file| self.sources.get(*file))
+                .map(|source| source.path.as_str())
+                .collect();
+            names.push(&import.file);
+            self.found.push(
+                Diagnostic::error(
+                    codes::LIBRARY_FILE,
+                    format!("library files use each other in a circle: {}", names.join(" -> ")),
+                )
+                .at(import.span, "closes the circle")
+                .help("put the charts that both need into a file of their own"),
+            );
+            return;
+        }
+        if self.done.contains(&file) || self.done.len() >= MAX_FILES {
+            return;
+        }
+        self.done.push(file);
+        let Some(source) = self.sources.get(file) else { return };
+        let parsed = graf::parse_within(file, &source.text, self.limits);
+        self.found.extend(parsed.diagnostics);
+        let Some(library) = parsed.design else { return };
+        if let Some(chart) = library.charts.first() {
+            self.found.push(
+                Diagnostic::error(
+                    codes::LIBRARY_FILE,
+                    format!("chart {} stands in a library file", chart.name),
+                )
+                .at(chart.name.span, "runs by itself, so no other file can use it")
+                .at(import.span, "used here")
+                .help("write `library chart`, and `use` it where it shall run"),
+            );
+        }
+        self.open.push(file);
+        self.all(file, &library.imports);
+        self.open.pop();
+        self.design.libraries.extend(library.libraries);
+    }
+}
+
+/// What stands for the design when nothing in its file runs: its last library chart, which may use the others, with its parameters as inputs and outputs.
+pub(crate) fn last_alone(design: Design) -> Design {
+    if !design.charts.is_empty() {
+        return design;
+    }
+    // A file that only names others has no library chart of its own.
+    let last = design.libraries.len().checked_sub(1);
+    last.and_then(|last| grafsynth_ir::lower::alone(&design, last)).unwrap_or(design)
+}
