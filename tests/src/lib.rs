@@ -3,6 +3,7 @@
 //! With `GRAFSYNTH_DEEP` in the environment the large counts are run; `scripts/test --deep` sets it.
 
 pub mod large_chart;
+pub mod random_c;
 pub mod random_net;
 
 use grafsynth_ir::Valid;
