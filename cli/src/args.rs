@@ -92,7 +92,7 @@ pub(crate) enum Verb {
 /// The design that a verb works on.
 #[derive(Debug, Args)]
 pub(crate) struct Input {
-    /// A chart (.graf .rules .net) or logic (.pds .pld .v .blif); `-` is standard input.
+    /// A chart (.graf .rules .c .net) or logic (.pds .pld .v .blif); `-` is standard input.
     pub(crate) file: String,
     /// The format, where the file's name does not say it.
     #[arg(long, value_name = "FORMAT")]
@@ -103,6 +103,64 @@ pub(crate) struct Input {
     /// A board file: device, pins and places. `NAME.board` beside the chart is read by itself.
     #[arg(long, value_name = "FILE")]
     pub(crate) board: Option<String>,
+    #[command(flatten)]
+    pub(crate) c: COptions,
+}
+
+/// How a C source becomes a chart.
+#[derive(Debug, Args, Default)]
+#[command(next_help_heading = "C sources")]
+pub(crate) struct COptions {
+    /// The function that the chart runs; `main`, or the last one that no other calls.
+    #[arg(long, value_name = "FUNCTION")]
+    pub(crate) entry: Option<String>,
+    /// Make one step of straight-line code.
+    #[arg(long)]
+    pub(crate) fuse: bool,
+    /// Leave a function in C; may be given several times.
+    #[arg(long, value_name = "FUNCTION")]
+    pub(crate) keep: Vec<String>,
+    /// Make macro-steps of the statements behind each comment, or of blocks.
+    #[arg(long, value_name = "WHAT", value_parser = ["comments", "blocks"])]
+    pub(crate) group: Option<String>,
+    /// A macro-step for each call, or one for all calls of a function.
+    #[arg(long, value_name = "HOW", value_parser = ["copy", "share"])]
+    pub(crate) calls: Option<String>,
+    /// Bits of `int`.
+    #[arg(long, value_name = "BITS", value_parser = ["16", "32"])]
+    pub(crate) int: Option<String>,
+    /// Plain `char` is unsigned.
+    #[arg(long)]
+    pub(crate) unsigned_char: bool,
+    /// Elements of an array parameter whose length is not written.
+    #[arg(long, value_name = "N")]
+    pub(crate) array_length: Option<u32>,
+}
+
+impl COptions {
+    /// As the reader takes them.
+    pub(crate) fn options(&self) -> grafsynth_driver::read::COptions {
+        use grafsynth_driver::read::{CCalls, CGroup, COptions};
+        let default = COptions::default();
+        COptions {
+            int_bits: if self.int.as_deref() == Some("16") { 16 } else { default.int_bits },
+            is_unsigned_char: self.unsigned_char,
+            fuse: self.fuse,
+            keep: self.keep.clone(),
+            group: match self.group.as_deref() {
+                Some("comments") => CGroup::Comments,
+                Some("blocks") => CGroup::Blocks,
+                _ => CGroup::Nothing,
+            },
+            calls: if self.calls.as_deref() == Some("share") {
+                CCalls::Share
+            } else {
+                CCalls::Copy
+            },
+            entry: self.entry.clone(),
+            array_length: self.array_length.unwrap_or(default.array_length),
+        }
+    }
 }
 
 #[derive(Debug, Args)]

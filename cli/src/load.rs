@@ -71,6 +71,13 @@ impl Session {
         }
     }
 
+    /// Says on standard error what else was done, unless nothing is to be said.
+    pub(crate) fn note(&self, text: &str) {
+        if !self.quiet {
+            crate::print_error(text);
+        }
+    }
+
     /// Reads one text.
     pub(crate) fn text(&mut self, path: &str) -> Result<grafsynth_ir::FileId, Stop> {
         let text = files::read_text(path, self.source_limit)?;
@@ -85,7 +92,7 @@ impl Session {
             Some(name) => Some(Format::named(name).ok_or_else(|| unknown_format(name))?),
         };
         let main = self.text(&input.file)?;
-        let mut texts = Texts { main, format, ..Texts::default() };
+        let mut texts = Texts { main, format, c: input.c.options(), ..Texts::default() };
         if let Some(board) = &input.board {
             texts.board = Some(self.text(board)?);
         } else if let Some(beside) = companion(&input.file, "board") {
@@ -158,7 +165,13 @@ impl Session {
 
     /// A plain path as a chart.
     pub(crate) fn net_at(&mut self, path: &str) -> Result<(NetDesign, Vec<Diagnostic>), Stop> {
-        self.net(&Input { file: path.to_owned(), from: None, assert: Vec::new(), board: None })
+        self.net(&Input {
+            file: path.to_owned(),
+            from: None,
+            assert: Vec::new(),
+            board: None,
+            c: crate::args::COptions::default(),
+        })
     }
 }
 

@@ -10,6 +10,8 @@ use grafsynth_ir::logic::Logic;
 use grafsynth_ir::net::Net;
 use grafsynth_ir::{Diagnostic, FileId, Span, Valid, chart, lower, text, validate};
 
+pub use grafsynth_frontend::c::{Calls as CCalls, Group as CGroup, Options as COptions};
+
 /// What a source says.
 #[derive(Debug, Clone)]
 pub enum Design {
@@ -44,7 +46,7 @@ pub struct Texts {
     /// Files with properties, and single properties from the command line.
     pub properties: Vec<FileId>,
     /// How a design in C becomes a chart.
-    pub c: grafsynth_frontend::c::Options,
+    pub c: COptions,
 }
 
 /// Limits of the front ends.

@@ -150,7 +150,7 @@ fn charts_of_random_functions_compute_what_the_compiler_computes() {
         println!("skipped: a C compiler is not here");
         return;
     }
-    let total = rounds(100, 10_000);
+    let total = rounds(25, 10_000);
     let first =
         std::env::var("GRAFSYNTH_SEED").ok().and_then(|seed| seed.parse().ok()).unwrap_or(0);
     let (mut n_defined, mut n_all) = (0, 0);

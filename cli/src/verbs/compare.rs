@@ -139,8 +139,13 @@ fn with_other(
     net: &grafsynth_ir::Valid<Net>,
     other: &str,
 ) -> Result<Exit, Stop> {
-    let input =
-        crate::args::Input { file: other.to_owned(), from: None, assert: Vec::new(), board: None };
+    let input = crate::args::Input {
+        file: other.to_owned(),
+        from: None,
+        assert: Vec::new(),
+        board: None,
+        c: crate::args::COptions::default(),
+    };
     let (design, found) = session.design(&input)?;
     session.show(&found);
     let rows = arguments.random.or(if arguments.stimulus.is_none() { Some(10_000) } else { None });

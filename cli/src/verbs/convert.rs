@@ -5,6 +5,8 @@ use crate::exit::Exit;
 use crate::files;
 use crate::load::{Session, Stop};
 use grafsynth_driver::format::Format;
+use grafsynth_driver::pipeline;
+use grafsynth_driver::read::Design;
 
 pub(crate) fn run(session: &mut Session, arguments: &Convert) -> Result<Exit, Stop> {
     let output = arguments.output.to_string_lossy();
@@ -31,9 +33,19 @@ pub(crate) fn run(session: &mut Session, arguments: &Convert) -> Result<Exit, St
             session.show(&converted.lost);
             if output == "-" {
                 crate::print(&converted.text);
-            } else {
-                files::write_all(&[(arguments.output.clone(), converted.text.into_bytes())])?;
+                return Ok(Exit::Done);
             }
+            let mut written = vec![(arguments.output.clone(), converted.text.into_bytes())];
+            if let Design::Net(design) = &design
+                && let Some(library) = &design.library
+            {
+                // The name that `build --target c` gives the file of the user's functions, which it leaves alone where it exists.
+                let name = format!("{}_user.c", pipeline::file_stem(&design.net));
+                let path = arguments.output.with_file_name(name);
+                session.note(&format!("{} holds what stays C\n", path.display()));
+                written.push((path, library.clone().into_bytes()));
+            }
+            files::write_all(&written)?;
             Ok(Exit::Done)
         }
     }

@@ -92,6 +92,7 @@ pub(super) fn draw(
             steps: BTreeMap::new(),
             part_names: BTreeMap::new(),
             members: BTreeMap::new(),
+            ends: (String::new(), String::new()),
         };
         let items = drawing.function(*id, &var_names);
         let def = program.functions[*id].def;
@@ -105,7 +106,9 @@ pub(super) fn draw(
         }));
     }
     items.extend(frame(program, &var_names, &macros, &shared, top, bodies));
-    let name = &program.functions[program.entry].def.name;
+    // Not the function's own name: `build --target c` writes NAME.c, which must not be the file that the function stands in.
+    let function = &program.functions[program.entry].def.name;
+    let name = Name::new(format!("{function}_chart"), function.span);
     let chart = Chart {
         name: name.clone(),
         span: program.functions[program.entry].def.span,
@@ -383,16 +386,20 @@ fn frame(
     };
     let path = |name: &str| Path::from(Name::new(name, span));
     let name_of = |var: &VarId| var_names.get(var).cloned().unwrap_or_default();
-    let run = if is_program { names.fresh("run") } else { String::new() };
     if is_program {
-        items.extend(bodies);
+        // [NBS88]: the one main program stands at the top, the others are macro-steps.
+        for body in bodies {
+            match body {
+                Item::Macro(body) if body.name.text == macros[&program.entry] => {
+                    items.extend(at_top(body.items))
+                }
+                other => items.push(other),
+            }
+        }
         items.extend(shared.iter().map(|(id, step)| macro_step(step, &macros[id], false)));
-        items.push(macro_step(&run, &macros[&program.entry], true));
         return items;
     }
-    let mut input_names = names.clone();
     let start = names.fresh("start");
-    input_names.fresh("start");
     let run = names.fresh("run");
     let input = |name: &str, ty, label: String| {
         declaration(name, span, DeclarationKind::Input { ty, synchronous: false }, label)
@@ -498,6 +505,33 @@ fn frame(
     items
 }
 
+/// The items of a macro as those of a chart: it begins where the macro is entered, and stays at its end, if it has one.
+fn at_top(items: Vec<Item>) -> Vec<Item> {
+    let targets: BTreeSet<String> = items
+        .iter()
+        .filter_map(
+            |item| if let Item::Transition(transition) = item { Some(transition) } else { None },
+        )
+        .flat_map(|transition| transition.targets.iter().map(ToString::to_string))
+        .collect();
+    let mut top = Vec::new();
+    for mut item in items {
+        if let Item::Step(step) = &mut item {
+            match step.role {
+                StepRole::MacroEntry => step.role = StepRole::Initial,
+                StepRole::MacroExit if !targets.contains(&step.name.text) => continue,
+                StepRole::MacroExit => step.role = StepRole::Plain,
+                StepRole::Plain
+                | StepRole::Initial
+                | StepRole::MacroEntryExit
+                | StepRole::Final => {}
+            }
+        }
+        top.push(item);
+    }
+    top
+}
+
 /// One function on its way to items.
 struct Drawing<'p, 's> {
     program: &'p Program<'s>,
@@ -510,6 +544,8 @@ struct Drawing<'p, 's> {
     part_names: BTreeMap<usize, (String, String)>,
     /// Nodes of each part, with those of the parts in it.
     members: BTreeMap<usize, BTreeSet<NodeId>>,
+    /// What the first and the last step of every level are called.
+    ends: (String, String),
 }
 
 impl Drawing<'_, '_> {
@@ -522,6 +558,11 @@ impl Drawing<'_, '_> {
             else {
                 continue;
             };
+            // Nobody asks for what a function returns that never does.
+            let is_result = matches!(var.home, Home::Result(_));
+            if is_result && id == self.program.entry && !self.is_used(name) {
+                continue;
+            }
             let kind =
                 DeclarationKind::Var { ty: scalar.stored(), len: var.length(), init: Vec::new() };
             let comment = var
@@ -542,19 +583,8 @@ impl Drawing<'_, '_> {
         }
         self.parts();
         let order = self.order();
-        for node in &order {
-            let hint = self.graph.nodes[*node].hint.clone();
-            let is_exit = matches!(self.graph.nodes[*node].next, Next::Exit);
-            let wanted = if is_exit {
-                "end"
-            } else if hint.is_empty() {
-                "step"
-            } else {
-                &hint
-            };
-            let name = self.names.fresh(wanted);
-            self.steps.insert(*node, name);
-        }
+        // Every level begins with `enter` and ends with `end`, so no other step is called so.
+        let (enter, end) = (self.names.fresh("enter"), self.names.fresh("end"));
         for part in 1..self.graph.parts.len() {
             if self.members.contains_key(&part) {
                 let wanted = self.graph.parts[part].name.clone();
@@ -563,6 +593,18 @@ impl Drawing<'_, '_> {
                 self.part_names.insert(part, (step, body));
             }
         }
+        for node in &order {
+            let hint = self.graph.nodes[*node].hint.clone();
+            let name = if matches!(self.graph.nodes[*node].next, Next::Exit) {
+                end.clone()
+            } else if *node == self.graph.start {
+                enter.clone()
+            } else {
+                self.names.fresh(if hint.is_empty() { "step" } else { &hint })
+            };
+            self.steps.insert(*node, name);
+        }
+        self.ends = (enter, end);
         items.extend(self.level(0, &order));
         items
     }
@@ -679,11 +721,7 @@ impl Drawing<'_, '_> {
         let mut steps = Vec::new();
         let mut transitions = Vec::new();
         let span = self.graph.nodes[self.graph.start].span;
-        let (begin, end) = if part == 0 {
-            (String::new(), String::new())
-        } else {
-            (self.names.fresh("enter"), self.names.fresh("end"))
-        };
+        let (begin, end) = self.ends.clone();
         if part != 0 {
             let members = self.members[&part].clone();
             let entry = self.border(&members).0.first().copied().unwrap_or(self.graph.start);

@@ -667,7 +667,7 @@ impl<'s> Flow<'_, 's> {
     }
 
     fn return_statement(&mut self, span: Span, text: &str, value: Option<&'s Expr>) {
-        self.open("return_", text, span);
+        self.open("return", text, span);
         let result = self.program().functions[self.function].result;
         if let Some(value) = value {
             match result {

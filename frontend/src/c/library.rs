@@ -342,11 +342,17 @@ pub(super) fn write(
     for info in program.functions.iter().filter(|info| info.is_kept) {
         line(format_args!(""));
         let body = program.text_of(info.def.span);
-        let storage = if info.def.specifiers.is_static || body.starts_with("static") {
-            ""
-        } else {
-            "static "
-        };
+        // A prototype of the source has said how it is linked.
+        let has_prototype = program.source.items.iter().any(|item| match item {
+            External::Declaration(declaration) => declaration
+                .declared
+                .iter()
+                .any(|(declarator, _)| declarator.name.text == info.def.name.text),
+            External::Function(_) => false,
+        });
+        let is_linked =
+            has_prototype || info.def.specifiers.is_static || body.starts_with("static");
+        let storage = if is_linked { "" } else { "static " };
         line(format_args!("{storage}{body}"));
     }
     line(format_args!(""));

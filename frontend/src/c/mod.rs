@@ -7,7 +7,7 @@
 //!
 //! let parsed = c::parse(FileId(0), "int twice(int n) { return 2 * n; }");
 //! assert!(parsed.diagnostics.is_empty());
-//! assert_eq!(parsed.design.map(|design| design.charts[0].name.text.clone()), Some("twice".to_owned()));
+//! assert_eq!(parsed.design.map(|design| design.charts[0].name.text.clone()), Some("twice_chart".to_owned()));
 //! ```
 //!
 //! The way of a source, one file for each part:

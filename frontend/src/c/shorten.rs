@@ -209,7 +209,9 @@ fn copy_tests(graph: &mut Graph, temps: &BTreeSet<String>, lasting: &BTreeSet<St
 
 /// Removes what cannot be reached.
 fn reachable(graph: &mut Graph) {
-    let kept = reached(graph);
+    let mut kept = reached(graph);
+    // A macro has an exit step even if its function never returns.
+    kept.extend(graph.nodes.iter().position(|node| matches!(node.next, Next::Exit)));
     let new: BTreeMap<NodeId, NodeId> =
         kept.iter().enumerate().map(|(new, old)| (*old, new)).collect();
     let nodes = std::mem::take(&mut graph.nodes);
