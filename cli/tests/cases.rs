@@ -67,7 +67,11 @@ fn command(case: &Path) -> Option<String> {
     let first = String::from_utf8_lossy(first);
     let (before, after) = first.split_once("run:")?;
     (before.trim().chars().all(|c| !c.is_alphanumeric()))
-        .then(|| after.trim().trim_end_matches("*/").trim_end_matches("-->").trim().to_owned())
+        .then(|| {
+            let ends = ["*/", "*)", "-->", "?>"];
+            let line = ends.iter().fold(after.trim(), |line, end| line.trim_end_matches(end));
+            line.trim().to_owned()
+        })
 }
 
 fn run(case: &Path) -> String {

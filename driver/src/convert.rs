@@ -43,6 +43,9 @@ fn plain(design: &Design, to: Format) -> Result<String, Vec<Diagnostic>> {
         (Design::Net(_), Format::Scxml) => {
             unreachable!("what may lose something is written before")
         }
+        (Design::Net(design), Format::Plcopen) => {
+            grafsynth_frontend::plcopen::write_net(&design.net)
+        }
         (Design::Net(design), Format::Net) => Ok(grafsynth_ir::text::print(&design.net)),
         (
             Design::Net(design),
@@ -67,7 +70,7 @@ fn plain(design: &Design, to: Format) -> Result<String, Vec<Diagnostic>> {
         ]),
         (
             Design::Logic(_),
-            Format::Graf | Format::Rules | Format::Scxml | Format::St | Format::Net,
+            Format::Graf | Format::Rules | Format::Scxml | Format::St | Format::Plcopen | Format::Net,
         ) => Err(vec![
             Diagnostic::error(
                 codes::NEEDS_CHART,

@@ -8,6 +8,7 @@ pub enum Format {
     Rules,
     Scxml,
     St,
+    Plcopen,
     Net,
     Palasm,
     Cupl,
@@ -19,11 +20,12 @@ pub enum Format {
 
 impl Format {
     /// All of them with their name on the command line and their file extension.
-    pub const ALL: [(Format, &'static str, &'static str); 11] = [
+    pub const ALL: [(Format, &'static str, &'static str); 12] = [
         (Format::Graf, "graf", "graf"),
         (Format::Rules, "rules", "rules"),
         (Format::Scxml, "scxml", "scxml"),
         (Format::St, "st", "st"),
+        (Format::Plcopen, "plcopen", "xml"),
         (Format::Net, "net", "net"),
         (Format::Palasm, "palasm", "pds"),
         (Format::Cupl, "cupl", "pld"),
@@ -79,10 +81,7 @@ impl Format {
     /// True for charts and nets, false for logic.
     #[must_use]
     pub fn is_chart(self) -> bool {
-        matches!(
-            self,
-            Format::Graf | Format::Rules | Format::Scxml | Format::St | Format::Net | Format::C
-        )
+        matches!(self, Format::Graf | Format::Rules | Format::Scxml | Format::St | Format::Plcopen | Format::Net | Format::C)
     }
 }
 
@@ -95,6 +94,7 @@ mod tests {
         assert_eq!(Format::of("a/b.graf", ""), Some(Format::Graf));
         assert_eq!(Format::of("b.PDS", ""), Some(Format::Palasm));
         assert_eq!(Format::of("plant.exp", ""), Some(Format::St));
+        assert_eq!(Format::of("plant.xml", ""), Some(Format::Plcopen));
         assert_eq!(Format::of("b.pld", "; old\nGAL16V8 ; device\nSig"), Some(Format::Galasm));
         assert_eq!(Format::of("b.pld", "Name truck;\nDevice g22v10;"), Some(Format::Cupl));
         assert_eq!(Format::of("graf", ""), None);

@@ -124,6 +124,13 @@ pub fn read(
             found.extend(parsed.diagnostics);
             chart_design(sources, texts, limits, parsed.design, &mut found)
         }
+        Format::Plcopen => {
+            let front = limits.front();
+            let parsed =
+                grafsynth_frontend::plcopen::parse_within(texts.main, &source.text, &front);
+            found.extend(parsed.diagnostics);
+            chart_design(sources, texts, limits, parsed.design, &mut found)
+        }
         Format::Net => {
             let (net, more) = text::parse(texts.main, &source.text);
             found.extend(more);
@@ -154,13 +161,9 @@ pub(crate) fn dialect(format: Format) -> Dialect {
         Format::Galasm => Dialect::Galasm,
         Format::Verilog => Dialect::Verilog,
         Format::Blif => Dialect::Blif,
-        Format::Palasm
-        | Format::Graf
-        | Format::Rules
-        | Format::Scxml
-        | Format::St
-        | Format::Net
-        | Format::C => Dialect::Palasm,
+        Format::Palasm | Format::Graf | Format::Rules | Format::Scxml | Format::St | Format::Plcopen | Format::Net | Format::C => {
+            Dialect::Palasm
+        }
     }
 }
 

@@ -158,6 +158,11 @@ pub const ST_TIMER: Code = Code { id: "G0454", title: "time in structured text" 
 /// More than is written out for loops, functions and blocks.
 pub const ST_SIZE: Code = Code { id: "G0455", title: "too much to write out" };
 
+/// The XML is no PLCopen project.
+pub const PLC_PROJECT: Code = Code { id: "G0461", title: "no PLCopen project" };
+/// A chart of a project that does not hang together.
+pub const PLC_CHART: Code = Code { id: "G0462", title: "chart of a PLCopen project" };
+
 /// Every code of this crate.
 pub const ALL: &[Code] = &[
     UNEXPECTED,
@@ -234,4 +239,6 @@ pub const ALL: &[Code] = &[
     ST_MIXED,
     ST_TIMER,
     ST_SIZE,
+    PLC_PROJECT,
+    PLC_CHART,
 ];

@@ -3,7 +3,7 @@
 
 use grafsynth_ir::{FileId, lower};
 
-use crate::{c, codes, graf, rules, scxml, st};
+use crate::{c, codes, graf, plcopen, rules, scxml, st};
 
 /// Language, options and text of a page's example.
 fn example(page: &str) -> (String, Vec<String>, String) {
@@ -45,6 +45,7 @@ fn every_code_has_a_page_whose_example_triggers_it() {
             "rules" => rules::parse_within(FileId(0), &text, &limits),
             "scxml" => scxml::parse_within(FileId(0), &text, &limits),
             "st" => st::parse_within(FileId(0), &text, &limits),
+            "xml" => plcopen::parse_within(FileId(0), &text, &limits),
             _ => graf::parse_within(FileId(0), &text, &limits),
         };
         let mut findings = parsed.diagnostics;

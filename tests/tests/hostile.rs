@@ -21,6 +21,11 @@ const CHARTS: [&str; 6] = [
 
 const SCXML: [&str; 2] =
     [include_str!("../scxml/w3c/388.scxml"), include_str!("../scxml/w3c/525.scxml")];
+const PROJECTS: [&str; 2] = [
+    include_str!("../cases/plcopen/press.xml"),
+    include_str!("../cases/plcopen/parallel.xml"),
+];
+
 const STRUCTURED: [&str; 2] =
     [include_str!("../cases/st/blocks.st"), include_str!("../cases/st/qualifiers.st")];
 
@@ -63,6 +68,7 @@ fn sound(format: Format) -> Vec<String> {
         }
         Format::Scxml => SCXML.iter().map(|text| (*text).to_owned()).collect(),
         Format::St => STRUCTURED.iter().map(|text| (*text).to_owned()).collect(),
+        Format::Plcopen => PROJECTS.iter().map(|text| (*text).to_owned()).collect(),
         Format::Net => of_charts(&|design| Some(grafsynth_ir::text::print(&design.net))),
         Format::Palasm => equations(Dialect::Palasm),
         Format::Cupl => equations(Dialect::Cupl),

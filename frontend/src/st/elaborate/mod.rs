@@ -592,6 +592,14 @@ impl<'a> Elaborator<'a> {
                 .collect();
             all.assigned.extend(inner.assigned.difference(&own).cloned());
             all.read.extend(inner.read.difference(&own).cloned());
+            all.fields.extend(inner.fields);
+        }
+        // `list.name` speaks of a global variable by the name of its list.
+        for (list, name) in all.fields.clone() {
+            if all.assigned.contains(&list) {
+                all.assigned.insert(name.clone());
+            }
+            all.read.insert(name);
         }
         let mut seen = BTreeSet::new();
         for var in &library.globals {
@@ -964,6 +972,10 @@ impl<'a> Elaborator<'a> {
                 let library = self.library;
                 let pou = &library.pous[*pou];
                 if matches!(pou.body, Body::Sfc(_)) {
+                    // Its call is refused; what reads its variables is no second mistake.
+                    for var in &pou.vars {
+                        self.frames[frame].names.insert(upper(&var.name.text), Binding::Broken);
+                    }
                     return Some(object);
                 }
                 for refusal in &pou.refused {

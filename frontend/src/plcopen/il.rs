@@ -1,0 +1,256 @@
+//! Instruction lists as statements: an accumulator that each instruction reads and changes.
+
+use grafsynth_ir::Name;
+
+use super::project::Unit;
+use crate::st::ast::{Arg, Expr, ExprKind, Op, Stmt, StmtKind};
+use crate::st::lexer::{Kind, Places, Token, tokens};
+use crate::st::parse_stmt::duration;
+use crate::xml::Mapped;
+
+struct List<'a> {
+    mapped: &'a Mapped<'a>,
+    tokens: Vec<Token>,
+    at: usize,
+}
+
+impl List<'_> {
+    fn peek(&self) -> Token {
+        let end = self.mapped.text.len();
+        self.tokens.get(self.at).copied().unwrap_or(Token { kind: Kind::End, start: end, end })
+    }
+
+    fn slice(&self, token: Token) -> &str {
+        self.mapped.text.get(token.start..token.end).unwrap_or("")
+    }
+
+    fn span(&self, token: Token) -> grafsynth_ir::Span {
+        Places::Mapped(self.mapped).span(token.start, token.end)
+    }
+
+    /// True for a token on the line of the one before it.
+    fn on_line(&self, before: usize, token: Token) -> bool {
+        token.kind != Kind::End
+            && !self.mapped.text.get(before..token.start).unwrap_or("\n").contains('\n')
+    }
+
+    /// A variable, field or literal.
+    fn operand(&mut self) -> Option<Expr> {
+        let mut token = self.peek();
+        let negative = token.kind == Kind::Minus;
+        if negative {
+            self.at += 1;
+            token = self.peek();
+        }
+        let span = self.span(token);
+        let text = self.slice(token).to_owned();
+        let kind = match token.kind {
+            Kind::Number => {
+                let value: i64 = text.replace('_', "").parse().ok()?;
+                ExprKind::Int(if negative { -value } else { value })
+            }
+            Kind::Time => ExprKind::Time(duration(text.split_once('#')?.1)?),
+            Kind::Word if text.eq_ignore_ascii_case("TRUE") => ExprKind::Bool(true),
+            Kind::Word if text.eq_ignore_ascii_case("FALSE") => ExprKind::Bool(false),
+            Kind::Word => ExprKind::Name(Name::new(text, span)),
+            Kind::Address => ExprKind::Address(text),
+            _ => return None,
+        };
+        self.at += 1;
+        let mut expr = Expr::new(kind, span);
+        while self.peek().kind == Kind::Dot {
+            self.at += 1;
+            let token = self.peek();
+            let field = Name::new(self.slice(token), self.span(token));
+            let span = expr.span.to(field.span);
+            self.at += 1;
+            expr = Expr::new(ExprKind::Field(Box::new(expr), field), span);
+        }
+        Some(expr)
+    }
+}
+
+/// What an operator does with the accumulator and its operand.
+fn combine(word: &str, left: Expr, right: Expr) -> Option<Expr> {
+    let span = left.span.to(right.span);
+    let (base, is_negated) = match word {
+        "ANDN" | "ORN" | "XORN" => (&word[..word.len() - 1], true),
+        "&" => ("AND", false),
+        "&N" => ("AND", true),
+        other => (other, false),
+    };
+    let right = if is_negated { Expr::new(ExprKind::Not(Box::new(right)), span) } else { right };
+    let op = match base {
+        "AND" => return Some(Expr::new(ExprKind::And(vec![left, right]), span)),
+        "OR" => return Some(Expr::new(ExprKind::Or(vec![left, right]), span)),
+        "XOR" => Op::Xor,
+        "ADD" => Op::Add,
+        "SUB" => Op::Sub,
+        "MUL" => Op::Mul,
+        "DIV" => Op::Div,
+        "MOD" => Op::Mod,
+        "GT" => Op::Gt,
+        "GE" => Op::Ge,
+        "EQ" => Op::Eq,
+        "NE" => Op::Ne,
+        "LE" => Op::Le,
+        "LT" => Op::Lt,
+        _ => return None,
+    };
+    Some(Expr::new(ExprKind::Binary(op, Box::new(left), Box::new(right)), span))
+}
+
+/// True when an expression reads a variable, by its name in capitals.
+fn mentions(expr: &Expr, root: &str) -> bool {
+    match &expr.kind {
+        ExprKind::Name(name) => name.text.to_uppercase() == root,
+        ExprKind::Field(inner, _)
+        | ExprKind::Bit(inner, _)
+        | ExprKind::Not(inner)
+        | ExprKind::Neg(inner) => mentions(inner, root),
+        ExprKind::Index(inner, indices) => {
+            mentions(inner, root) || indices.iter().any(|one| mentions(one, root))
+        }
+        ExprKind::Binary(_, a, b) => mentions(a, root) || mentions(b, root),
+        ExprKind::And(all) | ExprKind::Or(all) => all.iter().any(|one| mentions(one, root)),
+        ExprKind::Call(_, arguments) => arguments.iter().any(|one| mentions(&one.value, root)),
+        ExprKind::Bool(_)
+        | ExprKind::Int(_)
+        | ExprKind::Time(_)
+        | ExprKind::Address(_)
+        | ExprKind::Refused(_) => false,
+    }
+}
+
+/// The statements of an instruction list; what is not read is noted.
+pub(super) fn statements(mapped: &Mapped<'_>, unit: &mut Unit) -> Vec<Stmt> {
+    let mut list = List { mapped, tokens: tokens(&mapped.text).tokens, at: 0 };
+    let mut out = Vec::new();
+    let mut accumulator: Option<Expr> = None;
+    // What waits for a closing parenthesis: the operator and what stood before it.
+    let mut waiting: Vec<(String, Option<Expr>)> = Vec::new();
+    loop {
+        let token = list.peek();
+        let span = list.span(token);
+        match token.kind {
+            Kind::End => return out,
+            Kind::Close => {
+                list.at += 1;
+                let Some((word, before)) = waiting.pop() else { continue };
+                accumulator = match (before, accumulator.take()) {
+                    (Some(before), Some(inside)) => combine(&word, before, inside),
+                    (None, inside) => inside,
+                    (Some(_), None) => None,
+                };
+                continue;
+            }
+            Kind::Word | Kind::Ampersand => {}
+            _ => {
+                list.at += 1;
+                continue;
+            }
+        }
+        let word = list.slice(token).to_uppercase();
+        list.at += 1;
+        let next = list.peek();
+        if next.kind == Kind::Colon {
+            unit.refuse("labels in instruction lists", span, "use structured text with IF");
+            list.at += 1;
+            continue;
+        }
+        if list.on_line(token.end, next) && next.kind == Kind::Open && word != "CAL" {
+            list.at += 1;
+            waiting.push((word, accumulator.take()));
+            // `AND( a` begins with a load.
+            if list.on_line(next.end, list.peek()) {
+                accumulator = list.operand();
+            }
+            continue;
+        }
+        let operand = |list: &mut List<'_>| {
+            if list.on_line(token.end, list.peek()) { list.operand() } else { None }
+        };
+        match word.as_str() {
+            "LD" => accumulator = operand(&mut list),
+            "LDN" => {
+                accumulator =
+                    operand(&mut list).map(|value| Expr::new(ExprKind::Not(Box::new(value)), span));
+            }
+            "NOT" => {
+                accumulator =
+                    accumulator.take().map(|value| Expr::new(ExprKind::Not(Box::new(value)), span));
+            }
+            "ST" | "STN" | "S" | "R" => {
+                let (Some(value), Some(target)) = (accumulator.clone(), operand(&mut list)) else {
+                    unit.refuse(
+                        format!("the instruction {word} without a value or a variable"),
+                        span,
+                        "load a value first",
+                    );
+                    continue;
+                };
+                let assign =
+                    |value| Stmt { kind: StmtKind::Assign { target: target.clone(), value }, span };
+                let before = value.clone();
+                match word.as_str() {
+                    "ST" => out.push(assign(value)),
+                    "STN" => out.push(assign(Expr::new(ExprKind::Not(Box::new(value)), span))),
+                    which => {
+                        let set = assign(Expr::new(ExprKind::Bool(which == "S"), span));
+                        let kind =
+                            StmtKind::If { arms: vec![(value, vec![set])], otherwise: Vec::new() };
+                        out.push(Stmt { kind, span });
+                    }
+                }
+                // The accumulator keeps its value; where that is made of what was just written, the variable holds it.
+                let root = target.root().map(|name| name.text.to_uppercase()).unwrap_or_default();
+                if mentions(&before, &root) {
+                    accumulator = match word.as_str() {
+                        "ST" => Some(target),
+                        "STN" => Some(Expr::new(ExprKind::Not(Box::new(target)), span)),
+                        _ => None,
+                    };
+                }
+            }
+            "CAL" => {
+                let Some(target) = operand(&mut list) else { continue };
+                let mut arguments = Vec::new();
+                if list.peek().kind == Kind::Open {
+                    list.at += 1;
+                    while !matches!(list.peek().kind, Kind::Close | Kind::End) {
+                        let name = list.peek();
+                        list.at += 1;
+                        let sign = list.peek().kind;
+                        if name.kind != Kind::Word || !matches!(sign, Kind::Assign | Kind::Arrow) {
+                            continue;
+                        }
+                        list.at += 1;
+                        let name = Some(Name::new(list.slice(name), list.span(name)));
+                        if let Some(value) = list.operand() {
+                            let is_output = sign == Kind::Arrow;
+                            arguments.push(Arg { name, value, is_output, is_negated: false });
+                        }
+                        if list.peek().kind == Kind::Comma {
+                            list.at += 1;
+                        }
+                    }
+                    list.at += 1;
+                }
+                out.push(Stmt { kind: StmtKind::Call { target, arguments }, span });
+            }
+            _ => {
+                let right = operand(&mut list);
+                accumulator = match (accumulator.take(), right) {
+                    (Some(left), Some(right)) => combine(&word, left, right),
+                    _ => None,
+                };
+                if accumulator.is_none() {
+                    unit.refuse(format!("the instruction {word}"), span, "use structured text");
+                    while list.on_line(token.end, list.peek()) {
+                        list.at += 1;
+                    }
+                }
+            }
+        }
+    }
+}

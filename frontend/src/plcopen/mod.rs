@@ -1,0 +1,67 @@
+//! PLCopen TC6 XML (`.xml`): reader and writer.
+//!
+//! Elements are known by their local names, so the three namespaces that are in use read alike. Bodies in ladder and function block diagram become
+//! statements ([`network`]), charts become the tree of [`crate::st::ast`], and the meaning is that of the text ([`crate::st::elaborate`]).
+//!
+//! ```
+//! use grafsynth_frontend::plcopen;
+//! use grafsynth_ir::FileId;
+//!
+//! let parsed = plcopen::parse(FileId(0), "<project><types><pous/></types></project>");
+//! assert_eq!(parsed.diagnostics[0].code.id, "G0450");
+//! ```
+
+mod il;
+mod network;
+mod project;
+mod sfc;
+mod write;
+
+use grafsynth_ir::FileId;
+use grafsynth_ir::diag::Diagnostic;
+
+use crate::codes;
+use crate::graf::parser::Findings;
+use crate::graf::{Limits, Parsed};
+use crate::xml;
+
+/// Reads a project with the default limits.
+#[must_use]
+pub fn parse(file: FileId, text: &str) -> Parsed {
+    parse_within(file, text, &Limits::default())
+}
+
+/// Reads a project.
+#[must_use]
+pub fn parse_within(file: FileId, text: &str, limits: &Limits) -> Parsed {
+    let document = match xml::parse(file, text, limits) {
+        Ok(document) => document,
+        Err(finding) => return Parsed { diagnostics: vec![*finding], ..Parsed::default() },
+    };
+    let mut findings = Findings { kept: Vec::new(), limit: limits.diagnostics, rest: 0 };
+    let root = document.root_element();
+    if root.tag_name().name() != "project" {
+        let name = root.tag_name().name().to_owned();
+        findings.report(|| {
+            Diagnostic::error(
+                codes::PLC_PROJECT,
+                format!("the text is no PLCopen project: it begins with `{name}`"),
+            )
+            .at(xml::tag_span(file, root), "`project` is expected here")
+            .help("export the project as PLCopen XML; for other XML give the format with --from")
+        });
+        return Parsed { diagnostics: findings.finish(), ..Parsed::default() };
+    }
+    let mut reader =
+        project::Reader { file, text, findings: &mut findings, nesting: limits.nesting };
+    let library = reader.project(root);
+    crate::st::finish(&library, findings)
+}
+
+/// Writes a net as a project that reads back as it.
+///
+/// # Errors
+/// Everything in the net that a project cannot say.
+pub fn write_net(net: &grafsynth_ir::net::Net) -> Result<String, Vec<Diagnostic>> {
+    write::net(net)
+}

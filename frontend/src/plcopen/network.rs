@@ -1,0 +1,459 @@
+//! Ladders and function block diagrams as statements: what flows into each coil, variable and block, in the order of execution.
+//!
+//! Blocks with an instance are called once a scan, before what reads them; a wire that goes back to an earlier block carries the value of the scan before,
+//! as in the tools that draw such pictures.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use grafsynth_ir::Name;
+use roxmltree::Node;
+
+use super::project::{Reader, Unit, child, children, constant, tag};
+use crate::st::ast::{Arg, Expr, ExprKind, Stmt, StmtKind};
+
+/// The elements of a picture by their numbers.
+pub(super) struct Network<'a, 'd> {
+    nodes: BTreeMap<String, Node<'a, 'd>>,
+    order: Vec<Node<'a, 'd>>,
+    /// Connectors by name.
+    connectors: BTreeMap<String, Node<'a, 'd>>,
+    /// Blocks whose calls stand in the list, or are being made.
+    called: BTreeSet<String>,
+    open: BTreeSet<String>,
+    depth: u32,
+}
+
+impl<'a, 'd: 'a> Network<'a, 'd> {
+    pub(super) fn of(body: Node<'a, 'd>) -> Self {
+        let mut nodes = BTreeMap::new();
+        let mut order = Vec::new();
+        let mut connectors = BTreeMap::new();
+        for node in body.children().filter(Node::is_element) {
+            if let Some(id) = node.attribute("localId") {
+                nodes.entry(id.to_owned()).or_insert(node);
+            }
+            if tag(node) == "connector"
+                && let Some(name) = node.attribute("name")
+            {
+                connectors.insert(name.to_owned(), node);
+            }
+            order.push(node);
+        }
+        Network {
+            nodes,
+            order,
+            connectors,
+            called: BTreeSet::new(),
+            open: BTreeSet::new(),
+            depth: 0,
+        }
+    }
+
+    /// The element of that number.
+    pub(super) fn node(&self, id: &str) -> Option<Node<'a, 'd>> {
+        self.nodes.get(id).copied()
+    }
+}
+
+fn position(node: Node<'_, '_>) -> (i64, i64) {
+    let part = |name: &str| {
+        child(node, "position")
+            .and_then(|one| one.attribute(name)?.trim().parse::<f64>().ok())
+            .map_or(0, |value| {
+                #[expect(clippy::cast_possible_truncation, reason = "a place on a page")]
+                let whole = value as i64;
+                whole
+            })
+    };
+    (part("y"), part("x"))
+}
+
+/// The statements of a body in LD or FBD.
+pub(super) fn statements(
+    reader: &mut Reader<'_, '_>,
+    body: Node<'_, '_>,
+    unit: &mut Unit,
+) -> Vec<Stmt> {
+    let mut network = Network::of(body);
+    let mut list = Vec::new();
+    let mut sinks: Vec<Node<'_, '_>> = network.order.clone();
+    sinks.retain(|node| match tag(*node) {
+        "coil" | "outVariable" | "inOutVariable" => true,
+        "block" => node.attribute("instanceName").is_some_and(|name| !name.is_empty()),
+        "jump" | "return" | "label" => true,
+        _ => false,
+    });
+    // Numbers that the designer gave come before places on the page, rows before columns.
+    sinks.sort_by_key(|node| {
+        let number: i64 =
+            node.attribute("executionOrderId").and_then(|one| one.parse().ok()).unwrap_or(0);
+        (number <= 0, number, position(*node))
+    });
+    for node in sinks {
+        sink(reader, &mut network, node, unit, &mut list);
+    }
+    list
+}
+
+fn sink(
+    reader: &mut Reader<'_, '_>,
+    network: &mut Network<'_, '_>,
+    node: Node<'_, '_>,
+    unit: &mut Unit,
+    list: &mut Vec<Stmt>,
+) {
+    let span = reader.span(node);
+    match tag(node) {
+        "block" => {
+            call(reader, network, node, unit, list);
+        }
+        "coil" => {
+            let Some(mut value) = incoming(reader, network, node, unit, list) else { return };
+            let Some(target) =
+                child(node, "variable").and_then(|one| reader.expression_in(one, unit))
+            else {
+                return;
+            };
+            value = with_edge(reader, node, "edge", value, unit, list);
+            if node.attribute("negated") == Some("true") {
+                value = Expr::new(ExprKind::Not(Box::new(value)), span);
+            }
+            let assign =
+                |value| Stmt { kind: StmtKind::Assign { target: target.clone(), value }, span };
+            match node.attribute("storage") {
+                Some("set") => {
+                    let kind = StmtKind::If {
+                        arms: vec![(value, vec![assign(constant(true, span))])],
+                        otherwise: Vec::new(),
+                    };
+                    list.push(Stmt { kind, span });
+                }
+                Some("reset") => {
+                    let kind = StmtKind::If {
+                        arms: vec![(value, vec![assign(constant(false, span))])],
+                        otherwise: Vec::new(),
+                    };
+                    list.push(Stmt { kind, span });
+                }
+                Some(_) | None => list.push(assign(value)),
+            }
+        }
+        "outVariable" | "inOutVariable" => {
+            if child(node, "connectionPointIn")
+                .is_none_or(|point| child(point, "connection").is_none())
+            {
+                return;
+            }
+            let Some(mut value) = incoming(reader, network, node, unit, list) else { return };
+            let Some(target) =
+                child(node, "expression").and_then(|one| reader.expression_in(one, unit))
+            else {
+                return;
+            };
+            value = with_edge(reader, node, "edge", value, unit, list);
+            let is_negated =
+                ["negated", "negatedIn"].iter().any(|name| node.attribute(*name) == Some("true"));
+            if is_negated {
+                value = Expr::new(ExprKind::Not(Box::new(value)), span);
+            }
+            list.push(Stmt { kind: StmtKind::Assign { target, value }, span });
+        }
+        "jump" | "return" => {
+            unit.refuse(format!("a {} in a picture", tag(node)), span, "draw conditions instead");
+        }
+        _ => {}
+    }
+}
+
+/// An edge of a value, by an instance of its own.
+fn with_edge(
+    reader: &mut Reader<'_, '_>,
+    node: Node<'_, '_>,
+    attribute: &str,
+    value: Expr,
+    unit: &mut Unit,
+    list: &mut Vec<Stmt>,
+) -> Expr {
+    let is_rising = match node.attribute(attribute) {
+        Some("rising") => true,
+        Some("falling") => false,
+        Some(_) | None => return value,
+    };
+    let span = reader.span(node);
+    let base = value.root().map_or_else(|| "edge".to_owned(), |root| root.text.clone());
+    let name = unit.edge(&base, is_rising, span);
+    let argument =
+        Arg { name: Some(Name::new("CLK", span)), value, is_output: false, is_negated: false };
+    let target = Expr::name(name);
+    let kind = StmtKind::Call { target: target.clone(), arguments: vec![argument] };
+    list.push(Stmt { kind, span });
+    Expr::new(ExprKind::Field(Box::new(target), Name::new("Q", span)), span)
+}
+
+/// What flows into an element: the OR of its wires; none where something on the way could not be read.
+pub(super) fn incoming(
+    reader: &mut Reader<'_, '_>,
+    network: &mut Network<'_, '_>,
+    node: Node<'_, '_>,
+    unit: &mut Unit,
+    list: &mut Vec<Stmt>,
+) -> Option<Expr> {
+    let span = reader.span(node);
+    let Some(point) = child(node, "connectionPointIn") else {
+        unit.refuse("an element without a wire", span, "connect it");
+        return None;
+    };
+    let mut all = Vec::new();
+    for connection in children(point, "connection") {
+        all.push(wire(reader, network, connection, unit, list)?);
+    }
+    match all.len() {
+        0 => {
+            unit.refuse("an element without a wire", span, "connect it");
+            None
+        }
+        1 => all.pop(),
+        _ => Some(Expr::new(ExprKind::Or(all), span)),
+    }
+}
+
+fn wire(
+    reader: &mut Reader<'_, '_>,
+    network: &mut Network<'_, '_>,
+    connection: Node<'_, '_>,
+    unit: &mut Unit,
+    list: &mut Vec<Stmt>,
+) -> Option<Expr> {
+    let id = connection.attribute("refLocalId").unwrap_or("");
+    let Some(from) = network.node(id) else {
+        let (span, id) = (reader.span(connection), id.to_owned());
+        unit.refuse(
+            format!("a wire from element {id}, which does not exist"),
+            span,
+            "connect it again",
+        );
+        return None;
+    };
+    if network.depth >= reader.nesting {
+        let span = reader.span(connection);
+        unit.refuse("a picture with that many elements in a row", span, "break it up");
+        return None;
+    }
+    network.depth += 1;
+    let value = output(reader, network, from, connection.attribute("formalParameter"), unit, list);
+    network.depth -= 1;
+    value
+}
+
+/// What flows out of an element.
+fn output(
+    reader: &mut Reader<'_, '_>,
+    network: &mut Network<'_, '_>,
+    node: Node<'_, '_>,
+    parameter: Option<&str>,
+    unit: &mut Unit,
+    list: &mut Vec<Stmt>,
+) -> Option<Expr> {
+    let span = reader.span(node);
+    let negate = |value: Expr, is_negated: bool| {
+        if is_negated { Expr::new(ExprKind::Not(Box::new(value)), span) } else { value }
+    };
+    let is_negated = node.attribute("negated") == Some("true");
+    let id = node.attribute("localId").unwrap_or("").to_owned();
+    match tag(node) {
+        "leftPowerRail" => Some(constant(true, span)),
+        "contact" => {
+            // A wire back to where it came from would never end.
+            if !network.open.insert(id.clone()) {
+                unit.refuse("a wire that goes round in a circle", span, "cut it with a variable");
+                return None;
+            }
+            let before = incoming(reader, network, node, unit, list);
+            network.open.remove(&id);
+            let variable =
+                child(node, "variable").and_then(|one| reader.expression_in(one, unit))?;
+            let value = with_edge(reader, node, "edge", variable, unit, list);
+            let value = negate(value, is_negated);
+            match before? {
+                Expr { kind: ExprKind::Bool(true), .. } => Some(value),
+                before => Some(Expr::new(ExprKind::And(vec![before, value]), span)),
+            }
+        }
+        "coil" => {
+            if !network.open.insert(id.clone()) {
+                unit.refuse("a wire that goes round in a circle", span, "cut it with a variable");
+                return None;
+            }
+            let value = incoming(reader, network, node, unit, list);
+            network.open.remove(&id);
+            value
+        }
+        "inVariable" | "inOutVariable" => {
+            let value =
+                child(node, "expression").and_then(|one| reader.expression_in(one, unit))?;
+            let value = with_edge(reader, node, "edge", value, unit, list);
+            let is_negated = is_negated || node.attribute("negatedOut") == Some("true");
+            Some(negate(value, is_negated))
+        }
+        "continuation" => {
+            let name = node.attribute("name").unwrap_or("");
+            let Some(connector) = network.connectors.get(name).copied() else {
+                unit.refuse(
+                    format!("a continuation {name} without its connector"),
+                    span,
+                    "name both alike",
+                );
+                return None;
+            };
+            if !network.open.insert(id.clone()) {
+                unit.refuse("a wire that goes round in a circle", span, "cut it with a variable");
+                return None;
+            }
+            let value = incoming(reader, network, connector, unit, list);
+            network.open.remove(&id);
+            value
+        }
+        "block" => block_output(reader, network, node, parameter, unit, list),
+        other => {
+            unit.refuse(
+                format!("`{other}` in a picture"),
+                span,
+                "use contacts, coils, variables and blocks",
+            );
+            None
+        }
+    }
+}
+
+fn block_output(
+    reader: &mut Reader<'_, '_>,
+    network: &mut Network<'_, '_>,
+    node: Node<'_, '_>,
+    parameter: Option<&str>,
+    unit: &mut Unit,
+    list: &mut Vec<Stmt>,
+) -> Option<Expr> {
+    let span = reader.span(node);
+    let outputs = child(node, "outputVariables");
+    let is_negated = outputs.is_some_and(|outputs| {
+        children(outputs, "variable").any(|one| {
+            one.attribute("negated") == Some("true")
+                && (parameter.is_none() || one.attribute("formalParameter") == parameter)
+        })
+    });
+    let first = outputs
+        .and_then(|outputs| children(outputs, "variable").next())
+        .and_then(|one| one.attribute("formalParameter"));
+    let value = match reader.name(node, "instanceName") {
+        Some(instance) => {
+            call(reader, network, node, unit, list);
+            let field = parameter.filter(|one| !one.is_empty()).or(first).unwrap_or("Q");
+            Expr::new(ExprKind::Field(Box::new(Expr::name(instance)), Name::new(field, span)), span)
+        }
+        None => {
+            let id = node.attribute("localId").unwrap_or("").to_owned();
+            if !network.open.insert(id.clone()) {
+                unit.refuse("a wire that goes round in a circle", span, "cut it with a variable");
+                return None;
+            }
+            let arguments = arguments(reader, network, node, false, unit, list);
+            network.open.remove(&id);
+            let name = reader.name(node, "typeName")?;
+            Expr::new(ExprKind::Call(name, arguments?), span)
+        }
+    };
+    Some(if is_negated { Expr::new(ExprKind::Not(Box::new(value)), span) } else { value })
+}
+
+fn arguments(
+    reader: &mut Reader<'_, '_>,
+    network: &mut Network<'_, '_>,
+    node: Node<'_, '_>,
+    named: bool,
+    unit: &mut Unit,
+    list: &mut Vec<Stmt>,
+) -> Option<Vec<Arg>> {
+    let mut made = Vec::new();
+    let lists = ["inputVariables", "inOutVariables"];
+    for variables in lists.iter().filter_map(|name| child(node, name)) {
+        for variable in children(variables, "variable") {
+            let is_wired = child(variable, "connectionPointIn")
+                .is_some_and(|point| child(point, "connection").is_some());
+            if !is_wired {
+                continue;
+            }
+            let span = reader.span(variable);
+            let mut value = incoming(reader, network, variable, unit, list)?;
+            value = with_edge(reader, variable, "edge", value, unit, list);
+            if variable.attribute("negated") == Some("true") {
+                value = Expr::new(ExprKind::Not(Box::new(value)), span);
+            }
+            let name = reader.name(variable, "formalParameter");
+            if !named && name.as_ref().is_some_and(|name| name.text.eq_ignore_ascii_case("EN")) {
+                if matches!(value.kind, ExprKind::Bool(true)) {
+                    continue;
+                }
+                unit.refuse("a function with EN", span, "draw it without, and choose with SEL");
+                return None;
+            }
+            let name = if named { name } else { None };
+            made.push(Arg { name, value, is_output: false, is_negated: false });
+        }
+    }
+    Some(made)
+}
+
+/// Calls the instance of a block, once.
+fn call(
+    reader: &mut Reader<'_, '_>,
+    network: &mut Network<'_, '_>,
+    node: Node<'_, '_>,
+    unit: &mut Unit,
+    list: &mut Vec<Stmt>,
+) {
+    let span = reader.span(node);
+    let id = node.attribute("localId").unwrap_or("").to_owned();
+    if !network.called.insert(id) {
+        return;
+    }
+    let Some(instance) = reader.name(node, "instanceName") else { return };
+    let Some(arguments) = arguments(reader, network, node, true, unit, list) else { return };
+    let kind = StmtKind::Call { target: Expr::name(instance), arguments };
+    list.push(Stmt { kind, span });
+}
+
+/// The condition that a network gives for what is called `name`: the value of its out variable or coil.
+pub(super) fn condition(
+    reader: &mut Reader<'_, '_>,
+    body: Node<'_, '_>,
+    name: &str,
+    unit: &mut Unit,
+    list: &mut Vec<Stmt>,
+) -> Option<Expr> {
+    let mut network = Network::of(body);
+    let sinks = network.order.clone();
+    let sink = sinks.iter().find(|node| {
+        let written = match tag(**node) {
+            "outVariable" => child(**node, "expression"),
+            "coil" => child(**node, "variable"),
+            _ => None,
+        };
+        written
+            .and_then(|one| one.text())
+            .is_some_and(|text| text.trim().eq_ignore_ascii_case(name))
+    });
+    let span = reader.span(body);
+    let Some(sink) =
+        sink.or_else(|| sinks.iter().find(|node| matches!(tag(**node), "outVariable" | "coil")))
+    else {
+        unit.refuse(
+            "a condition without a result",
+            span,
+            "draw an out variable or a coil with the name of the transition",
+        );
+        return None;
+    };
+    let is_negated = sink.attribute("negated") == Some("true");
+    let value = incoming(reader, &mut network, *sink, unit, list)?;
+    Some(if is_negated { Expr::new(ExprKind::Not(Box::new(value)), span) } else { value })
+}

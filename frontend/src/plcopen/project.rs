@@ -1,0 +1,451 @@
+//! Projects: units with their interfaces, types, tasks and programs.
+
+use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::{FileId, Name, Span};
+use roxmltree::Node;
+
+use super::{il, network, sfc};
+use crate::codes;
+use crate::graf::parser::Findings;
+use crate::st::ast::{
+    Action, Body, Expr, ExprKind, Init, Instance, Library, Options, Pou, PouKind, Refusal, Section,
+    Stmt, Task, TypeDef, TypeKind, TypeRef, Var,
+};
+use crate::st::lexer::{Kind, Places};
+use crate::st::parse::Parser;
+use crate::st::parse_stmt::duration;
+use crate::xml::{self, Mapped};
+
+pub(super) struct Reader<'r, 't> {
+    pub(super) file: FileId,
+    pub(super) text: &'t str,
+    pub(super) findings: &'r mut Findings,
+    pub(super) nesting: u32,
+}
+
+/// The unit that is being read: what its bodies add to it.
+#[derive(Debug, Default)]
+pub(super) struct Unit {
+    pub(super) refused: Vec<Refusal>,
+    /// Instances that pictures need and no one declares: detectors of edges.
+    pub(super) vars: Vec<Var>,
+}
+
+impl Unit {
+    pub(super) fn refuse(&mut self, what: impl Into<String>, span: Span, help: &str) {
+        self.refused.push(Refusal { what: what.into(), span, help: help.to_owned() });
+    }
+
+    /// An instance of R_TRIG or F_TRIG of its own.
+    pub(super) fn edge(&mut self, base: &str, is_rising: bool, span: Span) -> Name {
+        let word = if is_rising { "rise" } else { "fall" };
+        let mut n = 1;
+        let name = loop {
+            let name =
+                format!("{base}_{word}{}", if n > 1 { n.to_string() } else { String::new() });
+            if self.vars.iter().all(|var| !var.name.text.eq_ignore_ascii_case(&name)) {
+                break name;
+            }
+            n += 1;
+        };
+        let ty = if is_rising { "R_TRIG" } else { "F_TRIG" };
+        let name = Name::new(name, span);
+        self.vars.push(Var {
+            name: name.clone(),
+            section: Section::Local,
+            is_constant: false,
+            ty: TypeRef { kind: TypeKind::Named(ty.to_owned()), span },
+            init: None,
+            address: None,
+            label: String::new(),
+        });
+        name
+    }
+}
+
+/// The local name of an element.
+pub(super) fn tag<'a>(node: Node<'a, '_>) -> &'a str {
+    node.tag_name().name()
+}
+
+/// The first child element of that name.
+pub(super) fn child<'a, 'd>(node: Node<'a, 'd>, name: &str) -> Option<Node<'a, 'd>> {
+    node.children().find(|child| child.is_element() && child.tag_name().name() == name)
+}
+
+/// All child elements of that name.
+pub(super) fn children<'a, 'd: 'a>(
+    node: Node<'a, 'd>,
+    name: &'static str,
+) -> impl Iterator<Item = Node<'a, 'd>> {
+    node.children().filter(move |child| child.is_element() && child.tag_name().name() == name)
+}
+
+impl<'t> Reader<'_, 't> {
+    pub(super) fn span(&self, node: Node<'_, '_>) -> Span {
+        xml::tag_span(self.file, node)
+    }
+
+    /// The name in an attribute, trimmed.
+    pub(super) fn name(&self, node: Node<'_, '_>, attribute: &str) -> Option<Name> {
+        let found = node.attributes().find(|one| one.name() == attribute)?;
+        let mapped = Mapped::value(self.file, self.text, found).trimmed();
+        let span = mapped.whole();
+        (!mapped.text.is_empty()).then(|| Name::new(mapped.text.clone(), span))
+    }
+
+    pub(super) fn report(&mut self, make: impl FnOnce() -> Diagnostic) {
+        self.findings.report(make);
+    }
+
+    /// The characters of the element that holds a text, which may lie a level deeper (`xhtml:p`).
+    fn content(&self, node: Node<'_, '_>) -> Mapped<'t> {
+        let inner = node
+            .descendants()
+            .filter(|one| one.is_element())
+            .find(|one| {
+                one.children().any(|child| {
+                    child.is_text() && child.text().is_some_and(|text| !text.trim().is_empty())
+                })
+            })
+            .unwrap_or(node);
+        Mapped::content(self.file, self.text, inner)
+    }
+
+    /// Structured text in an element.
+    pub(super) fn statements(&mut self, node: Node<'_, '_>, unit: &mut Unit) -> Vec<Stmt> {
+        let mapped = self.content(node);
+        let mut parser =
+            Parser::new(&mapped.text, Places::Mapped(&mapped), self.findings, self.nesting);
+        parser.is_body = true;
+        let mut list = parser.statements();
+        while parser.kind(0) != Kind::End {
+            parser.expected("a statement");
+            parser.advance();
+            list.extend(parser.statements());
+        }
+        unit.refused.append(&mut parser.refused);
+        list
+    }
+
+    /// An expression in an element, as a condition may be written: with `:=` before and `;` behind it.
+    pub(super) fn expression(&mut self, mapped: &Mapped<'_>, unit: &mut Unit) -> Option<Expr> {
+        let mut parser =
+            Parser::new(&mapped.text, Places::Mapped(mapped), self.findings, self.nesting);
+        parser.is_body = true;
+        // `name := condition;`
+        if parser.kind(0) == Kind::Word && parser.kind(1) == Kind::Assign {
+            parser.advance();
+        }
+        parser.take(Kind::Assign);
+        let expr = parser.expression().ok();
+        parser.take(Kind::Semicolon);
+        if expr.is_some() && parser.kind(0) != Kind::End {
+            parser.expected("the end of the expression");
+        }
+        unit.refused.append(&mut parser.refused);
+        expr
+    }
+
+    pub(super) fn expression_in(&mut self, node: Node<'_, '_>, unit: &mut Unit) -> Option<Expr> {
+        let mapped = self.content(node);
+        self.expression(&mapped, unit)
+    }
+
+    fn expression_of(
+        &mut self,
+        node: Node<'_, '_>,
+        attribute: &str,
+        unit: &mut Unit,
+    ) -> Option<Expr> {
+        let found = node.attributes().find(|one| one.name() == attribute)?;
+        let mapped = Mapped::value(self.file, self.text, found).trimmed();
+        if mapped.text.is_empty() {
+            return None;
+        }
+        self.expression(&mapped, unit)
+    }
+
+    // Projects
+
+    pub(super) fn project(&mut self, root: Node<'_, '_>) -> Library {
+        let mut library = Library::default();
+        let mut outside = Unit::default();
+        for node in root.descendants().filter(Node::is_element) {
+            match tag(node) {
+                "pou" => {
+                    if let Some(pou) = self.pou(node) {
+                        library.pous.push(pou);
+                    }
+                }
+                "dataType" => {
+                    if let Some(def) = self.data_type(node, &mut outside) {
+                        library.types.push(def);
+                    }
+                }
+                "globalVars" if node.ancestors().all(|one| tag(one) != "interface") => {
+                    self.vars(node, Section::Global, &mut library.globals, &mut outside);
+                }
+                "task" => self.task(node, &mut library),
+                "pouInstance" => self.program(node, &mut library),
+                _ => {}
+            }
+        }
+        for refusal in outside.refused {
+            self.report(|| {
+                Diagnostic::error(codes::ST_NOT_READ, format!("{} is not read", refusal.what))
+                    .at(refusal.span, "part of IEC 61131-3, but not of this version")
+                    .help(refusal.help)
+            });
+        }
+        library
+    }
+
+    /// `T#10ms`, or `PT0.01S` as XML writes durations.
+    fn task(&mut self, node: Node<'_, '_>, library: &mut Library) {
+        let Some(name) = self.name(node, "name") else { return };
+        let interval = node.attribute("interval").unwrap_or("");
+        let settings =
+            node.descendants().find(|one| one.is_element() && tag(*one) == "TaskSettings");
+        let given = match settings.and_then(|one| {
+            Some((one.attribute("Interval")?, one.attribute("IntervalUnit").unwrap_or("us")))
+        }) {
+            Some((number, unit)) => duration(&format!("{number}{unit}")),
+            None => match interval.strip_prefix("PT") {
+                Some(rest) => duration(rest),
+                None => duration(interval.split_once('#').map_or(interval, |(_, rest)| rest)),
+            },
+        };
+        let interval = given.and_then(|ns| u64::try_from(ns).ok()).filter(|ns| *ns > 0);
+        library.tasks.push(Task { name, interval });
+    }
+
+    fn program(&mut self, node: Node<'_, '_>, library: &mut Library) {
+        let Some(name) = self.name(node, "name") else { return };
+        let program = self.name(node, "typeName").unwrap_or_else(|| name.clone());
+        let task = node
+            .ancestors()
+            .find(|one| tag(*one) == "task")
+            .and_then(|task| self.name(task, "name"));
+        library.programs.push(Instance { name, task, program });
+    }
+
+    fn data_type(&mut self, node: Node<'_, '_>, unit: &mut Unit) -> Option<TypeDef> {
+        let name = self.name(node, "name")?;
+        let ty = self.type_in(child(node, "baseType")?, unit)?;
+        let init = child(node, "initialValue").and_then(|one| self.initial(one, unit));
+        Some(TypeDef { name, ty, init })
+    }
+
+    fn pou(&mut self, node: Node<'_, '_>) -> Option<Pou> {
+        let name = self.name(node, "name")?;
+        let mut unit = Unit::default();
+        let interface = child(node, "interface");
+        let kind = match node.attribute("pouType").unwrap_or("") {
+            "program" => PouKind::Program,
+            "functionBlock" => PouKind::FunctionBlock,
+            "function" => {
+                let result = interface.and_then(|one| child(one, "returnType"));
+                PouKind::Function(result.and_then(|one| self.type_in(one, &mut unit)))
+            }
+            other => {
+                let (span, other) = (self.span(node), other.to_owned());
+                self.report(|| {
+                    Diagnostic::error(codes::PLC_PROJECT, format!("`{other}` is no kind of unit"))
+                        .at(span, "program, functionBlock or function")
+                });
+                return None;
+            }
+        };
+        let mut vars = Vec::new();
+        let sections = [
+            ("inputVars", Section::Input),
+            ("outputVars", Section::Output),
+            ("inOutVars", Section::InOut),
+            ("localVars", Section::Local),
+            ("tempVars", Section::Temp),
+            ("externalVars", Section::External),
+            ("globalVars", Section::Global),
+        ];
+        if let Some(interface) = interface {
+            for list in interface.children().filter(Node::is_element) {
+                if let Some((_, section)) = sections.iter().find(|(name, _)| *name == tag(list)) {
+                    self.vars(list, *section, &mut vars, &mut unit);
+                }
+            }
+        }
+        let actions = self.actions(node, &mut unit);
+        let mut options = Options::default();
+        // CODESYS and TwinCAT run each action once more when it ends.
+        options.final_scan =
+            node.descendants().any(|one| one.is_element() && tag(one) == "SFCSettings");
+        let body = match child(node, "body") {
+            Some(body) => self.body(node, body, actions, &mut unit),
+            None => Body::Statements(Vec::new()),
+        };
+        vars.append(&mut unit.vars);
+        Some(Pou { kind, name, vars, body, options, refused: unit.refused })
+    }
+
+    /// Named actions of a unit; CODESYS keeps them in data of its own.
+    fn actions(&mut self, pou: Node<'_, '_>, unit: &mut Unit) -> Vec<Action> {
+        let mut actions = Vec::new();
+        let lists = pou.children().filter(|one| one.is_element() && tag(*one) == "actions");
+        for node in lists.flat_map(|list| list.children().filter(Node::is_element)) {
+            let Some(name) = self.name(node, "name") else { continue };
+            let Some(body) = child(node, "body") else { continue };
+            let body = self.list(body, unit);
+            actions.push(Action { name, body, label: String::new(), span: self.span(node) });
+        }
+        actions
+    }
+
+    /// The statements of a body that is no chart.
+    pub(super) fn list(&mut self, body: Node<'_, '_>, unit: &mut Unit) -> Vec<Stmt> {
+        let Some(inner) =
+            body.children().find(|one| one.is_element() && tag(*one) != "documentation")
+        else {
+            return Vec::new();
+        };
+        match tag(inner) {
+            "ST" => self.statements(inner, unit),
+            "IL" => {
+                let mapped = self.content(inner);
+                il::statements(&mapped, unit)
+            }
+            "LD" | "FBD" => network::statements(self, inner, unit),
+            "SFC" => {
+                let span = self.span(inner);
+                unit.refuse(
+                    "an action with a chart of its own",
+                    span,
+                    "make it a function block or a macro-step",
+                );
+                Vec::new()
+            }
+            other => {
+                let span = self.span(inner);
+                unit.refuse(format!("a body in {other}"), span, "use SFC, ST, LD, FBD or IL");
+                Vec::new()
+            }
+        }
+    }
+
+    fn body(
+        &mut self,
+        pou: Node<'_, '_>,
+        body: Node<'_, '_>,
+        actions: Vec<Action>,
+        unit: &mut Unit,
+    ) -> Body {
+        match child(body, "SFC") {
+            Some(drawn) => {
+                let mut chart = sfc::chart(self, pou, drawn, unit);
+                chart.actions.splice(0..0, actions);
+                Body::Sfc(chart)
+            }
+            None => {
+                let list = self.list(body, unit);
+                Body::Statements(list)
+            }
+        }
+    }
+
+    // Interfaces
+
+    fn vars(&mut self, list: Node<'_, '_>, section: Section, vars: &mut Vec<Var>, unit: &mut Unit) {
+        let is_constant = list.attribute("constant") == Some("true");
+        for node in children(list, "variable") {
+            let Some(name) = self.name(node, "name") else { continue };
+            let Some(ty) = child(node, "type").and_then(|ty| self.type_in(ty, unit)) else {
+                continue;
+            };
+            let init = child(node, "initialValue").and_then(|one| self.initial(one, unit));
+            let address = self.name(node, "address");
+            let label = child(node, "documentation")
+                .map(|one| {
+                    let mapped = self.content(one);
+                    mapped.text.split_whitespace().collect::<Vec<_>>().join(" ")
+                })
+                .unwrap_or_default();
+            vars.push(Var { name, section, is_constant, ty, init, address, label });
+        }
+    }
+
+    fn type_in(&mut self, node: Node<'_, '_>, unit: &mut Unit) -> Option<TypeRef> {
+        let inner = node.children().find(Node::is_element)?;
+        let span = self.span(inner);
+        let kind = match tag(inner) {
+            "derived" => TypeKind::Named(self.name(inner, "name")?.text),
+            "array" => {
+                let mut ranges = Vec::new();
+                for dimension in children(inner, "dimension") {
+                    let low = self.expression_of(dimension, "lower", unit)?;
+                    let high = self.expression_of(dimension, "upper", unit)?;
+                    ranges.push((low, high));
+                }
+                let base = self.type_in(child(inner, "baseType")?, unit)?;
+                TypeKind::Array(ranges, Box::new(base))
+            }
+            "subrangeSigned" | "subrangeUnsigned" => {
+                let range = child(inner, "range")?;
+                let low = self.expression_of(range, "lower", unit)?;
+                let high = self.expression_of(range, "upper", unit)?;
+                let base = self.type_in(child(inner, "baseType")?, unit)?;
+                match base.kind {
+                    TypeKind::Named(name) => TypeKind::Subrange(name, Box::new((low, high))),
+                    other => other,
+                }
+            }
+            "enum" => {
+                let mut values = Vec::new();
+                for value in
+                    inner.descendants().filter(|one| one.is_element() && tag(*one) == "value")
+                {
+                    let Some(name) = self.name(value, "name") else { continue };
+                    values.push((name, self.expression_of(value, "value", unit)));
+                }
+                TypeKind::Enum(values)
+            }
+            "struct" => {
+                let mut fields = Vec::new();
+                self.vars(inner, Section::Local, &mut fields, unit);
+                TypeKind::Struct(fields)
+            }
+            "string" | "wstring" => TypeKind::Refused(tag(inner).to_uppercase()),
+            "pointer" => TypeKind::Refused("POINTER types".to_owned()),
+            name => TypeKind::Named(name.to_owned()),
+        };
+        Some(TypeRef { kind, span })
+    }
+
+    fn initial(&mut self, node: Node<'_, '_>, unit: &mut Unit) -> Option<Init> {
+        let inner = node.children().find(Node::is_element)?;
+        let span = self.span(inner);
+        match tag(inner) {
+            "simpleValue" => self.expression_of(inner, "value", unit).map(Init::Value),
+            "arrayValue" => {
+                let mut values = Vec::new();
+                for value in children(inner, "value") {
+                    let count = self.expression_of(value, "repetitionValue", unit);
+                    values.push((count, self.initial(value, unit)?));
+                }
+                Some(Init::List(values, span))
+            }
+            "structValue" => {
+                let mut fields = Vec::new();
+                for value in children(inner, "value") {
+                    let Some(member) = self.name(value, "member") else { continue };
+                    fields.push((member, self.initial(value, unit)?));
+                }
+                Some(Init::Fields(fields, span))
+            }
+            _ => None,
+        }
+    }
+}
+
+/// `true` at a place.
+pub(super) fn constant(value: bool, span: Span) -> Expr {
+    Expr::new(ExprKind::Bool(value), span)
+}

@@ -1,0 +1,506 @@
+//! Charts of a project: links run backward, from each element to what stands before it; here they become transitions between steps.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::net::Qualifier;
+use grafsynth_ir::{Name, Span};
+use roxmltree::Node;
+
+use super::network::{self, Network};
+use super::project::{Reader, Unit, child, children, tag};
+use crate::codes;
+use crate::st::ast::{
+    Action, Element, Expr, ExprKind, MacroStep, Role, Sfc, Step, Transition, Use,
+};
+use crate::st::parse_sfc::{is_timed, qualifier};
+use crate::st::parse_stmt::duration;
+
+/// Attributes in which CODESYS keeps the actions of a step: while it is active, when it is entered, when it is left.
+const STEP_ACTIONS: [(&str, Qualifier); 3] =
+    [("700a583f", Qualifier::N), ("a6b08bd8", Qualifier::P1), ("a2621e18", Qualifier::P0)];
+
+struct Drawing<'a, 'd> {
+    nodes: BTreeMap<String, Node<'a, 'd>>,
+    order: Vec<Node<'a, 'd>>,
+}
+
+impl<'a, 'd: 'a> Drawing<'a, 'd> {
+    /// The numbers of what stands before an element.
+    fn before(&self, node: Node<'a, 'd>) -> Vec<Node<'a, 'd>> {
+        children(node, "connectionPointIn")
+            .flat_map(|point| children(point, "connection").collect::<Vec<_>>())
+            .filter_map(|connection| self.nodes.get(connection.attribute("refLocalId")?).copied())
+            .collect()
+    }
+}
+
+/// The chart of a unit or macro-step.
+pub(super) fn chart(
+    reader: &mut Reader<'_, '_>,
+    pou: Node<'_, '_>,
+    body: Node<'_, '_>,
+    unit: &mut Unit,
+) -> Sfc {
+    let mut drawing = Drawing { nodes: BTreeMap::new(), order: Vec::new() };
+    for node in body.children().filter(Node::is_element) {
+        // Some tools number steps by their place only.
+        let id = node.attribute("localId").map(str::to_owned);
+        if let Some(id) = id {
+            drawing.nodes.entry(id).or_insert(node);
+        }
+        drawing.order.push(node);
+    }
+    let mut sfc = Sfc::default();
+    let mut always = Vec::new();
+    let mut network = Network::of(body);
+    let uses = uses(reader, &drawing, unit, &mut sfc.actions);
+    let mut transitions: Vec<(Node<'_, '_>, Transition)> = Vec::new();
+    let mut leads_to: BTreeMap<String, Vec<Name>> = BTreeMap::new();
+    for node in drawing.order.clone() {
+        let target = match tag(node) {
+            "step" | "macroStep" => reader.name(node, "name"),
+            "jumpStep" => reader.name(node, "targetName"),
+            _ => continue,
+        };
+        let Some(target) = target else {
+            let span = reader.span(node);
+            reader.report(|| {
+                Diagnostic::error(codes::PLC_CHART, format!("a {} without a name", tag(node)))
+                    .at(span, "")
+            });
+            continue;
+        };
+        for transition in feeders(&drawing, node) {
+            leads_to.entry(transition).or_default().push(target.clone());
+        }
+    }
+    for node in drawing.order.clone() {
+        if tag(node) != "transition" {
+            continue;
+        }
+        let span = reader.span(node);
+        let from = sources(reader, &drawing, node);
+        let to =
+            node.attribute("localId").and_then(|id| leads_to.get(id).cloned()).unwrap_or_default();
+        if from.is_empty() || to.is_empty() {
+            let side = if from.is_empty() { "before" } else { "behind" };
+            reader.report(|| {
+                Diagnostic::error(
+                    codes::PLC_CHART,
+                    format!("no step stands {side} this transition"),
+                )
+                .at(span, "")
+                .help("connect it on both sides")
+            });
+            continue;
+        }
+        let condition = condition(reader, pou, &mut network, node, unit, &mut always);
+        let priority =
+            node.attribute("priority").and_then(|one| one.trim().parse().ok()).filter(|n| *n > 0);
+        let Some(condition) = condition else { continue };
+        let transition = Transition {
+            name: reader.name(node, "name"),
+            from,
+            to,
+            priority,
+            condition,
+            label: documentation(node),
+            span,
+        };
+        transitions.push((node, transition));
+    }
+    left_to_right(&drawing, &mut transitions);
+    let mut kept: BTreeMap<usize, Transition> = transitions
+        .into_iter()
+        .map(|(node, transition)| (node.id().get_usize(), transition))
+        .collect();
+    let entries = roles(&drawing, body);
+    for node in drawing.order.clone() {
+        match tag(node) {
+            "step" => {
+                let Some(name) = reader.name(node, "name") else { continue };
+                let key = node.attribute("localId").unwrap_or("").to_owned();
+                let mut list = uses.get(&key).cloned().unwrap_or_default();
+                list.extend(step_actions(reader, node));
+                sfc.elements.push(Element::Step(Step {
+                    is_initial: node.attribute("initialStep") == Some("true"),
+                    uses: list,
+                    label: documentation(node),
+                    role: entries.get(&name.text).copied().unwrap_or_default(),
+                    span: reader.span(node),
+                    name,
+                }));
+            }
+            "macroStep" => {
+                let Some(name) = reader.name(node, "name") else { continue };
+                let span = reader.span(node);
+                match child(node, "body").and_then(|body| child(body, "SFC")) {
+                    Some(inner) if node.ancestors().count() < 64 => {
+                        let body = chart(reader, pou, inner, unit);
+                        sfc.actions.extend(body.actions.iter().cloned());
+                        always.extend(body.always.iter().cloned());
+                        sfc.elements.push(Element::Macro(MacroStep { name, body, span }));
+                    }
+                    Some(_) | None => {
+                        unit.refuse(
+                            "a macro-step without a chart in it",
+                            span,
+                            "draw its chart inside it",
+                        );
+                    }
+                }
+            }
+            "transition" => {
+                // Transitions that compete stand from left to right in the places that they have together.
+                if let Some(transition) = kept.remove(&node.id().get_usize()) {
+                    sfc.elements.push(Element::Transition(transition));
+                }
+            }
+            _ => {}
+        }
+    }
+    sfc.always = always;
+    sfc
+}
+
+fn documentation(node: Node<'_, '_>) -> String {
+    child(node, "documentation")
+        .map(|one| {
+            let words: Vec<&str> = one
+                .descendants()
+                .filter(Node::is_text)
+                .filter_map(|text| text.text())
+                .flat_map(str::split_whitespace)
+                .collect();
+            words.join(" ")
+        })
+        .unwrap_or_default()
+}
+
+/// The steps that a transition leaves.
+fn sources(
+    reader: &mut Reader<'_, '_>,
+    drawing: &Drawing<'_, '_>,
+    node: Node<'_, '_>,
+) -> Vec<Name> {
+    let mut found: Vec<Name> = Vec::new();
+    let mut seen = BTreeSet::new();
+    let mut next: Vec<String> = node.attribute("localId").map(str::to_owned).into_iter().collect();
+    while let Some(id) = next.pop() {
+        let Some(node) = drawing.nodes.get(&id) else { continue };
+        let before = drawing.before(*node);
+        for one in before.into_iter().rev() {
+            match tag(one) {
+                "step" | "macroStep" => {
+                    if let Some(name) = reader.name(one, "name")
+                        && found.iter().all(|other| other.text != name.text)
+                    {
+                        found.push(name);
+                    }
+                }
+                "selectionDivergence"
+                | "simultaneousConvergence"
+                | "simultaneousDivergence"
+                | "selectionConvergence" => {
+                    if let Some(id) = one.attribute("localId")
+                        && seen.insert(id.to_owned())
+                    {
+                        next.push(id.to_owned());
+                    }
+                }
+                _ => {}
+            }
+        }
+    }
+    // In the order of the chart.
+    let place = |name: &Name| {
+        drawing.order.iter().position(|node| node.attribute("name") == Some(&name.text))
+    };
+    found.sort_by_key(|name| place(name));
+    found
+}
+
+/// The transitions that lead to a step or jump.
+fn feeders(drawing: &Drawing<'_, '_>, node: Node<'_, '_>) -> Vec<String> {
+    let mut found = Vec::new();
+    let mut seen = BTreeSet::new();
+    let mut next = drawing.before(node);
+    while let Some(one) = next.pop() {
+        let Some(id) = one.attribute("localId") else { continue };
+        if !seen.insert(id.to_owned()) {
+            continue;
+        }
+        match tag(one) {
+            "transition" => found.push(id.to_owned()),
+            "selectionConvergence"
+            | "simultaneousDivergence"
+            | "selectionDivergence"
+            | "simultaneousConvergence" => next.extend(drawing.before(one)),
+            _ => {}
+        }
+    }
+    found
+}
+
+/// Competing transitions of one divergence stand from left to right, as they are drawn; where all stand at one place, as they are listed.
+fn left_to_right(drawing: &Drawing<'_, '_>, transitions: &mut [(Node<'_, '_>, Transition)]) {
+    let column = |node: Node<'_, '_>| {
+        child(node, "position")
+            .and_then(|one| one.attribute("x")?.trim().parse::<f64>().ok())
+            .unwrap_or(0.0)
+    };
+    let mut groups: BTreeMap<String, Vec<usize>> = BTreeMap::new();
+    for (index, (node, _)) in transitions.iter().enumerate() {
+        for before in drawing.before(*node) {
+            if tag(before) == "selectionDivergence"
+                && let Some(id) = before.attribute("localId")
+            {
+                groups.entry(id.to_owned()).or_default().push(index);
+            }
+        }
+    }
+    for places in groups.values() {
+        let mut sorted: Vec<(Node<'_, '_>, Transition)> = places
+            .iter()
+            .map(|index| (transitions[*index].0, transitions[*index].1.clone()))
+            .collect();
+        sorted.sort_by(|(a, _), (b, _)| column(*a).total_cmp(&column(*b)));
+        for (place, one) in places.iter().zip(sorted) {
+            transitions[*place].1 = one.1;
+        }
+    }
+}
+
+/// In the body of a macro-step the one step that nothing leads to is its entry, the one that leads nowhere its exit.
+fn roles(drawing: &Drawing<'_, '_>, body: Node<'_, '_>) -> BTreeMap<String, Role> {
+    let mut roles = BTreeMap::new();
+    let is_macro = body
+        .parent()
+        .and_then(|body| body.parent())
+        .is_some_and(|owner| owner.is_element() && tag(owner) == "macroStep");
+    if !is_macro {
+        return roles;
+    }
+    let steps: Vec<Node<'_, '_>> =
+        drawing.order.iter().copied().filter(|node| tag(*node) == "step").collect();
+    let jumps: BTreeSet<&str> = drawing
+        .order
+        .iter()
+        .filter(|node| tag(**node) == "jumpStep")
+        .filter_map(|node| node.attribute("targetName"))
+        .collect();
+    let mut left: BTreeSet<String> = BTreeSet::new();
+    for node in drawing.order.iter().filter(|node| tag(**node) == "transition") {
+        let mut next = drawing.before(*node);
+        let mut seen = BTreeSet::new();
+        while let Some(one) = next.pop() {
+            let Some(id) = one.attribute("localId") else { continue };
+            if !seen.insert(id.to_owned()) {
+                continue;
+            }
+            if tag(one) == "step" {
+                left.insert(id.to_owned());
+            } else {
+                next.extend(drawing.before(one));
+            }
+        }
+    }
+    for step in steps {
+        let name = step.attribute("name").unwrap_or("");
+        let is_entry = feeders(drawing, step).is_empty() && !jumps.contains(name);
+        let is_exit = step.attribute("localId").is_none_or(|id| !left.contains(id));
+        let role = match (is_entry, is_exit) {
+            (true, true) => Role::EntryExit,
+            (true, false) => Role::Entry,
+            (false, true) => Role::Exit,
+            (false, false) => Role::Plain,
+        };
+        roles.insert(name.to_owned(), role);
+    }
+    roles
+}
+
+/// The actions of each step, by the step's number; inline actions get names of their own.
+fn uses(
+    reader: &mut Reader<'_, '_>,
+    drawing: &Drawing<'_, '_>,
+    unit: &mut Unit,
+    actions: &mut Vec<Action>,
+) -> BTreeMap<String, Vec<Use>> {
+    let mut found: BTreeMap<String, Vec<Use>> = BTreeMap::new();
+    for block in drawing.order.iter().filter(|node| tag(**node) == "actionBlock") {
+        let steps: Vec<Node<'_, '_>> =
+            drawing.before(*block).into_iter().filter(|node| tag(*node) == "step").collect();
+        let owner =
+            steps.first().and_then(|step| step.attribute("name")).unwrap_or("action").to_owned();
+        if steps.is_empty() {
+            let span = reader.span(*block);
+            reader.report(|| {
+                Diagnostic::error(codes::PLC_CHART, "an action block that belongs to no step")
+                    .at(span, "")
+                    .help("connect it to a step")
+            });
+        }
+        for action in children(*block, "action") {
+            let span = reader.span(action);
+            let written = action.attribute("qualifier").unwrap_or("N");
+            let Some(qualifier) = qualifier(written) else {
+                let written = written.to_owned();
+                reader.report(|| {
+                    Diagnostic::error(codes::PLC_CHART, format!("`{written}` is no qualifier"))
+                        .at(span, "")
+                        .help("qualifiers are N, R, S, L, D, P, P0, P1, SD, DS and SL")
+                });
+                continue;
+            };
+            let name = match (child(action, "reference"), child(action, "inline")) {
+                (Some(reference), _) => reader.name(reference, "name"),
+                (None, Some(inline)) => {
+                    let body = reader.list(inline, unit);
+                    let base = match reader.name(inline, "name") {
+                        Some(name) => name.text,
+                        None => format!("{owner}_inline"),
+                    };
+                    let taken = |name: &str, actions: &[Action]| {
+                        actions.iter().any(|one| one.name.text.eq_ignore_ascii_case(name))
+                    };
+                    let mut text = base.clone();
+                    let mut n = 2;
+                    while taken(&text, actions) {
+                        text = format!("{base}_{n}");
+                        n += 1;
+                    }
+                    let name = Name::new(text, span);
+                    actions.push(Action { name: name.clone(), body, label: String::new(), span });
+                    Some(name)
+                }
+                (None, None) => None,
+            };
+            let Some(name) = name else {
+                unit.refuse("an action without a name", span, "refer to a variable or an action");
+                continue;
+            };
+            let time = time(reader, action, qualifier, span);
+            for step in &steps {
+                let key = step.attribute("localId").unwrap_or("").to_owned();
+                found.entry(key).or_default().push(Use {
+                    action: name.clone(),
+                    qualifier,
+                    duration: time.clone(),
+                    span,
+                });
+            }
+        }
+    }
+    found
+}
+
+/// The duration of an action: a time, or the name of one.
+fn time(
+    reader: &mut Reader<'_, '_>,
+    action: Node<'_, '_>,
+    qualifier: Qualifier,
+    span: Span,
+) -> Option<Expr> {
+    let name = reader.name(action, "duration").filter(|_| is_timed(qualifier))?;
+    let text = name.text.split_once('#').map_or(name.text.as_str(), |(_, rest)| rest);
+    let starts_with_digit = text.starts_with(|c: char| c.is_ascii_digit());
+    match duration(text) {
+        Some(ns) if starts_with_digit => Some(Expr::new(ExprKind::Time(ns), span)),
+        _ => Some(Expr::name(name)),
+    }
+}
+
+/// Actions that CODESYS keeps in data of its own.
+fn step_actions(reader: &Reader<'_, '_>, step: Node<'_, '_>) -> Vec<Use> {
+    let span = reader.span(step);
+    let mut uses = Vec::new();
+    let Some(data) = child(step, "addData") else { return uses };
+    for attribute in data.descendants().filter(|one| one.is_element() && tag(*one) == "attribute") {
+        let guid = attribute.attribute("guid").unwrap_or("");
+        let Some((_, qualifier)) = STEP_ACTIONS.iter().find(|(known, _)| guid.starts_with(known))
+        else {
+            continue;
+        };
+        let text = attribute.text().unwrap_or("").trim();
+        if !text.is_empty() {
+            let action = Name::new(text, span);
+            uses.push(Use { action, qualifier: *qualifier, duration: None, span });
+        }
+    }
+    uses
+}
+
+fn condition(
+    reader: &mut Reader<'_, '_>,
+    pou: Node<'_, '_>,
+    network: &mut Network<'_, '_>,
+    node: Node<'_, '_>,
+    unit: &mut Unit,
+    always: &mut Vec<crate::st::ast::Stmt>,
+) -> Option<Expr> {
+    let span = reader.span(node);
+    let Some(written) = child(node, "condition") else {
+        reader.report(|| {
+            Diagnostic::error(codes::PLC_CHART, "a transition without a condition")
+                .at(span, "")
+                .help("write one; TRUE fires as soon as the steps before it are active")
+        });
+        return None;
+    };
+    let value = if let Some(reference) = child(written, "reference") {
+        let name = reader.name(reference, "name")?;
+        named_condition(reader, pou, &name, unit, always)?
+    } else if let Some(inline) = child(written, "inline") {
+        body_condition(reader, inline, "", unit, always)?
+    } else {
+        network::incoming(reader, network, written, unit, always)?
+    };
+    if written.attribute("negated") == Some("true") {
+        return Some(Expr::new(ExprKind::Not(Box::new(value)), span));
+    }
+    Some(value)
+}
+
+/// A transition of the unit by its name, or a Boolean variable.
+fn named_condition(
+    reader: &mut Reader<'_, '_>,
+    pou: Node<'_, '_>,
+    name: &Name,
+    unit: &mut Unit,
+    always: &mut Vec<crate::st::ast::Stmt>,
+) -> Option<Expr> {
+    let found = children(pou, "transitions")
+        .flat_map(|list| children(list, "transition").collect::<Vec<_>>())
+        .find(|one| {
+            one.attribute("name").is_some_and(|other| other.eq_ignore_ascii_case(&name.text))
+        });
+    match found {
+        Some(transition) => {
+            let body = child(transition, "body")?;
+            body_condition(reader, body, &name.text, unit, always)
+        }
+        None => Some(Expr::name(name.clone())),
+    }
+}
+
+/// The condition that a body in any language gives.
+fn body_condition(
+    reader: &mut Reader<'_, '_>,
+    body: Node<'_, '_>,
+    name: &str,
+    unit: &mut Unit,
+    always: &mut Vec<crate::st::ast::Stmt>,
+) -> Option<Expr> {
+    let inner = body.children().find(|one| one.is_element() && tag(*one) != "documentation")?;
+    match tag(inner) {
+        "ST" => reader.expression_in(inner, unit),
+        "LD" | "FBD" => network::condition(reader, inner, name, unit, always),
+        other => {
+            let span = reader.span(inner);
+            unit.refuse(format!("a condition in {other}"), span, "use ST, LD or FBD");
+            None
+        }
+    }
+}
