@@ -70,7 +70,12 @@ fn plain(design: &Design, to: Format) -> Result<String, Vec<Diagnostic>> {
         ]),
         (
             Design::Logic(_),
-            Format::Graf | Format::Rules | Format::Scxml | Format::St | Format::Plcopen | Format::Net,
+            Format::Graf
+            | Format::Rules
+            | Format::Scxml
+            | Format::St
+            | Format::Plcopen
+            | Format::Net,
         ) => Err(vec![
             Diagnostic::error(
                 codes::NEEDS_CHART,

@@ -81,7 +81,16 @@ impl Format {
     /// True for charts and nets, false for logic.
     #[must_use]
     pub fn is_chart(self) -> bool {
-        matches!(self, Format::Graf | Format::Rules | Format::Scxml | Format::St | Format::Plcopen | Format::Net | Format::C)
+        matches!(
+            self,
+            Format::Graf
+                | Format::Rules
+                | Format::Scxml
+                | Format::St
+                | Format::Plcopen
+                | Format::Net
+                | Format::C
+        )
     }
 }
 

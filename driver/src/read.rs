@@ -161,9 +161,14 @@ pub(crate) fn dialect(format: Format) -> Dialect {
         Format::Galasm => Dialect::Galasm,
         Format::Verilog => Dialect::Verilog,
         Format::Blif => Dialect::Blif,
-        Format::Palasm | Format::Graf | Format::Rules | Format::Scxml | Format::St | Format::Plcopen | Format::Net | Format::C => {
-            Dialect::Palasm
-        }
+        Format::Palasm
+        | Format::Graf
+        | Format::Rules
+        | Format::Scxml
+        | Format::St
+        | Format::Plcopen
+        | Format::Net
+        | Format::C => Dialect::Palasm,
     }
 }
 
