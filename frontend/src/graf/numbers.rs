@@ -61,6 +61,10 @@ impl<'a> Numbers<'a> {
                     names.push(name_of(text, last[0]));
                 }
             }
+            // `step p count 0`
+            if f.kind == Kind::Number && word(e) == "count" && is_name(d) {
+                names.push(name_of(text, d));
+            }
             // `T while`
             if word(f) == "while" && is_name(e) {
                 names.push(name_of(text, e));

@@ -207,16 +207,31 @@ fn transition<'a>(
                 .help("name the steps before and after it"),
         );
     }
-    let (Ok(requires), Ok(enters)) = (requires, enters) else { return };
+    let (Ok(requires), Ok(mut enters)) = (requires, enters) else { return };
     for step in &requires {
         lowering.leaving[step.index()].push(id);
+    }
+    let changes = super::counted::changes(lowering, &requires, &enters, source.meta.span);
+    if !changes.is_empty() {
+        if source.restart {
+            lowering.report(
+                Diagnostic::error(codes::COUNTED, "a counted step cannot restart")
+                    .at(source.meta.span, "")
+                    .help("remove `restart`: taking one and adding one leaves the number"),
+            );
+        }
+        // A counted step itself never becomes inactive: what it stands for is its number.
+        enters.extend(requires.iter().copied().filter(|step| lowering.counted.contains_key(step)));
+        enters.sort_unstable();
+        enters.dedup();
     }
     let transition = &mut lowering.net.transitions[id];
     transition.requires.clone_from(&requires);
     transition.clears = requires;
     transition.enters = enters.into_iter().map(Enter::Step).collect();
     transition.events = events;
-    transition.actions = actions;
+    transition.actions = changes;
+    transition.actions.extend(actions);
     if let Ok(guard) = guard {
         transition.guard = guard;
     }
@@ -357,19 +372,31 @@ pub(super) fn receptivity(
         match lowering.ticks(ns, span) {
             // `after 0` is true.
             Ok(0) => {}
-            Ok(ticks) => operands.extend(requires.into_iter().flatten().map(|step| {
-                let time = Expr::leaf(Leaf::Elapsed(*step), span);
+            Ok(ticks) => operands.extend(timed(lowering, requires, span).into_iter().map(|step| {
+                let time = Expr::leaf(Leaf::Elapsed(step), span);
                 let ticks = Expr::new(ExprKind::Int(i64::from(ticks)), span);
                 Expr::compare(CompareOp::Ge, time, ticks)
             })),
             Err(reported) => failed = Some(reported),
         }
     }
+    let counted = super::counted::conditions(lowering, requires.unwrap_or(&[]), source.meta.span);
+    operands.splice(0..0, counted);
     if let (Some([]), Some(inside)) = (requires, lowering.scopes[scope].inside) {
         // A source transition inside an enclosure is enabled while the enclosing step is active (semantics C4).
         operands.insert(0, Expr::leaf(Leaf::Active(inside), source.meta.span));
     }
     failed.map_or_else(|| Ok(Expr::and(operands)), Err)
+}
+
+/// The steps whose time `after` asks for; a counted one has none.
+fn timed(lowering: &mut Lowering<'_>, requires: Option<&[StepId]>, span: Span) -> Vec<StepId> {
+    let steps = requires.unwrap_or(&[]);
+    let counted = steps.iter().copied().find(|step| lowering.counted.contains_key(step));
+    if let Some(step) = counted {
+        super::counted::no_time(lowering, step, span);
+    }
+    steps.to_vec()
 }
 
 /// Priorities that the policy never asks for.

@@ -105,4 +105,6 @@ codes! {
     MACRO_TIME = "G0246", "time of a macro-step";
     /// What stands for a parameter of a library chart does not fit it.
     ARGUMENT = "G0247", "argument of a library chart";
+    /// A counted step says, or stands in, what no number can be.
+    COUNTED = "G0248", "counted step";
 }

@@ -211,6 +211,8 @@ pub(super) struct Lowering<'a> {
     pub(super) instances: Vec<Instance>,
     /// Parameters of instances of library charts.
     pub(super) aliases: Vec<Alias<'a>>,
+    /// The variables of counted steps.
+    pub(super) counted: BTreeMap<StepId, VarId>,
     /// Arguments to be looked at when all names are known.
     pub(super) bound: Vec<Bound<'a>>,
     /// How many library charts were expanded.
@@ -278,6 +280,7 @@ impl<'a> Lowering<'a> {
             instances: Vec::new(),
             shared_histories: BTreeSet::new(),
             aliases: Vec::new(),
+            counted: BTreeMap::new(),
             bound: Vec::new(),
             n_instances: 0,
             open_aliases: Vec::new(),

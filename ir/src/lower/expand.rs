@@ -545,6 +545,7 @@ impl<'a> Expansion<'_, 'a> {
         }
         let id = self.lowering.net.steps.push(step);
         self.lowering.declare(scope, &source.name, Symbol::Step(id));
+        super::counted::declare(self.lowering, scope, id, source);
         self.lowering.work.push(Work::Step { scope, id, source });
         if source.body.iter().any(|item| matches!(item.kind, StepItemKind::Task { .. })) {
             self.lowering.tasked.insert(id);

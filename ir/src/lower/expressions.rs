@@ -311,6 +311,9 @@ impl Lowering<'_> {
                 Some(id) => Leaf::Controlled(id),
                 None => return Err(self.already_told()),
             },
+            Symbol::Step(step) if self.counted.contains_key(&step) => {
+                Leaf::Var(self.counted[&step])
+            }
             Symbol::Step(_) | Symbol::MacroStep(_) => {
                 let kind = symbol.kind();
                 return Err(self.report(
@@ -465,6 +468,17 @@ impl Lowering<'_> {
         attribute: Attribute,
         span: Span,
     ) -> Outcome<Expr<L>> {
+        if let StepLike::Step(step) = like
+            && let Some(var) = self.counted.get(&step)
+        {
+            return match attribute {
+                Attribute::Active => Ok(super::counted::is_active(*var, span, L::of_net)),
+                Attribute::Elapsed | Attribute::LastElapsed | Attribute::Done => {
+                    super::counted::no_time(self, step, span);
+                    Err(self.already_told())
+                }
+            };
+        }
         match (like, attribute) {
             (_, Attribute::Elapsed | Attribute::LastElapsed) => Err(self.time_alone(path)),
             (StepLike::Step(step), Attribute::Active) => {

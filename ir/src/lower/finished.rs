@@ -92,7 +92,7 @@ fn of_net<'a>(design: &'a Design, net: &Net) -> Lowering<'a> {
             timer: None,
         });
     }
-    for (id, step) in net.steps.iter() {
+    for (id, step) in net.steps.iter().filter(|(_, step)| !step.hidden) {
         names.steps.insert(step.name.text.clone(), Symbol::Step(id));
     }
     lowering.flat = Some(names);

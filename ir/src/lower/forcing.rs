@@ -53,6 +53,23 @@ fn order_of(
                 .help("force from a chart beside it"),
         ));
     }
+    let counted = lowering
+        .counted
+        .keys()
+        .find(|step| parts.contains(&lowering.net.steps[**step].part.index()));
+    if let Some(counted) = counted.copied() {
+        let name = lowering.net.steps[counted].name.text.clone();
+        return Err(lowering.report(
+            Diagnostic::error(
+                codes::FORCING,
+                format!(
+                    "chart {target} has the counted step {name}, and a number cannot be forced"
+                ),
+            )
+            .at(item.span, "")
+            .help("draw the counted step in a chart that nothing forces"),
+        ));
+    }
     let order = match order {
         ForceOrder::Hold => ForcingOrder::Hold,
         ForceOrder::Init => {

@@ -19,6 +19,7 @@ mod beginnings;
 mod behaviour;
 pub mod codes;
 mod context;
+mod counted;
 mod declarations;
 mod expand;
 mod expressions;

@@ -86,7 +86,15 @@ const CONDITION: &str = "the condition of an output";
 /// The `if` of an action.
 fn condition(lowering: &mut Lowering<'_>, one: &Use<'_>) -> Outcome<Option<Expr<Leaf>>> {
     let place = Place::level(one.scope, CONDITION);
-    one.condition.map(|condition| lowering.condition(condition, &place)).transpose()
+    let written =
+        one.condition.map(|condition| lowering.condition(condition, &place)).transpose()?;
+    Ok(match lowering.counted.get(&one.step) {
+        None => written,
+        Some(var) => {
+            let active = super::counted::is_active(*var, one.span, |leaf| leaf);
+            Some(Expr::and(std::iter::once(active).chain(written)))
+        }
+    })
 }
 
 /// The condition of a continuous use, with its `after` or `for`.

@@ -404,8 +404,10 @@ pub(super) fn state<'a>(
         let part = lowering.net.steps[id].part;
         let span = history.name.span;
         if let Ok(goals) = goals(lowering, scope, &history.default)
-            && let Ok(default) = entered(lowering, part, Some(id), &goals, span)
+            && let Ok(mut default) = entered(lowering, part, Some(id), &goals, span)
         {
+            // Who enters by history does not take the initial transition, though it may lead to the same states.
+            default.retain(|enter| *enter != Enter::InitialContent(id));
             lowering.net.histories[made].default = default;
         }
         let cases = cases(lowering, id, history.is_deep, span);

@@ -105,7 +105,13 @@ impl Lowering<'_> {
             Some(Resolved::Attribute(
                 StepLike::Step(step),
                 attribute @ (Attribute::Elapsed | Attribute::LastElapsed),
-            )) => Time::Step(step, attribute),
+            )) => {
+                if self.counted.contains_key(&step) {
+                    super::counted::no_time(self, step, path.span());
+                    return Err(self.already_told());
+                }
+                Time::Step(step, attribute)
+            }
             Some(Resolved::Attribute(StepLike::MacroStep(instance), Attribute::Elapsed)) => {
                 let timer = self.macro_timer(instance, path.span())?;
                 Time::MacroStep(instance, timer)
