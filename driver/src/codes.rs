@@ -12,5 +12,8 @@ pub const LOGIC_DOES_NOT_FIT: Code = Code { id: "G0003", title: "nothing to comp
 pub const WRITES_C: Code = Code { id: "G0004", title: "C is written by build" };
 /// A file with library charts that cannot be used.
 pub const LIBRARY_FILE: Code = Code { id: "G0010", title: "file of library charts" };
+/// A certificate that does not stand for the library chart as it is.
+pub const CERTIFICATE: Code = Code { id: "G0011", title: "certificate of a library chart" };
 /// All of them.
-pub const ALL: &[Code] = &[UNKNOWN_FORMAT, NEEDS_CHART, LOGIC_DOES_NOT_FIT, WRITES_C, LIBRARY_FILE];
+pub const ALL: &[Code] =
+    &[UNKNOWN_FORMAT, NEEDS_CHART, LOGIC_DOES_NOT_FIT, WRITES_C, LIBRARY_FILE, CERTIFICATE];

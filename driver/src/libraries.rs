@@ -138,3 +138,58 @@ pub(crate) fn last_alone(design: Design) -> Design {
     let last = design.libraries.len().checked_sub(1);
     last.and_then(|last| grafsynth_ir::lower::alone(&design, last)).unwrap_or(design)
 }
+
+/// Looks at the certificates of a design's library charts: the text must be the one that was certified, and what was proved is proved again.
+///
+/// One proof for each certified property, within `limits`.
+#[must_use]
+pub fn certificates(design: &Design, limits: &grafsynth_verify::Limits) -> Vec<Diagnostic> {
+    let mut found = Vec::new();
+    for (index, library) in design.libraries.iter().enumerate() {
+        let Some(certificate) = &library.certificate else { continue };
+        let hash = graf::fingerprint(library);
+        if !certificate.hash.eq_ignore_ascii_case(&hash) {
+            found.push(
+                Diagnostic::warning(
+                    codes::CERTIFICATE,
+                    format!("the certificate of {} speaks of another text", library.name),
+                )
+                .at(certificate.span, format!("given by version {}", certificate.version))
+                .at(library.name.span, "changed since then")
+                .help(format!(
+                    "verify the library chart as it is now, then certify it by version {} with sha256 \"{hash}\"",
+                    env!("CARGO_PKG_VERSION")
+                )),
+            );
+            continue;
+        }
+        let alone = grafsynth_ir::lower::alone(design, index);
+        // What is wrong with the library chart itself is reported where it is read.
+        let Some(net) = alone.and_then(|alone| grafsynth_ir::lower::lower(&alone).0) else {
+            continue;
+        };
+        let verdicts = grafsynth_verify::properties(&net, limits);
+        for property in &certificate.properties {
+            let outcome = verdicts
+                .iter()
+                .find(|verdict| net.properties[verdict.property].name == property.text)
+                .map(|verdict| &verdict.outcome);
+            let (why, is_wrong) = match outcome {
+                Some(grafsynth_verify::Outcome::Proved { .. }) => continue,
+                Some(grafsynth_verify::Outcome::Refuted { row, .. }) => {
+                    (format!("it is broken in row {row} of a stimulus that `verify` shows"), true)
+                }
+                Some(grafsynth_verify::Outcome::Open(why)) => (why.clone(), false),
+                None => ("no property of the library chart has that name".to_owned(), true),
+            };
+            let message = format!("{property} of {} is certified, and not proved", library.name);
+            let finding = if is_wrong {
+                Diagnostic::error(codes::CERTIFICATE, message)
+            } else {
+                Diagnostic::warning(codes::CERTIFICATE, message)
+            };
+            found.push(finding.at(property.span, why));
+        }
+    }
+    found
+}

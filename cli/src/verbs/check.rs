@@ -30,6 +30,9 @@ pub(crate) fn run(session: &mut Session, arguments: &Check) -> Result<Exit, Stop
     let visited = if net.steps.len() > LARGE { limits.pairs.min(100_000) } else { limits.pairs };
     let facts = grafsynth_verify::facts(net, &Limits { pairs: visited, ..limits.clone() });
     found.extend(grafsynth_verify::lints(net, &facts));
+    if let Some(chart) = &design.chart {
+        found.extend(grafsynth_driver::libraries::certificates(chart, &limits));
+    }
     session.show(&found);
     let exit = properties(session, net, &limits);
     if any_error(&found) {

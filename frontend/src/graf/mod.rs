@@ -29,7 +29,7 @@ pub(crate) mod write_expr;
 mod write_library;
 pub(crate) mod write_text;
 
-use grafsynth_ir::chart::{Design, Import};
+use grafsynth_ir::chart::{Design, Import, Library};
 use grafsynth_ir::diag::{Diagnostic, any_error};
 use grafsynth_ir::net::Net;
 use grafsynth_ir::{FileId, Span};
@@ -110,6 +110,16 @@ pub fn imports(file: FileId, text: &str) -> Vec<Import> {
         return Vec::new();
     }
     Parser::new(file, text, None, limits, false).imports()
+}
+
+/// SHA-256 of a library chart's canonical text, without comments and certificate: layout does not change it, everything else does. 64 hexadecimal digits.
+#[must_use]
+pub fn fingerprint(library: &Library) -> String {
+    use sha2::Digest;
+    let bare = Library { certificate: None, ..library.clone() };
+    let text = write_design(&Design { libraries: vec![bare], ..Design::default() });
+    let hash = sha2::Sha256::digest(text.as_bytes());
+    hash.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// Brings a chart into its one canonical form: comments stay, blank lines too (at most one), nothing changes its meaning.
