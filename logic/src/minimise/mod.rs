@@ -7,9 +7,25 @@
 //! unate recursion, and stops when a round saves nothing. The result is a local minimum, not an exact one. Don't-cares are part of the question: the
 //! result lies anywhere between a lower and an upper function. Whatever the loop does, the result is compared with both before it is returned.
 
+mod covering;
+mod diagram;
+mod exact;
+mod function;
+mod heuristic;
+mod primes;
+mod terms;
+#[cfg(test)]
+mod tests;
+
+pub use diagram::isop;
+pub use function::Function;
+pub use terms::{Shape, Terms};
+
 use crate::bdd::{Bdd, Full, Ref};
 use crate::build::for_each_operand;
-use crate::cover::{Cover, Cube};
+use crate::cover::Cover;
+use diagram::{expand, irredundant, reduce};
+use heuristic::Loop;
 use crate::support::{Functions, Var};
 use grafsynth_ir::logic::{Logic, Node, NodeId};
 
@@ -182,155 +198,171 @@ pub fn minimise(
     Ok(best)
 }
 
-/// An irredundant sum of products between `lower` and `upper`.
+/// How much work a minimisation may be. All figures count steps, never seconds: the same question gets the same answer on every machine.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Effort {
+    /// Look for the proved minimum; otherwise only for a small sum.
+    pub exact: bool,
+    /// The largest diagram, in nodes.
+    pub nodes: usize,
+    /// More primes than this are not listed.
+    pub primes: usize,
+    /// The largest table, in rows.
+    pub rows: usize,
+    /// Steps of the recursions over products, each about a look at one product.
+    pub steps: u64,
+    /// Steps of the branching over the table.
+    pub branching: u64,
+    /// Forbidden products beyond this number are not listed; the diagram is asked instead.
+    pub forbidden: usize,
+}
+
+impl Effort {
+    /// Ten times the work for each unit more: 0 is a few milliseconds, 3 a few seconds, 5 minutes.
+    #[must_use]
+    pub fn of_level(level: u32, exact: bool) -> Self {
+        let level = level.min(9);
+        let scale = 10u64.pow(level);
+        let scaled = |n: u64| n.saturating_mul(scale);
+        let items = |n: usize| {
+            n.saturating_mul(usize::try_from(scale.isqrt()).unwrap_or(usize::MAX))
+        };
+        Effort {
+            exact,
+            nodes: items(200_000).min(1 << 25),
+            primes: items(2_000),
+            rows: items(2_000),
+            steps: scaled(2_000_000),
+            branching: scaled(1_000_000),
+            forbidden: items(1_000).max(20_000),
+        }
+    }
+}
+
+/// How far the primes are known.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Primes {
+    /// All of them, so many.
+    All(usize),
+    /// At least so many, too many to list.
+    MoreThan(u64),
+    /// Their diagram is too large, or they were not asked for.
+    Unknown,
+}
+
+/// What is known of the number of products.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Minimum {
+    /// No sum has fewer products: proved.
+    Exact,
+    /// `found` products suffice, `lower` are needed.
+    Between {
+        /// No sum has fewer products.
+        lower: usize,
+        /// The sum has so many.
+        found: usize,
+    },
+}
+
+/// A minimised sum, checked against the question.
+#[derive(Debug, Clone)]
+pub struct Outcome {
+    /// The products.
+    pub terms: Terms,
+    /// How good their number is.
+    pub minimum: Minimum,
+    /// How many primes the question has.
+    pub primes: Primes,
+    /// How many of them every minimal sum of primes has, as far as known.
+    pub n_essential: usize,
+}
+
+/// A small sum for all outputs together, products shared between them: for a PLA. The number of products counts, then the literals.
 ///
 /// # Errors
-/// When the diagram or the sum grows beyond its limit.
-pub fn isop(
-    bdd: &mut Bdd,
-    lower: Ref,
-    upper: Ref,
-    n_vars: usize,
-    max_products: usize,
-) -> Result<Cover, Refused> {
-    let mut search = Isop { bdd, n_vars, max_products, path: Vec::new(), cubes: Vec::new() };
-    search.run(lower, upper)?;
-    Ok(Cover { n_vars, cubes: search.cubes })
-}
-
-struct Isop<'a> {
-    bdd: &'a mut Bdd,
-    n_vars: usize,
-    max_products: usize,
-    path: Vec<(usize, bool)>,
-    cubes: Vec<Cube>,
-}
-
-impl Isop<'_> {
-    /// Adds products that cover `lower` within `upper`, and gives their sum. As deep as there are variables.
-    fn run(&mut self, lower: Ref, upper: Ref) -> Result<Ref, Refused> {
-        if lower == Ref::FALSE {
-            return Ok(Ref::FALSE);
-        }
-        if upper == Ref::TRUE {
-            if self.cubes.len() >= self.max_products {
-                return Err(Refused::Products(self.max_products / 2));
-            }
-            self.cubes.push(Cube::of(self.n_vars, self.path.iter().copied()));
-            return Ok(Ref::TRUE);
-        }
-        let (top_lower, top_upper) = (self.bdd.level(lower), self.bdd.level(upper));
-        let Some(level) = top_lower.into_iter().chain(top_upper).min() else {
-            return Ok(Ref::TRUE);
-        };
-        let half =
-            |bdd: &Bdd, f: Ref| if bdd.level(f) == Some(level) { bdd.branches(f) } else { (f, f) };
-        let (lower0, lower1) = half(self.bdd, lower);
-        let (upper0, upper1) = half(self.bdd, upper);
-        // What only the negative, what only the positive literal can cover.
-        let only0 = self.bdd.and_not(lower0, upper1)?;
-        let only1 = self.bdd.and_not(lower1, upper0)?;
-        self.path.push((level as usize, false));
-        let sum0 = self.run(only0, upper0)?;
-        self.path.pop();
-        self.path.push((level as usize, true));
-        let sum1 = self.run(only1, upper1)?;
-        self.path.pop();
-        // What is left is covered without this variable.
-        let left0 = self.bdd.and_not(lower0, sum0)?;
-        let left1 = self.bdd.and_not(lower1, sum1)?;
-        let left = self.bdd.or(left0, left1)?;
-        let both = self.bdd.and(upper0, upper1)?;
-        let sum = self.run(left, both)?;
-        let (sum0, sum1) = (self.bdd.or(sum0, sum)?, self.bdd.or(sum1, sum)?);
-        Ok(self.bdd.node(level, sum0, sum1)?)
+/// When the diagrams need more than the effort's nodes.
+pub fn shared(function: &Function, effort: &Effort) -> Result<Outcome, Refused> {
+    let mut function = function.clone();
+    let free = function.free(effort.forbidden)?;
+    let off = function.forbidden(effort.forbidden)?;
+    let bounds: Vec<(Ref, Ref)> =
+        function.lower.iter().copied().zip(function.upper.iter().copied()).collect();
+    let mut starts = Vec::new();
+    if !function.start.is_empty() {
+        starts.push(function.start.clone());
     }
+    let own = if starts.is_empty() { usize::MAX } else { effort.forbidden.min(4_000) };
+    if let Some(sums) = function.sums(&bounds, own)? {
+        starts.push(sums);
+    }
+    let is_free_known = free.is_some();
+    let free = free.unwrap_or_else(|| Terms::new(function.shape));
+    let mut search =
+        Loop::new(&function, off, free.clone(), effort.steps, effort.branching.min(1 << 22));
+    let mut best = exact::best_of_starts(&mut search, &starts);
+    let mut found = exact::Found { terms: None, lower: 0, primes: Primes::Unknown, n_essential: 0 };
+    if effort.exact && is_free_known {
+        found = exact::exact(&function, &best, &free, effort);
+        if let Some(terms) = found.terms.take()
+            && (terms.len(), terms.n_literals()) < (best.len(), best.n_literals())
+        {
+            best = terms;
+        }
+    }
+    let mut lower = found.lower;
+    if is_free_known && lower < best.len() {
+        lower = lower.max(search.independent_points(&best));
+    }
+    best = search.sparse(best);
+    drop(search);
+    best.sort();
+    if !function.wrong_outputs(&best)?.is_empty() {
+        unreachable!("every step keeps each sum between its bounds");
+    }
+    let minimum = if lower >= best.len() {
+        Minimum::Exact
+    } else {
+        Minimum::Between { lower, found: best.len() }
+    };
+    Ok(Outcome { terms: best, minimum, primes: found.primes, n_essential: found.n_essential })
 }
 
-/// Makes each product as large as `upper` allows and drops those that lie in another. Literals that few products share go first.
-fn expand(bdd: &Bdd, upper: Ref, cover: &mut Cover) {
-    let mut uses = vec![0usize; cover.n_vars * 2];
-    let slot = |(var, value): (usize, bool)| var * 2 + usize::from(value);
-    for cube in &cover.cubes {
-        cube.literals().for_each(|literal| uses[slot(literal)] += 1);
-    }
-    let mut cubes = std::mem::take(&mut cover.cubes);
-    cubes.sort_by_key(|cube| std::cmp::Reverse(cube.n_literals()));
-    let mut grown: Vec<Cube> = Vec::with_capacity(cubes.len());
-    for mut cube in cubes {
-        if grown.iter().any(|other| other.contains(&cube)) {
-            continue;
-        }
-        let mut literals: Vec<(usize, bool)> = cube.literals().collect();
-        literals.sort_by_key(|&literal| (uses[slot(literal)], literal));
-        for (var, value) in literals {
-            cube.set(var, None);
-            let pairs: Vec<(u32, bool)> = cube
-                .literals()
-                .map(|(var, value)| (u32::try_from(var).unwrap_or(u32::MAX), value))
-                .collect();
-            if !bdd.covers_cube(upper, &pairs) {
-                cube.set(var, Some(value));
+/// The sum of one output, as a PAL has it.
+#[derive(Debug, Clone)]
+pub struct OneOutput {
+    /// The sum is that of the complement: the output inverts it.
+    pub is_complemented: bool,
+    /// The sum.
+    pub outcome: Outcome,
+}
+
+/// A small sum for each output by itself, for a PAL. With `free_polarity` the complement is taken where it needs fewer products, then fewer literals.
+///
+/// # Errors
+/// When the diagrams need more than the effort's nodes.
+pub fn per_output(
+    function: &Function,
+    free_polarity: bool,
+    effort: &Effort,
+) -> Result<Vec<OneOutput>, Refused> {
+    let mut outputs = Vec::new();
+    for output in 0..function.shape.outputs() {
+        let outcome = shared(&function.single(output, false)?, effort)?;
+        let mut best = OneOutput { is_complemented: false, outcome };
+        if free_polarity {
+            let outcome = shared(&function.single(output, true)?, effort)?;
+            let cost = |outcome: &Outcome| (outcome.terms.len(), outcome.terms.n_literals());
+            if cost(&outcome) < cost(&best.outcome) {
+                best = OneOutput { is_complemented: true, outcome };
             }
         }
-        grown.retain(|other| !cube.contains(other));
-        grown.push(cube);
+        outputs.push(best);
     }
-    cover.cubes = grown;
-}
-
-/// Drops products that the others make superfluous, those with most literals first.
-fn irredundant(bdd: &mut Bdd, lower: Ref, cover: &mut Cover) -> Result<(), Refused> {
-    let mut cubes = std::mem::take(&mut cover.cubes);
-    cubes.sort_by_key(|cube| std::cmp::Reverse(cube.n_literals()));
-    let products = cubes.iter().map(|cube| cube.to_bdd(bdd)).collect::<Result<Vec<_>, _>>()?;
-    let mut later = vec![Ref::FALSE; products.len() + 1];
-    for index in (0..products.len()).rev() {
-        later[index] = bdd.or(later[index + 1], products[index])?;
-    }
-    let mut kept = Ref::FALSE;
-    for (index, cube) in cubes.into_iter().enumerate() {
-        let others = bdd.or(kept, later[index + 1])?;
-        let own = bdd.and(lower, products[index])?;
-        if bdd.and_not(own, others)? != Ref::FALSE {
-            kept = bdd.or(kept, products[index])?;
-            cover.cubes.push(cube);
-        }
-    }
-    Ok(())
-}
-
-/// Shrinks each product to what only it covers, so that the next expansion can go another way.
-fn reduce(bdd: &mut Bdd, lower: Ref, cover: &mut Cover) -> Result<(), Refused> {
-    let mut products =
-        cover.cubes.iter().map(|cube| cube.to_bdd(bdd)).collect::<Result<Vec<_>, _>>()?;
-    let mut later = vec![Ref::FALSE; products.len() + 1];
-    for index in (0..products.len()).rev() {
-        later[index] = bdd.or(later[index + 1], products[index])?;
-    }
-    let mut earlier = Ref::FALSE;
-    for (index, cube) in cover.cubes.iter_mut().enumerate() {
-        let others = bdd.or(earlier, later[index + 1])?;
-        let own = bdd.and(lower, products[index])?;
-        let alone = bdd.and_not(own, others)?;
-        if alone != Ref::FALSE {
-            for level in bdd.support(alone) {
-                let var = bdd.var(level)?;
-                if bdd.and(alone, var)? == Ref::FALSE {
-                    cube.set(level as usize, Some(false));
-                } else if bdd.and_not(alone, var)? == Ref::FALSE {
-                    cube.set(level as usize, Some(true));
-                }
-            }
-            products[index] = cube.to_bdd(bdd)?;
-        }
-        earlier = bdd.or(earlier, products[index])?;
-    }
-    Ok(())
+    Ok(outputs)
 }
 
 #[cfg(test)]
-mod tests {
+mod circuit_tests {
     use super::{Budget, Refused, expand, irredundant, isop, minimise, sum_of_products};
     use crate::bdd::{Bdd, Ref};
     use crate::build::Builder;

@@ -1,0 +1,103 @@
+//! The proved minimum: all primes, the essential ones, a table of what is left, and its smallest cover [Quine 1952, McCluskey 1956].
+//!
+//! The rows of the table are kinds of points rather than points: the recursion finds those sets of primes that some point has alone and no other
+//! point makes superfluous, which is what the signature cubes of McGeer et al. [1993] stand for.
+
+use super::covering::solve;
+use super::function::Function;
+use super::heuristic::{Loop, literal_weights};
+use super::primes::{TooMany, all_primes};
+use super::terms::{Recursion, Rows, Terms, bits};
+use super::{Effort, Primes};
+
+/// What the exact method found out.
+pub(super) struct Found {
+    /// A sum, where the table was finished.
+    pub(super) terms: Option<Terms>,
+    /// No sum has fewer products.
+    pub(super) lower: usize,
+    /// How many primes there are.
+    pub(super) primes: Primes,
+    /// How many of them every minimal sum has.
+    pub(super) n_essential: usize,
+}
+
+/// Looks for the smallest sum, given a sum of primes and products that cover what is free.
+pub(super) fn exact(function: &Function, cover: &Terms, free: &Terms, effort: &Effort) -> Found {
+    let mut bdd = function.bdd.clone();
+    let nothing = |primes| Found { terms: None, lower: 0, primes, n_essential: 0 };
+    let primes = match all_primes(
+        &mut bdd,
+        &function.upper,
+        &function.input_of,
+        effort.primes,
+        effort.nodes,
+    ) {
+        Ok(primes) => primes,
+        Err(TooMany::Nodes) => return nothing(Primes::Unknown),
+        Err(TooMany::Primes(n)) => return nothing(Primes::MoreThan(n)),
+    };
+    drop(bdd);
+    let shape = function.shape();
+    let n_primes = Primes::All(primes.len());
+    // Every sum of primes has the essential ones, so only those of the given sum can be.
+    let mut all = primes.clone();
+    all.extend(free);
+    let mut recursion = Recursion::new(&all, effort.steps);
+    let mut is_essential = vec![false; cover.len()];
+    for (index, term) in cover.iter().enumerate() {
+        is_essential[index] = bits(shape.outputs_of(term)).any(|output| {
+            let list = recursion.meeting(term, output, |other| all.get(other) == term);
+            let mut region = shape.literals_of(term).to_vec();
+            recursion.covers(list, &mut region) == Ok(false)
+        });
+    }
+    let essential = cover.select((0..cover.len()).filter(|index| is_essential[*index]));
+    let regions = cover.select((0..cover.len()).filter(|index| !is_essential[*index]));
+    let n_essential = essential.len();
+    if regions.is_empty() {
+        return Found { terms: Some(essential), lower: n_essential, primes: n_primes, n_essential };
+    }
+    let mut columns = primes;
+    let known: std::collections::BTreeSet<&[u64]> = essential.iter().collect();
+    columns.retain(|_, term| !known.contains(term));
+    let n_columns = columns.len();
+    let mut all = columns;
+    all.extend(&essential);
+    all.extend(free);
+    let mut recursion = Recursion::new(&all, recursion.steps);
+    let mut rows = Rows::new(n_columns, effort.rows);
+    let mut is_whole = true;
+    for region in regions.iter() {
+        for output in bits(shape.outputs_of(region)) {
+            let list = recursion.meeting(region, output, |_| false);
+            is_whole &= recursion.rows(list, region, n_columns, &mut rows).is_ok();
+        }
+    }
+    is_whole &= !rows.is_full() && !rows.has_gap;
+    // A part of the rows still gives a bound.
+    let weights = literal_weights(&all.select(0..n_columns));
+    let solution = solve(&rows.sets(), &weights, effort.branching);
+    let terms = is_whole.then(|| {
+        let mut terms = essential;
+        terms.extend(&all.select(solution.columns.iter().map(|c| *c as usize)));
+        terms
+    });
+    Found { terms, lower: n_essential + solution.lower, primes: n_primes, n_essential }
+}
+
+/// Runs the loop from each start; the best sum of all primes met.
+pub(super) fn best_of_starts(search: &mut Loop<'_>, starts: &[Terms]) -> Terms {
+    let mut best: Option<Terms> = None;
+    for start in starts {
+        let found = search.run(start);
+        let is_better = best.as_ref().is_none_or(|best| {
+            (found.len(), found.n_literals()) < (best.len(), best.n_literals())
+        });
+        if is_better {
+            best = Some(found);
+        }
+    }
+    let best = best.unwrap_or_else(|| Terms::new(search.shape()));
+    search.best_of_pool(best)
+}

@@ -1,0 +1,680 @@
+//! Products of several outputs, flat in memory, and the questions on lists of them that need a recursion.
+//!
+//! A product is a set of literals and a set of outputs: words of positive literals, words of negative literals, words of outputs. Fewer literals and
+//! more outputs make it larger. Everything here follows the unate recursive paradigm of espresso [Brayton et al. 1984]: a variable that occurs in one
+//! polarity only need not be split on.
+
+use std::ops::Range;
+
+/// How many inputs and outputs products have.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Shape {
+    inputs: usize,
+    outputs: usize,
+    /// Words of one polarity.
+    wi: usize,
+    /// Words of outputs.
+    wo: usize,
+}
+
+impl Shape {
+    /// Products of so many inputs and outputs.
+    #[must_use]
+    pub fn new(inputs: usize, outputs: usize) -> Self {
+        Shape { inputs, outputs, wi: inputs.div_ceil(64), wo: outputs.div_ceil(64) }
+    }
+
+    /// The number of inputs.
+    #[must_use]
+    pub fn inputs(self) -> usize {
+        self.inputs
+    }
+
+    /// The number of outputs.
+    #[must_use]
+    pub fn outputs(self) -> usize {
+        self.outputs
+    }
+
+    /// Words of one product.
+    pub(super) fn stride(self) -> usize {
+        self.literal_words() + self.wo
+    }
+
+    /// Words of its literals.
+    pub(super) fn literal_words(self) -> usize {
+        2 * self.wi
+    }
+
+    /// Words of one polarity.
+    pub(super) fn input_words(self) -> usize {
+        self.wi
+    }
+
+    pub(super) fn literals_of(self, term: &[u64]) -> &[u64] {
+        &term[..self.literal_words()]
+    }
+
+    pub(super) fn outputs_of(self, term: &[u64]) -> &[u64] {
+        &term[self.literal_words()..]
+    }
+
+    /// The literal of an input.
+    #[must_use]
+    pub fn literal(self, term: &[u64], input: usize) -> Option<bool> {
+        let (word, bit) = (input / 64, input % 64);
+        match (term[word] >> bit & 1, term[self.wi + word] >> bit & 1) {
+            (0, 0) => None,
+            (0, _) => Some(false),
+            _ => Some(true),
+        }
+    }
+
+    /// Puts a literal or takes it away.
+    pub fn set_literal(self, term: &mut [u64], input: usize, literal: Option<bool>) {
+        let (word, bit) = (input / 64, 1 << (input % 64));
+        term[word] &= !bit;
+        term[self.wi + word] &= !bit;
+        match literal {
+            Some(true) => term[word] |= bit,
+            Some(false) => term[self.wi + word] |= bit,
+            None => {}
+        }
+    }
+
+    /// True if the product belongs to this output.
+    #[must_use]
+    pub fn has_output(self, term: &[u64], output: usize) -> bool {
+        term[self.literal_words() + output / 64] >> (output % 64) & 1 == 1
+    }
+
+    /// Gives the product to an output.
+    pub fn add_output(self, term: &mut [u64], output: usize) {
+        term[self.literal_words() + output / 64] |= 1 << (output % 64);
+    }
+
+    /// Takes the product away from an output.
+    pub fn remove_output(self, term: &mut [u64], output: usize) {
+        term[self.literal_words() + output / 64] &= !(1 << (output % 64));
+    }
+
+    /// The number of literals.
+    #[must_use]
+    pub fn n_literals(self, term: &[u64]) -> usize {
+        ones(self.literals_of(term))
+    }
+
+    /// The number of outputs.
+    #[must_use]
+    pub fn n_outputs(self, term: &[u64]) -> usize {
+        ones(self.outputs_of(term))
+    }
+
+    /// True when no point lies in both inputs.
+    pub(super) fn conflict(self, a: &[u64], b: &[u64]) -> bool {
+        (0..self.wi).any(|k| a[k] & b[self.wi + k] | a[self.wi + k] & b[k] != 0)
+    }
+
+    /// True when some output has both.
+    pub(super) fn share_output(self, a: &[u64], b: &[u64]) -> bool {
+        self.outputs_of(a).iter().zip(self.outputs_of(b)).any(|(a, b)| a & b != 0)
+    }
+
+    /// True when `a` contains `b`: fewer literals, more outputs.
+    pub(super) fn contains(self, a: &[u64], b: &[u64]) -> bool {
+        subset(self.literals_of(a), self.literals_of(b))
+            && subset(self.outputs_of(b), self.outputs_of(a))
+    }
+
+    /// The smallest product that contains both, into `a`.
+    pub(super) fn join(self, a: &mut [u64], b: &[u64]) {
+        let literals = self.literal_words();
+        for k in 0..literals {
+            a[k] &= b[k];
+        }
+        for k in literals..self.stride() {
+            a[k] |= b[k];
+        }
+    }
+
+    /// The product without literals and without outputs.
+    pub(super) fn empty(self) -> Vec<u64> {
+        vec![0; self.stride()]
+    }
+}
+
+pub(super) fn ones(words: &[u64]) -> usize {
+    words.iter().map(|word| word.count_ones() as usize).sum()
+}
+
+pub(super) fn subset(a: &[u64], b: &[u64]) -> bool {
+    a.iter().zip(b).all(|(a, b)| a & !b == 0)
+}
+
+/// The numbers of the bits that are set.
+pub(super) fn bits(words: &[u64]) -> impl Iterator<Item = usize> + '_ {
+    words.iter().enumerate().flat_map(|(index, &word)| {
+        let mut rest = word;
+        std::iter::from_fn(move || {
+            (rest != 0).then(|| {
+                let bit = rest.trailing_zeros() as usize;
+                rest &= rest - 1;
+                index * 64 + bit
+            })
+        })
+    })
+}
+
+/// A list of products of one shape.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Terms {
+    /// Of each of them.
+    pub shape: Shape,
+    data: Vec<u64>,
+    n: usize,
+}
+
+impl Terms {
+    /// No products yet.
+    #[must_use]
+    pub fn new(shape: Shape) -> Self {
+        Terms { shape, data: Vec::new(), n: 0 }
+    }
+
+    /// The number of products.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.n
+    }
+
+    /// True if there is none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.n == 0
+    }
+
+    /// A product.
+    #[must_use]
+    pub fn get(&self, index: usize) -> &[u64] {
+        let stride = self.shape.stride();
+        &self.data[index * stride..(index + 1) * stride]
+    }
+
+    pub(super) fn get_mut(&mut self, index: usize) -> &mut [u64] {
+        let stride = self.shape.stride();
+        &mut self.data[index * stride..(index + 1) * stride]
+    }
+
+    /// All of them, in order.
+    pub fn iter(&self) -> impl Iterator<Item = &[u64]> {
+        (0..self.n).map(|index| self.get(index))
+    }
+
+    pub(super) fn push(&mut self, term: &[u64]) {
+        self.data.extend_from_slice(term);
+        self.n += 1;
+    }
+
+    /// Adds the product of these literals for these outputs.
+    pub fn add(
+        &mut self,
+        literals: impl IntoIterator<Item = (usize, bool)>,
+        outputs: impl IntoIterator<Item = usize>,
+    ) {
+        let mut term = self.shape.empty();
+        literals
+            .into_iter()
+            .for_each(|(input, value)| self.shape.set_literal(&mut term, input, Some(value)));
+        outputs.into_iter().for_each(|output| self.shape.add_output(&mut term, output));
+        self.push(&term);
+    }
+
+    pub(super) fn extend(&mut self, other: &Terms) {
+        self.data.extend_from_slice(&other.data);
+        self.n += other.n;
+    }
+
+    /// The number of literals of all products.
+    #[must_use]
+    pub fn n_literals(&self) -> usize {
+        self.iter().map(|term| self.shape.n_literals(term)).sum()
+    }
+
+    /// Keeps the products whose numbers `keep` likes.
+    pub(super) fn retain(&mut self, mut keep: impl FnMut(usize, &[u64]) -> bool) {
+        let mut kept = Terms::new(self.shape);
+        for (index, term) in self.iter().enumerate() {
+            if keep(index, term) {
+                kept.push(term);
+            }
+        }
+        *self = kept;
+    }
+
+    /// The products in the order of these numbers.
+    pub(super) fn select(&self, order: impl IntoIterator<Item = usize>) -> Terms {
+        let mut selected = Terms::new(self.shape);
+        order.into_iter().for_each(|index| selected.push(self.get(index)));
+        selected
+    }
+
+    /// Drops what lies in another product, of equal ones all but the first.
+    pub(super) fn absorb(&mut self) {
+        let mut order: Vec<usize> = (0..self.n).collect();
+        let size = |index: &usize| {
+            let term = self.get(*index);
+            (self.shape.n_literals(term), std::cmp::Reverse(self.shape.n_outputs(term)))
+        };
+        order.sort_by_key(size);
+        let mut kept: Vec<usize> = Vec::new();
+        for index in order {
+            let term = self.get(index);
+            if !kept.iter().any(|&other| self.shape.contains(self.get(other), term)) {
+                kept.push(index);
+            }
+        }
+        kept.sort_unstable();
+        *self = self.select(kept);
+    }
+
+    /// Products first that a reader expects first: by literals from the first input on, positive before negative before absent.
+    pub(super) fn sort(&mut self) {
+        let rank = |term: &[u64], input: usize| match self.shape.literal(term, input) {
+            Some(true) => 0,
+            Some(false) => 1,
+            None => 2,
+        };
+        let mut order: Vec<usize> = (0..self.n).collect();
+        order.sort_by(|&a, &b| {
+            let (a, b) = (self.get(a), self.get(b));
+            (0..self.shape.inputs)
+                .map(|input| rank(a, input).cmp(&rank(b, input)))
+                .find(|order| order.is_ne())
+                .unwrap_or_else(|| self.shape.outputs_of(b).cmp(self.shape.outputs_of(a)))
+        });
+        *self = self.select(order);
+    }
+}
+
+/// A question on products that ran out of steps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Spent;
+
+/// The recursion: products of one output within one region.
+pub(super) struct Recursion<'a> {
+    terms: &'a Terms,
+    /// Steps left.
+    pub(super) steps: u64,
+}
+
+/// The products that matter in a part of a region, in one stretch of a shared stack.
+type Part = Range<usize>;
+
+impl<'a> Recursion<'a> {
+    pub(super) fn new(terms: &'a Terms, steps: u64) -> Self {
+        Recursion { terms, steps }
+    }
+
+    fn literals(&self, index: u32) -> &'a [u64] {
+        self.terms.shape.literals_of(self.terms.get(index as usize))
+    }
+
+    fn spend(&mut self, n: usize) -> Result<(), Spent> {
+        let cost = n as u64 + 1;
+        if self.steps < cost {
+            self.steps = 0;
+            return Err(Spent);
+        }
+        self.steps -= cost;
+        Ok(())
+    }
+
+    /// The products of an output that meet a region, without those that `skip` names.
+    pub(super) fn meeting(
+        &self,
+        region: &[u64],
+        output: usize,
+        skip: impl Fn(usize) -> bool,
+    ) -> Vec<u32> {
+        let shape = self.terms.shape;
+        (0u32..)
+            .zip(self.terms.iter())
+            .filter(|(index, term)| {
+                shape.has_output(term, output)
+                    && !shape.conflict(term, region)
+                    && !skip(*index as usize)
+            })
+            .map(|(index, _)| index)
+            .collect()
+    }
+
+    /// True if these products together cover all of a region; else, with a witness wanted, `region` gains the literals of a part that none covers.
+    pub(super) fn covers(&mut self, list: Vec<u32>, region: &mut Vec<u64>) -> Result<bool, Spent> {
+        let mut stack = list;
+        let part = 0..stack.len();
+        self.covers_part(&mut stack, part, region)
+    }
+
+    fn covers_part(
+        &mut self,
+        stack: &mut Vec<u32>,
+        part: Part,
+        region: &mut Vec<u64>,
+    ) -> Result<bool, Spent> {
+        self.spend(part.len())?;
+        let words = self.terms.shape.literal_words();
+        let before = stack.len();
+        if stack[part.clone()].iter().any(|&term| subset(self.literals(term), &region[..words])) {
+            return Ok(true);
+        }
+        stack.extend_from_within(part);
+        let start = self.drop_unate(stack, before, region);
+        if stack.len() == start {
+            stack.truncate(before);
+            return Ok(false);
+        }
+        let own = start..stack.len();
+        let input = self.most_binate(&stack[own.clone()], region);
+        let shape = self.terms.shape;
+        let saved = region.clone();
+        for value in [false, true] {
+            region.clone_from(&saved);
+            shape.set_literal(region, input, Some(value));
+            let end = stack.len();
+            for at in own.clone() {
+                if shape.literal(self.literals(stack[at]), input) != Some(!value) {
+                    stack.push(stack[at]);
+                }
+            }
+            let child = end..stack.len();
+            let covered = self.covers_part(stack, child, region);
+            stack.truncate(end);
+            if covered != Ok(true) {
+                stack.truncate(before);
+                return covered;
+            }
+        }
+        region.clone_from(&saved);
+        stack.truncate(before);
+        Ok(true)
+    }
+
+    /// Moves into the corner that is hardest to cover: each input that occurs in one polarity gets the other value, and the products that have it go
+    /// away. The products from `start` on are thinned in place.
+    fn drop_unate(&self, stack: &mut Vec<u32>, start: usize, region: &mut [u64]) -> usize {
+        let wi = self.terms.shape.input_words();
+        let mut both = vec![0u64; 2 * wi];
+        loop {
+            both.fill(0);
+            for &term in &stack[start..] {
+                for (sum, literal) in both.iter_mut().zip(self.literals(term)) {
+                    *sum |= literal;
+                }
+            }
+            let mut any = false;
+            for k in 0..wi {
+                let (pos, neg) = (both[k] & !region[k], both[wi + k] & !region[wi + k]);
+                let (only_pos, only_neg) = (pos & !neg, neg & !pos);
+                any |= only_pos | only_neg != 0;
+                (both[k], both[wi + k]) = (only_pos, only_neg);
+                region[k] |= only_neg;
+                region[wi + k] |= only_pos;
+            }
+            if !any {
+                return start;
+            }
+            let mut kept = start;
+            for at in start..stack.len() {
+                let term = stack[at];
+                if self.literals(term).iter().zip(&both).all(|(literal, unate)| literal & unate == 0)
+                {
+                    stack[kept] = term;
+                    kept += 1;
+                }
+            }
+            stack.truncate(kept);
+        }
+    }
+
+    /// The input outside the region's literals that most products have in one or the other polarity.
+    fn most_binate(&self, list: &[u32], region: &[u64]) -> usize {
+        let shape = self.terms.shape;
+        let wi = shape.input_words();
+        let mut counts = vec![[0u32; 2]; shape.inputs()];
+        for &term in list {
+            let literals = self.literals(term);
+            for k in 0..wi {
+                let known = region[k] | region[wi + k];
+                for (polarity, word) in [literals[k], literals[wi + k]].into_iter().enumerate() {
+                    bits(&[word & !known]).for_each(|bit| counts[k * 64 + bit][polarity] += 1);
+                }
+            }
+        }
+        let best = (0..counts.len()).max_by_key(|&input| {
+            let [a, b] = counts[input];
+            (a.min(b) > 0, a + b, a.min(b), std::cmp::Reverse(input))
+        });
+        best.unwrap_or(0)
+    }
+
+    /// The literals of the smallest product that contains what these products leave uncovered of a region; none if they leave nothing.
+    pub(super) fn hull_of_rest(
+        &mut self,
+        list: Vec<u32>,
+        region: &[u64],
+    ) -> Result<Option<Vec<u64>>, Spent> {
+        let words = self.terms.shape.literal_words();
+        let mut hull = None;
+        let mut stack = list;
+        let part = 0..stack.len();
+        self.rest(&mut stack, part, &region[..words], &mut hull)?;
+        Ok(hull)
+    }
+
+    /// Adds the uncovered rest of a region to the hull.
+    fn rest(
+        &mut self,
+        stack: &mut Vec<u32>,
+        part: Part,
+        region: &[u64],
+        hull: &mut Option<Vec<u64>>,
+    ) -> Result<(), Spent> {
+        // A region inside the hull adds nothing.
+        if hull.as_ref().is_some_and(|hull| subset(hull, region)) {
+            return Ok(());
+        }
+        self.spend(part.len())?;
+        if stack[part.clone()].iter().any(|&term| subset(self.literals(term), region)) {
+            return Ok(());
+        }
+        let shape = self.terms.shape;
+        let wi = shape.input_words();
+        let mut both = vec![0u64; 2 * wi];
+        for &term in &stack[part.clone()] {
+            for (sum, literal) in both.iter_mut().zip(self.literals(term)) {
+                *sum |= literal;
+            }
+        }
+        let is_unate = (0..wi).all(|k| both[k] & both[wi + k] & !(region[k] | region[wi + k]) == 0);
+        if is_unate {
+            // What a unate sum leaves open touches both sides of each input but where one literal alone is a product.
+            let mut rest = region.to_vec();
+            for &term in &stack[part] {
+                let free = |k: usize| self.literals(term)[k] & !region[k];
+                if (0..2 * wi).map(|k| free(k).count_ones()).sum::<u32>() == 1 {
+                    for k in 0..wi {
+                        rest[k] |= free(wi + k);
+                        rest[wi + k] |= free(k);
+                    }
+                }
+            }
+            match hull {
+                Some(hull) => hull.iter_mut().zip(&rest).for_each(|(hull, rest)| *hull &= rest),
+                None => *hull = Some(rest),
+            }
+            return Ok(());
+        }
+        let input = self.most_binate(&stack[part.clone()], region);
+        for value in [false, true] {
+            let mut half = region.to_vec();
+            shape.set_literal(&mut half, input, Some(value));
+            let end = stack.len();
+            for at in part.clone() {
+                if shape.literal(self.literals(stack[at]), input) != Some(!value) {
+                    stack.push(stack[at]);
+                }
+            }
+            let child = end..stack.len();
+            let done = self.rest(stack, child, &half, hull);
+            stack.truncate(end);
+            done?;
+        }
+        Ok(())
+    }
+
+    /// Which columns (the products below `n_columns`) can cover the points of a region: one set of columns for each kind of point that no other kind
+    /// makes superfluous. Points that the other products cover need no column. Sets go to `rows`.
+    pub(super) fn rows(
+        &mut self,
+        list: Vec<u32>,
+        region: &[u64],
+        n_columns: usize,
+        rows: &mut Rows,
+    ) -> Result<(), Spent> {
+        let words = self.terms.shape.literal_words();
+        let mut stack = list;
+        let part = 0..stack.len();
+        self.rows_part(&mut stack, part, &region[..words], n_columns, &mut Vec::new(), rows)
+    }
+
+    fn rows_part(
+        &mut self,
+        stack: &mut Vec<u32>,
+        part: Part,
+        region: &[u64],
+        n_columns: usize,
+        whole: &mut Vec<u32>,
+        rows: &mut Rows,
+    ) -> Result<(), Spent> {
+        self.spend(part.len())?;
+        let (before, n_whole) = (stack.len(), whole.len());
+        let mut is_covered = false;
+        for at in part {
+            let term = stack[at];
+            if subset(self.literals(term), region) {
+                is_covered |= term as usize >= n_columns;
+                whole.push(term);
+            } else {
+                stack.push(term);
+            }
+        }
+        let outcome = if is_covered || rows.has_subset_of(whole) {
+            Ok(())
+        } else {
+            self.rows_split(stack, before, region, n_columns, whole, rows)
+        };
+        stack.truncate(before);
+        whole.truncate(n_whole);
+        outcome
+    }
+
+    fn rows_split(
+        &mut self,
+        stack: &mut Vec<u32>,
+        before: usize,
+        region: &[u64],
+        n_columns: usize,
+        whole: &mut Vec<u32>,
+        rows: &mut Rows,
+    ) -> Result<(), Spent> {
+        let mut corner = region.to_vec();
+        self.drop_unate(stack, before, &mut corner);
+        if stack.len() == before {
+            rows.add(whole);
+            return Ok(());
+        }
+        let shape = self.terms.shape;
+        let own = before..stack.len();
+        let input = self.most_binate(&stack[own.clone()], &corner);
+        for value in [false, true] {
+            let mut half = corner.clone();
+            shape.set_literal(&mut half, input, Some(value));
+            let end = stack.len();
+            for at in own.clone() {
+                if shape.literal(self.literals(stack[at]), input) != Some(!value) {
+                    stack.push(stack[at]);
+                }
+            }
+            let child = end..stack.len();
+            let done = self.rows_part(stack, child, &half, n_columns, whole, rows);
+            stack.truncate(end);
+            done?;
+        }
+        Ok(())
+    }
+}
+
+/// Sets of columns, each sorted, none of which contains an earlier one.
+#[derive(Debug, Clone)]
+pub(super) struct Rows {
+    sets: Vec<Vec<u32>>,
+    /// The sets that begin with each column.
+    by_first: Vec<Vec<u32>>,
+    is_in: Vec<bool>,
+    limit: usize,
+    /// A point was found that no column covers.
+    pub(super) has_gap: bool,
+}
+
+impl Rows {
+    /// For so many columns; it stops taking sets beyond `limit`.
+    pub(super) fn new(n_columns: usize, limit: usize) -> Self {
+        Rows {
+            sets: Vec::new(),
+            by_first: vec![Vec::new(); n_columns],
+            is_in: vec![false; n_columns],
+            limit,
+            has_gap: false,
+        }
+    }
+
+    pub(super) fn sets(self) -> Vec<Vec<u32>> {
+        self.sets
+    }
+
+    pub(super) fn is_full(&self) -> bool {
+        self.sets.len() >= self.limit
+    }
+
+    fn has_subset_of(&mut self, columns: &[u32]) -> bool {
+        let mut marked = true;
+        for &column in columns {
+            match self.is_in.get_mut(column as usize) {
+                Some(place) => *place = true,
+                None => marked = false,
+            }
+        }
+        debug_assert!(marked, "only columns are asked about");
+        let found = columns.iter().any(|&first| {
+            self.by_first[first as usize]
+                .iter()
+                .any(|&set| self.sets[set as usize].iter().all(|&c| self.is_in[c as usize]))
+        });
+        columns.iter().for_each(|&column| self.is_in[column as usize] = false);
+        found
+    }
+
+    fn add(&mut self, columns: &[u32]) {
+        let mut set = columns.to_vec();
+        set.sort_unstable();
+        match set.first() {
+            None => self.has_gap = true,
+            Some(&first) if !self.is_full() => {
+                self.by_first[first as usize]
+                    .push(u32::try_from(self.sets.len()).unwrap_or(u32::MAX));
+                self.sets.push(set);
+            }
+            Some(_) => {}
+        }
+    }
+}
