@@ -27,6 +27,7 @@ pub mod codes;
 pub mod device;
 pub mod equations;
 pub mod netlist;
+pub mod pla;
 pub mod read;
 pub mod vectors;
 

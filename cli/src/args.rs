@@ -75,6 +75,8 @@ pub(crate) enum Verb {
     Compare(Compare),
     /// Read one format and write another.
     Convert(Convert),
+    /// Make a table of two-level logic (.pla) small: products, literals, and whether the number is proved to be the least.
+    Minimise(Minimise),
     /// Bring charts into the canonical form.
     Fmt(Fmt),
     /// What changed between two charts: steps, conditions, behaviour.
@@ -279,6 +281,33 @@ pub(crate) struct Convert {
     /// The format to write, where the file's name does not say it.
     #[arg(long, value_name = "FORMAT")]
     pub(crate) to: Option<String>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Minimise {
+    /// The table, in the format of espresso; `-` is standard input.
+    pub(crate) file: String,
+    /// Products shared between outputs, as a PLA has them (the default).
+    #[arg(long, conflicts_with = "per_output")]
+    pub(crate) shared: bool,
+    /// Each output by itself, as a PAL has it.
+    #[arg(long)]
+    pub(crate) per_output: bool,
+    /// Outputs may be inverted where that takes fewer products.
+    #[arg(long)]
+    pub(crate) phase: bool,
+    /// Look for the proved minimum (the default); falls back to a bound when the budget is spent.
+    #[arg(long, conflicts_with = "heuristic")]
+    pub(crate) exact: bool,
+    /// Only look for a small sum.
+    #[arg(long)]
+    pub(crate) heuristic: bool,
+    /// How much work it may be, 0 to 9; each unit allows ten times more. Counted in steps, so the result is the same on every machine.
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(0..=9))]
+    pub(crate) budget: u32,
+    /// Where the small table goes; `-` is standard output (the report then goes to standard error).
+    #[arg(long, short, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]

@@ -28,6 +28,7 @@ pub fn codes() -> Vec<Code> {
         grafsynth_backend_c::codes::ALL,
         grafsynth_logic::codes::ALL,
         grafsynth_backend_pld::codes::ALL,
+        grafsynth_backend_pld::pla::codes::ALL,
         grafsynth_verify::codes::ALL,
         crate::codes::ALL,
     ]

@@ -9,5 +9,6 @@ pub(crate) mod doctor;
 pub(crate) mod explain;
 pub(crate) mod fmt;
 pub(crate) mod manual;
+pub(crate) mod minimise;
 pub(crate) mod new;
 pub(crate) mod sim;

@@ -7,6 +7,8 @@
 //! so the bound is exact and the same on every machine. Reduced costs fix columns between bound and best cover. What the branching may cost is given
 //! in steps, not in seconds.
 
+use super::local;
+
 /// What is known of the minimum.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Solution {
@@ -118,8 +120,7 @@ impl Search {
         let mut lower = chosen.len();
         let n_blocks = blocks.len();
         for block in blocks {
-            let room =
-                if n_blocks == 1 { limit.saturating_sub(chosen.len()) } else { usize::MAX };
+            let room = if n_blocks == 1 { limit.saturating_sub(chosen.len()) } else { usize::MAX };
             let part = self.block(&block, depth, room);
             lower += part.lower;
             chosen.extend(part.columns);
@@ -193,7 +194,8 @@ impl Search {
                 is_gone[number] = true;
                 continue;
             };
-            let rank = |c: usize| (matrix.columns[c].len(), std::cmp::Reverse((matrix.weights[c], c)));
+            let rank =
+                |c: usize| (matrix.columns[c].len(), std::cmp::Reverse((matrix.weights[c], c)));
             for &other in &matrix.rows[shortest as usize] {
                 let other = other as usize;
                 if is_gone[other] || rank(other) <= rank(number) {
@@ -213,8 +215,19 @@ impl Search {
         let rounds = if depth == 0 { 600 } else { 80 };
         let mut relaxed = Relaxation::new(matrix, limit);
         relaxed.run(self, rounds);
-        let mut best = relaxed.best.clone();
         let mut lower = relaxed.lower();
+        if depth == 0 && lower < relaxed.best.len() {
+            // A quarter of what is left goes into better covers, the rest into the proof.
+            let mut steps = self.steps / 4;
+            let before = steps;
+            let found =
+                local::improve(&matrix.rows, &matrix.columns, &relaxed.best, lower, &mut steps);
+            self.steps -= before - steps;
+            if relaxed.is_better(&found) {
+                relaxed.best = found;
+            }
+        }
+        let mut best = relaxed.best.clone();
         let name = |columns: &[u32]| columns.iter().map(|c| matrix.names[*c as usize]).collect();
         let goal = best.len().min(limit);
         if lower >= goal || depth >= MAX_DEPTH || self.steps == 0 {
@@ -462,8 +475,8 @@ impl<'a> Relaxation<'a> {
             let score = if cost > 0 { cost * 256 / n } else { cost * 256 * n };
             (score, matrix.weights[column], column)
         };
-        for column in 0..matrix.columns.len() {
-            heap.push(std::cmp::Reverse((key(column, news[column]), news[column])));
+        for (column, &n) in news.iter().enumerate() {
+            heap.push(std::cmp::Reverse((key(column, n), n)));
         }
         while open > 0 {
             let Some(std::cmp::Reverse(((_, _, column), known))) = heap.pop() else { break };
@@ -514,9 +527,12 @@ impl<'a> Relaxation<'a> {
 
     /// The row with the fewest columns; its columns, the most promising first.
     fn branching_row(&self) -> Option<Vec<u32>> {
-        let row = self.matrix.rows.iter().zip(&self.prices).min_by_key(|(row, price)| {
-            (row.len(), std::cmp::Reverse(**price))
-        });
+        let row = self
+            .matrix
+            .rows
+            .iter()
+            .zip(&self.prices)
+            .min_by_key(|(row, price)| (row.len(), std::cmp::Reverse(**price)));
         let mut columns = row?.0.clone();
         columns.sort_by_key(|c| {
             let c = *c as usize;

@@ -152,4 +152,3 @@ pub(super) fn reduce(bdd: &mut Bdd, lower: Ref, cover: &mut Cover) -> Result<(),
     }
     Ok(())
 }
-

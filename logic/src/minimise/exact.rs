@@ -91,9 +91,9 @@ pub(super) fn best_of_starts(search: &mut Loop<'_>, starts: &[Terms]) -> Terms {
     let mut best: Option<Terms> = None;
     for start in starts {
         let found = search.run(start);
-        let is_better = best.as_ref().is_none_or(|best| {
-            (found.len(), found.n_literals()) < (best.len(), best.n_literals())
-        });
+        let is_better = best
+            .as_ref()
+            .is_none_or(|best| (found.len(), found.n_literals()) < (best.len(), best.n_literals()));
         if is_better {
             best = Some(found);
         }

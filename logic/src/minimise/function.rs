@@ -3,6 +3,7 @@
 use super::terms::{Shape, Terms};
 use super::{Refused, isop};
 use crate::bdd::{Bdd, Full, Ref};
+use crate::cover::Cover;
 use std::collections::BTreeMap;
 
 /// Functions with don't-cares, each between a lower and an upper one, as diagrams over one order of the inputs.
@@ -19,6 +20,8 @@ pub struct Function {
     level_of: Vec<u32>,
     /// A sum to start from; empty where none is known.
     pub(super) start: Terms,
+    overlapping: Vec<usize>,
+    contradictory: Vec<usize>,
 }
 
 impl Function {
@@ -66,20 +69,29 @@ impl Function {
             input_of,
             level_of,
             start: on.clone(),
+            overlapping: Vec::new(),
+            contradictory: Vec::new(),
         };
         for output in 0..shape.outputs() {
             let on = function.sum(on, output)?;
             let dc = function.sum(dc, output)?;
             let bdd = &mut function.bdd;
             let lower = bdd.and_not(on, dc)?;
-            let upper = bdd.or(on, dc)?;
+            if lower != on {
+                function.overlapping.push(output);
+            }
+            let said = bdd.or(on, dc)?;
             let upper = match off {
-                None => upper,
+                None => said,
                 Some(off) => {
                     let off = function.sum(off, output)?;
+                    if function.bdd.and(said, off)? != Ref::FALSE {
+                        function.contradictory.push(output);
+                    }
                     function.bdd.not(off)?
                 }
             };
+            // Where it contradicts itself, off wins: the bounds stay in order.
             let lower = function.bdd.and(lower, upper)?;
             function.lower.push(lower);
             function.upper.push(upper);
@@ -87,16 +99,21 @@ impl Function {
         Ok(function)
     }
 
-    /// One function of a manager, between `lower` and `upper`, over the levels `0..n_vars`.
-    pub(super) fn of_diagram(bdd: &Bdd, lower: Ref, upper: Ref, n_vars: usize) -> Self {
+    /// One function of a manager between `lower` and `upper`, with a sum of it to start from.
+    pub(super) fn of_diagram(bdd: &Bdd, lower: Ref, upper: Ref, sum: &Cover) -> Self {
+        let shape = Shape::new(sum.n_vars, 1);
+        let mut start = Terms::new(shape);
+        sum.cubes.iter().for_each(|cube| start.add(cube.literals(), [0]));
         Function {
-            shape: Shape::new(n_vars, 1),
+            shape,
             bdd: bdd.clone(),
             lower: vec![lower],
             upper: vec![upper],
-            input_of: (0..n_vars).collect(),
-            level_of: (0u32..).take(n_vars).collect(),
-            start: Terms::new(Shape::new(n_vars, 1)),
+            input_of: (0..sum.n_vars).collect(),
+            level_of: (0u32..).take(sum.n_vars).collect(),
+            start,
+            overlapping: Vec::new(),
+            contradictory: Vec::new(),
         }
     }
 
@@ -126,11 +143,44 @@ impl Function {
             input_of: self.input_of.clone(),
             level_of: self.level_of.clone(),
             start,
+            overlapping: Vec::new(),
+            contradictory: Vec::new(),
         })
     }
 
     fn size(&self) -> usize {
         self.bdd.len()
+    }
+
+    /// The outputs that were on and free at one point.
+    #[must_use]
+    pub fn overlapping(&self) -> &[usize] {
+        &self.overlapping
+    }
+
+    /// The outputs that were off and also on or free at one point.
+    #[must_use]
+    pub fn contradictory(&self) -> &[usize] {
+        &self.contradictory
+    }
+
+    /// The same with the outputs complemented that are marked.
+    ///
+    /// # Errors
+    /// When the manager is full.
+    pub fn complemented(&self, is_complemented: &[bool]) -> Result<Self, Refused> {
+        let mut function = self.clone();
+        let mut is_changed = false;
+        for (output, _) in is_complemented.iter().enumerate().filter(|(_, marked)| **marked) {
+            is_changed = true;
+            let (lower, upper) = (self.lower[output], self.upper[output]);
+            function.lower[output] = function.bdd.not(upper)?;
+            function.upper[output] = function.bdd.not(lower)?;
+        }
+        if is_changed {
+            function.start = Terms::new(self.shape);
+        }
+        Ok(function)
     }
 
     /// Inputs and outputs.
@@ -250,9 +300,9 @@ fn order_of_use(on: &Terms, off: Option<&Terms>) -> Vec<usize> {
     let mut order = Vec::new();
     let mut is_known = vec![false; shape.inputs()];
     for term in on.iter().chain(off.iter().flat_map(|off| off.iter())) {
-        for input in 0..shape.inputs() {
-            if !is_known[input] && shape.literal(term, input).is_some() {
-                is_known[input] = true;
+        for (input, is_known) in is_known.iter_mut().enumerate() {
+            if !*is_known && shape.literal(term, input).is_some() {
+                *is_known = true;
                 order.push(input);
             }
         }

@@ -478,12 +478,7 @@ fn weights(terms: &Terms) -> Vec<u64> {
 /// Products that do the same are told apart by their literals.
 pub(super) fn literal_weights(terms: &Terms) -> Vec<u32> {
     let shape = terms.shape;
-    terms
-        .iter()
-        .map(|term| {
-            u32::try_from(shape.n_literals(term)).unwrap_or(u32::MAX)
-        })
-        .collect()
+    terms.iter().map(|term| u32::try_from(shape.n_literals(term)).unwrap_or(u32::MAX)).collect()
 }
 
 /// Grows one product to a prime: towards the one that covers most of the others that are not covered yet, then towards what they have in common,
@@ -559,9 +554,10 @@ fn expand_one(terms: &Terms, index: usize, is_covered: &[bool], off: &Terms) -> 
             let swallowed =
                 candidates.iter().filter(|c| shape.contains(&joined, terms.get(**c))).count();
             let size = ones(&joined[..words]);
-            if best.as_ref().is_none_or(|(count, literals, _)| {
-                (swallowed, size) > (*count, *literals)
-            }) {
+            if best
+                .as_ref()
+                .is_none_or(|(count, literals, _)| (swallowed, size) > (*count, *literals))
+            {
                 best = Some((swallowed, size, joined));
             }
         }
@@ -620,4 +616,3 @@ fn least_blocking(raise: &[u64], free: &[u64], active: &[usize], off: &Terms) ->
     }
     bits(free).min_by_key(|part| (counts[*part], *part)).unwrap_or(0)
 }
-

@@ -1,17 +1,20 @@
-//! Two-level minimisation for programmable arrays: one output at a time, for a PAL shares no product between outputs.
+//! Two-level minimisation: small sums of products, and proofs that none is smaller.
 //!
 //! ```text
-//! diagram ─ isop ─► irredundant sum ─ expand, irredundant, reduce … ─► smaller sum ─ checked against the diagram
+//! Function ─ heuristic: espresso's loop, a pool of primes ─► small sum ─┐
+//!    └────── exact: primes ─ essential ─ table ─ covering ─► least sum ─┴─► checked against the Function ─► Outcome
+//! diagram of a circuit's node ─ isop ─ expand, irredundant, reduce ─ (small ones: exact) ─► sum_of_products
 //! ```
-//! [`isop`] is Minato's irredundant sum of products [Minato 1992, Morreale 1970]; the loop after it is that of espresso (Brayton, Hachtel, McMullen and Sangiovanni-Vincentelli 1984), on diagrams instead of
-//! unate recursion, and stops when a round saves nothing. The result is a local minimum, not an exact one. Don't-cares are part of the question: the
-//! result lies anywhere between a lower and an upper function. Whatever the loop does, the result is compared with both before it is returned.
+//! A PLA shares products between outputs ([`shared`]); a PAL does not, and can invert ([`per_output`]). Don't-cares are part of the question: a result
+//! lies anywhere between a lower and an upper function. An answer says whether it is proved to be the least ([`Minimum::Exact`]), and otherwise how many
+//! products are needed at least. Whatever the loops do, the result is compared with both functions before it is returned.
 
 mod covering;
 mod diagram;
 mod exact;
 mod function;
 mod heuristic;
+mod local;
 mod primes;
 mod terms;
 #[cfg(test)]
@@ -23,11 +26,11 @@ pub use terms::{Shape, Terms};
 
 use crate::bdd::{Bdd, Full, Ref};
 use crate::build::for_each_operand;
-use crate::cover::Cover;
-use diagram::{expand, irredundant, reduce};
-use heuristic::Loop;
+use crate::cover::{Cover, Cube};
 use crate::support::{Functions, Var};
+use diagram::{expand, irredundant, reduce};
 use grafsynth_ir::logic::{Logic, Node, NodeId};
+use heuristic::Loop;
 
 /// What a question may cost.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -36,11 +39,13 @@ pub struct Budget {
     pub products: usize,
     /// The largest diagram, in nodes.
     pub nodes: usize,
+    /// What the search for the proved minimum may cost; none: only a local minimum is looked for.
+    pub exact: Option<Effort>,
 }
 
 impl Default for Budget {
     fn default() -> Self {
-        Budget { products: 512, nodes: 1 << 17 }
+        Budget { products: 512, nodes: 1 << 17, exact: Some(Effort::of_level(1, true)) }
     }
 }
 
@@ -90,6 +95,20 @@ pub fn sum_of_products(
     dont_cares: bool,
     budget: Budget,
 ) -> Result<Vec<Product>, Refused> {
+    proved_sum_of_products(logic, node, negated, dont_cares, budget).map(|(products, _)| products)
+}
+
+/// As [`sum_of_products`], with what is known of the least number of products.
+///
+/// # Errors
+/// When the budget does not suffice.
+pub fn proved_sum_of_products(
+    logic: &Logic,
+    node: NodeId,
+    negated: bool,
+    dont_cares: bool,
+    budget: Budget,
+) -> Result<(Vec<Product>, Minimum), Refused> {
     // Variables in the order of the circuit, flip-flops first: products come out as people write them.
     let vars = vars_of(logic, node);
     sum_of_products_over(logic, node, &vars, negated, dont_cares, budget)
@@ -128,7 +147,7 @@ fn sum_of_products_over(
     negated: bool,
     dont_cares: bool,
     budget: Budget,
-) -> Result<Vec<Product>, Refused> {
+) -> Result<(Vec<Product>, Minimum), Refused> {
     let mut bdd = Bdd::with_limit(budget.nodes);
     let mut functions = Functions::new();
     for &var in vars {
@@ -147,16 +166,17 @@ fn sum_of_products_over(
             }
         }
     }
-    let cover = minimise(&mut bdd, lower, upper, functions.vars().len(), budget)?;
+    let (cover, minimum) = minimise(&mut bdd, lower, upper, functions.vars().len(), budget)?;
     let vars = functions.vars();
-    Ok(cover
+    let products = cover
         .cubes
         .iter()
         .map(|cube| cube.literals().map(|(level, value)| (vars[level], value)).collect())
-        .collect())
+        .collect();
+    Ok((products, minimum))
 }
 
-/// A small sum of products between `lower` and `upper` over levels `0..n_vars`.
+/// A small sum of products between `lower` and `upper` over levels `0..n_vars`, and what is known of the least one.
 ///
 /// # Errors
 /// When the budget does not suffice.
@@ -166,7 +186,7 @@ pub fn minimise(
     upper: Ref,
     n_vars: usize,
     budget: Budget,
-) -> Result<Cover, Refused> {
+) -> Result<(Cover, Minimum), Refused> {
     if bdd.support(lower).len().max(bdd.support(upper).len()) > MAX_VARIABLES {
         return Err(Refused::Variables(MAX_VARIABLES));
     }
@@ -186,6 +206,13 @@ pub fn minimise(
         }
         reduce(bdd, lower, &mut cover)?;
     }
+    let mut minimum = Minimum::Between { lower: usize::from(lower != Ref::FALSE), found: 0 };
+    if let Some(effort) = budget.exact {
+        minimum = improve(bdd, lower, upper, n_vars, &effort, &mut best)?;
+    }
+    if let Minimum::Between { found, .. } = &mut minimum {
+        *found = best.cubes.len();
+    }
     best.sort();
     let value = best.to_bdd(bdd)?;
     let (missing, excess) = (bdd.and_not(lower, value)?, bdd.and_not(value, upper)?);
@@ -195,7 +222,50 @@ pub fn minimise(
     if best.cubes.len() > budget.products {
         return Err(Refused::Products(budget.products));
     }
-    Ok(best)
+    Ok((best, minimum))
+}
+
+/// Larger questions than these stay with the local minimum: variables, products, nodes.
+const SMALL: (usize, usize, usize) = (18, 96, 1 << 15);
+
+/// Looks for the proved minimum of a small question; a sum that is no shorter stays as it was.
+fn improve(
+    bdd: &Bdd,
+    lower: Ref,
+    upper: Ref,
+    n_vars: usize,
+    effort: &Effort,
+    best: &mut Cover,
+) -> Result<Minimum, Refused> {
+    let n_products = best.cubes.len();
+    let at_least_one = usize::from(lower != Ref::FALSE);
+    if n_products <= at_least_one {
+        return Ok(Minimum::Exact);
+    }
+    if n_vars > SMALL.0 || n_products > SMALL.1 || bdd.len() > SMALL.2 {
+        return Ok(Minimum::Between { lower: at_least_one, found: n_products });
+    }
+    let question = Function::of_diagram(bdd, lower, upper, best);
+    let outcome = match shared(&question, effort) {
+        Ok(outcome) => outcome,
+        // The copy of the manager has no room for more; the sum at hand is right all the same.
+        Err(Refused::Nodes(_) | Refused::Products(_) | Refused::Variables(_)) => {
+            return Ok(Minimum::Between { lower: at_least_one, found: n_products });
+        }
+    };
+    if (outcome.terms.len(), outcome.terms.n_literals()) < (n_products, best.n_literals()) {
+        let shape = outcome.terms.shape;
+        best.cubes = outcome
+            .terms
+            .iter()
+            .map(|term| {
+                let literals = (0..n_vars)
+                    .filter_map(|var| shape.literal(term, var).map(|value| (var, value)));
+                Cube::of(n_vars, literals)
+            })
+            .collect();
+    }
+    Ok(outcome.minimum)
 }
 
 /// How much work a minimisation may be. All figures count steps, never seconds: the same question gets the same answer on every machine.
@@ -224,16 +294,15 @@ impl Effort {
         let level = level.min(9);
         let scale = 10u64.pow(level);
         let scaled = |n: u64| n.saturating_mul(scale);
-        let items = |n: usize| {
-            n.saturating_mul(usize::try_from(scale.isqrt()).unwrap_or(usize::MAX))
-        };
+        let items =
+            |n: usize| n.saturating_mul(usize::try_from(scale.isqrt()).unwrap_or(usize::MAX));
         Effort {
             exact,
             nodes: items(200_000).min(1 << 25),
             primes: items(2_000),
             rows: items(2_000),
             steps: scaled(2_000_000),
-            branching: scaled(1_000_000),
+            branching: scaled(400_000),
             forbidden: items(1_000).max(20_000),
         }
     }
@@ -395,7 +464,8 @@ mod circuit_tests {
             let (on, upper) = (on & !dc, on | dc);
             let (lower, above) = (build(&mut bdd, on), build(&mut bdd, upper));
             let raw = isop(&mut bdd, lower, above, N, 1000).unwrap();
-            let small = minimise(&mut bdd, lower, above, N, Budget::default()).unwrap();
+            let (small, minimum) = minimise(&mut bdd, lower, above, N, Budget::default()).unwrap();
+            prop_assert_eq!(minimum, super::Minimum::Exact);
             for cover in [&raw, &small] {
                 prop_assert_eq!(on & !table(cover), 0);
                 prop_assert_eq!(table(cover) & !upper, 0);
@@ -439,12 +509,12 @@ mod circuit_tests {
             let input = builder.input_named("x");
             parity = builder.xor(parity, input);
         }
-        let budget = Budget { products: 100, nodes: 10_000 };
+        let budget = Budget { products: 100, nodes: 10_000, exact: None };
         assert_eq!(
             sum_of_products(&builder.logic, parity, false, false, budget),
             Err(Refused::Products(100))
         );
-        let enough = Budget { products: 512, nodes: 10_000 };
+        let enough = Budget { products: 512, nodes: 10_000, exact: None };
         assert_eq!(
             sum_of_products(&builder.logic, parity, true, false, enough).unwrap().len(),
             512

@@ -110,6 +110,12 @@ impl Shape {
         ones(self.outputs_of(term))
     }
 
+    /// True when both products belong to this output and have a point in common.
+    #[must_use]
+    pub fn meet(self, a: &[u64], b: &[u64], output: usize) -> bool {
+        self.has_output(a, output) && self.has_output(b, output) && !self.conflict(a, b)
+    }
+
     /// True when no point lies in both inputs.
     pub(super) fn conflict(self, a: &[u64], b: &[u64]) -> bool {
         (0..self.wi).any(|k| a[k] & b[self.wi + k] | a[self.wi + k] & b[k] != 0)
@@ -426,7 +432,11 @@ impl<'a> Recursion<'a> {
             let mut kept = start;
             for at in start..stack.len() {
                 let term = stack[at];
-                if self.literals(term).iter().zip(&both).all(|(literal, unate)| literal & unate == 0)
+                if self
+                    .literals(term)
+                    .iter()
+                    .zip(&both)
+                    .all(|(literal, unate)| literal & unate == 0)
                 {
                     stack[kept] = term;
                     kept += 1;

@@ -1,0 +1,113 @@
+//! Tables of two-level logic in the format of espresso (`.pla`): functions with don't-cares, not circuits.
+//!
+//! ```text
+//! text ── read ──► Pla (names, on, free, off) ── grafsynth_logic::minimise ──► products ── write ──► text
+//! ```
+//! The format is that of espresso's manual page espresso(5): one row of input characters and output characters for each product. What `0`, `1`, `-`
+//! and `~` mean among the outputs depends on `.type`:
+//!
+//! | type | `1` or `4` | `-` or `2` | `0` | `~` or `3` | the rest |
+//! |---|---|---|---|---|---|
+//! | `f` | on | nothing | nothing | nothing | off |
+//! | `fd` (default) | on | free | nothing | nothing | off |
+//! | `fr` | on | nothing | off | nothing | free |
+//! | `fdr` | on | free | off | nothing | free |
+
+pub mod codes;
+
+mod clash;
+mod read;
+#[cfg(test)]
+mod tests;
+mod write;
+
+pub use clash::function;
+pub use read::{Places, read};
+pub use write::write;
+
+use grafsynth_logic::minimise::{Shape, Terms};
+
+/// What a table says besides where it is true.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Kind {
+    /// On; the rest is off.
+    F,
+    /// On and free; the rest is off.
+    Fd,
+    /// On and off; the rest is free.
+    Fr,
+    /// On, free and off; the rest is free.
+    Fdr,
+}
+
+impl Kind {
+    /// All of them.
+    pub const ALL: [Kind; 4] = [Kind::F, Kind::Fd, Kind::Fr, Kind::Fdr];
+
+    /// The name after `.type`.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Kind::F => "f",
+            Kind::Fd => "fd",
+            Kind::Fr => "fr",
+            Kind::Fdr => "fdr",
+        }
+    }
+
+    /// True if the rows say where outputs are off.
+    #[must_use]
+    pub fn says_off(self) -> bool {
+        matches!(self, Kind::Fr | Kind::Fdr)
+    }
+}
+
+/// A table.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Pla {
+    /// What the rows say.
+    pub kind: Kind,
+    /// The names of the inputs; none where the text has none.
+    pub inputs: Option<Vec<String>>,
+    /// The names of the outputs; none where the text has none.
+    pub outputs: Option<Vec<String>>,
+    /// Where each output is true.
+    pub on: Terms,
+    /// Where it is free.
+    pub free: Terms,
+    /// Where it is false; empty unless the kind says it.
+    pub off: Terms,
+    /// The output is written inverted (`.phase` with a 0), for each output.
+    pub is_inverted: Vec<bool>,
+}
+
+impl Pla {
+    /// A table without rows.
+    #[must_use]
+    pub fn new(kind: Kind, shape: Shape) -> Self {
+        Pla {
+            kind,
+            inputs: None,
+            outputs: None,
+            on: Terms::new(shape),
+            free: Terms::new(shape),
+            off: Terms::new(shape),
+            is_inverted: vec![false; shape.outputs()],
+        }
+    }
+
+    /// The number of inputs and outputs.
+    #[must_use]
+    pub fn shape(&self) -> Shape {
+        self.on.shape
+    }
+
+    /// The name of an output, made from its number (from 0) where the text has none.
+    #[must_use]
+    pub fn output_name(&self, output: usize) -> String {
+        self.outputs
+            .as_ref()
+            .and_then(|names| names.get(output).cloned())
+            .unwrap_or_else(|| format!("o{output}"))
+    }
+}

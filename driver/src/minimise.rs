@@ -1,0 +1,190 @@
+//! Tables of two-level logic made small: read, minimise, report.
+
+use grafsynth_backend_pld::pla::{self, Kind, Pla};
+use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::span::FileId;
+use grafsynth_logic::minimise::{
+    Effort, Minimum, OneOutput, Outcome, Primes, Refused, per_output, shared,
+};
+use std::fmt::Write as _;
+
+/// What to minimise for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Options {
+    /// Each output by itself, as a PAL has it; otherwise products are shared.
+    pub per_output: bool,
+    /// Outputs may be written inverted.
+    pub free_polarity: bool,
+    /// Look for the proved minimum, not only for a small sum.
+    pub exact: bool,
+    /// How much work it may be: see [`Effort::of_level`].
+    pub budget: u32,
+}
+
+/// A minimised table.
+#[derive(Debug, Clone)]
+pub struct Minimised {
+    /// The small table.
+    pub table: Pla,
+    /// The same as text.
+    pub text: String,
+    /// Products, literals, what is proved: a few lines.
+    pub report: String,
+    /// Each number of products is proved to be the least.
+    pub is_exact: bool,
+}
+
+/// Reads a table and makes it small. The result was compared with the table before it is returned.
+///
+/// # Errors
+/// The findings, where one of them is an error.
+pub fn minimise(
+    file: FileId,
+    text: &str,
+    options: &Options,
+) -> (Option<Minimised>, Vec<Diagnostic>) {
+    let (read, mut findings) = pla::read(file, text);
+    let Some((table, places)) = read else { return (None, findings) };
+    let effort = Effort::of_level(options.budget, options.exact);
+    let (function, more) = pla::function(&table, &places, effort.nodes);
+    findings.extend(more);
+    let Some(function) = function else { return (None, findings) };
+    let outcome = if options.per_output {
+        per_output(&function, options.free_polarity, &effort)
+            .map(|outputs| separate(&table, &outputs))
+    } else if options.free_polarity {
+        with_phases(&table, &function, &effort)
+    } else {
+        shared(&function, &effort)
+            .map(|outcome| together(&table, outcome, &vec![false; table.shape().outputs()]))
+    };
+    match outcome {
+        Ok(minimised) => (Some(minimised), findings),
+        Err(refused) => {
+            let finding = Diagnostic::error(
+                pla::codes::TOO_LARGE,
+                format!("the table cannot be minimised: {refused}"),
+            )
+            .help("a larger --budget allows larger diagrams, or split the table by outputs");
+            findings.push(match places.on.first() {
+                Some(&span) => finding.at(span, "the first product of the table"),
+                None => finding,
+            });
+            (None, findings)
+        }
+    }
+}
+
+/// The shared sum of the outputs as they are, or of those complements that need fewer products by themselves: the smaller one.
+fn with_phases(
+    table: &Pla,
+    function: &grafsynth_logic::minimise::Function,
+    effort: &Effort,
+) -> Result<Minimised, Refused> {
+    let plain = shared(function, effort)?;
+    let quick = Effort { exact: false, ..*effort };
+    let phases: Vec<bool> =
+        per_output(function, true, &quick)?.iter().map(|output| output.is_complemented).collect();
+    if phases.contains(&true) {
+        let turned = shared(&function.complemented(&phases)?, effort)?;
+        let cost = |outcome: &Outcome| (outcome.terms.len(), outcome.terms.n_literals());
+        if cost(&turned) < cost(&plain) {
+            return Ok(together(table, turned, &phases));
+        }
+    }
+    let n = phases.len();
+    Ok(together(table, plain, &vec![false; n]))
+}
+
+fn together(table: &Pla, outcome: Outcome, phases: &[bool]) -> Minimised {
+    let mut report = String::new();
+    let _ = writeln!(
+        report,
+        "shared: {} products, {} literals; {}{}",
+        outcome.terms.len(),
+        outcome.terms.n_literals(),
+        proof(outcome.minimum),
+        primes(&outcome)
+    );
+    if phases.contains(&true) {
+        let names: Vec<String> = (0..phases.len())
+            .filter(|output| phases[*output])
+            .map(|output| table.output_name(output))
+            .collect();
+        let _ = writeln!(report, "inverted: {}", names.join(" "));
+    }
+    let is_exact = outcome.minimum == Minimum::Exact;
+    let small = Pla {
+        kind: Kind::Fd,
+        free: grafsynth_logic::minimise::Terms::new(table.shape()),
+        off: grafsynth_logic::minimise::Terms::new(table.shape()),
+        on: outcome.terms,
+        is_inverted: flipped(&table.is_inverted, phases),
+        ..table.clone()
+    };
+    Minimised { text: pla::write(&small), table: small, report, is_exact }
+}
+
+fn separate(table: &Pla, outputs: &[OneOutput]) -> Minimised {
+    let shape = table.shape();
+    let mut small = Pla::new(Kind::Fd, shape);
+    small.inputs.clone_from(&table.inputs);
+    small.outputs.clone_from(&table.outputs);
+    let phases: Vec<bool> = outputs.iter().map(|output| output.is_complemented).collect();
+    small.is_inverted = flipped(&table.is_inverted, &phases);
+    let mut report = String::new();
+    let width = (0..outputs.len()).map(|o| table.output_name(o).chars().count()).max().unwrap_or(0);
+    let (mut products, mut literals, mut lower) = (0, 0, 0);
+    for (index, output) in outputs.iter().enumerate() {
+        let terms = &output.outcome.terms;
+        for term in terms.iter() {
+            let own = terms.shape;
+            let row = (0..own.inputs())
+                .filter_map(|input| own.literal(term, input).map(|value| (input, value)));
+            small.on.add(row, [index]);
+        }
+        products += terms.len();
+        literals += terms.n_literals();
+        lower += match output.outcome.minimum {
+            Minimum::Exact => terms.len(),
+            Minimum::Between { lower, .. } => lower,
+        };
+        let _ = writeln!(
+            report,
+            "{:width$}  {}  {} products, {} literals; {}",
+            table.output_name(index),
+            if output.is_complemented { "inverted" } else { "as it is" },
+            terms.len(),
+            terms.n_literals(),
+            proof(output.outcome.minimum),
+        );
+    }
+    let is_exact = lower == products;
+    let minimum =
+        if is_exact { Minimum::Exact } else { Minimum::Between { lower, found: products } };
+    let _ = writeln!(
+        report,
+        "per output: {products} products, {literals} literals; {}",
+        proof(minimum)
+    );
+    Minimised { text: pla::write(&small), table: small, report, is_exact }
+}
+
+fn flipped(before: &[bool], phases: &[bool]) -> Vec<bool> {
+    before.iter().zip(phases).map(|(before, phase)| before ^ phase).collect()
+}
+
+fn proof(minimum: Minimum) -> String {
+    match minimum {
+        Minimum::Exact => "proved minimum".to_owned(),
+        Minimum::Between { lower, .. } => format!("at least {lower} are needed"),
+    }
+}
+
+fn primes(outcome: &Outcome) -> String {
+    match outcome.primes {
+        Primes::All(n) => format!(" ({n} primes, {} essential)", outcome.n_essential),
+        Primes::MoreThan(n) => format!(" ({n} primes, too many to list)"),
+        Primes::Unknown => String::new(),
+    }
+}
