@@ -100,9 +100,9 @@ fn together(table: &Pla, outcome: Outcome, phases: &[bool]) -> Minimised {
     let mut report = String::new();
     let _ = writeln!(
         report,
-        "shared: {} products, {} literals; {}{}",
-        outcome.terms.len(),
-        outcome.terms.n_literals(),
+        "shared: {}, {}; {}{}",
+        counted(outcome.terms.len(), "product"),
+        counted(outcome.terms.n_literals(), "literal"),
         proof(outcome.minimum),
         primes(&outcome)
     );
@@ -151,11 +151,11 @@ fn separate(table: &Pla, outputs: &[OneOutput]) -> Minimised {
         };
         let _ = writeln!(
             report,
-            "{:width$}  {}  {} products, {} literals; {}",
+            "{:width$}  {}  {}, {}; {}",
             table.output_name(index),
             if output.is_complemented { "inverted" } else { "as it is" },
-            terms.len(),
-            terms.n_literals(),
+            counted(terms.len(), "product"),
+            counted(terms.n_literals(), "literal"),
             proof(output.outcome.minimum),
         );
     }
@@ -164,7 +164,9 @@ fn separate(table: &Pla, outputs: &[OneOutput]) -> Minimised {
         if is_exact { Minimum::Exact } else { Minimum::Between { lower, found: products } };
     let _ = writeln!(
         report,
-        "per output: {products} products, {literals} literals; {}",
+        "per output: {}, {}; {}",
+        counted(products, "product"),
+        counted(literals, "literal"),
         proof(minimum)
     );
     Minimised { text: pla::write(&small), table: small, report, is_exact }
@@ -172,6 +174,10 @@ fn separate(table: &Pla, outputs: &[OneOutput]) -> Minimised {
 
 fn flipped(before: &[bool], phases: &[bool]) -> Vec<bool> {
     before.iter().zip(phases).map(|(before, phase)| before ^ phase).collect()
+}
+
+fn counted(n: usize, what: &str) -> String {
+    format!("{n} {what}{}", if n == 1 { "" } else { "s" })
 }
 
 fn proof(minimum: Minimum) -> String {
