@@ -66,12 +66,11 @@ fn command(case: &Path) -> Option<String> {
     let first = text.split(|byte| *byte == b'\n').next()?;
     let first = String::from_utf8_lossy(first);
     let (before, after) = first.split_once("run:")?;
-    (before.trim().chars().all(|c| !c.is_alphanumeric()))
-        .then(|| {
-            let ends = ["*/", "*)", "-->", "?>"];
-            let line = ends.iter().fold(after.trim(), |line, end| line.trim_end_matches(end));
-            line.trim().to_owned()
-        })
+    (before.trim().chars().all(|c| !c.is_alphanumeric())).then(|| {
+        let ends = ["*/", "*)", "-->", "?>"];
+        let line = ends.iter().fold(after.trim(), |line, end| line.trim_end_matches(end));
+        line.trim().to_owned()
+    })
 }
 
 fn run(case: &Path) -> String {

@@ -21,10 +21,8 @@ const CHARTS: [&str; 6] = [
 
 const SCXML: [&str; 2] =
     [include_str!("../scxml/w3c/388.scxml"), include_str!("../scxml/w3c/525.scxml")];
-const PROJECTS: [&str; 2] = [
-    include_str!("../cases/plcopen/press.xml"),
-    include_str!("../cases/plcopen/parallel.xml"),
-];
+const PROJECTS: [&str; 2] =
+    [include_str!("../cases/plcopen/press.xml"), include_str!("../cases/plcopen/parallel.xml")];
 
 const STRUCTURED: [&str; 2] =
     [include_str!("../cases/st/blocks.st"), include_str!("../cases/st/qualifiers.st")];

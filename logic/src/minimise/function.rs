@@ -36,16 +36,26 @@ impl Function {
         }
         let as_written: Vec<usize> = (0..shape.inputs()).collect();
         let as_used = order_of_use(on, off);
-        let first = Self::in_order(on, dc, off, nodes, as_written.clone());
         // With few inputs the order matters little.
         if shape.inputs() <= 10 || as_used == as_written {
-            return first;
+            return Self::in_order(on, dc, off, nodes, as_written);
         }
-        let second = Self::in_order(on, dc, off, nodes, as_used);
-        match (first, second) {
-            (Ok(a), Ok(b)) => Ok(if b.size() < a.size() { b } else { a }),
-            (Ok(only), Err(_)) | (Err(_), Ok(only)) => Ok(only),
-            (Err(refused), Err(_)) => Err(refused),
+        // A good order shows soon; a bad one would fill whatever it may.
+        let mut limit = nodes.min(1 << 14);
+        loop {
+            let first = Self::in_order(on, dc, off, limit, as_written.clone());
+            let rest = first.as_ref().map_or(limit, |first| first.bdd.len());
+            let second = Self::in_order(on, dc, off, rest, as_used.clone());
+            let function = match (first, second) {
+                (_, Ok(function)) | (Ok(function), Err(_)) => function,
+                (Err(_), Err(_)) if limit < nodes => {
+                    limit = limit.saturating_mul(8).min(nodes);
+                    continue;
+                }
+                (Err(refused), Err(_)) => return Err(refused),
+            };
+            // Once more with room for the work to come.
+            return Self::in_order(on, dc, off, nodes, function.input_of);
         }
     }
 
@@ -146,10 +156,6 @@ impl Function {
             overlapping: Vec::new(),
             contradictory: Vec::new(),
         })
-    }
-
-    fn size(&self) -> usize {
-        self.bdd.len()
     }
 
     /// The outputs that were on and free at one point.

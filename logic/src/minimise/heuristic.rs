@@ -400,7 +400,7 @@ impl<'a> Loop<'a> {
         let shape = self.shape;
         let mut all = terms.clone();
         all.extend(&self.free);
-        let mut points: Vec<Vec<u64>> = Vec::new();
+        let mut by_term: Vec<Vec<Vec<u64>>> = Vec::new();
         for index in 0..terms.len() {
             let term = terms.get(index).to_vec();
             let mut recursion = Recursion::new(&all, self.steps);
@@ -422,11 +422,16 @@ impl<'a> Loop<'a> {
                 }
             }
             self.steps = recursion.steps;
-            points.extend(own);
+            by_term.push(own);
         }
-        if points.len() > 3000 {
-            points.truncate(3000);
-        }
+        // One point of each product first, then the second ones: as many as can be compared pairwise at a bearable cost.
+        let cost = self.off.as_ref().map_or(10_000, |off| off.len() + 1);
+        let most = (400_000_000 / cost).isqrt().clamp(64, 4_000);
+        let longest = by_term.iter().map(Vec::len).max().unwrap_or(0);
+        let points: Vec<Vec<u64>> = (0..longest)
+            .flat_map(|at| by_term.iter().filter_map(move |own| own.get(at).cloned()))
+            .take(most)
+            .collect();
         let n = points.len();
         let mut partners: Vec<Vec<usize>> = vec![Vec::new(); n];
         for a in 0..n {
