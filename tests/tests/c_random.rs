@@ -3,6 +3,7 @@
 //! A function that shows a difference is shrunk and printed; put it under `tests/cases/c` when it is mended.
 
 #![allow(clippy::print_stdout, reason = "tests say what they skip")]
+#![allow(clippy::disallowed_methods, reason = "the environment says where the seeds begin")]
 
 use grafsynth_engines::{c, tools};
 use grafsynth_frontend::c::{Calls, Group, Options, parse_within};

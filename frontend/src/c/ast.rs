@@ -19,7 +19,7 @@ pub(super) struct Source {
 /// Something at the level of the file.
 #[derive(Debug)]
 pub(super) enum External {
-    Function(Function),
+    Function(Box<Function>),
     Declaration(Declaration),
 }
 

@@ -151,8 +151,18 @@ pub(super) struct Externs {
     pub(super) names: Names,
     /// Name, C text of the body.
     pub(super) actions: Vec<(String, String, Span)>,
-    /// Name, C text of the value, range of a number or none for a truth value.
-    pub(super) conditions: Vec<(String, String, Option<(i64, i64)>, Span)>,
+    pub(super) conditions: Vec<Question>,
+}
+
+/// An extern condition.
+#[derive(Debug)]
+pub(super) struct Question {
+    pub(super) name: String,
+    /// C text of the body.
+    pub(super) text: String,
+    /// The range of a number, or none for a truth value.
+    pub(super) range: Option<(i64, i64)>,
+    pub(super) span: Span,
 }
 
 /// Builds the graph of a function.
@@ -807,21 +817,26 @@ fn hint(expr: &Expr) -> String {
     let target = |expr: &Expr| {
         let mut expr = expr;
         loop {
-            match &expr.kind {
-                ExprKind::Name(name) => return name.clone(),
-                ExprKind::Index(inner, _) | ExprKind::Deref(inner) => expr = inner,
-                _ => return "value".to_owned(),
+            if let ExprKind::Index(inner, _) | ExprKind::Deref(inner) = &expr.kind {
+                expr = inner;
+            } else if let ExprKind::Name(name) = &expr.kind {
+                return name.clone();
+            } else {
+                return "value".to_owned();
             }
         }
     };
-    match &expr.kind {
-        ExprKind::Assign(_, left, _) => format!("set_{}", target(left)),
-        ExprKind::Step { operand, by, .. } => {
-            format!("{}_{}", if *by > 0 { "inc" } else { "dec" }, target(operand))
-        }
-        ExprKind::Call(name, _) => format!("do_{name}"),
-        ExprKind::Comma(all) => all.last().map_or_else(|| "eval".to_owned(), hint),
-        ExprKind::Cast(_, inner) => hint(inner),
-        _ => "eval".to_owned(),
+    if let ExprKind::Assign(_, left, _) = &expr.kind {
+        format!("set_{}", target(left))
+    } else if let ExprKind::Step { operand, by, .. } = &expr.kind {
+        format!("{}_{}", if *by > 0 { "inc" } else { "dec" }, target(operand))
+    } else if let ExprKind::Call(name, _) = &expr.kind {
+        format!("do_{name}")
+    } else if let ExprKind::Comma(all) = &expr.kind {
+        all.last().map_or_else(|| "eval".to_owned(), hint)
+    } else if let ExprKind::Cast(_, inner) = &expr.kind {
+        hint(inner)
+    } else {
+        "eval".to_owned()
     }
 }

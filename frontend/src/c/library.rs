@@ -5,7 +5,7 @@
 
 use super::ast::{Expr, ExprKind, External};
 use super::draw::is_type_or_prototype;
-use super::flow::{Externs, Flow, one_line};
+use super::flow::{Externs, Flow, Question};
 use super::lexer::{self, Kind};
 use super::resolve::{FunctionId, Home, Program, VarId};
 use super::types::Type;
@@ -210,7 +210,7 @@ impl<'s> Flow<'_, 's> {
         };
         // The same text may be asked twice in one reaction only where it has no effect, so every place gets a function of its own.
         let name = self.externs.names.fresh(&format!("{function}_{kind}"));
-        self.externs.conditions.push((name.clone(), text, range, span));
+        self.externs.conditions.push(Question { name: name.clone(), text, range, span });
         chart::Expr::leaf(Leaf::Name(Path::from(Name::new(name, span))), span)
     }
 }
@@ -371,7 +371,7 @@ pub(super) fn write(
             line(format_args!("{declared}(void) {{ return {name}; }}"));
         }
     }
-    for (name, body, range, _) in &externs.conditions {
+    for Question { name, text: body, range, .. } in &externs.conditions {
         let ty = match range {
             None => "bool",
             Some((_, hi)) if *hi > i64::from(i16::MAX) => "int32_t",
@@ -382,6 +382,5 @@ pub(super) fn write(
     for (name, body, _) in &externs.actions {
         line(format_args!("void {name}(void) {{ {body} }}"));
     }
-    let _ = one_line;
     Some(text)
 }

@@ -12,19 +12,22 @@
 //!
 //! The way of a source, one file for each part:
 //!
-//! 1. [`lexer`], [`parser`], `parse_expr`: text to tree ([`ast`]), with recovery;
-//! 2. [`resolve`]: names to variables and functions, which parameter is an array, what stands in no net and so is left to a library;
+//! 1. [`lexer`], [`parser`], [`declarations`], `parse_expr`: text to tree ([`ast`]), with recovery;
+//! 2. [`resolve`], [`calls`], [`units`]: names to variables and functions, which parameter is an array, what stands in no net and so is left to a library;
 //! 3. [`flow`], [`value`], [`operators`]: a function becomes a flow graph whose nodes hold statements of the net, by the rules of C's arithmetic;
 //! 4. [`shorten`]: empty joins disappear; with [`Options::fuse`] straight-line code becomes one step;
-//! 5. [`draw`]: the graph becomes a macro, calls become macro-steps; [`library`] writes the C text of what the net cannot say.
+//! 5. [`draw`]: the graph becomes a macro, calls become macro-steps; [`frame`]: what stands around them; [`library`] writes the C text of what the net cannot say.
 //!
 //! **Time.** Each step lasts one reaction, so a loop takes at least one reaction a turn. The chart computes what the function computes as long as the
 //! function's behaviour is defined; where C leaves it undefined (a signed overflow, an index outside its array) the chart saturates.
 
 mod ast;
+mod calls;
 mod constant;
+mod declarations;
 mod draw;
 mod flow;
+mod frame;
 mod lexer;
 mod library;
 mod operators;
@@ -34,6 +37,7 @@ mod resolve;
 mod sequence;
 mod shorten;
 mod types;
+mod units;
 mod value;
 
 #[cfg(test)]

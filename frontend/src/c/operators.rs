@@ -136,11 +136,10 @@ impl Num {
 /// The expression without its places, to be compared with others.
 fn unplaced(expr: &Expr) -> Expr {
     let none = Span::default();
-    let plain = |leaf: &Leaf| match leaf {
-        Leaf::Name(path) => Leaf::Name(Path {
-            names: path.names.iter().map(|name| Name::new(name.text.clone(), none)).collect(),
-        }),
-        other => other.clone(),
+    let plain = |leaf: &Leaf| {
+        let Leaf::Name(path) = leaf else { return leaf.clone() };
+        let names = path.names.iter().map(|name| Name::new(name.text.clone(), none));
+        Leaf::Name(Path { names: names.collect() })
     };
     let mapped: Result<Expr, std::convert::Infallible> = expr
         .try_map(&mut |leaf, _| Ok(Expr::leaf(plain(leaf), none)), &mut |leaf, _| Ok(plain(leaf)));
@@ -579,10 +578,12 @@ impl Flow<'_, '_> {
     fn bitwise(&mut self, op: BinaryOp, x: &Num, y: &Num, ty: Scalar) -> Num {
         let Scalar::Int { bits, .. } = ty else { return x.clone() };
         if x.is_constant() && y.is_constant() {
-            let value = match op {
-                BinaryOp::And => x.lo & y.lo,
-                BinaryOp::Or => x.lo | y.lo,
-                _ => x.lo ^ y.lo,
+            let value = if op == BinaryOp::And {
+                x.lo & y.lo
+            } else if op == BinaryOp::Or {
+                x.lo | y.lo
+            } else {
+                x.lo ^ y.lo
             };
             return Num::constant(value, x.expr.span);
         }
@@ -612,12 +613,12 @@ impl Flow<'_, '_> {
             sum(terms.collect(), x.expr.span)
         };
         // x | y = x + y - (x & y), x ^ y = x + y - 2 (x & y)
-        let result = match op {
-            BinaryOp::And => Some(both.clone()),
-            BinaryOp::Or => x.op(ArithOp::Add, &y).and_then(|all| all.op(ArithOp::Sub, &both)),
-            _ => x
-                .op(ArithOp::Add, &y)
-                .and_then(|all| all.op(ArithOp::Sub, &both.by(ArithOp::Mul, 2)?)),
+        let n_times = if op == BinaryOp::Or { 1 } else { 2 };
+        let result = if op == BinaryOp::And {
+            Some(both.clone())
+        } else {
+            let all = x.op(ArithOp::Add, &y);
+            all.and_then(|all| all.op(ArithOp::Sub, &both.by(ArithOp::Mul, n_times)?))
         };
         let result = result.unwrap_or(both);
         // The exact result lies in the unsigned range, though its interval may not; a signed type reads its bits as signed.

@@ -230,13 +230,10 @@ impl Parser<'_> {
             ExprKind::Index(Box::new(value), Box::new(index))
         } else if self.accept("(") {
             let arguments = self.inside(Self::arguments)?;
-            match value.kind {
-                ExprKind::Name(name) => ExprKind::Call(Name::new(name, value.span), arguments),
-                kind => {
-                    let mut all = vec![Expr { kind, span: value.span }];
-                    all.extend(arguments);
-                    ExprKind::Opaque(all)
-                }
+            if let ExprKind::Name(name) = &value.kind {
+                ExprKind::Call(Name::new(name.clone(), value.span), arguments)
+            } else {
+                ExprKind::Opaque(std::iter::once(value).chain(arguments).collect())
             }
         } else if self.is(".") || self.is("->") {
             self.take();

@@ -117,7 +117,7 @@ pub(super) struct Program<'s> {
     pub(super) by_name: BTreeMap<String, FunctionId>,
     pub(super) entry: FunctionId,
     /// Places of the units that are opaque.
-    opaque: BTreeSet<(u32, u32)>,
+    pub(super) opaque: BTreeSet<(u32, u32)>,
 }
 
 impl<'s> Program<'s> {
@@ -162,15 +162,6 @@ impl<'s> Program<'s> {
         });
         found
     }
-}
-
-/// A piece of the source that is said by the net as a whole, or not at all.
-struct Unit<'s> {
-    span: Span,
-    exprs: Vec<&'s Expr>,
-    touched: BTreeSet<VarId>,
-    /// Why the net cannot say it.
-    reason: Option<(Span, String)>,
 }
 
 /// Finds out everything that the drawing needs to know; none if the source has no function.
@@ -221,26 +212,26 @@ pub(super) fn resolve<'s>(
     Some(resolver.program)
 }
 
-struct Resolver<'s, 'f> {
-    program: Program<'s>,
+pub(super) struct Resolver<'s, 'f> {
+    pub(super) program: Program<'s>,
     /// Innermost last; the first one is the file.
-    scopes: Vec<BTreeMap<String, VarId>>,
-    function: Option<FunctionId>,
-    findings: &'f mut Findings,
+    pub(super) scopes: Vec<BTreeMap<String, VarId>>,
+    pub(super) function: Option<FunctionId>,
+    pub(super) findings: &'f mut Findings,
     /// Functions that are declared without a body.
-    prototypes: BTreeSet<String>,
+    pub(super) prototypes: BTreeSet<String>,
     /// How parameters that are pointers are used.
-    pointer_uses: BTreeMap<VarId, PointerUse>,
+    pub(super) pointer_uses: BTreeMap<VarId, PointerUse>,
 }
 
 /// Uses of a pointer.
 #[derive(Debug, Clone, Default)]
-struct PointerUse {
-    is_indexed: bool,
+pub(super) struct PointerUse {
+    pub(super) is_indexed: bool,
     /// Compared, moved, stored: a pointer indeed.
-    is_other: bool,
+    pub(super) is_other: bool,
     /// Handed on as this argument of that function.
-    passed: Vec<(FunctionId, usize)>,
+    pub(super) passed: Vec<(FunctionId, usize)>,
 }
 
 impl<'s> Resolver<'s, '_> {
@@ -296,7 +287,7 @@ impl<'s> Resolver<'s, '_> {
                 External::Declaration(declaration) => self.declaration(declaration),
                 External::Function(def) => {
                     if let Some(id) = self.program.by_name.get(&def.name.text).copied()
-                        && std::ptr::eq(self.program.functions[id].def, def)
+                        && std::ptr::eq(self.program.functions[id].def, def.as_ref())
                     {
                         self.function_body(id, def);
                     }
@@ -593,13 +584,14 @@ impl<'s> Resolver<'s, '_> {
                 self.base(array, true);
                 self.names(index);
             }
-            ExprKind::Deref(pointer) => match &pointer.kind {
-                ExprKind::Binary(super::ast::BinaryOp::Add, a, b) => {
+            ExprKind::Deref(pointer) => {
+                if let ExprKind::Binary(super::ast::BinaryOp::Add, a, b) = &pointer.kind {
                     self.base(a, true);
                     self.names(b);
+                } else {
+                    self.base(pointer, false);
                 }
-                _ => self.base(pointer, false),
-            },
+            }
             ExprKind::Call(name, arguments) => {
                 let callee = self.program.by_name.get(&name.text).copied();
                 if let (Some(callee), Some(function)) = (callee, self.function) {
@@ -664,20 +656,20 @@ impl<'s> Resolver<'s, '_> {
     fn written(&mut self, target: &Expr) {
         let mut target = target;
         loop {
-            match &target.kind {
-                ExprKind::Name(name) => {
-                    if let Some(var) = self.find(name) {
-                        self.program.vars[var].is_written = true;
-                    }
-                    return;
-                }
-                ExprKind::Index(inner, _) | ExprKind::Deref(inner) => target = inner,
-                ExprKind::Opaque(all) | ExprKind::Comma(all) => match all.first() {
-                    Some(first) => target = first,
-                    None => return,
-                },
-                _ => return,
+            if let ExprKind::Index(inner, _) | ExprKind::Deref(inner) = &target.kind {
+                target = inner;
+            } else if let ExprKind::Opaque(all) | ExprKind::Comma(all) = &target.kind
+                && let Some(first) = all.first()
+            {
+                target = first;
+            } else {
+                break;
             }
+        }
+        if let ExprKind::Name(name) = &target.kind
+            && let Some(var) = self.find(name)
+        {
+            self.program.vars[var].is_written = true;
         }
     }
 
@@ -713,333 +705,6 @@ impl<'s> Resolver<'s, '_> {
         }
         None
     }
-
-    // Functions
-
-    fn entry(&mut self) -> Option<()> {
-        let program = &mut self.program;
-        if let Some(wanted) = &program.options.entry {
-            if let Some(id) = program.by_name.get(wanted) {
-                program.entry = *id;
-                return Some(());
-            }
-            let near = nearest(wanted, program.by_name.keys().map(String::as_str))
-                .map(|near| format!("did you mean {near}?"));
-            self.findings.report(|| {
-                let finding = Diagnostic::error(
-                    codes::C_NO_FUNCTION,
-                    format!("there is no function {wanted}"),
-                )
-                .at(Span::new(program.file, 0, 0), "");
-                near.into_iter().fold(finding, Diagnostic::help)
-            });
-            return None;
-        }
-        let called: BTreeSet<FunctionId> = program
-            .functions
-            .iter()
-            .flat_map(|one| one.calls.iter().map(|(callee, _)| *callee))
-            .collect();
-        let roots: Vec<FunctionId> = (0..program.functions.len())
-            .filter(|id| !called.contains(id) && !program.functions[*id].is_kept)
-            .collect();
-        program.entry = match program.by_name.get("main") {
-            Some(main) => *main,
-            None => roots.last().copied().or_else(|| {
-                (0..program.functions.len()).find(|id| !program.functions[*id].is_kept)
-            })?,
-        };
-        let others: Vec<&str> = roots
-            .iter()
-            .filter(|id| **id != program.entry)
-            .map(|id| program.functions[*id].def.name.text.as_str())
-            .collect();
-        if !others.is_empty() {
-            let entry = &program.functions[program.entry].def.name;
-            let others = others.join(", ");
-            self.findings.report(|| {
-                Diagnostic::note(
-                    codes::C_ENTRY,
-                    format!("the chart is that of {entry}; nothing calls {others}"),
-                )
-                .at(entry.span, "the chart runs this function")
-                .help("choose another one with --entry NAME")
-            });
-        }
-        Some(())
-    }
-
-    /// Refuses a function that calls itself, also through others: each function is a macro-step, and a macro-step cannot contain itself.
-    fn recursion(&mut self) {
-        // Colours of a depth-first search with its own stack: 0 new, 1 open, 2 done.
-        let mut colour = vec![0_u8; self.program.functions.len()];
-        let mut stack = vec![(self.program.entry, 0_usize)];
-        colour[self.program.entry] = 1;
-        let mut reported = BTreeSet::new();
-        while let Some((id, next)) = stack.last().copied() {
-            let Some((callee, span)) = self.program.functions[id].calls.get(next).copied() else {
-                colour[id] = 2;
-                stack.pop();
-                continue;
-            };
-            if let Some(top) = stack.last_mut() {
-                top.1 += 1;
-            }
-            if self.program.functions[callee].is_kept {
-                continue;
-            }
-            match colour[callee] {
-                0 => {
-                    colour[callee] = 1;
-                    stack.push((callee, 0));
-                }
-                1 if reported.insert(callee) => {
-                    let from = stack.iter().position(|(open, _)| *open == callee).unwrap_or(0);
-                    let mut names: Vec<&str> = stack[from..]
-                        .iter()
-                        .map(|(open, _)| self.program.functions[*open].def.name.text.as_str())
-                        .collect();
-                    let name = self.program.functions[callee].def.name.clone();
-                    names.push(&name.text);
-                    let way = names.join(" calls ");
-                    self.findings.report(|| {
-                        Diagnostic::error(codes::C_RECURSION, format!("{name} is recursive: {way}"))
-                            .at(span, "the call that closes the circle")
-                            .at(name.span, "the function")
-                            .help(format!(
-                                "write it with a loop, or leave it in C with --keep {name}"
-                            ))
-                    });
-                }
-                _ => {}
-            }
-        }
-    }
-
-    /// What parameters that are pointers refer to.
-    fn references(&mut self) {
-        // Handed on, a pointer is what the other function makes of it: until nothing changes.
-        loop {
-            let mut changed = false;
-            let uses: Vec<(VarId, PointerUse)> =
-                self.pointer_uses.iter().map(|(var, one)| (*var, one.clone())).collect();
-            for (var, one) in uses {
-                let (mut is_indexed, mut is_other, mut is_written) =
-                    (one.is_indexed, one.is_other, false);
-                for (callee, index) in &one.passed {
-                    let Some(param) = self.program.functions[*callee].params.get(*index).copied()
-                    else {
-                        continue;
-                    };
-                    is_other |= self.program.functions[*callee].is_kept;
-                    if let Some(theirs) = self.pointer_uses.get(&param) {
-                        is_indexed |= theirs.is_indexed;
-                        is_other |= theirs.is_other
-                            && !matches!(self.program.vars[param].ty, Type::Scalar(_));
-                    }
-                    let is_array =
-                        matches!(self.program.vars[param].ty, Type::Array(..) | Type::Pointer(_));
-                    is_written |= is_array && self.program.vars[param].is_written;
-                }
-                if let Some(mine) = self.pointer_uses.get_mut(&var)
-                    && (mine.is_indexed, mine.is_other) != (is_indexed, is_other)
-                {
-                    (mine.is_indexed, mine.is_other) = (is_indexed, is_other);
-                    changed = true;
-                }
-                if is_written && !self.program.vars[var].is_written {
-                    self.program.vars[var].is_written = true;
-                    changed = true;
-                }
-            }
-            if !changed {
-                break;
-            }
-        }
-        for id in 0..self.program.vars.len() {
-            let uses = self.pointer_uses.get(&id).cloned().unwrap_or_default();
-            let var = &mut self.program.vars[id];
-            let is_param = matches!(var.home, Home::Param(..));
-            match (&var.ty, is_param) {
-                (Type::Pointer(_) | Type::Array(..), true) if uses.is_other => {
-                    var.ty = Type::Opaque
-                }
-                (Type::Pointer(scalar), true) if uses.is_indexed => {
-                    var.ty = Type::Array(*scalar, None, Vec::new());
-                    var.reference = Reference::Array;
-                }
-                (Type::Pointer(scalar), true) => {
-                    var.ty = Type::Scalar(*scalar);
-                    var.reference = Reference::Scalar;
-                }
-                (Type::Array(..), true) => var.reference = Reference::Array,
-                (
-                    Type::Pointer(_)
-                    | Type::Array(..)
-                    | Type::Void
-                    | Type::Scalar(_)
-                    | Type::Opaque,
-                    _,
-                ) => {}
-            }
-        }
-    }
-
-    /// Lengths of array parameters: as written, as the longest argument, or as the option says.
-    fn lengths(&mut self) {
-        let default = self.program.options.array_length.max(1);
-        let entry = self.program.entry;
-        for var in self.program.functions[entry].params.clone() {
-            let var = &mut self.program.vars[var];
-            if let Type::Array(_, first @ None, _) = &mut var.ty {
-                *first = Some(default);
-                let name = var.name.clone();
-                self.findings.report(|| {
-                    Diagnostic::note(
-                        codes::C_ARRAY_LENGTH,
-                        format!("{name} gets {default} elements"),
-                    )
-                    .at(name.span, "its length is not written")
-                    .help("write it between the brackets, or choose another with --array-length N")
-                });
-            }
-        }
-        // Callers come before those they call: without recursion as many rounds as there are functions are enough.
-        for _ in 0..self.program.functions.len() {
-            let mut changed = false;
-            for (param, length) in self.argument_lengths() {
-                if let Type::Array(_, first, _) = &mut self.program.vars[param].ty
-                    && first.is_none_or(|known| known < length)
-                {
-                    *first = Some(length);
-                    changed = true;
-                }
-            }
-            if !changed {
-                break;
-            }
-        }
-        for var in &mut self.program.vars {
-            if let Type::Array(_, first @ None, _) = &mut var.ty {
-                *first = Some(default);
-            }
-        }
-    }
-
-    /// For each array that is handed on: the parameter and the number of rows.
-    fn argument_lengths(&self) -> Vec<(VarId, u32)> {
-        let mut found = Vec::new();
-        for (var, uses) in &self.pointer_uses {
-            if let Type::Array(_, Some(length), _) = &self.program.vars[*var].ty {
-                let of_callees = uses.passed.iter().filter_map(|(callee, index)| {
-                    self.program.functions[*callee].params.get(*index)
-                });
-                found.extend(of_callees.map(|param| (*param, *length)));
-            }
-        }
-        found
-    }
-
-    // Units
-
-    fn units(&mut self) {
-        let mut units = Vec::new();
-        for id in 0..self.program.functions.len() {
-            if !self.program.functions[id].is_kept {
-                let body = &self.program.functions[id].def.body;
-                Collector { program: &self.program, function: id, units: &mut units }
-                    .statement(body);
-            }
-        }
-        for var in &mut self.program.vars {
-            var.in_library |= matches!(var.ty, Type::Opaque);
-        }
-        // A kept function reads and writes globals by their names.
-        let in_kept: Vec<VarId> = self
-            .program
-            .functions
-            .iter()
-            .filter(|one| one.is_kept)
-            .flat_map(|one| {
-                let span = one.def.span;
-                self.program
-                    .uses
-                    .range(span.start..span.end)
-                    .map(|(_, var)| *var)
-                    .collect::<Vec<_>>()
-            })
-            .collect();
-        for var in in_kept {
-            self.program.vars[var].in_library = true;
-        }
-        let mut is_opaque = vec![false; units.len()];
-        loop {
-            let mut changed = false;
-            for (unit, is_opaque) in units.iter().zip(&mut is_opaque) {
-                let now = *is_opaque
-                    || unit.reason.is_some()
-                    || unit.touched.iter().any(|var| self.program.vars[*var].in_library);
-                if now && !*is_opaque {
-                    *is_opaque = true;
-                    changed = true;
-                    for var in &unit.touched {
-                        self.program.vars[*var].in_library = true;
-                    }
-                }
-            }
-            if !changed {
-                break;
-            }
-        }
-        for (unit, is_opaque) in units.iter().zip(is_opaque) {
-            if !is_opaque {
-                continue;
-            }
-            self.program.opaque.insert((unit.span.start, unit.span.end));
-            if let Some((span, reason)) = &unit.reason {
-                self.findings.report(|| {
-                    Diagnostic::note(codes::C_OPAQUE, format!("left to the C library: {reason}"))
-                        .at(*span, "no engine but C runs this")
-                        .help("the chart is for the CPU; what this touches is in no trace and in no proof")
-                });
-            }
-            for expr in &unit.exprs {
-                self.conditional_call(expr);
-            }
-        }
-    }
-
-    /// A call of the chart inside `&&`, `||` or `?:` of an opaque unit has no place in the chart: it may or may not happen.
-    fn conditional_call(&mut self, expr: &'s Expr) {
-        let mut inner: Option<Span> = None;
-        let program = &self.program;
-        expr.each(&mut |one| {
-            let later: &[Expr] = match &one.kind {
-                ExprKind::Junction(_, all) => &all[1..],
-                ExprKind::Conditional(_, a, b) => {
-                    for branch in [a, b] {
-                        if program.has_call(branch) {
-                            inner.get_or_insert(branch.span);
-                        }
-                    }
-                    &[]
-                }
-                _ => &[],
-            };
-            for branch in later {
-                if program.has_call(branch) {
-                    inner.get_or_insert(branch.span);
-                }
-            }
-        });
-        if let Some(span) = inner {
-            self.findings.report(|| {
-                Diagnostic::error(codes::C_TYPE, "a call that may not happen stands in an expression that is left to the library")
-                    .at(span, "")
-                    .help("write the condition as an `if`, or leave the function in C with --keep")
-            });
-        }
-    }
 }
 
 /// True if some `return` carries a value.
@@ -1063,281 +728,5 @@ fn returns_value(statement: &Stmt) -> bool {
         | StmtKind::Goto(_)
         | StmtKind::Break
         | StmtKind::Continue => false,
-    }
-}
-
-struct Collector<'p, 's> {
-    program: &'p Program<'s>,
-    function: FunctionId,
-    units: &'p mut Vec<Unit<'s>>,
-}
-
-impl<'s> Collector<'_, 's> {
-    fn statement(&mut self, statement: &'s Stmt) {
-        match &statement.kind {
-            StmtKind::Null
-            | StmtKind::Goto(_)
-            | StmtKind::Break
-            | StmtKind::Continue
-            | StmtKind::Return(None) => {}
-            StmtKind::Expr(expr) => self.unit(expr, None),
-            StmtKind::Return(Some(expr)) => {
-                self.unit(expr, self.program.functions[self.function].result)
-            }
-            StmtKind::Block(all) => all.iter().for_each(|one| self.statement(one)),
-            StmtKind::Declaration(declaration) => self.declaration(declaration),
-            StmtKind::If(condition, then, otherwise) => {
-                self.unit(condition, None);
-                self.statement(then);
-                otherwise.iter().for_each(|one| self.statement(one));
-            }
-            StmtKind::While(condition, body)
-            | StmtKind::Do(body, condition)
-            | StmtKind::Switch(condition, body) => {
-                self.unit(condition, None);
-                self.statement(body);
-            }
-            StmtKind::For { first, condition, last, body } => {
-                first.iter().for_each(|one| self.statement(one));
-                condition.iter().chain(last).for_each(|one| self.unit(one, None));
-                self.statement(body);
-            }
-            StmtKind::Case(_, body) | StmtKind::Default(body) | StmtKind::Label(_, body) => {
-                self.statement(body)
-            }
-        }
-    }
-
-    fn declaration(&mut self, declaration: &'s Declaration) {
-        for (declarator, init) in &declaration.declared {
-            let Some(var) = self.program.declared.get(&declarator.name.span.start).copied() else {
-                continue;
-            };
-            if !matches!(self.program.vars[var].home, Home::Local(_)) {
-                continue;
-            }
-            match init {
-                None => {}
-                Some(Init::One(Expr { kind: ExprKind::Text, .. }))
-                    if matches!(self.program.vars[var].ty, Type::Array(..)) => {}
-                Some(Init::One(expr)) => self.unit(expr, Some(var)),
-                Some(Init::List(all, span)) => {
-                    let mut unit = Unit {
-                        span: *span,
-                        exprs: Vec::new(),
-                        touched: BTreeSet::from([var]),
-                        reason: None,
-                    };
-                    self.list(all, &mut unit);
-                    self.units.push(unit);
-                }
-            }
-        }
-    }
-
-    fn list(&mut self, all: &'s [Init], unit: &mut Unit<'s>) {
-        for one in all {
-            match one {
-                Init::One(expr) => {
-                    unit.exprs.push(expr);
-                    self.look(expr, unit);
-                }
-                Init::List(inner, _) => self.list(inner, unit),
-            }
-        }
-    }
-
-    fn unit(&mut self, expr: &'s Expr, also: Option<VarId>) {
-        let mut unit = Unit {
-            span: expr.span,
-            exprs: vec![expr],
-            touched: also.into_iter().collect(),
-            reason: None,
-        };
-        self.look(expr, &mut unit);
-        self.units.push(unit);
-    }
-
-    fn refuse(unit: &mut Unit<'s>, span: Span, reason: impl FnOnce() -> String) {
-        if unit.reason.is_none() {
-            unit.reason = Some((span, reason()));
-        }
-    }
-
-    fn look(&mut self, expr: &'s Expr, unit: &mut Unit<'s>) {
-        let program = self.program;
-        let span = expr.span;
-        match &expr.kind {
-            ExprKind::Number { value, n_long, .. } => {
-                if *n_long > 1 || *value > u64::from(u32::MAX) {
-                    Self::refuse(unit, span, || "a number of more than 32 bits".to_owned());
-                }
-            }
-            ExprKind::Char(_) | ExprKind::SizeofType(_) | ExprKind::Sizeof(_) => {
-                if super::value::size_of(program, expr).is_none()
-                    && !matches!(expr.kind, ExprKind::Char(_))
-                {
-                    Self::refuse(unit, span, || {
-                        "the size of a type that the net does not have".to_owned()
-                    });
-                }
-            }
-            ExprKind::Float => Self::refuse(unit, span, || "a floating-point number".to_owned()),
-            ExprKind::Text => Self::refuse(unit, span, || "a string".to_owned()),
-            ExprKind::Name(name) => match program.var_at(span) {
-                Some(var) => {
-                    unit.touched.insert(var);
-                    if !matches!(program.vars[var].ty, Type::Scalar(_))
-                        || program.vars[var].reference == Reference::Scalar
-                    {
-                        Self::refuse(unit, span, || {
-                            format!("{name} is used as a whole, or its type is none of the net")
-                        });
-                    }
-                }
-                None => {
-                    if !program.constants.contains_key(name)
-                        && !matches!(name.as_str(), "true" | "false" | "NULL")
-                    {
-                        Self::refuse(unit, span, || {
-                            format!("{name} means something only to a C compiler")
-                        });
-                    }
-                }
-            },
-            ExprKind::Index(..) | ExprKind::Deref(_) => self.element(expr, unit),
-            ExprKind::Call(name, arguments) => self.call(expr, name, arguments, unit),
-            ExprKind::Opaque(all) => {
-                Self::refuse(unit, span, || "a structure or a call through a pointer".to_owned());
-                all.iter().for_each(|one| self.look(one, unit));
-            }
-            ExprKind::AddressOf(inner) => {
-                Self::refuse(unit, span, || "an address".to_owned());
-                self.look(inner, unit);
-            }
-            ExprKind::Cast(ty, inner) => {
-                let is_plain = ty.declarator.n_pointers == 0
-                    && !ty.declarator.is_opaque
-                    && ty.declarator.lengths.is_empty()
-                    && !ty.declarator.is_function;
-                let is_known = types::scalar(&ty.specifiers.base, program.widths).is_some()
-                    || ty.specifiers.base == super::ast::Base::Void;
-                if !is_plain || !is_known {
-                    Self::refuse(unit, span, || {
-                        "a cast to a type that the net does not have".to_owned()
-                    });
-                }
-                self.look(inner, unit);
-            }
-            ExprKind::Step { .. }
-            | ExprKind::Unary(..)
-            | ExprKind::Binary(..)
-            | ExprKind::Junction(..)
-            | ExprKind::Conditional(..)
-            | ExprKind::Assign(..)
-            | ExprKind::Comma(_) => {
-                expr.operands().into_iter().for_each(|operand| self.look(operand, unit))
-            }
-        }
-    }
-
-    /// `a[i]`, `a[i][j]`, `*p`, `*(p + i)`.
-    fn element(&mut self, expr: &'s Expr, unit: &mut Unit<'s>) {
-        let Some((base, indices)) = super::value::element(expr) else {
-            Self::refuse(unit, expr.span, || "an element of something that is no array".to_owned());
-            expr.operands().into_iter().for_each(|operand| self.look(operand, unit));
-            return;
-        };
-        let is_known = match self.program.var_at(base.span) {
-            Some(var) => {
-                unit.touched.insert(var);
-                match &self.program.vars[var].ty {
-                    Type::Array(_, _, rest) => {
-                        indices.len() == rest.len() + 1 || (indices.is_empty() && rest.is_empty())
-                    }
-                    Type::Scalar(_) => {
-                        self.program.vars[var].reference == Reference::Scalar && indices.is_empty()
-                    }
-                    Type::Void | Type::Pointer(_) | Type::Opaque => false,
-                }
-            }
-            None => false,
-        };
-        if !is_known {
-            Self::refuse(unit, expr.span, || {
-                "an element of something that is no array of the net".to_owned()
-            });
-        }
-        indices.into_iter().for_each(|index| self.look(index, unit));
-    }
-
-    fn call(&mut self, expr: &'s Expr, name: &'s Name, arguments: &'s [Expr], unit: &mut Unit<'s>) {
-        let program = self.program;
-        let Some(callee) = program.callee(&name.text) else {
-            let what = if program.by_name.contains_key(&name.text) {
-                "which is kept"
-            } else {
-                "which has no body here"
-            };
-            Self::refuse(unit, expr.span, || format!("a call of {name}, {what}"));
-            if let Some(var) = program.var_at(name.span) {
-                unit.touched.insert(var);
-            }
-            arguments.iter().for_each(|one| self.library_argument(one, unit));
-            return;
-        };
-        unit.touched.extend(program.functions[callee].result);
-        for (index, argument) in arguments.iter().enumerate() {
-            let param = program.functions[callee].params.get(index).copied();
-            let reference = param.map_or(Reference::None, |param| program.vars[param].reference);
-            match (&argument.kind, reference) {
-                (ExprKind::Name(_), Reference::Array | Reference::Scalar) => {
-                    let touched = param.into_iter().chain(program.var_at(argument.span)).collect();
-                    let mut own =
-                        Unit { span: argument.span, exprs: vec![argument], touched, reason: None };
-                    let matches = program
-                        .var_at(argument.span)
-                        .is_some_and(|var| argument_fits(program, param, var));
-                    if !matches {
-                        Self::refuse(&mut own, argument.span, || {
-                            "a pointer that is no array of the net".to_owned()
-                        });
-                    }
-                    self.units.push(own);
-                }
-                (ExprKind::AddressOf(inner), Reference::Scalar) => self.unit(inner, param),
-                (_, Reference::Array | Reference::Scalar) => {
-                    let mut own = Unit {
-                        span: argument.span,
-                        exprs: vec![argument],
-                        touched: param.into_iter().collect(),
-                        reason: None,
-                    };
-                    self.look(argument, &mut own);
-                    Self::refuse(&mut own, argument.span, || {
-                        "a pointer that is no array of the net".to_owned()
-                    });
-                    self.units.push(own);
-                }
-                (_, Reference::None) => self.unit(argument, param),
-            }
-        }
-    }
-
-    /// Arguments of a library function may be arrays and addresses: they touch what they name.
-    fn library_argument(&mut self, argument: &'s Expr, unit: &mut Unit<'s>) {
-        self.look(argument, unit);
-    }
-}
-
-/// True if an array or pointer of the net can be handed to the parameter.
-fn argument_fits(program: &Program<'_>, param: Option<VarId>, var: VarId) -> bool {
-    let Some(param) = param else { return false };
-    match (&program.vars[param].ty, &program.vars[var].ty) {
-        (Type::Array(a, _, more), Type::Array(b, _, others)) => a == b && more == others,
-        (Type::Scalar(a), Type::Scalar(b)) => {
-            a == b && program.vars[var].reference == Reference::Scalar
-        }
-        _ => false,
     }
 }

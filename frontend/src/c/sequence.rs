@@ -67,10 +67,7 @@ fn report(name: &str, written: Span, other: Span, findings: &mut Findings) {
 
 /// The name of a target, where it is a variable by itself.
 fn target(expr: &Expr) -> Option<&str> {
-    match &expr.kind {
-        ExprKind::Name(name) => Some(name),
-        _ => None,
-    }
+    if let ExprKind::Name(name) = &expr.kind { Some(name) } else { None }
 }
 
 fn effects(expr: &Expr, findings: &mut Findings) -> Effects {

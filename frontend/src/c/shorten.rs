@@ -83,14 +83,21 @@ fn joins(graph: &mut Graph) {
     let n = graph.nodes.len();
     let is_join = |node: &Node| node.body.is_empty() && !node.is_kept;
     let mut end_of: Vec<NodeId> = (0..n).collect();
+    let mut is_known = vec![false; n];
     for first in 0..n {
+        let mut way: Vec<NodeId> = Vec::new();
         let mut seen = BTreeSet::new();
         let mut at = first;
         let mut label = String::new();
         while let Next::Goto(to) = graph.nodes[at].next {
+            if is_known[at] {
+                at = end_of[at];
+                break;
+            }
             if !is_join(&graph.nodes[at]) || !seen.insert(at) {
                 break;
             }
+            way.push(at);
             if !graph.nodes[at].hint.is_empty()
                 && !graph.nodes[at].is_test
                 && graph.nodes[at].text.is_empty()
@@ -100,7 +107,10 @@ fn joins(graph: &mut Graph) {
             at = to;
         }
         // A circle of joins alone is an endless loop that does nothing: one of them stays.
-        end_of[first] = at;
+        for passed in way {
+            end_of[passed] = at;
+            is_known[passed] = true;
+        }
         if at != first
             && !label.is_empty()
             && !matches!(graph.nodes[at].next, Next::Exit)

@@ -24,53 +24,45 @@ pub(super) struct Selected(Value);
 
 /// Array and indices of `a[i][j]`, `*p` (no index) and `*(p + i)`.
 pub(super) fn element(expr: &Expr) -> Option<(&Expr, Vec<&Expr>)> {
-    match &expr.kind {
-        ExprKind::Name(_) => Some((expr, Vec::new())),
-        ExprKind::Index(base, index) => {
-            let (base, mut indices) = element(base)?;
-            indices.push(index);
-            Some((base, indices))
-        }
-        ExprKind::Deref(inner) => match &inner.kind {
-            ExprKind::Name(_) => Some((inner, Vec::new())),
-            ExprKind::Binary(BinaryOp::Add, a, b) if matches!(a.kind, ExprKind::Name(_)) => {
-                Some((a, vec![b]))
-            }
-            _ => None,
-        },
-        _ => None,
+    if matches!(expr.kind, ExprKind::Name(_)) {
+        return Some((expr, Vec::new()));
     }
+    if let ExprKind::Index(base, index) = &expr.kind {
+        let (base, mut indices) = element(base)?;
+        indices.push(index);
+        return Some((base, indices));
+    }
+    let ExprKind::Deref(inner) = &expr.kind else { return None };
+    if matches!(inner.kind, ExprKind::Name(_)) {
+        return Some((inner, Vec::new()));
+    }
+    let ExprKind::Binary(BinaryOp::Add, a, b) = &inner.kind else { return None };
+    matches!(a.kind, ExprKind::Name(_)).then(|| (a.as_ref(), vec![b.as_ref()]))
 }
 
 /// What `sizeof` gives, where it can be known.
 pub(super) fn size_of(program: &Program<'_>, expr: &Expr) -> Option<i64> {
-    match &expr.kind {
-        ExprKind::SizeofType(ty) => {
-            let is_plain = ty.declarator.n_pointers == 0
-                && ty.declarator.lengths.is_empty()
-                && !ty.declarator.is_opaque
-                && !ty.declarator.is_function;
-            types::scalar(&ty.specifiers.base, program.widths)
-                .filter(|_| is_plain)
-                .map(Scalar::size)
+    if let ExprKind::SizeofType(ty) = &expr.kind {
+        let is_plain = ty.declarator.n_pointers == 0
+            && ty.declarator.lengths.is_empty()
+            && !ty.declarator.is_opaque
+            && !ty.declarator.is_function;
+        return types::scalar(&ty.specifiers.base, program.widths)
+            .filter(|_| is_plain)
+            .map(Scalar::size);
+    }
+    let ExprKind::Sizeof(operand) = &expr.kind else { return None };
+    if !matches!(operand.kind, ExprKind::Name(_) | ExprKind::Index(..)) {
+        return None;
+    }
+    let (base, indices) = element(operand)?;
+    let var = &program.vars[program.var_at(base.span)?];
+    match (&var.ty, indices.len()) {
+        (Type::Scalar(scalar), 0) if var.reference == Reference::None => Some(scalar.size()),
+        (Type::Array(scalar, ..), 0) if var.reference == Reference::None => {
+            Some(scalar.size() * i64::from(var.length()?))
         }
-        ExprKind::Sizeof(operand) => match &operand.kind {
-            ExprKind::Name(_) | ExprKind::Index(..) => {
-                let (base, indices) = element(operand)?;
-                let var = &program.vars[program.var_at(base.span)?];
-                match (&var.ty, indices.len()) {
-                    (Type::Scalar(scalar), 0) if var.reference == Reference::None => {
-                        Some(scalar.size())
-                    }
-                    (Type::Array(scalar, ..), 0) if var.reference == Reference::None => {
-                        Some(scalar.size() * i64::from(var.length()?))
-                    }
-                    (Type::Array(scalar, _, rest), n) if n == rest.len() + 1 => Some(scalar.size()),
-                    _ => None,
-                }
-            }
-            _ => None,
-        },
+        (Type::Array(scalar, _, rest), n) if n == rest.len() + 1 => Some(scalar.size()),
         _ => None,
     }
 }
@@ -329,36 +321,34 @@ impl<'s> Flow<'_, 's> {
 
     /// Evaluates for the effects alone.
     fn discard(&mut self, expr: &'s Expr) {
-        match &expr.kind {
-            ExprKind::Call(name, arguments) => {
-                if let Some(callee) = self.program().callee(&name.text) {
-                    self.call(callee, arguments, expr.span);
-                } else {
-                    self.eval(expr);
-                }
+        let program = self.program();
+        if !program.has_effect(expr) {
+            return;
+        }
+        if let ExprKind::Call(name, arguments) = &expr.kind
+            && let Some(callee) = program.callee(&name.text)
+        {
+            self.call(callee, arguments, expr.span);
+        } else if let ExprKind::Step { operand, by, .. } = &expr.kind {
+            // Nobody asks for the old value.
+            self.step(operand, *by, true, expr.span);
+        } else if let ExprKind::Cast(_, inner) = &expr.kind {
+            self.discard(inner);
+        } else if let ExprKind::Comma(all) = &expr.kind {
+            all.iter().for_each(|one| self.discard(one));
+        } else if let ExprKind::Conditional(condition, a, b) = &expr.kind
+            && (program.has_effect(a) || program.has_effect(b))
+        {
+            let (yes, no, behind) = (self.join(a.span), self.join(b.span), self.join(expr.span));
+            self.branch_on(condition, yes, no);
+            for (node, one) in [(yes, a), (no, b)] {
+                self.current = Some(node);
+                self.open("eval", &one_line(self.program().text_of(one.span)), one.span);
+                self.discard(one);
+                self.go_on(behind);
             }
-            ExprKind::Step { operand, by, .. } => {
-                self.step(operand, *by, true, expr.span);
-            }
-            ExprKind::Cast(_, inner) => self.discard(inner),
-            ExprKind::Comma(all) => all.iter().for_each(|one| self.discard(one)),
-            ExprKind::Conditional(condition, a, b)
-                if self.program().has_effect(a) || self.program().has_effect(b) =>
-            {
-                let (yes, no, behind) =
-                    (self.join(a.span), self.join(b.span), self.join(expr.span));
-                self.branch_on(condition, yes, no);
-                for (node, one) in [(yes, a), (no, b)] {
-                    self.current = Some(node);
-                    self.open("eval", &one_line(self.program().text_of(one.span)), one.span);
-                    self.discard(one);
-                    self.go_on(behind);
-                }
-            }
-            _ if self.program().has_effect(expr) => {
-                self.eval(expr);
-            }
-            _ => {}
+        } else {
+            self.eval(expr);
         }
     }
 
@@ -495,31 +485,29 @@ impl<'s> Flow<'_, 's> {
     }
 
     fn branch_on(&mut self, expr: &'s Expr, then: usize, otherwise: usize) {
-        match &expr.kind {
-            ExprKind::Unary(UnaryOp::Not, inner) if self.program().has_effect(inner) => {
-                self.branch_on(inner, otherwise, then)
-            }
-            ExprKind::Junction(is_and, all)
-                if all[1..].iter().any(|one| self.program().has_effect(one)) =>
-            {
-                let Some((last, before)) = all.split_last() else { return };
-                for one in before {
-                    let next = self.join(one.span);
-                    if *is_and {
-                        self.branch_on(one, next, otherwise)
-                    } else {
-                        self.branch_on(one, then, next)
-                    }
-                    self.nodes[next].is_test = true;
-                    self.nodes[next].hint = "test".to_owned();
-                    self.current = Some(next);
+        if let ExprKind::Unary(UnaryOp::Not, inner) = &expr.kind
+            && self.program().has_effect(inner)
+        {
+            self.branch_on(inner, otherwise, then);
+        } else if let ExprKind::Junction(is_and, all) = &expr.kind
+            && all[1..].iter().any(|one| self.program().has_effect(one))
+            && let Some((last, before)) = all.split_last()
+        {
+            for one in before {
+                let next = self.join(one.span);
+                if *is_and {
+                    self.branch_on(one, next, otherwise);
+                } else {
+                    self.branch_on(one, then, next);
                 }
-                self.branch_on(last, then, otherwise);
+                self.nodes[next].is_test = true;
+                self.nodes[next].hint = "test".to_owned();
+                self.current = Some(next);
             }
-            _ => {
-                let guard = self.eval(expr).truth();
-                self.branch(guard, expr.span, then, otherwise);
-            }
+            self.branch_on(last, then, otherwise);
+        } else {
+            let guard = self.eval(expr).truth();
+            self.branch(guard, expr.span, then, otherwise);
         }
     }
 

@@ -1,0 +1,234 @@
+//! Functions among each other: which one the chart runs, that none calls itself, and what parameters that are pointers refer to.
+
+use super::resolve::{FunctionId, Home, PointerUse, Reference, Resolver, VarId};
+use super::types::Type;
+use crate::codes;
+use grafsynth_ir::Span;
+use grafsynth_ir::diag::{Diagnostic, nearest};
+use std::collections::BTreeSet;
+
+impl Resolver<'_, '_> {
+    pub(super) fn entry(&mut self) -> Option<()> {
+        let program = &mut self.program;
+        if let Some(wanted) = &program.options.entry {
+            if let Some(id) = program.by_name.get(wanted) {
+                program.entry = *id;
+                return Some(());
+            }
+            let near = nearest(wanted, program.by_name.keys().map(String::as_str))
+                .map(|near| format!("did you mean {near}?"));
+            self.findings.report(|| {
+                let finding = Diagnostic::error(
+                    codes::C_NO_FUNCTION,
+                    format!("there is no function {wanted}"),
+                )
+                .at(Span::new(program.file, 0, 0), "");
+                near.into_iter().fold(finding, Diagnostic::help)
+            });
+            return None;
+        }
+        let called: BTreeSet<FunctionId> = program
+            .functions
+            .iter()
+            .flat_map(|one| one.calls.iter().map(|(callee, _)| *callee))
+            .collect();
+        let roots: Vec<FunctionId> = (0..program.functions.len())
+            .filter(|id| !called.contains(id) && !program.functions[*id].is_kept)
+            .collect();
+        program.entry = match program.by_name.get("main") {
+            Some(main) => *main,
+            None => roots.last().copied().or_else(|| {
+                (0..program.functions.len()).find(|id| !program.functions[*id].is_kept)
+            })?,
+        };
+        let others: Vec<&str> = roots
+            .iter()
+            .filter(|id| **id != program.entry)
+            .map(|id| program.functions[*id].def.name.text.as_str())
+            .collect();
+        if !others.is_empty() {
+            let entry = &program.functions[program.entry].def.name;
+            let others = others.join(", ");
+            self.findings.report(|| {
+                Diagnostic::note(
+                    codes::C_ENTRY,
+                    format!("the chart is that of {entry}; nothing calls {others}"),
+                )
+                .at(entry.span, "the chart runs this function")
+                .help("choose another one with --entry NAME")
+            });
+        }
+        Some(())
+    }
+
+    /// Refuses a function that calls itself, also through others: each function is a macro-step, and a macro-step cannot contain itself.
+    pub(super) fn recursion(&mut self) {
+        // Colours of a depth-first search with its own stack: 0 new, 1 open, 2 done.
+        let mut colour = vec![0_u8; self.program.functions.len()];
+        let mut stack = vec![(self.program.entry, 0_usize)];
+        colour[self.program.entry] = 1;
+        let mut reported = BTreeSet::new();
+        while let Some((id, next)) = stack.last().copied() {
+            let Some((callee, span)) = self.program.functions[id].calls.get(next).copied() else {
+                colour[id] = 2;
+                stack.pop();
+                continue;
+            };
+            if let Some(top) = stack.last_mut() {
+                top.1 += 1;
+            }
+            if self.program.functions[callee].is_kept {
+                continue;
+            }
+            match colour[callee] {
+                0 => {
+                    colour[callee] = 1;
+                    stack.push((callee, 0));
+                }
+                1 if reported.insert(callee) => {
+                    let from = stack.iter().position(|(open, _)| *open == callee).unwrap_or(0);
+                    let mut names: Vec<&str> = stack[from..]
+                        .iter()
+                        .map(|(open, _)| self.program.functions[*open].def.name.text.as_str())
+                        .collect();
+                    let name = self.program.functions[callee].def.name.clone();
+                    names.push(&name.text);
+                    let way = names.join(" calls ");
+                    self.findings.report(|| {
+                        Diagnostic::error(codes::C_RECURSION, format!("{name} is recursive: {way}"))
+                            .at(span, "the call that closes the circle")
+                            .at(name.span, "the function")
+                            .help(format!(
+                                "write it with a loop, or leave it in C with --keep {name}"
+                            ))
+                    });
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// What parameters that are pointers refer to.
+    pub(super) fn references(&mut self) {
+        // Handed on, a pointer is what the other function makes of it: until nothing changes.
+        loop {
+            let mut changed = false;
+            let uses: Vec<(VarId, PointerUse)> =
+                self.pointer_uses.iter().map(|(var, one)| (*var, one.clone())).collect();
+            for (var, one) in uses {
+                let (mut is_indexed, mut is_other, mut is_written) =
+                    (one.is_indexed, one.is_other, false);
+                for (callee, index) in &one.passed {
+                    let Some(param) = self.program.functions[*callee].params.get(*index).copied()
+                    else {
+                        continue;
+                    };
+                    is_other |= self.program.functions[*callee].is_kept;
+                    if let Some(theirs) = self.pointer_uses.get(&param) {
+                        is_indexed |= theirs.is_indexed;
+                        is_other |= theirs.is_other
+                            && !matches!(self.program.vars[param].ty, Type::Scalar(_));
+                    }
+                    let is_array =
+                        matches!(self.program.vars[param].ty, Type::Array(..) | Type::Pointer(_));
+                    is_written |= is_array && self.program.vars[param].is_written;
+                }
+                if let Some(mine) = self.pointer_uses.get_mut(&var)
+                    && (mine.is_indexed, mine.is_other) != (is_indexed, is_other)
+                {
+                    (mine.is_indexed, mine.is_other) = (is_indexed, is_other);
+                    changed = true;
+                }
+                if is_written && !self.program.vars[var].is_written {
+                    self.program.vars[var].is_written = true;
+                    changed = true;
+                }
+            }
+            if !changed {
+                break;
+            }
+        }
+        for id in 0..self.program.vars.len() {
+            let uses = self.pointer_uses.get(&id).cloned().unwrap_or_default();
+            let var = &mut self.program.vars[id];
+            let is_param = matches!(var.home, Home::Param(..));
+            match (&var.ty, is_param) {
+                (Type::Pointer(_) | Type::Array(..), true) if uses.is_other => {
+                    var.ty = Type::Opaque
+                }
+                (Type::Pointer(scalar), true) if uses.is_indexed => {
+                    var.ty = Type::Array(*scalar, None, Vec::new());
+                    var.reference = Reference::Array;
+                }
+                (Type::Pointer(scalar), true) => {
+                    var.ty = Type::Scalar(*scalar);
+                    var.reference = Reference::Scalar;
+                }
+                (Type::Array(..), true) => var.reference = Reference::Array,
+                (
+                    Type::Pointer(_)
+                    | Type::Array(..)
+                    | Type::Void
+                    | Type::Scalar(_)
+                    | Type::Opaque,
+                    _,
+                ) => {}
+            }
+        }
+    }
+
+    /// Lengths of array parameters: as written, as the longest argument, or as the option says.
+    pub(super) fn lengths(&mut self) {
+        let default = self.program.options.array_length.max(1);
+        let entry = self.program.entry;
+        for var in self.program.functions[entry].params.clone() {
+            let var = &mut self.program.vars[var];
+            if let Type::Array(_, first @ None, _) = &mut var.ty {
+                *first = Some(default);
+                let name = var.name.clone();
+                self.findings.report(|| {
+                    Diagnostic::note(
+                        codes::C_ARRAY_LENGTH,
+                        format!("{name} gets {default} elements"),
+                    )
+                    .at(name.span, "its length is not written")
+                    .help("write it between the brackets, or choose another with --array-length N")
+                });
+            }
+        }
+        // Callers come before those they call: without recursion as many rounds as there are functions are enough.
+        for _ in 0..self.program.functions.len() {
+            let mut changed = false;
+            for (param, length) in self.argument_lengths() {
+                if let Type::Array(_, first, _) = &mut self.program.vars[param].ty
+                    && first.is_none_or(|known| known < length)
+                {
+                    *first = Some(length);
+                    changed = true;
+                }
+            }
+            if !changed {
+                break;
+            }
+        }
+        for var in &mut self.program.vars {
+            if let Type::Array(_, first @ None, _) = &mut var.ty {
+                *first = Some(default);
+            }
+        }
+    }
+
+    /// For each array that is handed on: the parameter and the number of rows.
+    fn argument_lengths(&self) -> Vec<(VarId, u32)> {
+        let mut found = Vec::new();
+        for (var, uses) in &self.pointer_uses {
+            if let Type::Array(_, Some(length), _) = &self.program.vars[*var].ty {
+                let of_callees = uses.passed.iter().filter_map(|(callee, index)| {
+                    self.program.functions[*callee].params.get(*index)
+                });
+                found.extend(of_callees.map(|param| (*param, *length)));
+            }
+        }
+        found
+    }
+}
