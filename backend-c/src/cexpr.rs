@@ -88,6 +88,19 @@ pub(crate) struct Question {
 }
 
 impl Question {
+    /// The question whose answer is always the other one.
+    fn negated(self) -> Self {
+        let op = match self.op {
+            CompareOp::Eq => CompareOp::Ne,
+            CompareOp::Ne => CompareOp::Eq,
+            CompareOp::Lt => CompareOp::Ge,
+            CompareOp::Ge => CompareOp::Lt,
+            CompareOp::Le => CompareOp::Gt,
+            CompareOp::Gt => CompareOp::Le,
+        };
+        Question { op, ..self }
+    }
+
     /// What the conjunction (or disjunction) of two questions about one thing always is, if it is always the same.
     fn together(&self, other: &Question, is_and: bool) -> Option<bool> {
         if self.subject != other.subject {
@@ -198,7 +211,11 @@ impl CExpr {
                 Some(inner) if self.prec == Prec::Unary && !inner.starts_with('(') => {
                     CExpr::condition(inner, Prec::Atom)
                 }
-                _ => CExpr::condition(format!("!{}", self.within(Prec::Unary)), Prec::Unary),
+                _ => {
+                    let text = format!("!{}", self.within(Prec::Unary));
+                    let asks = self.asks.map(|question| Box::new(question.negated()));
+                    CExpr { asks, ..CExpr::condition(text, Prec::Unary) }
+                }
             },
         }
     }
@@ -673,5 +690,16 @@ mod tests {
         let more = CExpr::arith(ArithOp::Add, var("n", 0, 9), CExpr::int(1));
         assert_eq!(saturated(more, ty, "p", &mut helpers).text, "p_clamp16(n + 1, 1, 9)");
         assert_eq!(helpers.clamp, [true, false, false]);
+    }
+
+    #[test]
+    fn negated_questions_are_seen_together() {
+        let ask = |value| {
+            let place = CExpr::place("x", Type::Int { lo: 0, hi: 9 });
+            CExpr::compare(CompareOp::Eq, place, CExpr::int(value)).not()
+        };
+        assert!(CExpr::or([ask(3), ask(4)]).is_true());
+        assert!(CExpr::and([ask(3), ask(3).not()]).text.contains('x'));
+        assert_eq!(CExpr::or([ask(3), ask(3)]).text, "!(x == 3)");
     }
 }

@@ -3,12 +3,12 @@
 use crate::calls;
 use crate::cexpr::storage;
 use crate::cprogram::{CProgram, Member, mentions};
-use crate::ctext::{Kind, Node, Writer, comment_text};
+use crate::ctext::{Kind, Node, Writer};
 use crate::names::{Names, is_extern};
 use crate::times::Ticks;
 use crate::{File, Object, Options};
 use grafsynth_ir::expr::Type;
-use grafsynth_ir::net::{Driver, InputKind, MacroStep, Net, StepKind, VarOrigin};
+use grafsynth_ir::net::{InputKind, MacroStep, Net, StepKind, VarOrigin};
 
 /// What a caller of the emitted functions must know: the harness is written from it.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -24,7 +24,7 @@ pub(crate) struct Interface {
 
 impl Interface {
     /// The parameters of `NAME_init`, `NAME_step` and `NAME_stop`: only those that the chart has.
-    fn parameters(&self, with_in: bool, with_dt: bool) -> String {
+    pub(crate) fn parameters(&self, with_in: bool, with_dt: bool) -> String {
         let prefix = &self.names.prefix;
         let mut all = Vec::new();
         if self.has_instance {
@@ -72,17 +72,18 @@ pub(crate) fn lay_out(
     (files, interface)
 }
 
-struct Layout<'a> {
-    net: &'a Net,
-    names: &'a Names,
-    program: CProgram,
-    options: &'a Options,
-    interface: &'a Interface,
-    has_library: bool,
+/// What the files of a package are written from.
+pub(crate) struct Layout<'a> {
+    pub(crate) net: &'a Net,
+    pub(crate) names: &'a Names,
+    pub(crate) program: CProgram,
+    pub(crate) options: &'a Options,
+    pub(crate) interface: &'a Interface,
+    pub(crate) has_library: bool,
 }
 
 impl Layout<'_> {
-    fn banner(&self, what: &str) -> Node {
+    pub(crate) fn banner(&self, what: &str) -> Node {
         let version = env!("CARGO_PKG_VERSION");
         let mut text = format!("{}: {what}\nWritten by grafsynth {version}", self.net.name);
         if !self.options.source.is_empty() {
@@ -99,7 +100,7 @@ impl Layout<'_> {
         Node::comment(text)
     }
 
-    fn file(&self, name: String, nodes: &[Node], keep_existing: bool) -> File {
+    pub(crate) fn file(&self, name: String, nodes: &[Node], keep_existing: bool) -> File {
         let (text, map) = Writer::write(nodes);
         File { name, text, keep_existing, map }
     }
@@ -427,429 +428,6 @@ impl Layout<'_> {
     fn active_term(&self, step: grafsynth_ir::net::StepId) -> String {
         self.program.active[step].clone()
     }
-
-    // --- NAME.c ----------------------------------------------------------------------------------------------------------------------------
-
-    fn source(&self) -> File {
-        let (prefix, upper) = (&self.names.prefix, &self.names.upper);
-        let i = self.interface;
-        let mut nodes = vec![
-            self.banner("the chart. Do not edit: it is written anew from the chart."),
-            Node::directive(format!("#include \"{prefix}.h\"")),
-            Node::directive(format!("#include \"{prefix}_port.h\"")),
-        ];
-        if self.has_library {
-            nodes.push(Node::directive(format!("#include \"{prefix}_user.h\"")));
-        }
-        nodes.push(Node::blank());
-        nodes.extend(self.program.tables.iter().cloned());
-        if !self.program.tables.is_empty() {
-            nodes.push(Node::blank());
-        }
-        self.helpers(&mut nodes);
-        nodes.extend(self.program.functions.iter().cloned());
-        let mut step = self.program.step.clone();
-        if self.options.callbacks {
-            self.notify(&mut nodes, &mut step);
-        }
-        let init = self.with_unused(self.program.init.clone(), false, false);
-        nodes.push(Node::function(
-            format!("void {prefix}_init({})", i.parameters(false, false)),
-            init,
-        ));
-        nodes.push(Node::blank());
-        let step = self.with_unused(step, true, true);
-        nodes.push(Node::function(
-            format!("void {prefix}_step({})", i.parameters(true, true)),
-            step,
-        ));
-        let _ = upper;
-        self.file(format!("{prefix}.c"), &nodes, false)
-    }
-
-    fn with_unused(&self, body: Vec<Node>, with_in: bool, with_dt: bool) -> Vec<Node> {
-        let i = self.interface;
-        let mut names = Vec::new();
-        if i.has_instance {
-            names.push("self");
-        }
-        if with_in && i.has_in {
-            names.push("in");
-        }
-        if with_dt && i.ticks.is_some() {
-            names.push("dt");
-        }
-        if i.has_out {
-            names.push("out");
-        }
-        crate::cprogram::with_unused(&names, body)
-    }
-
-    fn helpers(&self, nodes: &mut Vec<Node>) {
-        let prefix = &self.names.prefix;
-        for (slot, width, ty) in [(0, 16, "int"), (1, 32, "int32_t"), (2, 64, "int64_t")] {
-            if self.program.helpers.clamp[slot] && self.calls(&format!("{prefix}_clamp{width}")) {
-                nodes.push(Node::comment("The value, or the nearest bound."));
-                nodes.push(Node::function(
-                    format!("static {ty} {prefix}_clamp{width}({ty} value, {ty} lo, {ty} hi)"),
-                    vec![Node::line("return (value < lo) ? lo : (value > hi) ? hi : value;")],
-                ));
-                nodes.push(Node::blank());
-            }
-        }
-        let later = self.program.helpers.later && self.calls(&format!("{prefix}_later"));
-        if let (true, Some(ticks)) = (later, self.interface.ticks) {
-            let ty = ticks.name();
-            nodes.push(Node::comment("A timer dt ticks later; it stays at its cap."));
-            nodes.push(Node::function(
-                format!("static {ty} {prefix}_later({ty} time, {ty} dt, {ty} cap)"),
-                vec![Node::line(format!(
-                    "return (dt < ({ty})(cap - time)) ? ({ty})(time + dt) : cap;"
-                ))],
-            ));
-            nodes.push(Node::blank());
-        }
-    }
-
-    /// Whether a helper is called in the text that was kept.
-    fn calls(&self, helper: &str) -> bool {
-        let program = &self.program;
-        [&program.functions, &program.step, &program.init]
-            .into_iter()
-            .any(|nodes| mentions(nodes, helper))
-    }
-
-    /// The callbacks of seed 000: what changed in a reaction is told at its end.
-    fn notify(&self, nodes: &mut Vec<Node>, step: &mut Vec<Node>) {
-        if !self.interface.has_instance {
-            return;
-        }
-        let (prefix, upper) = (&self.names.prefix, &self.names.upper);
-        let mut body = Vec::new();
-        let before = |text: &str| text.replace("self->", "before->");
-        for (id, it) in self.net.steps.iter() {
-            if !shown(it.kind, it.hidden) {
-                continue;
-            }
-            let now = &self.program.active[id];
-            let was = before(now);
-            let name = format!("{upper}_STEP_{}", self.names.steps[id]);
-            body.push(
-                Node::when(
-                    &format!("({now}) != ({was})"),
-                    vec![Node::line(format!("{prefix}_activated({name}, {now});"))],
-                )
-                .about(Object::Step(id)),
-            );
-        }
-        for (id, it) in self.net.transitions.iter() {
-            if it.requires.is_empty() {
-                continue;
-            }
-            let join = |negate: bool| {
-                let all: Vec<String> = it
-                    .requires
-                    .iter()
-                    .map(|step| {
-                        let now = &self.program.active[*step];
-                        format!("({})", if negate { before(now) } else { now.clone() })
-                    })
-                    .collect();
-                all.join(" && ")
-            };
-            let condition = format!("{} && !({})", join(false), join(true));
-            let name = format!("{upper}_T_{}", self.names.transitions[id]);
-            body.push(
-                Node::when(&condition, vec![Node::line(format!("{prefix}_enabled({name});"))])
-                    .about(Object::Transition(id)),
-            );
-        }
-        nodes.push(Node::comment("Tells the library what a reaction changed."));
-        nodes.push(Node::function(
-            format!(
-                "static void {prefix}_notify(const {prefix}_t *self, const {prefix}_t *before)"
-            ),
-            crate::cprogram::with_unused(&["self", "before"], body),
-        ));
-        nodes.push(Node::blank());
-        step.insert(0, Node::line(format!("const {prefix}_t before = *self;")));
-        step.push(Node::line(format!("{prefix}_notify(self, &before);")));
-    }
-
-    // --- NAME_port.h -----------------------------------------------------------------------------------------------------------------------
-
-    fn port(&self) -> File {
-        let (prefix, upper) = (&self.names.prefix, &self.names.upper);
-        let mut nodes = vec![
-            self.banner("what differs between machines. Define a macro before this file is read, or with -D, to change it."),
-            Node::directive(format!("#ifndef {upper}_PORT_H")),
-            Node::directive(format!("#define {upper}_PORT_H")),
-            Node::blank(),
-            Node::directive("#include <stdbool.h>"),
-            Node::directive("#include <stdint.h>"),
-            Node::blank(),
-            Node::comment("Around what interrupts share with the chart: switch them off, and restore them."),
-            Node::directive(format!("#ifndef {upper}_ENTER_CRITICAL")),
-            Node::directive(format!("#define {upper}_ENTER_CRITICAL() ((void)0)")),
-            Node::directive("#endif"),
-            Node::directive(format!("#ifndef {upper}_EXIT_CRITICAL")),
-            Node::directive(format!("#define {upper}_EXIT_CRITICAL() ((void)0)")),
-            Node::directive("#endif"),
-            Node::blank(),
-            Node::comment("A state variable holds a value that it never takes: the memory was disturbed. The usual answer is a restart."),
-            Node::directive(format!("#ifndef {upper}_BAD_STATE")),
-            Node::directive(format!("#define {upper}_BAD_STATE(self) ((void)0)")),
-            Node::directive("#endif"),
-            Node::blank(),
-            Node::comment("Where constant tables live: flash, on machines that have to be told."),
-            Node::directive(format!("#ifndef {upper}_ROM")),
-            Node::directive("#if defined(__FLASH) && !defined(__STRICT_ANSI__) && !defined(__cplusplus)"),
-            Node::directive(format!("#define {upper}_ROM const __flash")),
-            Node::directive("#elif defined(__SDCC_mcs51)"),
-            Node::directive(format!("#define {upper}_ROM const __code")),
-            Node::directive("#else"),
-            Node::directive(format!("#define {upper}_ROM const")),
-            Node::directive("#endif"),
-            Node::directive("#endif"),
-            Node::blank(),
-        ];
-        self.ring(&mut nodes);
-        nodes.push(Node::directive("#endif"));
-        self.file(format!("{prefix}_port.h"), &nodes, false)
-    }
-
-    /// The event ring: interrupts put events in, the loop that calls the chart takes them out.
-    fn ring(&self, nodes: &mut Vec<Node>) {
-        let (prefix, upper) = (&self.names.prefix, &self.names.upper);
-        let events: Vec<_> =
-            self.net.inputs.iter().filter(|(_, input)| input.kind == InputKind::Event).collect();
-        if events.is_empty() {
-            return;
-        }
-        let mut body: Vec<Node> = Vec::new();
-        for (position, (id, input)) in events.iter().enumerate() {
-            let comma = if position + 1 == events.len() { "" } else { "," };
-            body.push(
-                Node::line(format!("{upper}_EVENT_{}{comma}", self.names.inputs[*id]))
-                    .note(input.meta.label.clone())
-                    .about(Object::Input(*id)),
-            );
-        }
-        nodes.push(Node::directive(format!("#include \"{prefix}.h\"")));
-        nodes.push(Node::blank());
-        nodes.push(
-            Kind::Braces("typedef enum".to_string(), body, format!(" {prefix}_event_t;")).into(),
-        );
-        nodes.push(Node::blank());
-        nodes.push(Node::comment("The number of places of a ring, a power of two up to 128."));
-        nodes.push(Node::directive(format!("#ifndef {upper}_RING_SIZE")));
-        nodes.push(Node::directive(format!("#define {upper}_RING_SIZE 16U")));
-        nodes.push(Node::directive("#endif"));
-        nodes.push(Node::blank());
-        nodes.push(Node::comment(
-            "Events on their way from interrupts to the chart. Zero it before use. One writer and one reader need no lock:\neach index is written by one side only and is a single byte.",
-        ));
-        nodes.push(
-            Kind::Braces(
-                "typedef struct".to_string(),
-                vec![
-                    Node::line("volatile uint8_t head;").note("the next place to write"),
-                    Node::line("volatile uint8_t tail;").note("the next place to read"),
-                    Node::line(format!("volatile uint8_t events[{upper}_RING_SIZE];")),
-                ],
-                format!(" {prefix}_ring_t;"),
-            )
-            .into(),
-        );
-        nodes.push(Node::blank());
-        nodes.push(Node::comment(
-            "For interrupts: false when the ring is full and the event is lost.",
-        ));
-        nodes.push(Node::function(
-            format!(
-                "static inline bool {prefix}_post({prefix}_ring_t *ring, {prefix}_event_t event)"
-            ),
-            vec![
-                Node::line("const uint8_t head = ring->head;"),
-                Node::when(
-                    &format!("(uint8_t)(head - ring->tail) >= {upper}_RING_SIZE"),
-                    vec![Node::line("return false;")],
-                ),
-                Node::line(format!(
-                    "ring->events[head & ({upper}_RING_SIZE - 1U)] = (uint8_t)event;"
-                )),
-                Node::line("ring->head = (uint8_t)(head + 1U);"),
-                Node::line("return true;"),
-            ],
-        ));
-        nodes.push(Node::blank());
-        let mut cases: Vec<Node> = Vec::new();
-        for (id, _) in &events {
-            let name = &self.names.inputs[*id];
-            let case = Kind::Case(
-                vec![format!("case {upper}_EVENT_{name}:")],
-                vec![Node::line(format!("in->{name} = true;")), Node::line("break;")],
-            );
-            cases.push(case.into());
-        }
-        cases.push(Kind::Case(vec!["default:".to_string()], vec![Node::line("break;")]).into());
-        let mut take: Vec<Node> = events
-            .iter()
-            .map(|(id, _)| Node::line(format!("in->{} = false;", self.names.inputs[*id])))
-            .collect();
-        take.extend([
-            Node::line("const uint8_t tail = ring->tail;"),
-            Node::when("tail == ring->head", vec![Node::line("return false;")]),
-            Node::block(format!("switch (ring->events[tail & ({upper}_RING_SIZE - 1U)])"), cases),
-            Node::line("ring->tail = (uint8_t)(tail + 1U);"),
-            Node::line("return true;"),
-        ]);
-        nodes.push(Node::comment(
-            "For the loop that calls the chart: puts the oldest event, and no other, into the inputs; false when there was none.",
-        ));
-        nodes.push(Node::function(
-            format!("static inline bool {prefix}_take({prefix}_ring_t *ring, {prefix}_in_t *in)"),
-            take,
-        ));
-        nodes.push(Node::blank());
-    }
-
-    // --- NAME_user.h, NAME_user.c ----------------------------------------------------------------------------------------------------------
-
-    /// The functions of the library: signature, comment, what a stub returns, what it comes from.
-    fn library(&self) -> Vec<(String, String, Option<&'static str>, Object)> {
-        let mut all = Vec::new();
-        for (id, input) in
-            self.net.inputs.iter().filter(|(_, input)| input.kind == InputKind::Extern)
-        {
-            let ty = storage(input.ty);
-            let value = if input.ty.is_bool() { "false" } else { "0" };
-            all.push((
-                format!("{ty} {}(void)", self.names.inputs[id]),
-                described(&input.name.text, &input.meta.label, &self.names.inputs[id], input.ty),
-                Some(value),
-                Object::Input(id),
-            ));
-        }
-        for (id, output) in self.net.outputs.iter() {
-            let Driver::Extern { params, .. } = &output.driver else { continue };
-            let mut space = crate::names::namer();
-            let list: Vec<String> = params
-                .iter()
-                .map(|param| {
-                    let name =
-                        space.name(if param.name.is_empty() { "value" } else { &param.name });
-                    format!("{} {name}", storage(param.ty))
-                })
-                .collect();
-            let list = if list.is_empty() { "void".to_string() } else { list.join(", ") };
-            all.push((
-                format!("void {}({list})", self.names.outputs[id]),
-                described(
-                    &output.name.text,
-                    &output.meta.label,
-                    &self.names.outputs[id],
-                    Type::Bool,
-                ),
-                None,
-                Object::Output(id),
-            ));
-        }
-        all
-    }
-
-    fn callbacks(&self) -> Vec<(String, &'static str)> {
-        if !self.options.callbacks {
-            return Vec::new();
-        }
-        let prefix = &self.names.prefix;
-        vec![
-            (
-                format!("void {prefix}_activated({prefix}_step_t step, bool active)"),
-                "A step was activated or deactivated.",
-            ),
-            (
-                format!("void {prefix}_enabled({prefix}_transition_t transition)"),
-                "A transition became enabled: it waits for its receptivity from now on.",
-            ),
-        ]
-    }
-
-    fn library_header(&self) -> File {
-        let (prefix, upper) = (&self.names.prefix, &self.names.upper);
-        let mut nodes = vec![
-            self.banner("the functions that your library provides. Do not edit: it is written anew from the chart."),
-            Node::directive(format!("#ifndef {upper}_USER_H")),
-            Node::directive(format!("#define {upper}_USER_H")),
-            Node::blank(),
-            Node::directive("#include <stdbool.h>"),
-            Node::directive("#include <stdint.h>"),
-        ];
-        if self.options.callbacks {
-            nodes.push(Node::directive(format!("#include \"{prefix}.h\"")));
-        }
-        nodes.extend([
-            Node::blank(),
-            Node::directive("#ifdef __cplusplus"),
-            Node::line("extern \"C\" {"),
-            Node::directive("#endif"),
-            Node::blank(),
-        ]);
-        for (signature, note, _, object) in self.library() {
-            nodes.push(Node::line(format!("{signature};")).note(note).about(object));
-        }
-        for (signature, note) in self.callbacks() {
-            nodes.push(Node::comment(note));
-            nodes.push(Node::line(format!("{signature};")));
-        }
-        nodes.extend([
-            Node::blank(),
-            Node::directive("#ifdef __cplusplus"),
-            Node::line("}"),
-            Node::directive("#endif"),
-            Node::blank(),
-            Node::directive("#endif"),
-        ]);
-        self.file(format!("{prefix}_user.h"), &nodes, false)
-    }
-
-    fn library_stub(&self) -> File {
-        let prefix = &self.names.prefix;
-        let mut nodes = vec![
-            Node::comment(format!(
-                "{}: your library. Fill it in; it is yours and is never written again.",
-                comment_text(&self.net.name.text)
-            )),
-            Node::directive(format!("#include \"{prefix}_user.h\"")),
-            Node::blank(),
-        ];
-        for (signature, note, value, object) in self.library() {
-            let mut body = unused_parameters(&signature);
-            body.extend(value.map(|value| Node::line(format!("return {value};"))));
-            if !note.is_empty() {
-                nodes.push(Node::comment(note));
-            }
-            nodes.push(Node::function(signature, body).about(object));
-            nodes.push(Node::blank());
-        }
-        for (signature, note) in self.callbacks() {
-            nodes.push(Node::comment(note));
-            let body = unused_parameters(&signature);
-            nodes.push(Node::function(signature, body));
-            nodes.push(Node::blank());
-        }
-        nodes.pop();
-        self.file(format!("{prefix}_user.c"), &nodes, true)
-    }
-}
-
-/// `(void)x;` for each parameter of a stub.
-fn unused_parameters(signature: &str) -> Vec<Node> {
-    let list = signature.split_once('(').map_or("", |(_, rest)| rest.trim_end_matches(')'));
-    list.split(", ")
-        .filter_map(|parameter| parameter.rsplit_once(' '))
-        .map(|(_, name)| Node::line(format!("(void){};", name.trim_start_matches('*'))))
-        .collect()
 }
 
 /// True for a step that traces show.
@@ -858,7 +436,7 @@ pub(crate) fn shown(kind: StepKind, hidden: bool) -> bool {
 }
 
 /// A comment for a signal: its label, its name where C has another, and its range.
-fn described(name: &str, label: &str, chosen: &str, ty: Type) -> String {
+pub(crate) fn described(name: &str, label: &str, chosen: &str, ty: Type) -> String {
     let mut text = String::new();
     if name != chosen {
         text.push_str(name);

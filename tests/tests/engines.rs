@@ -81,6 +81,56 @@ fn statecharts_in_c_do_what_the_net_does() {
     assert!(n_carried as u64 * 10 >= total * 7, "only {n_carried} of {total} statecharts");
 }
 
+/// Regions of four levels with everything that competes, queues, remembers and counts: the C that is emitted for them says what the simulator says, passes
+/// the compiler's warnings, and its text grows with the chart, not with its product.
+#[test]
+fn large_statecharts_in_c_do_what_the_net_does() {
+    use grafsynth_tests::large_chart::LargeChart;
+    if !is_here("a C compiler", tools::c_compiler().is_some()) {
+        return;
+    }
+    let sizes: &[usize] = if rounds(0, 1) == 0 { &[31, 217] } else { &[31, 217, 513, 1001] };
+    let mut lines_of_states = Vec::new();
+    for size in sizes {
+        for (history, raises, lists) in
+            [(None, false, false), (Some(false), true, false), (Some(true), true, true)]
+        {
+            let chart = LargeChart::of_size(*size).expect("a size that is measured");
+            let net = LargeChart { history, raises, lists, ..chart }.net().expect("it is a chart");
+            let package = package(&net, Style::Auto, 0);
+            assert_eq!(package.style, "statechart", "{}", package.reason);
+            let program = match c::compile_text(&multi_harness(&[(&net, &package)]), &STRICT) {
+                Ok(program) => program,
+                Err(why) => panic!("{size} states: {why}"),
+            };
+            let stimulus = Stimulus::random(&net, ROWS, *size as u64, 1);
+            let input = c::lines(&net, &stimulus);
+            let run =
+                tools::run(&program.path, &["0"], program.folder.path(), input.as_bytes(), LIMIT)
+                    .expect("it runs");
+            let got = c::parse(&net, &run.stdout).expect("it prints a trace");
+            let difference = compare(&net_trace(&net, &stimulus), &got);
+            assert!(difference.is_none(), "{size} states: {difference:?}");
+            let text = package.files.iter().find(|file| file.name.ends_with(".c"));
+            let n_lines = text.map_or(0, |file| file.text.lines().count());
+            lines_of_states.push(n_lines / size);
+        }
+    }
+    assert!(lines_of_states.iter().all(|lines| *lines <= 40), "{lines_of_states:?}");
+}
+
+/// What the emitted text passes without a word.
+const STRICT: [&str; 8] = [
+    "-std=c99",
+    "-O1",
+    "-Wall",
+    "-Wextra",
+    "-Wconversion",
+    "-Wshadow",
+    "-Werror",
+    "-Wno-unused-function",
+];
+
 /// Compiles all nets into one program and runs each.
 fn check_unit(first: u64, nets: &[Valid<Net>], style: Style) {
     let packages: Vec<Package> =

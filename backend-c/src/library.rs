@@ -1,0 +1,145 @@
+//! `NAME_user.h` and `NAME_user.c`: the functions of the user's library, declared, and a stub of it.
+
+use crate::cexpr::storage;
+use crate::ctext::{Node, comment_text};
+use crate::header::{Layout, described};
+use crate::{File, Object};
+use grafsynth_ir::expr::Type;
+use grafsynth_ir::net::{Driver, InputKind};
+
+impl Layout<'_> {
+    /// The functions of the library: signature, comment, what a stub returns, what it comes from.
+    fn library(&self) -> Vec<(String, String, Option<&'static str>, Object)> {
+        let mut all = Vec::new();
+        for (id, input) in
+            self.net.inputs.iter().filter(|(_, input)| input.kind == InputKind::Extern)
+        {
+            let ty = storage(input.ty);
+            let value = if input.ty.is_bool() { "false" } else { "0" };
+            all.push((
+                format!("{ty} {}(void)", self.names.inputs[id]),
+                described(&input.name.text, &input.meta.label, &self.names.inputs[id], input.ty),
+                Some(value),
+                Object::Input(id),
+            ));
+        }
+        for (id, output) in self.net.outputs.iter() {
+            let Driver::Extern { params, .. } = &output.driver else { continue };
+            let mut space = crate::names::namer();
+            let list: Vec<String> = params
+                .iter()
+                .map(|param| {
+                    let name =
+                        space.name(if param.name.is_empty() { "value" } else { &param.name });
+                    format!("{} {name}", storage(param.ty))
+                })
+                .collect();
+            let list = if list.is_empty() { "void".to_string() } else { list.join(", ") };
+            all.push((
+                format!("void {}({list})", self.names.outputs[id]),
+                described(
+                    &output.name.text,
+                    &output.meta.label,
+                    &self.names.outputs[id],
+                    Type::Bool,
+                ),
+                None,
+                Object::Output(id),
+            ));
+        }
+        all
+    }
+
+    fn callbacks(&self) -> Vec<(String, &'static str)> {
+        if !self.options.callbacks {
+            return Vec::new();
+        }
+        let prefix = &self.names.prefix;
+        vec![
+            (
+                format!("void {prefix}_activated({prefix}_step_t step, bool active)"),
+                "A step was activated or deactivated.",
+            ),
+            (
+                format!("void {prefix}_enabled({prefix}_transition_t transition)"),
+                "A transition became enabled: it waits for its receptivity from now on.",
+            ),
+        ]
+    }
+
+    pub(crate) fn library_header(&self) -> File {
+        let (prefix, upper) = (&self.names.prefix, &self.names.upper);
+        let mut nodes = vec![
+            self.banner("the functions that your library provides. Do not edit: it is written anew from the chart."),
+            Node::directive(format!("#ifndef {upper}_USER_H")),
+            Node::directive(format!("#define {upper}_USER_H")),
+            Node::blank(),
+            Node::directive("#include <stdbool.h>"),
+            Node::directive("#include <stdint.h>"),
+        ];
+        if self.options.callbacks {
+            nodes.push(Node::directive(format!("#include \"{prefix}.h\"")));
+        }
+        nodes.extend([
+            Node::blank(),
+            Node::directive("#ifdef __cplusplus"),
+            Node::line("extern \"C\" {"),
+            Node::directive("#endif"),
+            Node::blank(),
+        ]);
+        for (signature, note, _, object) in self.library() {
+            nodes.push(Node::line(format!("{signature};")).note(note).about(object));
+        }
+        for (signature, note) in self.callbacks() {
+            nodes.push(Node::comment(note));
+            nodes.push(Node::line(format!("{signature};")));
+        }
+        nodes.extend([
+            Node::blank(),
+            Node::directive("#ifdef __cplusplus"),
+            Node::line("}"),
+            Node::directive("#endif"),
+            Node::blank(),
+            Node::directive("#endif"),
+        ]);
+        self.file(format!("{prefix}_user.h"), &nodes, false)
+    }
+
+    pub(crate) fn library_stub(&self) -> File {
+        let prefix = &self.names.prefix;
+        let mut nodes = vec![
+            Node::comment(format!(
+                "{}: your library. Fill it in; it is yours and is never written again.",
+                comment_text(&self.net.name.text)
+            )),
+            Node::directive(format!("#include \"{prefix}_user.h\"")),
+            Node::blank(),
+        ];
+        for (signature, note, value, object) in self.library() {
+            let mut body = unused_parameters(&signature);
+            body.extend(value.map(|value| Node::line(format!("return {value};"))));
+            if !note.is_empty() {
+                nodes.push(Node::comment(note));
+            }
+            nodes.push(Node::function(signature, body).about(object));
+            nodes.push(Node::blank());
+        }
+        for (signature, note) in self.callbacks() {
+            nodes.push(Node::comment(note));
+            let body = unused_parameters(&signature);
+            nodes.push(Node::function(signature, body));
+            nodes.push(Node::blank());
+        }
+        nodes.pop();
+        self.file(format!("{prefix}_user.c"), &nodes, true)
+    }
+}
+
+/// `(void)x;` for each parameter of a stub.
+fn unused_parameters(signature: &str) -> Vec<Node> {
+    let list = signature.split_once('(').map_or("", |(_, rest)| rest.trim_end_matches(')'));
+    list.split(", ")
+        .filter_map(|parameter| parameter.rsplit_once(' '))
+        .map(|(_, name)| Node::line(format!("(void){};", name.trim_start_matches('*'))))
+        .collect()
+}

@@ -1,0 +1,144 @@
+//! `NAME_port.h`: what differs between machines, and the ring that interrupts write.
+
+use crate::ctext::{Kind, Node};
+use crate::header::Layout;
+use crate::{File, Object};
+use grafsynth_ir::net::InputKind;
+
+impl Layout<'_> {
+    pub(crate) fn port(&self) -> File {
+        let (prefix, upper) = (&self.names.prefix, &self.names.upper);
+        let mut nodes = vec![
+            self.banner("what differs between machines. Define a macro before this file is read, or with -D, to change it."),
+            Node::directive(format!("#ifndef {upper}_PORT_H")),
+            Node::directive(format!("#define {upper}_PORT_H")),
+            Node::blank(),
+            Node::directive("#include <stdbool.h>"),
+            Node::directive("#include <stdint.h>"),
+            Node::blank(),
+            Node::comment("Around what interrupts share with the chart: switch them off, and restore them."),
+            Node::directive(format!("#ifndef {upper}_ENTER_CRITICAL")),
+            Node::directive(format!("#define {upper}_ENTER_CRITICAL() ((void)0)")),
+            Node::directive("#endif"),
+            Node::directive(format!("#ifndef {upper}_EXIT_CRITICAL")),
+            Node::directive(format!("#define {upper}_EXIT_CRITICAL() ((void)0)")),
+            Node::directive("#endif"),
+            Node::blank(),
+            Node::comment("A state variable holds a value that it never takes: the memory was disturbed. The usual answer is a restart."),
+            Node::directive(format!("#ifndef {upper}_BAD_STATE")),
+            Node::directive(format!("#define {upper}_BAD_STATE(self) ((void)0)")),
+            Node::directive("#endif"),
+            Node::blank(),
+            Node::comment("Where constant tables live: flash, on machines that have to be told."),
+            Node::directive(format!("#ifndef {upper}_ROM")),
+            Node::directive("#if defined(__FLASH) && !defined(__STRICT_ANSI__) && !defined(__cplusplus)"),
+            Node::directive(format!("#define {upper}_ROM const __flash")),
+            Node::directive("#elif defined(__SDCC_mcs51)"),
+            Node::directive(format!("#define {upper}_ROM const __code")),
+            Node::directive("#else"),
+            Node::directive(format!("#define {upper}_ROM const")),
+            Node::directive("#endif"),
+            Node::directive("#endif"),
+            Node::blank(),
+        ];
+        self.ring(&mut nodes);
+        nodes.push(Node::directive("#endif"));
+        self.file(format!("{prefix}_port.h"), &nodes, false)
+    }
+
+    /// The event ring: interrupts put events in, the loop that calls the chart takes them out.
+    fn ring(&self, nodes: &mut Vec<Node>) {
+        let (prefix, upper) = (&self.names.prefix, &self.names.upper);
+        let events: Vec<_> =
+            self.net.inputs.iter().filter(|(_, input)| input.kind == InputKind::Event).collect();
+        if events.is_empty() {
+            return;
+        }
+        let mut body: Vec<Node> = Vec::new();
+        for (position, (id, input)) in events.iter().enumerate() {
+            let comma = if position + 1 == events.len() { "" } else { "," };
+            body.push(
+                Node::line(format!("{upper}_EVENT_{}{comma}", self.names.inputs[*id]))
+                    .note(input.meta.label.clone())
+                    .about(Object::Input(*id)),
+            );
+        }
+        nodes.push(Node::directive(format!("#include \"{prefix}.h\"")));
+        nodes.push(Node::blank());
+        nodes.push(
+            Kind::Braces("typedef enum".to_string(), body, format!(" {prefix}_event_t;")).into(),
+        );
+        nodes.push(Node::blank());
+        nodes.push(Node::comment("The number of places of a ring, a power of two up to 128."));
+        nodes.push(Node::directive(format!("#ifndef {upper}_RING_SIZE")));
+        nodes.push(Node::directive(format!("#define {upper}_RING_SIZE 16U")));
+        nodes.push(Node::directive("#endif"));
+        nodes.push(Node::blank());
+        nodes.push(Node::comment(
+            "Events on their way from interrupts to the chart. Zero it before use. One writer and one reader need no lock:\neach index is written by one side only and is a single byte.",
+        ));
+        nodes.push(
+            Kind::Braces(
+                "typedef struct".to_string(),
+                vec![
+                    Node::line("volatile uint8_t head;").note("the next place to write"),
+                    Node::line("volatile uint8_t tail;").note("the next place to read"),
+                    Node::line(format!("volatile uint8_t events[{upper}_RING_SIZE];")),
+                ],
+                format!(" {prefix}_ring_t;"),
+            )
+            .into(),
+        );
+        nodes.push(Node::blank());
+        nodes.push(Node::comment(
+            "For interrupts: false when the ring is full and the event is lost.",
+        ));
+        nodes.push(Node::function(
+            format!(
+                "static inline bool {prefix}_post({prefix}_ring_t *ring, {prefix}_event_t event)"
+            ),
+            vec![
+                Node::line("const uint8_t head = ring->head;"),
+                Node::when(
+                    &format!("(uint8_t)(head - ring->tail) >= {upper}_RING_SIZE"),
+                    vec![Node::line("return false;")],
+                ),
+                Node::line(format!(
+                    "ring->events[head & ({upper}_RING_SIZE - 1U)] = (uint8_t)event;"
+                )),
+                Node::line("ring->head = (uint8_t)(head + 1U);"),
+                Node::line("return true;"),
+            ],
+        ));
+        nodes.push(Node::blank());
+        let mut cases: Vec<Node> = Vec::new();
+        for (id, _) in &events {
+            let name = &self.names.inputs[*id];
+            let case = Kind::Case(
+                vec![format!("case {upper}_EVENT_{name}:")],
+                vec![Node::line(format!("in->{name} = true;")), Node::line("break;")],
+            );
+            cases.push(case.into());
+        }
+        cases.push(Kind::Case(vec!["default:".to_string()], vec![Node::line("break;")]).into());
+        let mut take: Vec<Node> = events
+            .iter()
+            .map(|(id, _)| Node::line(format!("in->{} = false;", self.names.inputs[*id])))
+            .collect();
+        take.extend([
+            Node::line("const uint8_t tail = ring->tail;"),
+            Node::when("tail == ring->head", vec![Node::line("return false;")]),
+            Node::block(format!("switch (ring->events[tail & ({upper}_RING_SIZE - 1U)])"), cases),
+            Node::line("ring->tail = (uint8_t)(tail + 1U);"),
+            Node::line("return true;"),
+        ]);
+        nodes.push(Node::comment(
+            "For the loop that calls the chart: puts the oldest event, and no other, into the inputs; false when there was none.",
+        ));
+        nodes.push(Node::function(
+            format!("static inline bool {prefix}_take({prefix}_ring_t *ring, {prefix}_in_t *in)"),
+            take,
+        ));
+        nodes.push(Node::blank());
+    }
+}

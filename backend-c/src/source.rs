@@ -1,0 +1,154 @@
+//! `NAME.c`: the helpers that a chart calls, its functions, `NAME_init`, `NAME_step`, and the callbacks around it.
+
+use crate::cprogram::mentions;
+use crate::ctext::Node;
+use crate::header::{Layout, shown};
+use crate::{File, Object};
+
+impl Layout<'_> {
+    pub(crate) fn source(&self) -> File {
+        let (prefix, upper) = (&self.names.prefix, &self.names.upper);
+        let i = self.interface;
+        let mut nodes = vec![
+            self.banner("the chart. Do not edit: it is written anew from the chart."),
+            Node::directive(format!("#include \"{prefix}.h\"")),
+            Node::directive(format!("#include \"{prefix}_port.h\"")),
+        ];
+        if self.has_library {
+            nodes.push(Node::directive(format!("#include \"{prefix}_user.h\"")));
+        }
+        nodes.push(Node::blank());
+        nodes.extend(self.program.tables.iter().cloned());
+        if !self.program.tables.is_empty() {
+            nodes.push(Node::blank());
+        }
+        self.helpers(&mut nodes);
+        nodes.extend(self.program.functions.iter().cloned());
+        let mut step = self.program.step.clone();
+        if self.options.callbacks {
+            self.notify(&mut nodes, &mut step);
+        }
+        let init = self.with_unused(self.program.init.clone(), false, false);
+        nodes.push(Node::function(
+            format!("void {prefix}_init({})", i.parameters(false, false)),
+            init,
+        ));
+        nodes.push(Node::blank());
+        let step = self.with_unused(step, true, true);
+        nodes.push(Node::function(
+            format!("void {prefix}_step({})", i.parameters(true, true)),
+            step,
+        ));
+        let _ = upper;
+        self.file(format!("{prefix}.c"), &nodes, false)
+    }
+
+    fn with_unused(&self, body: Vec<Node>, with_in: bool, with_dt: bool) -> Vec<Node> {
+        let i = self.interface;
+        let mut names = Vec::new();
+        if i.has_instance {
+            names.push("self");
+        }
+        if with_in && i.has_in {
+            names.push("in");
+        }
+        if with_dt && i.ticks.is_some() {
+            names.push("dt");
+        }
+        if i.has_out {
+            names.push("out");
+        }
+        crate::cprogram::with_unused(&names, body)
+    }
+
+    fn helpers(&self, nodes: &mut Vec<Node>) {
+        let prefix = &self.names.prefix;
+        for (slot, width, ty) in [(0, 16, "int"), (1, 32, "int32_t"), (2, 64, "int64_t")] {
+            if self.program.helpers.clamp[slot] && self.calls(&format!("{prefix}_clamp{width}")) {
+                nodes.push(Node::comment("The value, or the nearest bound."));
+                nodes.push(Node::function(
+                    format!("static {ty} {prefix}_clamp{width}({ty} value, {ty} lo, {ty} hi)"),
+                    vec![Node::line("return (value < lo) ? lo : (value > hi) ? hi : value;")],
+                ));
+                nodes.push(Node::blank());
+            }
+        }
+        let later = self.program.helpers.later && self.calls(&format!("{prefix}_later"));
+        if let (true, Some(ticks)) = (later, self.interface.ticks) {
+            let ty = ticks.name();
+            nodes.push(Node::comment("A timer dt ticks later; it stays at its cap."));
+            nodes.push(Node::function(
+                format!("static {ty} {prefix}_later({ty} time, {ty} dt, {ty} cap)"),
+                vec![Node::line(format!(
+                    "return (dt < ({ty})(cap - time)) ? ({ty})(time + dt) : cap;"
+                ))],
+            ));
+            nodes.push(Node::blank());
+        }
+    }
+
+    /// Whether a helper is called in the text that was kept.
+    fn calls(&self, helper: &str) -> bool {
+        let program = &self.program;
+        [&program.functions, &program.step, &program.init]
+            .into_iter()
+            .any(|nodes| mentions(nodes, helper))
+    }
+
+    /// The callbacks of seed 000: what changed in a reaction is told at its end.
+    fn notify(&self, nodes: &mut Vec<Node>, step: &mut Vec<Node>) {
+        if !self.interface.has_instance {
+            return;
+        }
+        let (prefix, upper) = (&self.names.prefix, &self.names.upper);
+        let mut body = Vec::new();
+        let before = |text: &str| text.replace("self->", "before->");
+        for (id, it) in self.net.steps.iter() {
+            if !shown(it.kind, it.hidden) {
+                continue;
+            }
+            let now = &self.program.active[id];
+            let was = before(now);
+            let name = format!("{upper}_STEP_{}", self.names.steps[id]);
+            body.push(
+                Node::when(
+                    &format!("({now}) != ({was})"),
+                    vec![Node::line(format!("{prefix}_activated({name}, {now});"))],
+                )
+                .about(Object::Step(id)),
+            );
+        }
+        for (id, it) in self.net.transitions.iter() {
+            if it.requires.is_empty() {
+                continue;
+            }
+            let join = |negate: bool| {
+                let all: Vec<String> = it
+                    .requires
+                    .iter()
+                    .map(|step| {
+                        let now = &self.program.active[*step];
+                        format!("({})", if negate { before(now) } else { now.clone() })
+                    })
+                    .collect();
+                all.join(" && ")
+            };
+            let condition = format!("{} && !({})", join(false), join(true));
+            let name = format!("{upper}_T_{}", self.names.transitions[id]);
+            body.push(
+                Node::when(&condition, vec![Node::line(format!("{prefix}_enabled({name});"))])
+                    .about(Object::Transition(id)),
+            );
+        }
+        nodes.push(Node::comment("Tells the library what a reaction changed."));
+        nodes.push(Node::function(
+            format!(
+                "static void {prefix}_notify(const {prefix}_t *self, const {prefix}_t *before)"
+            ),
+            crate::cprogram::with_unused(&["self", "before"], body),
+        ));
+        nodes.push(Node::blank());
+        step.insert(0, Node::line(format!("const {prefix}_t before = *self;")));
+        step.push(Node::line(format!("{prefix}_notify(self, &before);")));
+    }
+}
