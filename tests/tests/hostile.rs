@@ -10,13 +10,16 @@ use grafsynth_sim::{Random, Stimulus, Trace, TraceLayout};
 use grafsynth_tests::rounds;
 use grafsynth_verify::structural_facts;
 
-const CHARTS: [&str; 6] = [
+const CHARTS: [&str; 9] = [
     include_str!("../../examples/truck/truck.graf"),
     include_str!("../../examples/bottle-filler/filler.graf"),
     include_str!("../../examples/crossing/crossing.graf"),
     include_str!("../../examples/line-follower/follower.graf"),
     include_str!("../../examples/arbiter/arbiter.graf"),
     include_str!("../../examples/conflict/fig7.graf"),
+    include_str!("../../examples/microwave/oven.graf"),
+    include_str!("../../examples/drill/drill.graf"),
+    include_str!("../cases/semantics/library.graf"),
 ];
 
 const SCXML: [&str; 2] =

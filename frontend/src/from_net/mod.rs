@@ -81,14 +81,20 @@ fn refuse(net: &Net, findings: &mut Vec<Diagnostic>) {
             .or(step.parent.is_some().then_some("enclosed step"));
         if let Some(what) = what {
             findings.push(cannot(
-                format!("the chart language has no {what} yet: {}", step.name),
+                format!(
+                    "a net with hierarchy is not written as a chart; it has the {what} {}",
+                    step.name
+                ),
                 step.name.span,
             ));
         }
     }
     for history in net.histories.values() {
         findings.push(cannot(
-            format!("the chart language has no history yet: {}", history.name),
+            format!(
+                "a net with hierarchy is not written as a chart; it has the history {}",
+                history.name
+            ),
             history.name.span,
         ));
     }

@@ -91,19 +91,20 @@ fn any_step() -> impl Strategy<Value = Step> {
             StepRole::Final,
         ][..],
     );
-    (any_name(), role, any::<bool>(), proptest::collection::vec(any_step_item(), 0..3)).prop_map(
-        |(text, role, link, body)| {
+    let count = proptest::option::weighted(0.1, 0u32..4);
+    (any_name(), role, any::<bool>(), count, proptest::collection::vec(any_step_item(), 0..3))
+        .prop_map(|(text, role, link, count, body)| {
             let text = text.replace('.', "_");
             Step {
                 name: name(&text),
                 role,
                 activation_link: link,
+                count: count.map(|max| StepCount { max, initial: Some(2), span: span() }),
                 body,
                 meta: meta(),
                 ..Step::default()
             }
-        },
-    )
+        })
 }
 
 fn any_transition() -> impl Strategy<Value = Item> {
@@ -115,8 +116,9 @@ fn any_transition() -> impl Strategy<Value = Item> {
         proptest::option::of(Just(20_000_000u64)),
         any_block(),
         any::<bool>(),
+        proptest::bool::weighted(0.2),
     )
-        .prop_map(|(sources, targets, guard, after, actions, restart)| {
+        .prop_map(|(sources, targets, guard, after, actions, restart, is_internal)| {
             let after = after.map(|ns| (ns, span()));
             Item::Transition(Transition {
                 sources,
@@ -125,9 +127,62 @@ fn any_transition() -> impl Strategy<Value = Item> {
                 after,
                 actions,
                 restart,
+                is_internal,
                 meta: meta(),
                 ..Transition::default()
             })
+        })
+}
+
+/// An instance of one of the two library charts of [`any_design`], or of none.
+fn any_use() -> impl Strategy<Value = Use> {
+    let argument = (any_name(), any_expr(), any_name(), any::<bool>()).prop_map(
+        |(parameter, value, target, reads)| Argument {
+            parameter: name(parameter),
+            value: if reads {
+                ArgumentValue::Reads(value)
+            } else {
+                ArgumentValue::Drives(path(target))
+            },
+            span: span(),
+        },
+    );
+    (
+        proptest::sample::select(&["l1", "l2", "l3"][..]),
+        any_name(),
+        proptest::collection::vec(argument, 0..4),
+    )
+        .prop_map(|(library, text, arguments)| Use {
+            library: name(library),
+            name: name(&text.replace('.', "_")),
+            arguments,
+            meta: meta(),
+        })
+}
+
+fn any_library(text: &'static str) -> impl Strategy<Value = Library> {
+    let kinds = [
+        DeclarationKind::Input { ty: Type::Bool, synchronous: false },
+        DeclarationKind::Input { ty: int(0, 9), synchronous: false },
+        DeclarationKind::Output { ty: Type::Bool, init: None, registered: false, mealy: false },
+        DeclarationKind::Var { ty: int(0, 9), len: None, init: vec![] },
+        DeclarationKind::Event { internal: false },
+        DeclarationKind::Const { value: v("3") },
+    ];
+    let parameter = (any_name(), proptest::sample::select(kinds.to_vec()), any::<bool>()).prop_map(
+        |(text, kind, has_default)| Parameter {
+            declaration: Declaration { name: name(&text.replace('.', "_")), kind, meta: meta() },
+            default: has_default.then(|| v("1")),
+        },
+    );
+    (proptest::collection::vec(parameter, 0..4), proptest::collection::vec(any_item(), 0..4))
+        .prop_map(move |(parameters, items)| Library {
+            name: name(text),
+            parameters,
+            items,
+            span: span(),
+            meta: meta(),
+            ..Library::default()
         })
 }
 
@@ -141,6 +196,7 @@ fn any_item() -> impl Strategy<Value = Item> {
         1 => any_expr().prop_map(|expr| Item::Property(assert_never(expr))),
         1 => any_name().prop_map(|text| Item::Place(Place { items: vec![path(text)], side: Side::Chip, span: span() })),
         1 => any_name().prop_map(|body| macro_step("m", body)),
+        1 => any_use().prop_map(Item::Use),
     ];
     leaf.prop_recursive(2, 8, 4, |inner| {
         let items = || proptest::collection::vec(inner.clone(), 0..4);
@@ -165,8 +221,9 @@ fn any_design() -> impl Strategy<Value = Design> {
             Policy::OuterFirst,
         ][..],
     );
-    (policy, any::<bool>(), proptest::collection::vec(any_item(), 0..8)).prop_map(
-        |(policy, is_single, items)| {
+    let libraries = (any_library("l1"), any_library("l2"));
+    (policy, any::<bool>(), proptest::collection::vec(any_item(), 0..8), libraries).prop_map(
+        |(policy, is_single, items, (first, second))| {
             let settings = vec![
                 conflict(policy),
                 if is_single { single() } else { setting(SettingKind::EvolutionStable(None)) },
@@ -180,7 +237,9 @@ fn any_design() -> impl Strategy<Value = Design> {
                 initial("i", vec![]),
             ];
             let signals = [inputs("a b"), declared].concat();
-            design(vec![chart("c", vec![settings, signals, items])])
+            let mut made = design(vec![chart("c", vec![settings, signals, items])]);
+            made.libraries = vec![first, second];
+            made
         },
     )
 }
