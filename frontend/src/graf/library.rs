@@ -1,4 +1,8 @@
 //! Library charts, their uses and certificates, and the files that they come from.
+#![expect(
+    clippy::wildcard_enum_match_arm,
+    reason = "a parser names the tokens it takes; all others are one case"
+)]
 
 use grafsynth_ir::chart::{
     Argument, ArgumentValue, Certificate, Declaration, DeclarationKind, Expr, Import, Library,

@@ -277,9 +277,10 @@ impl Writer<'_> {
                 self.declarations(&items[at..at + n]);
                 at += n;
             } else {
-                match item {
-                    Item::State(state) => self.state(state, is_parallel),
-                    other => self.item(other),
+                if let Item::State(state) = item {
+                    self.state(state, is_parallel);
+                } else {
+                    self.item(item);
                 }
                 at += 1;
             }

@@ -275,10 +275,10 @@ impl<'t> Reader<'_, 't> {
             }
         }
         let actions = self.actions(node, &mut unit);
-        let mut options = Options::default();
         // CODESYS and TwinCAT run each action once more when it ends.
-        options.final_scan =
+        let final_scan =
             node.descendants().any(|one| one.is_element() && tag(one) == "SFCSettings");
+        let options = Options { final_scan, ..Options::default() };
         let body = match child(node, "body") {
             Some(body) => self.body(node, body, actions, &mut unit),
             None => Body::Statements(Vec::new()),
@@ -392,9 +392,10 @@ impl<'t> Reader<'_, 't> {
                 let low = self.expression_of(range, "lower", unit)?;
                 let high = self.expression_of(range, "upper", unit)?;
                 let base = self.type_in(child(inner, "baseType")?, unit)?;
-                match base.kind {
-                    TypeKind::Named(name) => TypeKind::Subrange(name, Box::new((low, high))),
-                    other => other,
+                if let TypeKind::Named(name) = base.kind {
+                    TypeKind::Subrange(name, Box::new((low, high)))
+                } else {
+                    base.kind
                 }
             }
             "enum" => {

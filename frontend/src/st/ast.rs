@@ -273,6 +273,9 @@ pub(crate) struct Stmt {
     pub(crate) span: Span,
 }
 
+/// A value, or the first and the last of a range.
+pub(crate) type CaseLabel = (Expr, Option<Expr>);
+
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum StmtKind {
     Assign {
@@ -290,7 +293,7 @@ pub(crate) enum StmtKind {
     },
     Case {
         selector: Expr,
-        arms: Vec<(Vec<(Expr, Option<Expr>)>, Vec<Stmt>)>,
+        arms: Vec<(Vec<CaseLabel>, Vec<Stmt>)>,
         otherwise: Vec<Stmt>,
     },
     For {

@@ -1,8 +1,4 @@
 //! Sequential function charts in text: steps, transitions, actions.
-#![expect(
-    clippy::wildcard_enum_match_arm,
-    reason = "a parser names the tokens it takes; all others are one case"
-)]
 
 use grafsynth_ir::Name;
 use grafsynth_ir::diag::{Diagnostic, nearest};

@@ -97,7 +97,8 @@ impl Parser<'_> {
                     StmtKind::Call { target, arguments }
                 }
                 ExprKind::Name(_)
-                    if matches!(self.kind(0), Kind::Equal | Kind::Colon) && self.word(1) != "" =>
+                    if matches!(self.kind(0), Kind::Equal | Kind::Colon)
+                        && !self.word(1).is_empty() =>
                 {
                     let span = self.here();
                     return Err(self.report(|| {

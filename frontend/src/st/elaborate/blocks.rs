@@ -93,12 +93,12 @@ impl Block {
     }
 
     fn input_type(self, name: &str) -> Ty {
-        match self {
-            Block::Ctu(lo, hi) | Block::Ctd(lo, hi) | Block::Ctud(lo, hi) if name == "PV" => {
+        match (self, name) {
+            (Block::Ctu(lo, hi) | Block::Ctd(lo, hi) | Block::Ctud(lo, hi), "PV") => {
                 Ty::Int { lo, hi, wraps: false }
             }
-            _ if name == "PT" => Ty::Time,
-            _ => Ty::Bool,
+            (_, "PT") => Ty::Time,
+            (_, _) => Ty::Bool,
         }
     }
 

@@ -400,10 +400,7 @@ impl Elaborator<'_> {
                 },
                 Some(init) => {
                     let expr = self.initial(inside, &ty, init)?.pop().ok_or(Told)?;
-                    match expr.kind {
-                        ExprKind::Int(value) => Value::int(value, expr.span),
-                        _ => Value::bool(expr),
-                    }
+                    Value::literal(expr)
                 }
                 None => self.zero_value(&ty, var.name.span)?,
             };

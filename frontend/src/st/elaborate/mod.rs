@@ -798,12 +798,7 @@ impl<'a> Elaborator<'a> {
             return Binding::Broken;
         };
         match self.initial(frame, ty, init).map(|mut values| values.pop()) {
-            Ok(Some(expr)) => match expr.kind {
-                grafsynth_ir::expr::ExprKind::Int(value) => {
-                    Binding::Value(Value::int(value, expr.span))
-                }
-                _ => Binding::Value(Value::bool(expr)),
-            },
+            Ok(Some(expr)) => Binding::Value(Value::literal(expr)),
             Ok(None) | Err(_) => Binding::Broken,
         }
     }
@@ -824,10 +819,7 @@ impl<'a> Elaborator<'a> {
         // A chart's name for an address has no sign before it.
         let name = Name::new(var.name.text.trim_start_matches('%'), var.name.span);
         let values = match &self.init_of(var) {
-            Some(init) => match self.initial(frame, ty, init) {
-                Ok(values) => values,
-                Err(_) => Vec::new(),
-            },
+            Some(init) => self.initial(frame, ty, init).unwrap_or_default(),
             None => Vec::new(),
         };
         let is_input = !is_assigned
@@ -875,10 +867,13 @@ impl<'a> Elaborator<'a> {
                 let value = values.first().cloned();
                 let value = match (value, simple) {
                     (Some(expr), Type::Bool) => Value::bool(expr),
-                    (Some(expr), Type::Int { .. }) => match expr.kind {
-                        grafsynth_ir::expr::ExprKind::Int(value) => Value::int(value, expr.span),
-                        _ => Value::int(0, expr.span),
-                    },
+                    (Some(expr), Type::Int { .. }) => {
+                        if let grafsynth_ir::expr::ExprKind::Int(value) = expr.kind {
+                            Value::int(value, expr.span)
+                        } else {
+                            Value::int(0, expr.span)
+                        }
+                    }
                     (None, Type::Bool) => Value::constant(false, var.name.span),
                     (None, Type::Int { .. }) => Value::int(simple.saturate(0), var.name.span),
                 };

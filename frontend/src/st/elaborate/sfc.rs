@@ -1,5 +1,6 @@
 //! Charts: steps with their actions, transitions, and what Booleans that are actions become.
 
+use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::chart::{
@@ -121,10 +122,10 @@ impl Elaborator<'_> {
                 continue;
             }
             let names = &mut self.frames[build.frame].names;
-            if names.contains_key(&key) {
-                self.twice("step", name);
+            if let Entry::Vacant(free) = names.entry(key) {
+                free.insert(Binding::Step(name.clone()));
             } else {
-                names.insert(key, Binding::Step(name.clone()));
+                self.twice("step", name);
             }
         }
     }

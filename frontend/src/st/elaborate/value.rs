@@ -50,6 +50,15 @@ impl Value {
         Value { expr: Expr::new(ExprKind::Int(value), span), kind: Kind::Int(value, value) }
     }
 
+    /// The value of an initial value, which is a number or a truth value.
+    pub(super) fn literal(expr: Expr) -> Self {
+        if let ExprKind::Int(value) = expr.kind {
+            Value::int(value, expr.span)
+        } else {
+            Value::bool(expr)
+        }
+    }
+
     pub(super) fn time(ns: i64, span: Span) -> Self {
         let leaf = Leaf::Duration(u64::try_from(ns).unwrap_or(0));
         Value { expr: Expr::leaf(leaf, span), kind: Kind::Time(Time::Constant(ns)) }
@@ -377,18 +386,22 @@ impl Elaborator<'_> {
         let (al, ah, bl, bh) = match (&a.kind, &b.kind) {
             (Kind::Int(al, ah), Kind::Int(bl, bh)) => (*al, *ah, *bl, *bh),
             (Kind::Time(Time::Constant(x)), Kind::Time(Time::Constant(y))) => {
-                return match op {
-                    Op::Add => Ok(Value::time(x.saturating_add(*y), span)),
-                    Op::Sub => Ok(Value::time(x.saturating_sub(*y), span)),
-                    _ => Err(self.type_error("times are added and subtracted only", span)),
+                return if op == Op::Add {
+                    Ok(Value::time(x.saturating_add(*y), span))
+                } else if op == Op::Sub {
+                    Ok(Value::time(x.saturating_sub(*y), span))
+                } else {
+                    Err(self.type_error("times are added and subtracted only", span))
                 };
             }
             (Kind::Time(Time::Constant(x)), Kind::Int(n, m)) if n == m => {
-                return match op {
-                    Op::Mul => Ok(Value::time(x.saturating_mul(*n), span)),
-                    Op::Div if *n != 0 => Ok(Value::time(x / n, span)),
-                    _ => Err(self
-                        .type_error("a time is multiplied with and divided by numbers only", span)),
+                return if op == Op::Mul {
+                    Ok(Value::time(x.saturating_mul(*n), span))
+                } else if op == Op::Div && *n != 0 {
+                    Ok(Value::time(x / n, span))
+                } else {
+                    Err(self
+                        .type_error("a time is multiplied with and divided by numbers only", span))
                 };
             }
             (Kind::Time(_), _) | (_, Kind::Time(_)) => {
