@@ -102,7 +102,6 @@ fn any_step() -> impl Strategy<Value = Step> {
                 count: count.map(|max| StepCount { max, initial: Some(2), span: span() }),
                 body,
                 meta: meta(),
-                ..Step::default()
             }
         })
 }
