@@ -201,35 +201,27 @@ fn attach_comments(program: &Program<'_>, id: FunctionId, graph: &mut Graph) {
         .comments
         .iter()
         .filter(|comment| comment.start >= body.start && comment.end <= body.end);
-    for comment in inside {
-        let text = comment_text(program.text_of(*comment));
-        let has_text = |node: &flow::Node| {
-            node.span.end > node.span.start && (!node.text.is_empty() || node.is_test)
-        };
-        let before = (0..graph.nodes.len())
-            .filter(|id| has_text(&graph.nodes[*id]) && graph.nodes[*id].span.end <= comment.start)
-            .max_by_key(|id| graph.nodes[*id].span.end);
-        let on_its_line = before.filter(|id| {
-            let gap = program
-                .text
-                .get(graph.nodes[*id].span.end as usize..comment.start as usize)
-                .unwrap_or("\n");
-            !gap.contains('\n')
-        });
-        let behind = (0..graph.nodes.len())
-            .filter(|id| has_text(&graph.nodes[*id]) && graph.nodes[*id].span.start >= comment.end)
-            .min_by_key(|id| graph.nodes[*id].span.start);
-        // A statement that goes on behind the comment holds it.
-        let around = (0..graph.nodes.len()).find(|id| {
-            has_text(&graph.nodes[*id])
-                && graph.nodes[*id].span.start <= comment.start
-                && graph.nodes[*id].span.end >= comment.end
-        });
-        if let Some(node) = around.or(on_its_line).or(behind).or(before) {
-            graph.nodes[node].comments.push(text);
-        } else {
-            graph.nodes[graph.start].comments.push(text);
+    // Statements without statements in them, and conditions, as they stand in the text: they do not overlap.
+    let mut places: Vec<(u32, u32, NodeId)> = Vec::new();
+    for (id, node) in graph.nodes.iter().enumerate() {
+        if node.span.end > node.span.start && (!node.text.is_empty() || node.is_test) {
+            places.push((node.span.start, node.span.end, id));
         }
+    }
+    places.sort_unstable();
+    for comment in inside {
+        let next = places.partition_point(|(start, ..)| *start < comment.start);
+        let behind = places.get(next).map(|(_, _, id)| *id);
+        let before = next.checked_sub(1).map(|at| places[at]);
+        // A statement that goes on behind the comment holds it; one that ends on its line is meant by it.
+        let is_before = |(_, end, _): &(u32, u32, NodeId)| {
+            let gap = program.text.get(*end as usize..comment.start as usize);
+            *end >= comment.end || gap.is_some_and(|gap| !gap.contains('\n'))
+        };
+        let held = before.filter(is_before).map(|(_, _, id)| id);
+        let last = before.map(|(_, _, id)| id);
+        let node = held.or(behind).or(last).unwrap_or(graph.start);
+        graph.nodes[node].comments.push(comment_text(program.text_of(*comment)));
     }
 }
 

@@ -98,6 +98,8 @@ pub(super) struct Graph {
 #[derive(Debug, Clone, Default)]
 pub(super) struct Names {
     taken: BTreeSet<String>,
+    /// The number that a name got last.
+    numbers: BTreeMap<String, usize>,
 }
 
 impl Names {
@@ -127,10 +129,10 @@ impl Names {
             base.push('_');
         }
         let mut name = base.clone();
-        let mut n = 1_usize;
         while !self.taken.insert(name.clone()) {
-            n += 1;
-            name = format!("{base}_{n}");
+            let number = self.numbers.entry(base.clone()).or_insert(1);
+            *number += 1;
+            name = format!("{base}_{number}");
         }
         name
     }
@@ -400,7 +402,7 @@ impl<'s> Flow<'_, 's> {
                 let (test, behind) = (self.join(condition.span), self.join(span));
                 self.loop_body(body, "do_body", behind, test);
                 self.go_on(test);
-                self.test_node("do", condition);
+                self.test_node("until", condition);
                 self.condition(condition, begin, behind);
                 self.current = Some(behind);
             }
@@ -469,7 +471,7 @@ impl<'s> Flow<'_, 's> {
     }
 
     fn if_statement(&mut self, condition: &'s Expr, then: &'s Stmt, otherwise: Option<&'s Stmt>) {
-        self.test_node("if", condition);
+        self.test_node("test", condition);
         let (yes, behind) =
             (self.join(then.span), self.join(Span { start: then.span.end, ..then.span }));
         let no = otherwise.map(|otherwise| self.join(otherwise.span));
