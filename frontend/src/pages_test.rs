@@ -87,5 +87,5 @@ fn the_examples_of_the_reference_are_read() {
         assert!(net.is_some(), "{findings:#?}");
         n += 1;
     }
-    assert_eq!(n, 2);
+    assert!(n >= 5, "{n} examples");
 }
