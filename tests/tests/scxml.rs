@@ -13,6 +13,7 @@ use grafsynth_driver::source::Sources;
 use grafsynth_engines::{Availability, EngineError, Job, c, tools};
 use grafsynth_ir::Valid;
 use grafsynth_ir::diag::{Diagnostic, any_error};
+use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::Net;
 use grafsynth_sim::{Stimulus, Trace, compare};
 use grafsynth_verify::{Limits, structural_facts};
@@ -91,6 +92,11 @@ fn ending(trace: &Trace) -> (String, String) {
         last[at].to_owned()
     };
     (cell("steps"), cell("fault"))
+}
+
+/// Enough to prove how many micro-steps a reaction takes; the charts have few states.
+fn facts(net: &Valid<Net>) -> Facts {
+    grafsynth_verify::facts(net, &Limits { pairs: 20_000, states: 2_000, ..Limits::default() })
 }
 
 fn passed(name: &str, engine: &str, trace: &Trace) {
@@ -181,9 +187,7 @@ fn the_core_passes_in_verilog() {
     let next = AtomicUsize::new(0);
     let work = || {
         while let Some((name, net, stimulus)) = charts.get(next.fetch_add(1, Ordering::Relaxed)) {
-            // Enough to prove how many micro-steps a reaction takes; the charts have few states.
-            let limits = Limits { pairs: 20_000, states: 2_000, ..Limits::default() };
-            let facts = grafsynth_verify::facts(net, &limits);
+            let facts = facts(net);
             match engine.run(&Job { net, facts: &facts, stimulus }) {
                 Ok(got) => {
                     passed(name, "verilog", &got);
@@ -223,5 +227,98 @@ fn errors_of_the_run_are_findings_before_it() {
         // What never occurs is a warning; all else is an error.
         assert_eq!(wanted.is_error(), code != "G0434", "{name}: {wanted:#?}");
         assert_eq!(any_error(&found), wanted.is_error(), "{name}: {found:#?}");
+    }
+}
+
+/// The mode control of a machine tool: what the paper says of it, row by row, and all engines alike.
+#[test]
+fn the_supervisor_does_what_its_paper_says() {
+    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/supervisor");
+    let text = fs::read_to_string(example.join("supervisor.scxml")).expect("the chart");
+    let net = chart("supervisor", &text).net;
+    let n_events = net.inputs.values().filter(|input| input.kind.is_event()).count();
+    assert_eq!((net.steps.len(), n_events), (15, 13));
+    let rows = fs::read_to_string(example.join("supervisor.csv")).expect("the stimulus");
+    let (stimulus, found) = Stimulus::parse_csv(&net, grafsynth_ir::FileId::default(), &rows);
+    let stimulus = stimulus.unwrap_or_else(|| panic!("{found:#?}"));
+    let trace = net_trace(&net, &stimulus);
+    let csv = trace.to_csv();
+    let mut lines = csv.lines();
+    let head: Vec<&str> = lines.next().unwrap_or_default().split(',').collect();
+    let at = |name: &str| head.iter().position(|column| *column == name).expect("the column");
+    let (steps, error) = (at("steps"), at("Error"));
+    let seen: Vec<(String, String)> = lines
+        .map(|line| {
+            let cells: Vec<&str> = line.split(',').collect();
+            (cells[steps].to_owned(), cells[error].to_owned())
+        })
+        .collect();
+    let expected = [
+        ("Off", "0"),         // at the start
+        ("MEM", "0"),         // On_P: nothing is remembered, so Auto, whose first mode is MEM
+        ("MDI", "0"),         // MDI_P
+        ("JOG", "0"),         // JOG_P
+        ("Off", "0"),         // Off_P
+        ("Handle", "0"),      // On_P: Manual is remembered, and entered at its first mode
+        ("Estop", "1"),       // EStop_P sets the error
+        ("Estop", "1"),       // Off_P: not while an error waits
+        ("Estop", "0"),       // Reset_P
+        ("Off", "0"),         // Off_P
+        ("Handle", "0"),      // On_P: still Manual
+        ("ProgramEdit", "0"), // Edit_P
+        ("Off", "0"),         // Off_P
+        ("ProgramEdit", "0"), // On_P
+    ];
+    let seen: Vec<(&str, &str)> =
+        seen.iter().map(|(steps, error)| (steps.as_str(), error.as_str())).collect();
+    assert_eq!(seen, expected);
+
+    let facts = facts(&net);
+    for stimulus in [stimulus, Stimulus::random(&net, 500, 1, 1)] {
+        let expected = net_trace(&net, &stimulus);
+        for engine in grafsynth_engines::all() {
+            if let Availability::Missing(tool) = engine.availability() {
+                println!("skipped: {tool} is not here");
+                continue;
+            }
+            match engine.run(&Job { net: &net, facts: &facts, stimulus: &stimulus }) {
+                Ok(got) => assert_eq!(compare(&expected, &got), None, "{}", engine.name()),
+                Err(why) => panic!("{}: {why:?}", engine.name()),
+            }
+        }
+    }
+}
+
+/// Documents by others, where they are here: each is read, or each thing refused is named with its place.
+#[test]
+fn documents_by_others_are_read_or_refused_by_name() {
+    let folder = match std::env::var_os("GRAFSYNTH_SCXML_CORPUS") {
+        Some(folder) => PathBuf::from(folder),
+        None => Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scxml-corpus"),
+    };
+    let Ok(entries) = fs::read_dir(&folder) else {
+        println!("skipped: no SCXML by others is here (GRAFSYNTH_SCXML_CORPUS names a folder)");
+        return;
+    };
+    for entry in entries {
+        let path = entry.expect("an entry").path();
+        if path.extension().is_none_or(|extension| extension != "scxml") {
+            continue;
+        }
+        let text = fs::read_to_string(&path).expect("a text");
+        let (design, found) = read_text(&text);
+        match design {
+            Some(Design::Net(design)) => {
+                let stimulus = Stimulus::random(&design.net, 50, 1, 1);
+                assert_eq!(net_trace(&design.net, &stimulus).rows.len(), 51, "{path:?}");
+            }
+            Some(Design::Logic(_)) | None => {
+                let errors = found.iter().filter(|finding| finding.is_error());
+                assert!(errors.clone().count() > 0, "{path:?}: nothing read and no error");
+                for finding in errors {
+                    assert!(!finding.labels.is_empty(), "{path:?}: no place in {finding:?}");
+                }
+            }
+        }
     }
 }

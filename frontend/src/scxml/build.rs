@@ -113,7 +113,13 @@ impl<'m> Builder<'m, '_> {
             machine.initial.iter().filter_map(|id| self.names.path(id, self.found)).collect();
         let initial = match initial.as_slice() {
             // The usual case: one of the outermost states.
-            [only] if only.names.len() == 1 => {
+            [only]
+                if machine
+                    .initial
+                    .iter()
+                    .filter_map(|id| self.names.states.get(&id.text))
+                    .all(|known| known.is_outermost) =>
+            {
                 let name = &only.names[0].text;
                 for state in &mut states {
                     if let Item::State(chart::State { step, .. }) = state

@@ -14,7 +14,7 @@ use crate::codes;
 use crate::graf::parser::Findings;
 
 /// So many matches of descriptors with events are written out at most.
-const MAX_MATCHES: usize = 1_000_000;
+const MAX_MATCHES: usize = 200_000;
 
 /// One event of the chart.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -159,7 +159,7 @@ impl Alphabet {
         let Some(known) = names.states.get(id).filter(|known| known.completes) else {
             return false;
         };
-        let name = format!("done.state.{}", known.path.join("."));
+        let name = format!("done.state.{}", known.name);
         self.add(text, Event { name, span, is_internal: true, is_done: true });
         true
     }

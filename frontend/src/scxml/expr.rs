@@ -454,7 +454,10 @@ impl Parser<'_, '_> {
         };
         let value = match hex {
             Some(hex) => i64::from_str_radix(hex, 16).ok(),
-            None if digits.len() > 1 && digits.starts_with('0') => {
+            None if digits.len() > 1
+                && digits.starts_with('0')
+                && digits.bytes().all(|byte| byte.is_ascii_digit()) =>
+            {
                 return Err(self.error(
                     span,
                     &format!("{word} would be an octal number"),

@@ -13,8 +13,10 @@ use crate::graf::parser::Findings;
 /// What an identifier of a document stands for.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Known {
-    /// From the outermost state inwards.
-    pub(super) path: Vec<String>,
+    /// Its name in the chart: names of states stand bare there (semantics C25).
+    pub(super) name: String,
+    /// One of the outermost states.
+    pub(super) is_outermost: bool,
     pub(super) span: Span,
     pub(super) is_history: bool,
     /// A state whose completion raises an event: one with a final child, or a parallel of such.
@@ -69,8 +71,13 @@ impl Names {
                     found.report(|| twice(id, first));
                     continue;
                 }
-                let known =
-                    Known { path: Vec::new(), span: id.span, is_history: false, completes: false };
+                let known = Known {
+                    name: String::new(),
+                    is_outermost: false,
+                    span: id.span,
+                    is_history: false,
+                    completes: false,
+                };
                 names.states.insert(id.text.clone(), known);
             }
         });
@@ -105,7 +112,8 @@ impl Names {
         self.order.push(name.clone());
         path.push(name);
         if let Some(known) = state.id.as_ref().and_then(|id| self.states.get_mut(&id.text)) {
-            known.path.clone_from(path);
+            known.name = path.last().cloned().unwrap_or_default();
+            known.is_outermost = path.len() == 1;
             known.completes = completes(state);
         }
         for history in &state.histories {
@@ -118,8 +126,7 @@ impl Names {
             };
             self.order.push(name.clone());
             if let Some(known) = history.id.as_ref().and_then(|id| self.states.get_mut(&id.text)) {
-                known.path.clone_from(path);
-                known.path.push(name);
+                known.name = name;
                 known.is_history = true;
             }
         }
@@ -146,7 +153,7 @@ impl Names {
     }
 
     pub(super) fn path_of(&self, known: &Known, span: Span) -> Path {
-        Path { names: known.path.iter().map(|name| Name::new(name.as_str(), span)).collect() }
+        Path::from(Name::new(known.name.as_str(), span))
     }
 
     pub(super) fn unknown(&self, id: &str, span: Span) -> Diagnostic {

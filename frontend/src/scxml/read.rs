@@ -18,6 +18,9 @@ use crate::graf::Limits;
 use crate::graf::parser::Findings;
 use crate::xml::{self, Mapped};
 
+/// Events or targets of one transition at most.
+const MAX_NAMES: usize = 10_000;
+
 /// Attributes and children that an element of SCXML may have.
 struct Rule {
     name: &'static str,
@@ -445,9 +448,22 @@ impl<'t> Reader<'_, 't> {
     }
 
     /// The value of an attribute as names between blanks.
-    fn names(&self, node: N<'_, 't>, attribute: &str) -> Option<Vec<Name>> {
+    fn names(&mut self, node: N<'_, 't>, attribute: &str) -> Option<Vec<Name>> {
         let value = self.value(node, attribute)?;
-        Some(value.words().map(|(word, span)| Name::new(word, span)).collect())
+        let names: Vec<Name> =
+            value.words().take(MAX_NAMES + 1).map(|(word, span)| Name::new(word, span)).collect();
+        if names.len() > MAX_NAMES {
+            self.report(
+                Diagnostic::error(
+                    codes::SCXML_SIZE,
+                    format!("the attribute {attribute} holds more than {MAX_NAMES} names"),
+                )
+                .at(self.tag(node), "")
+                .help("write several transitions"),
+            );
+            return Some(Vec::new());
+        }
+        Some(names)
     }
 
     fn expression(&mut self, text: &Mapped<'_>) -> Option<Ast> {
