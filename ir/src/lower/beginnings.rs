@@ -11,6 +11,7 @@ pub(super) fn beginnings(lowering: &mut Lowering<'_>) {
     if lowering.is_statechart() {
         return;
     }
+    inside_of_inactive(lowering);
     let net = &lowering.net;
     let chart_of = |part: PartId| {
         lowering.chart_bodies.partition_point(|(_, parts)| parts.end <= part.index())
@@ -43,5 +44,32 @@ pub(super) fn beginnings(lowering: &mut Lowering<'_>) {
             .help("write `initial step` where it begins");
             lowering.found.add(finding);
         }
+    }
+}
+
+/// Initial steps in enclosing steps that reset does not activate.
+fn inside_of_inactive(lowering: &mut Lowering<'_>) {
+    let net = &lowering.net;
+    let mut active = vec![false; net.steps.len()];
+    let mut wrong = Vec::new();
+    // A step stands behind the one that encloses it.
+    for (id, step) in net.steps.iter() {
+        let parent = step.parent;
+        let is_around = parent.is_some_and(|parent| active[parent.index()]);
+        active[id.index()] = step.is_initial || step.activation_link && is_around;
+        if let Some(parent) = parent.filter(|_| step.is_initial && !is_around) {
+            wrong.push((step.name.clone(), net.steps[parent].name.clone()));
+        }
+    }
+    for (step, parent) in wrong {
+        lowering.report(
+            Diagnostic::error(
+                codes::INITIAL_INSIDE,
+                format!("step {step} is initial, and {parent} around it is not active after reset"),
+            )
+            .at(step.span, "initial")
+            .at(parent.span, "not active after reset")
+            .help(format!("write `step {step} *`: then {parent} activates it")),
+        );
     }
 }

@@ -107,4 +107,6 @@ codes! {
     ARGUMENT = "G0247", "argument of a library chart";
     /// A counted step says, or stands in, what no number can be.
     COUNTED = "G0248", "counted step";
+    /// An enclosed step is initial, and the step around it is not active after reset.
+    INITIAL_INSIDE = "G0249", "initial step in an inactive enclosing step";
 }
