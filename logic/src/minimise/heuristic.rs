@@ -395,8 +395,8 @@ impl<'a> Loop<'a> {
         terms
     }
 
-    /// At least so many products are needed: pairwise no product can cover two of these points.
-    pub(super) fn independent_points(&mut self, terms: &Terms) -> usize {
+    /// At least so many products are needed: pairwise no product can cover two of these points. `looks` bounds the comparisons with forbidden products.
+    pub(super) fn independent_points(&mut self, terms: &Terms, looks: usize) -> usize {
         let shape = self.shape;
         let mut all = terms.clone();
         all.extend(&self.free);
@@ -426,7 +426,7 @@ impl<'a> Loop<'a> {
         }
         // One point of each product first, then the second ones: as many as can be compared pairwise at a bearable cost.
         let cost = self.off.as_ref().map_or(10_000, |off| off.len() + 1);
-        let most = (400_000_000 / cost).isqrt().clamp(64, 4_000);
+        let most = (looks / cost).isqrt().clamp(64, 4_000);
         let longest = by_term.iter().map(Vec::len).max().unwrap_or(0);
         let points: Vec<Vec<u64>> = (0..longest)
             .flat_map(|at| by_term.iter().filter_map(move |own| own.get(at).cloned()))

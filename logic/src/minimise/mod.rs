@@ -380,7 +380,8 @@ pub fn shared(function: &Function, effort: &Effort) -> Result<Outcome, Refused> 
     }
     let mut lower = found.lower;
     if is_free_known && lower < best.len() {
-        lower = lower.max(search.independent_points(&best));
+        let looks = if effort.exact { 400_000_000 } else { 200_000_000 };
+        lower = lower.max(search.independent_points(&best, looks));
     }
     best = search.sparse(best);
     drop(search);
