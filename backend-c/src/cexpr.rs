@@ -337,14 +337,18 @@ impl CExpr {
         if condition.is_false() {
             return b;
         }
-        if a.class == Class::Bool
-            && let (Some(x), Some(y)) = (a.constant(), b.constant())
-        {
-            return match (x == 1, y == 1) {
-                (true, false) => condition,
-                (false, true) => condition.not(),
-                (value, _) => CExpr::bool(value),
-            };
+        if a.class == Class::Bool {
+            // Compilers warn of a constant arm where a truth value is asked for.
+            match (a.constant().map(|value| value == 1), b.constant().map(|value| value == 1)) {
+                (Some(x), Some(y)) if x == y => return CExpr::bool(x),
+                (Some(true), Some(_)) => return condition,
+                (Some(false), Some(_)) => return condition.not(),
+                (Some(true), None) => return CExpr::or([condition, b]),
+                (Some(false), None) => return CExpr::and([condition.not(), b]),
+                (None, Some(true)) => return CExpr::or([condition.not(), a]),
+                (None, Some(false)) => return CExpr::and([condition, a]),
+                (None, None) => {}
+            }
         }
         let text = format!(
             "{} ? {} : {}",
@@ -630,6 +634,20 @@ mod tests {
         assert_eq!(unsigned.text, "(int32_t)n - 1");
         let huge = CExpr::arith(ArithOp::Mul, var("n", 0, 100_000), var("m", 0, 100_000));
         assert_eq!(huge.text, "(int64_t)n * m");
+    }
+
+    #[test]
+    fn a_choice_with_a_constant_arm_is_a_junction() {
+        let c = || CExpr::condition("c", Prec::Atom);
+        let x = || CExpr::condition("x", Prec::Atom);
+        let text = |a: CExpr, b: CExpr| CExpr::select(c(), a, b).text;
+        assert_eq!(text(CExpr::bool(true), x()), "c || x");
+        assert_eq!(text(CExpr::bool(false), x()), "!c && x");
+        assert_eq!(text(x(), CExpr::bool(true)), "!c || x");
+        assert_eq!(text(x(), CExpr::bool(false)), "c && x");
+        assert_eq!(text(CExpr::bool(false), CExpr::bool(true)), "!c");
+        assert_eq!(text(CExpr::bool(true), CExpr::bool(true)), "true");
+        assert_eq!(text(x(), x()), "c ? x : x");
     }
 
     #[test]
