@@ -417,16 +417,39 @@ pub fn per_output(
 ) -> Result<Vec<OneOutput>, Refused> {
     let mut outputs = Vec::new();
     for output in 0..function.shape.outputs() {
-        let outcome = shared(&function.single(output, false)?, effort)?;
-        let mut best = OneOutput { is_complemented: false, outcome };
-        if free_polarity {
-            let outcome = shared(&function.single(output, true)?, effort)?;
-            let cost = |outcome: &Outcome| (outcome.terms.len(), outcome.terms.n_literals());
-            if cost(&outcome) < cost(&best.outcome) {
-                best = OneOutput { is_complemented: true, outcome };
+        let plain = function.single(output, false)?;
+        if !free_polarity {
+            let outcome = shared(&plain, effort)?;
+            outputs.push(OneOutput { is_complemented: false, outcome });
+            continue;
+        }
+        // Both sides in short; the proof begins with the smaller one and often spares the other.
+        let quick = Effort { exact: false, ..*effort };
+        let cost = |outcome: &Outcome| (outcome.terms.len(), outcome.terms.n_literals());
+        let mut sides = Vec::new();
+        for is_complemented in [false, true] {
+            let side = if is_complemented { function.single(output, true)? } else { plain.clone() };
+            let outcome = shared(&side, &quick)?;
+            sides.push((side, OneOutput { is_complemented, outcome }));
+        }
+        sides.sort_by_key(|(_, one)| cost(&one.outcome));
+        let mut best: Option<OneOutput> = None;
+        for (side, mut one) in sides {
+            let needed = match one.outcome.minimum {
+                Minimum::Exact => one.outcome.terms.len(),
+                Minimum::Between { lower, .. } => lower,
+            };
+            if best.as_ref().is_some_and(|best| needed > best.outcome.terms.len()) {
+                continue;
+            }
+            if effort.exact {
+                one.outcome = shared(&side, effort)?;
+            }
+            if best.as_ref().is_none_or(|best| cost(&one.outcome) < cost(&best.outcome)) {
+                best = Some(one);
             }
         }
-        outputs.push(best);
+        outputs.extend(best);
     }
     Ok(outputs)
 }
