@@ -28,6 +28,16 @@ pub fn convert(design: &Design, to: Format) -> Result<Converted, Vec<Diagnostic>
         };
         return Ok(Converted { text, lost });
     }
+    if let Design::Net(design) = design
+        && matches!(to, Format::St | Format::Plcopen)
+    {
+        let (text, lost) = if to == Format::St {
+            grafsynth_frontend::st::write_net(&design.net)?
+        } else {
+            grafsynth_frontend::plcopen::write_net(&design.net)?
+        };
+        return Ok(Converted { text, lost });
+    }
     Ok(Converted { text: plain(design, to)?, lost: Vec::new() })
 }
 
@@ -39,12 +49,8 @@ fn plain(design: &Design, to: Format) -> Result<String, Vec<Diagnostic>> {
             None => grafsynth_frontend::graf::write_net(&design.net),
         },
         (Design::Net(design), Format::Rules) => grafsynth_frontend::rules::write_net(&design.net),
-        (Design::Net(design), Format::St) => grafsynth_frontend::st::write_net(&design.net),
-        (Design::Net(_), Format::Scxml) => {
+        (Design::Net(_), Format::Scxml | Format::St | Format::Plcopen) => {
             unreachable!("what may lose something is written before")
-        }
-        (Design::Net(design), Format::Plcopen) => {
-            grafsynth_frontend::plcopen::write_net(&design.net)
         }
         (Design::Net(design), Format::Net) => Ok(grafsynth_ir::text::print(&design.net)),
         (

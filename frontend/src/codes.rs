@@ -158,6 +158,10 @@ pub const ST_TIMER: Code = Code { id: "G0454", title: "time in structured text" 
 /// More than is written out for loops, functions and blocks.
 pub const ST_SIZE: Code = Code { id: "G0455", title: "too much to write out" };
 
+/// Something in a chart for which IEC 61131-3 has no words.
+pub const ST_CANNOT_WRITE: Code = Code { id: "G0456", title: "not expressible in IEC 61131-3" };
+/// Something that is left out, renamed, or said in a pragma.
+pub const ST_LOST: Code = Code { id: "G0457", title: "not in the written program" };
 /// The XML is no PLCopen project.
 pub const PLC_PROJECT: Code = Code { id: "G0461", title: "no PLCopen project" };
 /// A chart of a project that does not hang together.
@@ -239,6 +243,8 @@ pub const ALL: &[Code] = &[
     ST_MIXED,
     ST_TIMER,
     ST_SIZE,
+    ST_CANNOT_WRITE,
+    ST_LOST,
     PLC_PROJECT,
     PLC_CHART,
 ];

@@ -60,6 +60,10 @@ fn every_code_has_a_page_whose_example_triggers_it() {
             let net = net.unwrap();
             findings.extend(match options.last().map(String::as_str) {
                 Some("scxml") => scxml::write_net(&net).unwrap_err(),
+                Some("st") => match st::write_net(&net) {
+                    Ok((_, lost)) => lost,
+                    Err(refused) => refused,
+                },
                 _ => rules::write_net(&net).unwrap_err(),
             });
         }

@@ -58,10 +58,12 @@ pub fn parse_within(file: FileId, text: &str, limits: &Limits) -> Parsed {
     crate::st::finish(&library, findings)
 }
 
-/// Writes a net as a project that reads back as it.
+/// Writes a net as a project that reads back as it, with what of the net the project does not hold.
 ///
 /// # Errors
 /// Everything in the net that a project cannot say.
-pub fn write_net(net: &grafsynth_ir::net::Net) -> Result<String, Vec<Diagnostic>> {
+pub fn write_net(
+    net: &grafsynth_ir::net::Net,
+) -> Result<(String, Vec<Diagnostic>), Vec<Diagnostic>> {
     write::net(net)
 }

@@ -278,7 +278,15 @@ impl<'t> Reader<'_, 't> {
         // CODESYS and TwinCAT run each action once more when it ends.
         let final_scan =
             node.descendants().any(|one| one.is_element() && tag(one) == "SFCSettings");
-        let options = Options { final_scan, ..Options::default() };
+        let mut options = Options { final_scan, ..Options::default() };
+        if let Some(documentation) = child(node, "documentation") {
+            let mapped = self.content(documentation);
+            let places = Places::Mapped(&mapped);
+            let mut parser = Parser::new(&mapped.text, places, self.findings, self.nesting);
+            let found = parser.options(0, mapped.text.len());
+            options.final_scan |= found.final_scan;
+            options.settings = found.settings;
+        }
         let body = match child(node, "body") {
             Some(body) => self.body(node, body, actions, &mut unit),
             None => Body::Statements(Vec::new()),

@@ -100,7 +100,7 @@ pub(super) fn chart(
             node.attribute("priority").and_then(|one| one.trim().parse().ok()).filter(|n| *n > 0);
         let Some(condition) = condition else { continue };
         let transition = Transition {
-            name: reader.name(node, "name"),
+            name: transition_name(reader, node),
             from,
             to,
             priority,
@@ -162,6 +162,14 @@ pub(super) fn chart(
     }
     sfc.always = always;
     sfc
+}
+
+/// The name of a transition: its own, or that of its inline condition.
+fn transition_name(reader: &Reader<'_, '_>, node: Node<'_, '_>) -> Option<Name> {
+    reader.name(node, "name").or_else(|| {
+        let inline = child(child(node, "condition")?, "inline")?;
+        reader.name(inline, "name")
+    })
 }
 
 fn documentation(node: Node<'_, '_>) -> String {

@@ -24,10 +24,11 @@ pub(crate) mod parse;
 mod parse_decl;
 pub(crate) mod parse_sfc;
 pub(crate) mod parse_stmt;
-mod write;
+pub(crate) mod write;
 
 use grafsynth_ir::FileId;
-use grafsynth_ir::diag::any_error;
+use grafsynth_ir::diag::{Diagnostic, any_error};
+use grafsynth_ir::net::Net;
 
 use crate::codes;
 use crate::graf::parser::Findings;
@@ -53,12 +54,9 @@ pub fn parse_within(file: FileId, text: &str, limits: &Limits) -> Parsed {
     let outside = std::mem::take(&mut parser.refused);
     for refusal in outside {
         findings.report(|| {
-            grafsynth_ir::diag::Diagnostic::error(
-                codes::ST_NOT_READ,
-                format!("{} is not read", refusal.what),
-            )
-            .at(refusal.span, "part of IEC 61131-3, but not of this version")
-            .help(refusal.help)
+            Diagnostic::error(codes::ST_NOT_READ, format!("{} is not read", refusal.what))
+                .at(refusal.span, "part of IEC 61131-3, but not of this version")
+                .help(refusal.help)
         });
     }
     finish(&library, findings)
@@ -78,10 +76,10 @@ pub(crate) fn finish(library: &ast::Library, mut findings: Findings) -> Parsed {
     Parsed { design, diagnostics: sorted(findings.finish()), comments: Vec::new() }
 }
 
-/// Writes a net as the text that reads back as it.
+/// Writes a net as the text that reads back as it, with what of the net the text does not hold.
 ///
 /// # Errors
-/// Everything in the net that structured text cannot say.
-pub fn write_net(net: &grafsynth_ir::net::Net) -> Result<String, Vec<grafsynth_ir::Diagnostic>> {
+/// Everything in the net that IEC 61131-3 cannot say.
+pub fn write_net(net: &Net) -> Result<(String, Vec<Diagnostic>), Vec<Diagnostic>> {
     write::net(net)
 }

@@ -636,16 +636,19 @@ impl<'a> Elaborator<'a> {
         }
         let span = pou.name.span;
         let mut items: Vec<Item> = Vec::new();
-        let mut set = |kind| items.push(Item::Setting(Setting { kind, span }));
-        if let Some(tick) = root.tick {
-            set(SettingKind::Tick(tick));
-        }
-        set(SettingKind::Conflict(Policy::Priority));
-        set(SettingKind::EvolutionSingle);
-        set(SettingKind::ActionsIec);
+        let mut kinds = vec![
+            SettingKind::Conflict(Policy::Priority),
+            SettingKind::EvolutionSingle,
+            SettingKind::ActionsIec,
+        ];
+        kinds.extend(root.tick.map(SettingKind::Tick));
         if pou.options.final_scan {
-            set(SettingKind::FinalScan);
+            kinds.push(SettingKind::FinalScan);
         }
+        for setting in &pou.options.settings {
+            self.pragma(setting, &mut kinds);
+        }
+        items.extend(kinds.into_iter().map(|kind| Item::Setting(Setting { kind, span })));
         let behaviour = match &pou.body {
             Body::Sfc(chart) => {
                 for element in &chart.elements {
@@ -664,6 +667,52 @@ impl<'a> Elaborator<'a> {
         items.extend(behaviour);
         let meta = Meta { span, ..Meta::default() };
         Chart { name: root.name.clone(), span, items, meta, ..Chart::default() }
+    }
+
+    /// A setting of a pragma, in the words of the chart language, in place of what the standard has.
+    fn pragma(&mut self, setting: &Name, kinds: &mut Vec<SettingKind>) {
+        let text = format!("chart c {{ {} }}", setting.text);
+        let parsed = crate::graf::parse(setting.span.file, &text);
+        let charts = parsed.design.map(|design| design.charts).unwrap_or_default();
+        let items = charts.into_iter().flat_map(|chart| chart.items);
+        let found: Vec<SettingKind> = items
+            .filter_map(|item| match item {
+                Item::Setting(setting) => Some(setting.kind),
+                Item::Declaration(_)
+                | Item::Step(_)
+                | Item::Transition(_)
+                | Item::Macro(_)
+                | Item::MacroStep(_)
+                | Item::Enclosing(_)
+                | Item::State(_)
+                | Item::Use(_)
+                | Item::Action(_)
+                | Item::Property(_)
+                | Item::Place(_)
+                | Item::Board(_) => None,
+            })
+            .collect();
+        if !parsed.diagnostics.is_empty() || found.len() != 1 {
+            self.report(
+                Diagnostic::error(
+                    codes::ST_UNEXPECTED,
+                    format!("`{}` is no setting of a chart", setting.text),
+                )
+                .at(setting.span, "in this pragma")
+                .help("write a setting of the chart language, such as {grafsynth conflict all}"),
+            );
+            return;
+        }
+        let evolution = |kind: &SettingKind| {
+            matches!(kind, SettingKind::EvolutionSingle | SettingKind::EvolutionStable(_))
+        };
+        for kind in found {
+            kinds.retain(|other| {
+                std::mem::discriminant(other) != std::mem::discriminant(&kind)
+                    && !(evolution(other) && evolution(&kind))
+            });
+            kinds.push(kind);
+        }
     }
 
     /// A program without a chart: one step whose action runs in every scan.

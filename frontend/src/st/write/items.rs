@@ -1,0 +1,541 @@
+//! A design as programs of IEC 61131-3: every decision but the layout of the text. PLCopen XML is written from the same programs.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use grafsynth_ir::chart::{
+    ActionHow, Chart, Declaration, DeclarationKind, Design, Item, Path, SettingKind, StepItemKind,
+    StepRole,
+};
+use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::expr::{ExprKind, Type};
+use grafsynth_ir::net::{Meta, Policy, Qualifier};
+use grafsynth_ir::{Name, Span};
+
+use super::text::{self, Names, duration};
+use crate::codes;
+use crate::graf::write_text::setting_text;
+use crate::st::parse::is_reserved;
+use crate::st::parse_sfc::is_timed;
+
+/// All programs of a design.
+pub(crate) struct Programs {
+    pub(crate) programs: Vec<Program>,
+    /// What the target does not hold; it behaves alike without.
+    pub(crate) lost: Vec<Diagnostic>,
+    /// What it cannot say.
+    pub(crate) findings: Vec<Diagnostic>,
+    pub(crate) tick_ns: Option<u64>,
+}
+
+#[derive(Default)]
+pub(crate) struct Program {
+    pub(crate) name: String,
+    pub(crate) pragmas: Vec<String>,
+    /// Keyword and variables.
+    pub(crate) sections: Vec<(&'static str, Vec<Var>)>,
+    pub(crate) steps: Vec<Step>,
+    pub(crate) transitions: Vec<Transition>,
+    pub(crate) actions: Vec<Action>,
+}
+
+pub(crate) struct Var {
+    pub(crate) name: String,
+    pub(crate) ty: Type,
+    pub(crate) len: Option<u32>,
+    pub(crate) init: Vec<String>,
+    pub(crate) address: Option<String>,
+    pub(crate) label: String,
+}
+
+impl Var {
+    pub(crate) fn ty_text(&self) -> String {
+        let ty = match self.ty {
+            Type::Bool => "BOOL".to_owned(),
+            Type::Int { lo, hi } => format!("DINT ({lo}..{hi})"),
+        };
+        match self.len {
+            Some(len) => format!("ARRAY [0..{}] OF {ty}", len.saturating_sub(1)),
+            None => ty,
+        }
+    }
+}
+
+pub(crate) struct Step {
+    pub(crate) name: String,
+    pub(crate) is_initial: bool,
+    pub(crate) uses: Vec<Use>,
+    pub(crate) label: String,
+}
+
+pub(crate) struct Use {
+    pub(crate) action: String,
+    pub(crate) qualifier: String,
+    pub(crate) duration: Option<String>,
+}
+
+pub(crate) struct Transition {
+    pub(crate) name: Option<String>,
+    pub(crate) from: Vec<String>,
+    pub(crate) to: Vec<String>,
+    pub(crate) priority: Option<u32>,
+    pub(crate) condition: String,
+    pub(crate) label: String,
+}
+
+pub(crate) struct Action {
+    pub(crate) name: String,
+    pub(crate) body: Vec<String>,
+    pub(crate) label: String,
+}
+
+struct Maker<'a> {
+    target: &'static str,
+    lost: Vec<Diagnostic>,
+    findings: Vec<Diagnostic>,
+    /// Written names by those of the chart; steps and the rest share theirs.
+    names: BTreeMap<&'a str, String>,
+    taken: BTreeSet<String>,
+    steps: BTreeSet<&'a str>,
+    leaving: BTreeSet<String>,
+}
+
+impl Names for Maker<'_> {
+    fn signal(&self, path: &Path) -> Option<String> {
+        match path.names.as_slice() {
+            [name] if !self.steps.contains(name.text.as_str()) => {
+                self.names.get(name.text.as_str()).cloned()
+            }
+            _ => None,
+        }
+    }
+
+    fn step(&self, name: &str) -> Option<String> {
+        self.steps.get(name).and_then(|name| self.names.get(*name)).cloned()
+    }
+
+    fn leaves(&self, step: &str) -> bool {
+        self.leaving.contains(step)
+    }
+}
+
+/// The programs of a design, for a target that messages name so.
+pub(crate) fn programs(design: &Design, target: &'static str) -> Programs {
+    let mut all =
+        Programs { programs: Vec::new(), lost: Vec::new(), findings: Vec::new(), tick_ns: None };
+    let mut taken_charts = BTreeSet::new();
+    for chart in &design.charts {
+        let mut maker = Maker {
+            target,
+            lost: Vec::new(),
+            findings: Vec::new(),
+            names: BTreeMap::new(),
+            taken: BTreeSet::new(),
+            steps: BTreeSet::new(),
+            leaving: BTreeSet::new(),
+        };
+        let mut program = maker.program(chart, &mut all.tick_ns);
+        let mut name = identifier(&chart.name.text);
+        while !taken_charts.insert(name.to_uppercase()) {
+            name.push('_');
+        }
+        program.name = name;
+        all.programs.push(program);
+        all.lost.extend(maker.lost);
+        all.findings.extend(maker.findings);
+    }
+    all
+}
+
+/// A name that the standard accepts, made of a chart's.
+fn identifier(text: &str) -> String {
+    let mut out: String =
+        text.chars().map(|c| if c.is_ascii_alphanumeric() || c == '_' { c } else { '_' }).collect();
+    if out.starts_with(|c: char| c.is_ascii_digit()) || out.is_empty() {
+        out.insert(0, '_');
+    }
+    if is_reserved(&out.to_uppercase()) {
+        out.push('_');
+    }
+    out
+}
+
+impl<'a> Maker<'a> {
+    fn cannot(&mut self, what: impl Into<String>, span: Span) {
+        let target = self.target;
+        self.findings.push(
+            Diagnostic::error(codes::ST_CANNOT_WRITE, format!("{target} has no {}", what.into()))
+                .at(span, "this")
+                .help("write it as `.graf` or `.net`, which can say everything"),
+        );
+    }
+
+    fn said(&mut self, written: Result<String, text::Cannot>) -> String {
+        match written {
+            Ok(text) => text,
+            Err((what, span)) => {
+                self.cannot(what, span);
+                String::new()
+            }
+        }
+    }
+
+    fn lose(&mut self, what: impl Into<String>, span: Span) {
+        self.lost.push(
+            Diagnostic::warning(codes::ST_LOST, what)
+                .at(span, "this")
+                .help("the program behaves alike without it"),
+        );
+    }
+
+    fn declare(&mut self, name: &'a Name) -> String {
+        let base = identifier(&name.text);
+        let mut written = base.clone();
+        let mut n = 2;
+        while !self.taken.insert(written.to_uppercase()) {
+            written = format!("{base}_{n}");
+            n += 1;
+        }
+        if written != name.text {
+            self.lose(format!("{} is called {written}", name.text), name.span);
+        }
+        self.names.insert(&name.text, written.clone());
+        written
+    }
+
+    fn label(&mut self, meta: &Meta) -> String {
+        if !meta.req.is_empty() {
+            self.lose(format!("the requirement {}", meta.req.join(", ")), meta.span);
+        }
+        let one_line = meta.label.split_whitespace().collect::<Vec<_>>().join(" ");
+        one_line.replace("*)", "* )").replace("(*", "( *")
+    }
+
+    fn program(&mut self, chart: &'a Chart, tick: &mut Option<u64>) -> Program {
+        let mut program = Program::default();
+        let (mut inputs, mut outputs, mut vars) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut priority, mut iec) = (false, false);
+        // Names first: lists and conditions may speak of what stands below them.
+        for item in &chart.items {
+            match item {
+                Item::Declaration(declaration) => {
+                    if let Some((kind, var)) = self.variable(declaration) {
+                        match kind {
+                            0 => inputs.push(var),
+                            1 => outputs.push(var),
+                            _ => vars.push(var),
+                        }
+                    }
+                }
+                Item::Step(step) => {
+                    self.steps.insert(&step.name.text);
+                    self.declare(&step.name);
+                }
+                Item::Action(action) => {
+                    let name = self.declare(&action.name);
+                    if action.body.is_empty() {
+                        let label = self.label(&action.meta);
+                        let (address, label) = address(&label);
+                        vars.push(Var {
+                            name,
+                            ty: Type::Bool,
+                            len: None,
+                            init: Vec::new(),
+                            address,
+                            label,
+                        });
+                    }
+                }
+                Item::Setting(setting) => match &setting.kind {
+                    SettingKind::Tick(ns) => *tick = Some(*ns),
+                    SettingKind::Conflict(Policy::Priority) => priority = true,
+                    SettingKind::ActionsIec => iec = true,
+                    SettingKind::EvolutionSingle => {}
+                    SettingKind::FinalScan => program.pragmas.push("final scan".to_owned()),
+                    SettingKind::Conflict(policy) if policy.is_statechart() => {
+                        self.cannot("statecharts", setting.span);
+                    }
+                    SettingKind::Conflict(_)
+                    | SettingKind::EvolutionStable(_)
+                    | SettingKind::Schedule(_)
+                    | SettingKind::FireOne(_)
+                    | SettingKind::AssignSimultaneous(_)
+                    | SettingKind::Queue(_)
+                    | SettingKind::EventsExclusive
+                    | SettingKind::Priority(_) => {
+                        let text = setting_text(setting);
+                        self.lost.push(
+                            Diagnostic::warning(codes::ST_LOST, format!("`{text}` stands in a pragma"))
+                                .at(setting.span, "this")
+                                .help("grafsynth reads it back; other tools run the program as the standard says"),
+                        );
+                        program.pragmas.push(text);
+                    }
+                },
+                Item::Transition(_) => {}
+                Item::Macro(one) => self.cannot(format!("macros: {}", one.name), one.name.span),
+                Item::MacroStep(one) => {
+                    self.cannot(format!("macro-steps: {}", one.name), one.name.span);
+                }
+                Item::Enclosing(one) => {
+                    self.cannot(format!("enclosing steps: {}", one.step.name), one.step.name.span);
+                }
+                Item::State(one) => {
+                    self.cannot(format!("states: {}", one.step.name), one.step.name.span);
+                }
+                Item::Use(one) => {
+                    self.cannot(format!("library charts: {}", one.name), one.name.span);
+                }
+                Item::Property(one) => self.lose("a property", one.meta.span),
+                Item::Place(one) => self.lose("a wish about the partition", one.span),
+                Item::Board(one) => self.lose("device and pins", one.span),
+            }
+        }
+        if !priority && !program.pragmas.iter().any(|one| one.starts_with("conflict")) {
+            program.pragmas.push("conflict all".to_owned());
+        }
+        self.bodies(chart, iec, &mut program);
+        program.sections = vec![("VAR_INPUT", inputs), ("VAR_OUTPUT", outputs), ("VAR", vars)];
+        program
+    }
+
+    fn bodies(&mut self, chart: &'a Chart, iec: bool, program: &mut Program) {
+        // A delayed or limited use of one output by two steps has a time of its own in each, and one common time in the standard.
+        let mut timed: BTreeMap<&str, usize> = BTreeMap::new();
+        for item in &chart.items {
+            let Item::Step(step) = item else { continue };
+            for one in &step.body {
+                if let StepItemKind::Action {
+                    target,
+                    how: ActionHow::After(_) | ActionHow::For(_),
+                    ..
+                } = &one.kind
+                {
+                    *timed.entry(&target.text).or_default() += 1;
+                }
+            }
+        }
+        for item in &chart.items {
+            match item {
+                Item::Step(step) => {
+                    let made = self.step(step, iec, &timed);
+                    program.steps.push(made);
+                }
+                Item::Transition(transition) => {
+                    if let Some(made) = self.transition(transition) {
+                        program.transitions.push(made);
+                    }
+                }
+                Item::Action(action) if !action.body.is_empty() => {
+                    let mut body = Vec::new();
+                    if let Err((what, span)) = text::block(self, &action.body, 0, &mut body) {
+                        self.cannot(what, span);
+                    }
+                    let name =
+                        self.names.get(action.name.text.as_str()).cloned().unwrap_or_default();
+                    let label = self.label(&action.meta);
+                    program.actions.push(Action { name, body, label });
+                }
+                Item::Action(_)
+                | Item::Setting(_)
+                | Item::Declaration(_)
+                | Item::Macro(_)
+                | Item::MacroStep(_)
+                | Item::Enclosing(_)
+                | Item::State(_)
+                | Item::Use(_)
+                | Item::Property(_)
+                | Item::Place(_)
+                | Item::Board(_) => {}
+            }
+        }
+    }
+
+    fn variable(&mut self, declaration: &'a Declaration) -> Option<(u8, Var)> {
+        let span = declaration.name.span;
+        let constant = |expr: &grafsynth_ir::chart::Expr| match expr.kind {
+            ExprKind::Bool(value) => (if value { "TRUE" } else { "FALSE" }).to_owned(),
+            ExprKind::Int(value) => value.to_string(),
+            ExprKind::Leaf(_)
+            | ExprKind::Element(..)
+            | ExprKind::Not(_)
+            | ExprKind::And(_)
+            | ExprKind::Or(_)
+            | ExprKind::Compare(..)
+            | ExprKind::Neg(_)
+            | ExprKind::Arith(..)
+            | ExprKind::Select(..) => String::new(),
+        };
+        let (section, ty, len, init) = match &declaration.kind {
+            DeclarationKind::Input { ty, .. } => (0, *ty, None, Vec::new()),
+            DeclarationKind::Output { mealy: true, .. } => {
+                self.cannot(format!("mealy outputs: {}", declaration.name), span);
+                return None;
+            }
+            DeclarationKind::Output { ty, init, registered, .. } => {
+                if *registered {
+                    self.lose(format!("that {} is registered", declaration.name), span);
+                }
+                (1, *ty, None, init.iter().map(constant).collect())
+            }
+            DeclarationKind::Var { ty, len, init } => {
+                (2, *ty, *len, init.iter().map(constant).collect())
+            }
+            DeclarationKind::Event { .. } => {
+                self.cannot(format!("events: {}", declaration.name), span);
+                return None;
+            }
+            DeclarationKind::Timer { .. } => {
+                self.cannot(format!("free timers: {}", declaration.name), span);
+                return None;
+            }
+            DeclarationKind::ExternCondition { .. } | DeclarationKind::ExternAction { .. } => {
+                self.cannot(format!("extern functions: {}", declaration.name), span);
+                return None;
+            }
+            DeclarationKind::Const { .. } => {
+                self.cannot(format!("constants of this kind: {}", declaration.name), span);
+                return None;
+            }
+        };
+        let name = self.declare(&declaration.name);
+        let label = self.label(&declaration.meta);
+        let (address, label) = address(&label);
+        Some((section, Var { name, ty, len, init, address, label }))
+    }
+
+    fn step(
+        &mut self,
+        step: &'a grafsynth_ir::chart::Step,
+        iec: bool,
+        timed: &BTreeMap<&str, usize>,
+    ) -> Step {
+        if !matches!(step.role, StepRole::Plain | StepRole::Initial) {
+            self.cannot(format!("entry, exit and final steps: {}", step.name), step.name.span);
+        }
+        if step.count.is_some() {
+            self.cannot(format!("counting steps: {}", step.name), step.name.span);
+        }
+        let mut uses = Vec::new();
+        for item in &step.body {
+            let span = item.span;
+            match &item.kind {
+                StepItemKind::Action { target, arguments: None, how, condition: None } => {
+                    let (qualifier, ns) = match how {
+                        ActionHow::Bare => (Qualifier::N, None),
+                        ActionHow::After(ns) => (Qualifier::D, Some(*ns)),
+                        ActionHow::For(ns) => (Qualifier::L, Some(*ns)),
+                        ActionHow::Qualified(qualifier, ns) => (*qualifier, *ns),
+                    };
+                    let common = timed.get(target.text.as_str()).is_some_and(|n| *n > 1);
+                    if !iec && common && matches!(how, ActionHow::After(_) | ActionHow::For(_)) {
+                        self.cannot(
+                            format!("output with a time of its own in each of its steps: {target}"),
+                            span,
+                        );
+                    }
+                    match self.names.get(target.text.as_str()).cloned() {
+                        Some(action) => uses.push(Use {
+                            action,
+                            qualifier: format!("{qualifier:?}"),
+                            duration: ns.filter(|_| is_timed(qualifier)).map(duration),
+                        }),
+                        None => self.cannot(format!("extern action {target}"), span),
+                    }
+                }
+                StepItemKind::Action { target, arguments: Some(_), .. } => {
+                    self.cannot(format!("calls of extern actions: {target}"), span);
+                }
+                StepItemKind::Action { target, .. } => {
+                    self.cannot(format!("actions under a condition: {target}"), span);
+                }
+                StepItemKind::Entry(_) => self.cannot("lists that run at an activation", span),
+                StepItemKind::Exit(_) => self.cannot("lists that run at a deactivation", span),
+                StepItemKind::On { .. } => self.cannot("reactions of steps", span),
+                StepItemKind::Priority(_) => self.cannot("priorities of steps", span),
+                StepItemKind::Budget(_) | StepItemKind::Task { .. } => self.cannot("tasks", span),
+                StepItemKind::Code(_) => self.cannot("text of other languages", span),
+                StepItemKind::Force { .. } => self.cannot("forcing orders", span),
+            }
+        }
+        let name = self.names.get(step.name.text.as_str()).cloned().unwrap_or_default();
+        let label = self.label(&step.meta);
+        Step { name, is_initial: step.role == StepRole::Initial, uses, label }
+    }
+
+    fn transition(
+        &mut self,
+        transition: &'a grafsynth_ir::chart::Transition,
+    ) -> Option<Transition> {
+        let span = transition.meta.span;
+        if transition.sources.is_empty() || transition.targets.is_empty() {
+            self.cannot("source and sink transitions", span);
+            return None;
+        }
+        if !transition.events.is_empty() {
+            self.cannot("events", span);
+        }
+        if transition.restart {
+            self.cannot("transitions that restart a step", span);
+        }
+        if !transition.actions.is_empty() {
+            self.cannot("actions of transitions", span);
+        }
+        if transition.is_internal {
+            self.cannot("internal transitions", span);
+        }
+        if transition.deadline_ns.is_some() {
+            self.lose("a deadline", span);
+        }
+        let side = |this: &mut Self, paths: &[Path]| -> Vec<String> {
+            let mut names = Vec::new();
+            for path in paths {
+                let found = match path.names.as_slice() {
+                    [name] => Names::step(this, &name.text),
+                    _ => None,
+                };
+                match found {
+                    Some(name) => names.push(name),
+                    None => this.cannot(format!("step {path}"), path.span()),
+                }
+            }
+            names
+        };
+        let (from, to) = (side(self, &transition.sources), side(self, &transition.targets));
+        self.leaving = transition
+            .sources
+            .iter()
+            .filter_map(|path| path.names.first().map(|name| name.text.clone()))
+            .collect();
+        let mut conditions = Vec::new();
+        if let Some(guard) = &transition.guard {
+            let written = text::expr(self, guard);
+            conditions.push(self.said(written));
+        }
+        if let Some((ns, _)) = transition.after {
+            conditions.extend(from.iter().map(|step| format!("{step}.T >= {}", duration(ns))));
+        }
+        self.leaving.clear();
+        let condition = match conditions.len() {
+            0 => "TRUE".to_owned(),
+            1 => conditions.remove(0),
+            _ => conditions.iter().map(|one| format!("({one})")).collect::<Vec<_>>().join(" AND "),
+        };
+        // Names of transitions are their own.
+        let name = transition.name.as_ref().and_then(|name| {
+            let made = format!("{}_{}", from.join("_"), to.join("_"));
+            let written = identifier(&name.text);
+            (name.text != made && written == name.text).then_some(written)
+        });
+        let label = self.label(&transition.meta);
+        Some(Transition { name, from, to, priority: transition.priority, condition, label })
+    }
+}
+
+/// An address at the beginning of a label, and the rest.
+fn address(label: &str) -> (Option<String>, String) {
+    let (first, rest) = label.split_once(' ').unwrap_or((label, ""));
+    let is_address = first.starts_with('%')
+        && first.len() > 2
+        && first[1..].chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '.' | '*'));
+    if is_address { (Some(first.to_owned()), rest.to_owned()) } else { (None, label.to_owned()) }
+}

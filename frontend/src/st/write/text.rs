@@ -1,0 +1,235 @@
+//! Expressions and statements of a chart as structured text.
+
+use grafsynth_ir::Span;
+use grafsynth_ir::chart::{Expr, Leaf, Path, Stmt, StmtKind};
+use grafsynth_ir::expr::{ArithOp, CompareOp, ExprKind};
+
+/// What cannot be said, with its place.
+pub(crate) type Cannot = (String, Span);
+
+/// How a chart's names are written.
+pub(crate) trait Names {
+    /// A variable, output or input.
+    fn signal(&self, path: &Path) -> Option<String>;
+    /// A step.
+    fn step(&self, name: &str) -> Option<String>;
+    /// True for a step that the present transition leaves.
+    fn leaves(&self, step: &str) -> bool;
+}
+
+/// Binding strength, loosest first.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Level {
+    Or,
+    And,
+    Compare,
+    Sum,
+    Product,
+    Unary,
+    Primary,
+}
+
+/// `T#1h2m`, in units that the duration is made of.
+pub(crate) fn duration(ns: u64) -> String {
+    const UNITS: [(u64, &str); 7] = [
+        (86_400_000_000_000, "d"),
+        (3_600_000_000_000, "h"),
+        (60_000_000_000, "m"),
+        (1_000_000_000, "s"),
+        (1_000_000, "ms"),
+        (1_000, "us"),
+        (1, "ns"),
+    ];
+    let mut out = String::from("T#");
+    let mut rest = ns;
+    for (unit, word) in UNITS {
+        if rest >= unit {
+            out.push_str(&format!("{}{word}", rest / unit));
+            rest %= unit;
+        }
+    }
+    if ns == 0 {
+        out.push_str("0s");
+    }
+    out
+}
+
+/// An expression.
+pub(crate) fn expr(names: &dyn Names, expr: &Expr) -> Result<String, Cannot> {
+    written(names, expr).map(|(text, _)| text)
+}
+
+fn within(names: &dyn Names, inner: &Expr, least: Level) -> Result<String, Cannot> {
+    let (text, level) = written(names, inner)?;
+    Ok(if level < least { format!("({text})") } else { text })
+}
+
+fn chain(
+    names: &dyn Names,
+    all: &[Expr],
+    word: &str,
+    level: Level,
+) -> Result<(String, Level), Cannot> {
+    if all.is_empty() {
+        let text = if level == Level::And { "TRUE" } else { "FALSE" };
+        return Ok((text.to_owned(), Level::Primary));
+    }
+    if let [only] = all {
+        return written(names, only);
+    }
+    let least = if level == Level::Or { Level::And } else { Level::Compare };
+    let parts: Result<Vec<String>, Cannot> =
+        all.iter().map(|one| within(names, one, least)).collect();
+    Ok((parts?.join(word), level))
+}
+
+fn written(names: &dyn Names, expr: &Expr) -> Result<(String, Level), Cannot> {
+    Ok(match &expr.kind {
+        ExprKind::Bool(value) => {
+            ((if *value { "TRUE" } else { "FALSE" }).to_owned(), Level::Primary)
+        }
+        ExprKind::Int(value) if *value < 0 => (value.to_string(), Level::Unary),
+        ExprKind::Int(value) => (value.to_string(), Level::Primary),
+        ExprKind::Leaf(leaf) => (leaf_text(names, leaf, expr.span)?, Level::Primary),
+        ExprKind::Element(leaf, index) => {
+            let array = leaf_text(names, leaf, expr.span)?;
+            let index = written(names, index)?.0;
+            (format!("{array}[{index}]"), Level::Primary)
+        }
+        ExprKind::Not(inner) => {
+            (format!("NOT {}", within(names, inner, Level::Unary)?), Level::Unary)
+        }
+        ExprKind::And(all) => chain(names, all, " AND ", Level::And)?,
+        ExprKind::Or(all) => chain(names, all, " OR ", Level::Or)?,
+        ExprKind::Compare(op, a, b) => match time_comparison(names, *op, a, b)? {
+            Some(found) => found,
+            None => {
+                let (a, b) = (within(names, a, Level::Sum)?, within(names, b, Level::Sum)?);
+                (format!("{a} {} {b}", op.symbol()), Level::Compare)
+            }
+        },
+        // `-a * b` reads as the negation of a alone, which is what is meant.
+        ExprKind::Neg(inner) => {
+            (format!("-{}", within(names, inner, Level::Primary)?), Level::Unary)
+        }
+        ExprKind::Arith(op, a, b) => {
+            let (level, symbol) = match op {
+                ArithOp::Add => (Level::Sum, "+"),
+                ArithOp::Sub => (Level::Sum, "-"),
+                ArithOp::Mul => (Level::Product, "*"),
+                ArithOp::Div => (Level::Product, "/"),
+                ArithOp::Mod => (Level::Product, "MOD"),
+            };
+            let right = if level == Level::Sum { Level::Product } else { Level::Unary };
+            (format!("{} {symbol} {}", within(names, a, level)?, within(names, b, right)?), level)
+        }
+        ExprKind::Select(c, a, b) => {
+            let (c, a, b) = (written(names, c)?.0, written(names, a)?.0, written(names, b)?.0);
+            (format!("SEL({c}, {b}, {a})"), Level::Primary)
+        }
+    })
+}
+
+/// The step whose time a path asks for, and whether that time stays when the step is left.
+fn step_time(expr: &Expr) -> Option<(&str, bool)> {
+    let ExprKind::Leaf(Leaf::Name(path)) = &expr.kind else { return None };
+    match path.names.as_slice() {
+        [step, part] if part.text == "t" => Some((step.text.as_str(), false)),
+        [step, part] if part.text == "T" => Some((step.text.as_str(), true)),
+        _ => None,
+    }
+}
+
+fn time_comparison(
+    names: &dyn Names,
+    op: CompareOp,
+    a: &Expr,
+    b: &Expr,
+) -> Result<Option<(String, Level)>, Cannot> {
+    let Some((step, stays)) = step_time(a) else { return Ok(None) };
+    let ExprKind::Leaf(Leaf::Duration(ns)) = b.kind else { return Ok(None) };
+    let Some(name) = names.step(step) else { return Ok(None) };
+    let compared = format!("{name}.T {} {}", op.symbol(), duration(ns));
+    if stays || names.leaves(step) {
+        return Ok(Some((compared, Level::Compare)));
+    }
+    // The time of this kind is 0 while the step is inactive.
+    let holds_at_zero = op.apply(0, i64::try_from(ns).unwrap_or(i64::MAX));
+    Ok(Some(if holds_at_zero {
+        (format!("NOT {name}.X OR {compared}"), Level::Or)
+    } else {
+        (format!("{name}.X AND {compared}"), Level::And)
+    }))
+}
+
+fn leaf_text(names: &dyn Names, leaf: &Leaf, span: Span) -> Result<String, Cannot> {
+    match leaf {
+        Leaf::Name(path) => {
+            if let [step, part] = path.names.as_slice()
+                && part.text == "active"
+                && let Some(name) = names.step(&step.text)
+            {
+                return Ok(format!("{name}.X"));
+            }
+            names.signal(path).ok_or_else(|| (format!("{path}"), span))
+        }
+        Leaf::Duration(ns) => Ok(duration(*ns)),
+        Leaf::Rise(_) | Leaf::Fall(_) => Err(("an edge in a condition".to_owned(), span)),
+        Leaf::Otherwise => Err(("`otherwise`".to_owned(), span)),
+        Leaf::Delay(..) => Err(("a delayed condition".to_owned(), span)),
+    }
+}
+
+/// Statements, a line each.
+pub(crate) fn block(
+    names: &dyn Names,
+    list: &[Stmt],
+    indent: usize,
+    out: &mut Vec<String>,
+) -> Result<(), Cannot> {
+    let pad = "    ".repeat(indent);
+    if list.is_empty() {
+        out.push(format!("{pad};"));
+    }
+    for stmt in list {
+        match &stmt.kind {
+            StmtKind::Assign { target, index, value } => {
+                let target = names
+                    .signal(target)
+                    .ok_or_else(|| (format!("the assignment to {target}"), stmt.span))?;
+                let index = match index {
+                    Some(index) => format!("[{}]", expr(names, index)?),
+                    None => String::new(),
+                };
+                out.push(format!("{pad}{target}{index} := {};", expr(names, value)?));
+            }
+            StmtKind::If { condition, then, otherwise } => {
+                out.push(format!("{pad}IF {} THEN", expr(names, condition)?));
+                block(names, then, indent + 1, out)?;
+                let mut rest = otherwise;
+                while let [Stmt { kind: StmtKind::If { condition, then, otherwise }, .. }] =
+                    rest.as_slice()
+                {
+                    out.push(format!("{pad}ELSIF {} THEN", expr(names, condition)?));
+                    block(names, then, indent + 1, out)?;
+                    rest = otherwise;
+                }
+                if !rest.is_empty() {
+                    out.push(format!("{pad}ELSE"));
+                    block(names, rest, indent + 1, out)?;
+                }
+                out.push(format!("{pad}END_IF;"));
+            }
+            StmtKind::Raise(name) => return Err((format!("raising the event {name}"), stmt.span)),
+            StmtKind::Send { event, .. } => {
+                return Err((format!("sending the event {event}"), stmt.span));
+            }
+            StmtKind::Cancel(name) => return Err((format!("cancelling {name}"), stmt.span)),
+            StmtKind::Call { function, .. } => {
+                return Err((format!("the call of the extern action {function}"), stmt.span));
+            }
+            StmtKind::Code(_) => return Err(("text of another language".to_owned(), stmt.span)),
+        }
+    }
+    Ok(())
+}
