@@ -1,0 +1,277 @@
+//! IEC 61131-3: files by others, a plant and a crossing on all engines, and charts written and read back.
+
+#![allow(clippy::print_stdout, reason = "tests say what they skip")]
+#![allow(clippy::disallowed_methods, reason = "tests read files")]
+
+use grafsynth_backend_c::{Options, Package, Style, multi_harness};
+use grafsynth_driver::format::Format;
+use grafsynth_driver::read::{Design, ReadLimits, Texts, read};
+use grafsynth_driver::source::Sources;
+use grafsynth_engines::{c, tools};
+use grafsynth_ir::Valid;
+use grafsynth_ir::net::Net;
+use grafsynth_sim::{Stimulus, Trace};
+use grafsynth_tests::random_net::{Features, random_net};
+use grafsynth_tests::rounds;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::Duration;
+
+fn net_of(name: &str, text: &str) -> Result<Valid<Net>, String> {
+    let mut sources = Sources::default();
+    let main = sources.add(name, text);
+    let (design, found) =
+        read(&sources, &Texts { main, ..Texts::default() }, ReadLimits::default());
+    match design {
+        Some(Design::Net(design)) => Ok(design.net),
+        Some(Design::Logic(_)) | None => Err(format!("{found:#?}")),
+    }
+}
+
+/// The folder with files by others, by an environment variable or beside the checkout.
+fn corpus() -> Option<PathBuf> {
+    let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/corpus");
+    let folder = std::env::var_os("GRAFSYNTH_CORPUS").map_or(beside, PathBuf::from);
+    let found = folder.is_dir().then_some(folder);
+    if found.is_none() {
+        println!("skipped: no corpus (GRAFSYNTH_CORPUS names its folder)");
+    }
+    found
+}
+
+/// Each file becomes a chart, or every refusal of it has a place in the file.
+#[test]
+fn files_by_others_convert_or_are_refused_by_name_and_place() {
+    let Some(corpus) = corpus() else { return };
+    let mut n_files = 0;
+    for folder in ["iec-st", "iec-st/probes", "plcopen"] {
+        let Ok(entries) = std::fs::read_dir(corpus.join(folder)) else { continue };
+        for entry in entries.flatten() {
+            let path = entry.path();
+            let is_ours = path.extension().is_some_and(|one| one == "st" || one == "xml");
+            let Some(text) = is_ours.then(|| std::fs::read_to_string(&path).ok()).flatten() else {
+                continue;
+            };
+            n_files += 1;
+            let name = path.file_name().map(|name| name.to_string_lossy().into_owned());
+            let name = name.unwrap_or_default();
+            let mut sources = Sources::default();
+            let main = sources.add(name.clone(), text.as_str());
+            let (design, found) =
+                read(&sources, &Texts { main, ..Texts::default() }, ReadLimits::default());
+            let refusals: Vec<_> = found.iter().filter(|one| one.is_error()).collect();
+            assert_eq!(design.is_none(), !refusals.is_empty(), "{name}: {found:#?}");
+            for refusal in refusals {
+                let label = refusal.labels.first().unwrap_or_else(|| panic!("{name}: {refusal:#?}"));
+                assert!((label.span.end as usize) <= text.len(), "{name}: {refusal:#?}");
+                assert!(label.span.start < label.span.end, "{name}: {refusal:#?}");
+            }
+        }
+    }
+    assert!(n_files > 0, "the corpus has no files of IEC 61131-3");
+}
+
+/// The trace of a net as compiled C gives it.
+fn c_trace(net: &Valid<Net>, stimulus: &Stimulus, style: Style) -> Option<String> {
+    tools::c_compiler()?;
+    let facts = grafsynth_verify::structural_facts(net);
+    let package: Package =
+        grafsynth_backend_c::emit(net, &facts, &Options { style, ..Options::default() })
+            .unwrap_or_else(|why| panic!("{why:?}"));
+    let harness = multi_harness(&[(net, &package)]);
+    let program = c::compile_text(&harness, &[]).unwrap_or_else(|why| panic!("{why}"));
+    let input = c::lines(net, stimulus);
+    let run = tools::run(
+        &program.path,
+        &["0"],
+        program.folder.path(),
+        input.as_bytes(),
+        Duration::from_secs(60),
+    )
+    .unwrap_or_else(|why| panic!("{why:?}"));
+    Some(String::from_utf8_lossy(&run.stdout).into_owned())
+}
+
+/// The values of a column.
+fn column(trace: &Trace, name: &str) -> Vec<String> {
+    let csv = trace.to_csv();
+    let mut lines = csv.lines();
+    let head: Vec<&str> = lines.next().unwrap_or("").split(',').collect();
+    let at = head.iter().position(|one| *one == name).unwrap_or_else(|| panic!("no {name}"));
+    lines.map(|line| line.split(',').nth(at).unwrap_or("").to_owned()).collect()
+}
+
+fn rows_with(values: &[String], wanted: &str) -> Vec<usize> {
+    values.iter().enumerate().filter(|(_, value)| *value == wanted).map(|(row, _)| row).collect()
+}
+
+/// The same rows from the reference simulator and from compiled C in both styles.
+fn all_engines(net: &Valid<Net>, stimulus: &Stimulus) -> Trace {
+    let expected = grafsynth_driver::run::net_trace(net, stimulus);
+    for style in [Style::Auto, Style::Bits] {
+        match c_trace(net, stimulus, style) {
+            Some(got) => assert_eq!(got, expected.to_csv(), "style {}", style.name()),
+            None => println!("skipped: a C compiler is not here"),
+        }
+    }
+    expected
+}
+
+/// Annex F. The argument, scan by scan of 50 ms, is that of the standard's picture of the plant.
+#[test]
+fn the_gravel_plant_fills_warns_loads_and_runs_out() {
+    let net = net_of("gravel.st", include_str!("../../examples/gravel/gravel.st"))
+        .unwrap_or_else(|why| panic!("{why}"));
+    let csv = include_str!("../../examples/gravel/gravel.csv");
+    let (stimulus, found) = Stimulus::parse_csv(&net, grafsynth_ir::FileId(0), csv);
+    let stimulus = stimulus.unwrap_or_else(|| panic!("{found:#?}"));
+    let trace = all_engines(&net, &stimulus);
+    // The lamp test of row 1 lights the lamps before anything is switched on.
+    assert_eq!(column(&trace, "control_lamp")[1], "1");
+    assert_eq!(column(&trace, "truck_lamp")[1], "1");
+    // Filling from row 3 on; a pulse each 100 ms and the two scans that restart the timer: levels 1, 2, 3 in rows 5, 9, 13.
+    let level = column(&trace, "bin_level");
+    assert_eq!((rows_with(&level, "1")[0], rows_with(&level, "2")[0]), (5, 9));
+    assert_eq!(rows_with(&level, "3")[0], 13);
+    // The counter's Q is seen by the transition of the next scan, and the valve closes with the step.
+    assert_eq!(rows_with(&column(&trace, "silo_valve"), "1"), (3..=13).collect::<Vec<_>>());
+    // The silo runs empty in row 7; the siren sounds until it is acknowledged in row 13.
+    assert_eq!(rows_with(&column(&trace, "siren"), "1"), (7..=12).collect::<Vec<_>>());
+    // Loading starts once the truck stands on the ramp (row 18, seen in row 19): 300 ms run-in are 6 scans, then the bin empties for 2, then 400 ms run-out are 8.
+    let motor = rows_with(&column(&trace, "conveyor_motor"), "1");
+    assert_eq!(motor, (19..=34).collect::<Vec<_>>());
+    assert_eq!(rows_with(&column(&trace, "bin_valve"), "1"), vec![25, 26]);
+    // An empty bin resets the level.
+    assert_eq!(level[27], "0");
+    // Switched off in the last row.
+    assert_eq!(column(&trace, "control_lamp").last().map(String::as_str), Some("0"));
+}
+
+/// The Beremiz traffic light: its function block alone, since the program around it belongs to a picture on a screen.
+#[test]
+fn the_traffic_light_of_others_goes_through_its_phases() {
+    let Some(corpus) = corpus() else { return };
+    let Ok(text) = std::fs::read_to_string(corpus.join("plcopen/beremiz_traffic_light.xml")) else {
+        println!("skipped: no traffic light in the corpus");
+        return;
+    };
+    let net = net_of("light.xml", &text).unwrap_or_else(|why| panic!("{why}"));
+    // One row is a second (ten scans of 100 ms), switched on in row 4; a pedestrian asks in row 28.
+    let rows: Vec<String> = (1..=45)
+        .map(|row| format!("{},{},10", u8::from((4..44).contains(&row)), u8::from(row == 28)))
+        .collect();
+    let csv = format!("SWITCH_BUTTON,PEDESTRIAN_BUTTON,dt\n{}\n", rows.join("\n"));
+    let (stimulus, found) = Stimulus::parse_csv(&net, grafsynth_ir::FileId(0), &csv);
+    let stimulus = stimulus.unwrap_or_else(|| panic!("{found:#?}"));
+    let trace = all_engines(&net, &stimulus);
+    let steps = column(&trace, "steps");
+    let lit = |name: &str, row: usize| column(&trace, name)[row] == "1";
+    // Off: orange blinks, nothing else is on. Each change needs 500 ms, so it shows within two rows of a second.
+    assert_eq!(steps[..4], ["Standstill"; 4]);
+    assert!(lit("ORANGE_LIGHT", 0) && (1..4).any(|row| !lit("ORANGE_LIGHT", row)));
+    // On: orange with red for pedestrians; D of 2 s is true two rows later and seen in the row after that.
+    assert_eq!(steps[4..7], ["ORANGE"; 3]);
+    assert!(lit("ORANGE_LIGHT", 5) && lit("PEDESTRIAN_RED_LIGHT", 5) && !lit("RED_LIGHT", 5));
+    assert_eq!(steps[7..10], ["RED"; 3]);
+    assert!(lit("RED_LIGHT", 7) && !lit("ORANGE_LIGHT", 7));
+    // Pedestrians have 10 s, then cars get green 2 s later.
+    assert_eq!(steps[10..21], ["PEDESTRIAN_GREEN"; 11]);
+    assert!(lit("PEDESTRIAN_GREEN_LIGHT", 10) && !lit("PEDESTRIAN_RED_LIGHT", 10));
+    assert_eq!(steps[21..24], ["PEDESTRIAN_RED"; 3]);
+    assert_eq!(steps[24], "GREEN");
+    assert!(lit("GREEN_LIGHT", 24) && !lit("RED_LIGHT", 24) && lit("PEDESTRIAN_RED_LIGHT", 24));
+    // The button of row 28 is latched, 2 s later the timer on the page is done, and the row after that leaves green, long before its 20 s.
+    assert_eq!(steps[30], "GREEN");
+    assert_eq!(steps[31], "ORANGE");
+    // Switched off again.
+    assert_eq!(steps[44], "Standstill");
+    // Never green for cars and pedestrians at once.
+    assert!((0..steps.len()).all(|row| !(lit("GREEN_LIGHT", row) && lit("PEDESTRIAN_GREEN_LIGHT", row))));
+}
+
+/// Nets that the standard can say, written and read back: equal traces, and the second writing gives the same bytes.
+#[test]
+fn charts_written_as_programs_come_back() {
+    let features = Features {
+        controlled_actions: true,
+        integers: true,
+        max_steps: 5,
+        stored_outputs: false,
+        externs: false,
+        edges: false,
+        timers: false,
+        events: false,
+        raise: false,
+        tasks: false,
+        reactions: false,
+        restart: false,
+        otherwise: false,
+        mealy: false,
+        ..Features::plain()
+    };
+    let (mut n_text, mut n_project) = (0, 0);
+    for seed in 0..rounds(400, 20_000) {
+        let net = random_net(seed, &features);
+        for format in [Format::St, Format::Plcopen] {
+            let written = if format == Format::St {
+                grafsynth_frontend::st::write_net(&net)
+            } else {
+                grafsynth_frontend::plcopen::write_net(&net)
+            };
+            let Ok((text, lost)) = written else { continue };
+            let name = if format == Format::St { "a.st" } else { "a.xml" };
+            let again = net_of(name, &text).unwrap_or_else(|why| panic!("seed {seed}: {why}\n{text}"));
+            let renamed = lost.iter().any(|one| one.message.contains(" is called "));
+            let stimulus = Stimulus::random(&net, 40, seed, 3);
+            let (first, second) = (
+                grafsynth_sim::run(&net, &stimulus).to_csv(),
+                grafsynth_sim::run(&again, &stimulus).to_csv(),
+            );
+            if !renamed {
+                assert_eq!(first, second, "seed {seed}\n{text}");
+            }
+            let rewritten = if format == Format::St {
+                grafsynth_frontend::st::write_net(&again)
+            } else {
+                grafsynth_frontend::plcopen::write_net(&again)
+            };
+            assert_eq!(rewritten.map(|(text, _)| text).ok(), Some(text), "seed {seed}");
+            if format == Format::St { n_text += 1 } else { n_project += 1 }
+        }
+    }
+    println!("{n_text} nets as text, {n_project} as projects");
+    assert!(n_text > 0 && n_project > 0, "no random net can be said");
+}
+
+/// Projects are valid against the schema, where it and a validator are at hand.
+#[test]
+fn projects_are_valid_against_the_schema() {
+    let Some(corpus) = corpus() else { return };
+    let schema = corpus.join("plcopen/tc6_xml_v201.xsd");
+    let is_here = Command::new("xmllint").arg("--version").output().is_ok();
+    if !schema.is_file() || !is_here {
+        println!("skipped: xmllint or the schema is not here");
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let cases = [
+        ("a.graf", include_str!("../../examples/truck/truck.graf")),
+        ("a.graf", include_str!("../../examples/conflict/fig7.graf")),
+        ("a.st", include_str!("../cases/st/qualifiers.st")),
+        ("a.graf", include_str!("../cases/sfc/e_reset_delayed.graf")),
+    ];
+    for (name, text) in cases {
+        let net = net_of(name, text).unwrap_or_else(|why| panic!("{why}"));
+        let (project, _) =
+            grafsynth_frontend::plcopen::write_net(&net).unwrap_or_else(|why| panic!("{why:#?}"));
+        let path = folder.path().join("a.xml");
+        std::fs::write(&path, &project).expect("it can be written");
+        let checked = Command::new("xmllint")
+            .arg("--noout")
+            .arg("--schema")
+            .args([&schema, &path])
+            .output()
+            .expect("xmllint runs");
+        assert!(checked.status.success(), "{}", String::from_utf8_lossy(&checked.stderr));
+    }
+}
