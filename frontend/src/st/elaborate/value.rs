@@ -257,7 +257,15 @@ impl Elaborator<'_> {
             }
             operands.push(self.fit(value, &Ty::Bool, "a condition")?.expr);
         }
-        let mut expr = if is_and { Expr::and(operands) } else { Expr::or(operands) };
+        // Parentheses stay, so that what is written reads back as the same expression; constants go.
+        let is_plain =
+            operands.len() > 1 && operands.iter().all(|one| !matches!(one.kind, ExprKind::Bool(_)));
+        let mut expr = match (is_plain, is_and) {
+            (true, true) => Expr::new(ExprKind::And(operands), span),
+            (true, false) => Expr::new(ExprKind::Or(operands), span),
+            (false, true) => Expr::and(operands),
+            (false, false) => Expr::or(operands),
+        };
         expr.span = span;
         Ok(Value::bool(expr))
     }

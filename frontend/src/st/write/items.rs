@@ -96,13 +96,18 @@ struct Maker<'a> {
     names: BTreeMap<&'a str, String>,
     taken: BTreeSet<String>,
     steps: BTreeSet<&'a str>,
+    /// Actions with lists: programs cannot ask for their Q.
+    lists: BTreeSet<&'a str>,
     leaving: BTreeSet<String>,
 }
 
 impl Names for Maker<'_> {
     fn signal(&self, path: &Path) -> Option<String> {
         match path.names.as_slice() {
-            [name] if !self.steps.contains(name.text.as_str()) => {
+            [name]
+                if !self.steps.contains(name.text.as_str())
+                    && !self.lists.contains(name.text.as_str()) =>
+            {
                 self.names.get(name.text.as_str()).cloned()
             }
             _ => None,
@@ -131,6 +136,7 @@ pub(crate) fn programs(design: &Design, target: &'static str) -> Programs {
             names: BTreeMap::new(),
             taken: BTreeSet::new(),
             steps: BTreeSet::new(),
+            lists: BTreeSet::new(),
             leaving: BTreeSet::new(),
         };
         let mut program = maker.program(chart, &mut all.tick_ns);
@@ -232,7 +238,9 @@ impl<'a> Maker<'a> {
                 }
                 Item::Action(action) => {
                     let name = self.declare(&action.name);
-                    if action.body.is_empty() {
+                    if !action.body.is_empty() {
+                        self.lists.insert(&action.name.text);
+                    } else {
                         let label = self.label(&action.meta);
                         let (address, label) = address(&label);
                         vars.push(Var {
