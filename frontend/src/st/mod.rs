@@ -83,3 +83,6 @@ pub(crate) fn finish(library: &ast::Library, mut findings: Findings) -> Parsed {
 pub fn write_net(net: &Net) -> Result<(String, Vec<Diagnostic>), Vec<Diagnostic>> {
     write::net(net)
 }
+
+#[cfg(test)]
+mod tests;

@@ -12,6 +12,14 @@ use super::lexer::{Kind, Token};
 use super::parse::{Parse, Parser};
 use crate::codes;
 
+/// A binary operator.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Operator {
+    And,
+    Or,
+    Binary(Op),
+}
+
 impl Parser<'_> {
     /// Statements up to a word that ends the list; broken ones are reported and left out.
     pub(crate) fn statements(&mut self) -> Vec<Stmt> {
@@ -234,78 +242,48 @@ impl Parser<'_> {
     // Expressions
 
     pub(crate) fn expression(&mut self) -> Parse<Expr> {
-        self.deeper(|parser| {
-            parser.chain(&["OR"], |parser| {
-                parser.binary(&[("XOR", Op::Xor)], |parser| {
-                    parser.chain(&["AND", "&"], Self::equality)
-                })
-            })
-        })
+        self.deeper(|parser| parser.climb(1))
     }
 
-    /// A chain of one associative operator.
-    fn chain(&mut self, words: &[&str], operand: impl Fn(&mut Self) -> Parse<Expr>) -> Parse<Expr> {
-        let first = operand(self)?;
-        let mut all = vec![first];
-        loop {
-            let found = match self.kind(0) {
-                Kind::Ampersand => words.contains(&"&"),
-                Kind::Word => {
-                    let word = self.word(0);
-                    words.contains(&word.as_str())
-                        // The short-circuit forms mean the same: nothing in an expression has effects.
-                        || (word == "AND_THEN" && words.contains(&"AND"))
-                        || (word == "OR_ELSE" && words.contains(&"OR"))
-                }
-                _ => false,
-            };
-            if !found {
-                break;
-            }
-            self.advance();
-            all.push(operand(self)?);
+    /// The binary operator here and how strongly it binds, loosest 1.
+    fn operator(&self) -> Option<(Operator, u8)> {
+        let binary = |op, level| Some((Operator::Binary(op), level));
+        match self.kind(0) {
+            Kind::Ampersand => Some((Operator::And, 3)),
+            Kind::Equal => binary(Op::Eq, 4),
+            Kind::NotEqual => binary(Op::Ne, 4),
+            Kind::Less => binary(Op::Lt, 5),
+            Kind::LessEqual => binary(Op::Le, 5),
+            Kind::Greater => binary(Op::Gt, 5),
+            Kind::GreaterEqual => binary(Op::Ge, 5),
+            Kind::Plus => binary(Op::Add, 6),
+            Kind::Minus => binary(Op::Sub, 6),
+            Kind::Star => binary(Op::Mul, 7),
+            Kind::Slash => binary(Op::Div, 7),
+            Kind::Power => binary(Op::Power, 8),
+            Kind::Word => match self.word(0).as_str() {
+                // The short-circuit forms mean the same: nothing in an expression has effects.
+                "OR" | "OR_ELSE" => Some((Operator::Or, 1)),
+                "XOR" => binary(Op::Xor, 2),
+                "AND" | "AND_THEN" => Some((Operator::And, 3)),
+                "MOD" => binary(Op::Mod, 7),
+                _ => None,
+            },
+            _ => None,
         }
-        if all.len() == 1
-            && let Some(only) = all.pop()
-        {
-            return Ok(only);
-        }
-        let span = match (all.first(), all.last()) {
-            (Some(first), Some(last)) => first.span.to(last.span),
-            _ => Span::default(),
-        };
-        let kind = if words.contains(&"OR") { ExprKind::Or(all) } else { ExprKind::And(all) };
-        Ok(Expr::new(kind, span))
     }
 
-    /// Left-associative operators; each operand counts as a level, for the tree leans to the left.
-    fn binary(
-        &mut self,
-        words: &[(&str, Op)],
-        operand: impl Fn(&mut Self) -> Parse<Expr>,
-    ) -> Parse<Expr> {
-        let mut left = operand(self)?;
+    /// Operators that bind at least as strongly as `least`. AND and OR make flat chains of any length; of the others each operand counts as a level, for
+    /// their tree leans to the left.
+    fn climb(&mut self, least: u8) -> Parse<Expr> {
+        let mut left = self.prefix()?;
         let depth = self.depth;
-        loop {
-            let word = match self.kind(0) {
-                Kind::Word => self.word(0),
-                Kind::Equal => "=".to_owned(),
-                Kind::NotEqual => "<>".to_owned(),
-                Kind::Less => "<".to_owned(),
-                Kind::LessEqual => "<=".to_owned(),
-                Kind::Greater => ">".to_owned(),
-                Kind::GreaterEqual => ">=".to_owned(),
-                Kind::Plus => "+".to_owned(),
-                Kind::Minus => "-".to_owned(),
-                Kind::Star => "*".to_owned(),
-                Kind::Slash => "/".to_owned(),
-                Kind::Power => "**".to_owned(),
-                _ => break,
-            };
-            let Some((_, op)) = words.iter().find(|(known, _)| *known == word) else { break };
+        let mut chain: Option<Operator> = None;
+        while let Some((operator, level)) = self.operator()
+            && level >= least
+        {
             self.advance();
-            let right = self.deeper(|parser| operand(parser));
-            let right = match right {
+            let right = match self.deeper(|parser| parser.climb(level + 1)) {
                 Ok(right) => right,
                 Err(abandoned) => {
                     self.depth = depth;
@@ -313,27 +291,33 @@ impl Parser<'_> {
                 }
             };
             let span = left.span.to(right.span);
-            left = Expr::new(ExprKind::Binary(*op, Box::new(left), Box::new(right)), span);
-            self.depth += 1;
+            let is_same = chain == Some(operator);
+            chain = Some(operator);
+            let kind = match (operator, left.kind) {
+                (Operator::And, ExprKind::And(mut all)) if is_same => {
+                    all.push(right);
+                    ExprKind::And(all)
+                }
+                (Operator::Or, ExprKind::Or(mut all)) if is_same => {
+                    all.push(right);
+                    ExprKind::Or(all)
+                }
+                (operator, kind) => {
+                    let left = Expr::new(kind, left.span);
+                    match operator {
+                        Operator::And => ExprKind::And(vec![left, right]),
+                        Operator::Or => ExprKind::Or(vec![left, right]),
+                        Operator::Binary(op) => {
+                            self.depth += 1;
+                            ExprKind::Binary(op, Box::new(left), Box::new(right))
+                        }
+                    }
+                }
+            };
+            left = Expr::new(kind, span);
         }
         self.depth = depth;
         Ok(left)
-    }
-
-    fn equality(&mut self) -> Parse<Expr> {
-        self.binary(&[("=", Op::Eq), ("<>", Op::Ne)], |parser| {
-            parser.binary(
-                &[("<", Op::Lt), ("<=", Op::Le), (">", Op::Gt), (">=", Op::Ge)],
-                |parser| {
-                    parser.binary(&[("+", Op::Add), ("-", Op::Sub)], |parser| {
-                        parser
-                            .binary(&[("*", Op::Mul), ("/", Op::Div), ("MOD", Op::Mod)], |parser| {
-                                parser.binary(&[("**", Op::Power)], Self::prefix)
-                            })
-                    })
-                },
-            )
-        })
     }
 
     fn prefix(&mut self) -> Parse<Expr> {
@@ -358,6 +342,13 @@ impl Parser<'_> {
         if self.take(Kind::Plus) {
             return self.deeper(Self::prefix);
         }
+        // Parentheses lie deepest in each other: they take little stack.
+        if self.kind(0) == Kind::Open {
+            self.advance();
+            let inner = self.expression()?;
+            self.expect(Kind::Close, "`)`")?;
+            return Ok(inner);
+        }
         self.primary()
     }
 
@@ -366,12 +357,6 @@ impl Parser<'_> {
         let token = self.peek(0);
         let span = self.span(token);
         let mut expr = match token.kind {
-            Kind::Open => {
-                self.advance();
-                let inner = self.expression()?;
-                self.expect(Kind::Close, "`)`")?;
-                inner
-            }
             Kind::Number => {
                 self.advance();
                 Expr::new(ExprKind::Int(self.number(token, span)?), span)
@@ -440,9 +425,9 @@ impl Parser<'_> {
                 }
                 Kind::OpenBracket => {
                     self.advance();
-                    let mut indices = vec![self.expression()?];
+                    let mut indices = vec![self.inside()?];
                     while self.take(Kind::Comma) {
-                        indices.push(self.expression()?);
+                        indices.push(self.inside()?);
                     }
                     self.expect(Kind::CloseBracket, "`]`")?;
                     let span = self.span_from(start);
@@ -497,6 +482,11 @@ impl Parser<'_> {
         Ok(Expr::new(ExprKind::Int(self.number(token, span)?), span))
     }
 
+    /// An index or an argument: it takes the stack of three levels.
+    fn inside(&mut self) -> Parse<Expr> {
+        self.deeper(|parser| parser.deeper(Self::expression))
+    }
+
     fn arguments(&mut self) -> Parse<Vec<Arg>> {
         self.expect(Kind::Open, "`(`")?;
         let mut arguments = Vec::new();
@@ -522,10 +512,10 @@ impl Parser<'_> {
                     }
                     continue;
                 }
-                let value = self.expression()?;
+                let value = self.inside()?;
                 arguments.push(Arg { name, value, is_output, is_negated });
             } else {
-                let value = self.expression()?;
+                let value = self.inside()?;
                 arguments.push(Arg { name: None, value, is_output: false, is_negated: false });
             }
             if !self.take(Kind::Comma) {

@@ -150,62 +150,9 @@ impl Elaborator<'_> {
                 let access = self.access(frame, drawn)?;
                 self.read(access, span)
             }
-            ast::ExprKind::Bit(inner, bit) => {
-                let value = self.value(frame, inner)?;
-                match value.kind {
-                    Kind::Int(lo, _) if lo >= 0 && *bit < 31 => {
-                        let int = |n| Expr::new(ExprKind::Int(n), span);
-                        let shifted = Expr::new(
-                            ExprKind::Arith(
-                                ArithOp::Div,
-                                Box::new(value.expr),
-                                Box::new(int(1 << bit)),
-                            ),
-                            span,
-                        );
-                        let low = Expr::new(
-                            ExprKind::Arith(ArithOp::Mod, Box::new(shifted), Box::new(int(2))),
-                            span,
-                        );
-                        Ok(Value::bool(Expr::new(
-                            ExprKind::Compare(CompareOp::Eq, Box::new(low), Box::new(int(1))),
-                            span,
-                        )))
-                    }
-                    Kind::Int(..) | Kind::Bool | Kind::Time(_) => Err(self.type_error(
-                        "bits are read from BYTE, WORD and unsigned integers, up to bit 30",
-                        span,
-                    )),
-                }
-            }
-            ast::ExprKind::Not(inner) => {
-                let value = self.value(frame, inner)?;
-                match value.kind {
-                    Kind::Bool => Ok(Value::bool(Expr::new(value.expr.not().kind, span))),
-                    Kind::Int(lo, hi) if lo == hi && (0..=1).contains(&lo) => {
-                        Ok(Value::constant(lo == 0, span))
-                    }
-                    Kind::Int(..) => Err(self.bitwise(span)),
-                    Kind::Time(_) => {
-                        Err(self.type_error("a truth value is needed, this is a time", span))
-                    }
-                }
-            }
-            ast::ExprKind::Neg(inner) => {
-                let value = self.value(frame, inner)?;
-                match value.kind {
-                    Kind::Int(lo, hi) if lo == hi => Ok(Value::int(lo.saturating_neg(), span)),
-                    Kind::Int(lo, hi) => {
-                        let expr = Expr::new(ExprKind::Neg(Box::new(value.expr)), span);
-                        let kind = Kind::Int(hi.saturating_neg(), lo.saturating_neg());
-                        Ok(Value { expr, kind })
-                    }
-                    Kind::Time(Time::Constant(ns)) => Ok(Value::time(ns.saturating_neg(), span)),
-                    Kind::Time(_) | Kind::Bool => {
-                        Err(self.type_error("a number is needed here", span))
-                    }
-                }
-            }
+            ast::ExprKind::Bit(inner, bit) => self.bit_value(frame, inner, *bit, span),
+            ast::ExprKind::Not(inner) => self.not_value(frame, inner, span),
+            ast::ExprKind::Neg(inner) => self.negative_value(frame, inner, span),
             ast::ExprKind::And(all) => self.junction(frame, all, true, span),
             ast::ExprKind::Or(all) => self.junction(frame, all, false, span),
             ast::ExprKind::Binary(op, a, b) => {
@@ -217,6 +164,63 @@ impl Elaborator<'_> {
                 self.call_function(frame, name, arguments, span)
             }
             ast::ExprKind::Refused(_) => Err(Told),
+        }
+    }
+
+    fn bit_value(
+        &mut self,
+        frame: FrameId,
+        inner: &ast::Expr,
+        bit: u32,
+        span: Span,
+    ) -> Outcome<Value> {
+        let value = self.value(frame, inner)?;
+        match value.kind {
+            Kind::Int(lo, _) if lo >= 0 && bit < 31 => {
+                let int = |n| Expr::new(ExprKind::Int(n), span);
+                let shifted = Expr::new(
+                    ExprKind::Arith(ArithOp::Div, Box::new(value.expr), Box::new(int(1 << bit))),
+                    span,
+                );
+                let low = Expr::new(
+                    ExprKind::Arith(ArithOp::Mod, Box::new(shifted), Box::new(int(2))),
+                    span,
+                );
+                Ok(Value::bool(Expr::new(
+                    ExprKind::Compare(CompareOp::Eq, Box::new(low), Box::new(int(1))),
+                    span,
+                )))
+            }
+            Kind::Int(..) | Kind::Bool | Kind::Time(_) => Err(self.type_error(
+                "bits are read from BYTE, WORD and unsigned integers, up to bit 30",
+                span,
+            )),
+        }
+    }
+
+    fn not_value(&mut self, frame: FrameId, inner: &ast::Expr, span: Span) -> Outcome<Value> {
+        let value = self.value(frame, inner)?;
+        match value.kind {
+            Kind::Bool => Ok(Value::bool(Expr::new(value.expr.not().kind, span))),
+            Kind::Int(lo, hi) if lo == hi && (0..=1).contains(&lo) => {
+                Ok(Value::constant(lo == 0, span))
+            }
+            Kind::Int(..) => Err(self.bitwise(span)),
+            Kind::Time(_) => Err(self.type_error("a truth value is needed, this is a time", span)),
+        }
+    }
+
+    fn negative_value(&mut self, frame: FrameId, inner: &ast::Expr, span: Span) -> Outcome<Value> {
+        let value = self.value(frame, inner)?;
+        match value.kind {
+            Kind::Int(lo, hi) if lo == hi => Ok(Value::int(lo.saturating_neg(), span)),
+            Kind::Int(lo, hi) => {
+                let expr = Expr::new(ExprKind::Neg(Box::new(value.expr)), span);
+                let kind = Kind::Int(hi.saturating_neg(), lo.saturating_neg());
+                Ok(Value { expr, kind })
+            }
+            Kind::Time(Time::Constant(ns)) => Ok(Value::time(ns.saturating_neg(), span)),
+            Kind::Time(_) | Kind::Bool => Err(self.type_error("a number is needed here", span)),
         }
     }
 
