@@ -1,7 +1,7 @@
 //! Library charts from other files: `use "FILE"` at the top of a chart.
 //!
-//! The driver opens no files. Whoever has the files asks [`wanted`] what a text names, adds those texts to the table of sources and lists them in
-//! [`Texts::libraries`](crate::read::Texts); [`resolve`] joins them.
+//! The driver opens no files. Whoever has the files asks `wanted` what a text names, adds those texts to the table of sources and lists them in
+//! [`Texts::libraries`](crate::read::Texts); `resolve` joins them.
 
 use crate::codes;
 use crate::source::Sources;

@@ -1,4 +1,4 @@
-//! A function as a flow graph: one node for each statement, as [NBS88] gives each one a step; conditions between them.
+//! A function as a flow graph: one node for each statement, as NBS88 gives each one a step; conditions between them.
 //!
 //! Every statement of C is made of conditional and unconditional jumps here: `while`, `do`, `for`, `switch`, `break`, `continue` and `goto` only decide
 //! which node comes next. Effects under a condition (`a && i++`, a call in `?:`) become branches of the graph too, so the statements of a node always
@@ -523,7 +523,7 @@ impl<'s> Flow<'_, 's> {
         last: Option<&'s Expr>,
         body: &'s Stmt,
     ) {
-        // [NBS88]: an expression that is missing is a null statement, a missing condition is true.
+        // NBS88: an expression that is missing is a null statement, a missing condition is true.
         match first {
             Some(first) => self.statement(first),
             None => {
@@ -577,7 +577,7 @@ impl<'s> Flow<'_, 's> {
         let default = match switch.default {
             Some((node, _)) => node,
             None => {
-                // [NBS88]: without a default a null statement stands behind `otherwise`.
+                // NBS88: without a default a null statement stands behind `otherwise`.
                 let null = self.node("null", "", Span { end: span.start, ..span });
                 self.nodes[null].next = Next::Goto(behind);
                 null
@@ -814,7 +814,7 @@ pub(super) fn one_line(text: &str) -> String {
     if line.chars().count() > 200 { line.chars().take(199).chain(['…']).collect() } else { line }
 }
 
-/// What to call the step of an expression statement, as the appendix of [NBS88] does: `set_n`, `inc_i`, `call_f`.
+/// What to call the step of an expression statement, as the appendix of NBS88 does: `set_n`, `inc_i`, `call_f`.
 fn hint(expr: &Expr) -> String {
     let target = |expr: &Expr| {
         let mut expr = expr;

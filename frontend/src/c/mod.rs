@@ -1,5 +1,5 @@
 //! C to Grafcet (`.c`): the control flow of functions as steps and transitions, after B. H. Thomas, *A Scheme for Translating Control Flow in the C
-//! Programming Language to Grafcet with Examples*, NBSIR 88-3741, 1988 ([NBS88] below). `docs/formats.md` says what is read.
+//! Programming Language to Grafcet with Examples*, NBSIR 88-3741, 1988 (NBS88 below). `docs/formats.md` says what is read.
 //!
 //! ```
 //! use grafsynth_frontend::c;
@@ -12,11 +12,11 @@
 //!
 //! The way of a source, one file for each part:
 //!
-//! 1. [`lexer`], [`parser`], [`declarations`], `parse_expr`: text to tree ([`ast`]), with recovery;
-//! 2. [`resolve`], [`calls`], [`units`]: names to variables and functions, which parameter is an array, what stands in no net and so is left to a library;
-//! 3. [`flow`], [`value`], [`operators`]: a function becomes a flow graph whose nodes hold statements of the net, by the rules of C's arithmetic;
-//! 4. [`shorten`]: empty joins disappear; with [`Options::fuse`] straight-line code becomes one step;
-//! 5. [`draw`]: the graph becomes a macro, calls become macro-steps; [`frame`]: what stands around them; [`library`] writes the C text of what the net cannot say.
+//! 1. `lexer`, `parser`, `declarations`, `parse_expr`: text to tree (`ast`), with recovery;
+//! 2. `resolve`, `calls`, `units`: names to variables and functions, which parameter is an array, what stands in no net and so is left to a library;
+//! 3. `flow`, `value`, `operators`: a function becomes a flow graph whose nodes hold statements of the net, by the rules of C's arithmetic;
+//! 4. `shorten`: empty joins disappear; with `Options::fuse` straight-line code becomes one step;
+//! 5. `draw`: the graph becomes a macro, calls become macro-steps; `frame`: what stands around them; `library` writes the C text of what the net cannot say.
 //!
 //! **Time.** Each step lasts one reaction, so a loop takes at least one reaction a turn. The chart computes what the function computes as long as the
 //! function's behaviour is defined; where C leaves it undefined (a signed overflow, an index outside its array) the chart saturates.
@@ -66,7 +66,7 @@ pub enum Group {
     /// Nothing else.
     #[default]
     Nothing,
-    /// The statements behind a comment, up to the next one of the same block, as in the appendix of [NBS88].
+    /// The statements behind a comment, up to the next one of the same block, as in the appendix of NBS88.
     Comments,
     /// The blocks of loops and branches.
     Blocks,

@@ -1,7 +1,7 @@
 //! Fewer steps for the same computation.
 //!
 //! ```text
-//! always          joins that stand for nothing disappear; a condition behind one step stands on the transitions of that step, as [NBS88] draws `if`;
+//! always          joins that stand for nothing disappear; a condition behind one step stands on the transitions of that step, as NBS88 draws `if`;
 //!                 what is never reached goes
 //! with --fuse     a step and its only successor, of which it is the only predecessor, become one; a condition at which several ways meet is copied
 //!                 to the steps that they come from

@@ -1,7 +1,7 @@
 //! PLCopen TC6 XML (`.xml`): reader and writer.
 //!
 //! Elements are known by their local names, so the three namespaces that are in use read alike. Bodies in ladder and function block diagram become
-//! statements ([`network`]), charts become the tree of [`crate::st::ast`], and the meaning is that of the text ([`crate::st::elaborate`]).
+//! statements (`network`), charts become the tree of `crate::st::ast`, and the meaning is that of the text (`crate::st::elaborate`).
 //!
 //! ```
 //! use grafsynth_frontend::plcopen;

@@ -13,7 +13,7 @@
 //! assert_eq!(parsed.design.map(|design| design.charts.len()), Some(1));
 //! ```
 //!
-//! [`read`] takes a document apart, [`names`] and [`events`] find out what it names, [`values`] what its data hold, and [`build`] puts the chart
+//! `read` takes a document apart, `names` and `events` find out what it names, `values` what its data hold, and `build` puts the chart
 //! together. Whatever would be an error when the chart runs is refused here, with its place, so that a chart that was read raises no `error` event.
 
 mod build;

@@ -14,8 +14,8 @@
 //! assert_eq!(parsed.design.map(|design| design.charts.len()), Some(1));
 //! ```
 //!
-//! `docs/formats.md` says what is read, ignored and refused, and what each thing means. Text becomes a tree ([`ast`]) that the reader of PLCopen XML
-//! builds too; [`elaborate`] turns it into charts.
+//! `docs/formats.md` says what is read, ignored and refused, and what each thing means. Text becomes a tree (`ast`) that the reader of PLCopen XML
+//! builds too; `elaborate` turns it into charts.
 
 pub(crate) mod ast;
 pub(crate) mod elaborate;
