@@ -75,6 +75,8 @@ pub(crate) struct Parser<'a> {
     /// What this version does not read, inside the present unit: kept apart, since the unit may turn out not to matter.
     pub(crate) refused: Vec<Refusal>,
     pub(crate) depth: u32,
+    /// Of the expression read last, as a tree; at most `limit`.
+    pub(crate) height: u32,
     pub(crate) limit: u32,
     /// The text is one body, in which the words of charts are names.
     pub(crate) is_body: bool,
@@ -97,6 +99,7 @@ impl<'a> Parser<'a> {
             findings,
             refused: Vec::new(),
             depth: 0,
+            height: 0,
             limit,
             is_body: false,
         };
@@ -244,20 +247,27 @@ impl<'a> Parser<'a> {
     /// One level deeper; an error where the limit is reached.
     pub(crate) fn deeper<T>(&mut self, inside: impl FnOnce(&mut Self) -> Parse<T>) -> Parse<T> {
         if self.depth >= self.limit {
-            let (span, limit) = (self.here(), self.limit);
-            return Err(self.report(|| {
-                Diagnostic::error(
-                    codes::NESTING,
-                    format!("more than {limit} levels lie in each other"),
-                )
-                .at(span, "too deep here")
-                .help("break it up, or raise the limit with --nesting-limit")
-            }));
+            return Err(self.too_deep());
         }
         self.depth += 1;
         let result = inside(self);
         self.depth -= 1;
         result
+    }
+
+    /// A statement or a whole expression in another one, which takes the stack of two levels.
+    pub(crate) fn inside<T>(&mut self, read: impl FnOnce(&mut Self) -> Parse<T>) -> Parse<T> {
+        self.deeper(|parser| parser.deeper(read))
+    }
+
+    /// Reports that the limit is passed here. Apart from its caller, whose frame lies on the stack once a level.
+    pub(crate) fn too_deep(&mut self) -> Abandoned {
+        let (span, limit) = (self.here(), self.limit);
+        self.report(|| {
+            Diagnostic::error(codes::NESTING, format!("more than {limit} levels lie in each other"))
+                .at(span, "too deep here")
+                .help("break it up, or raise the limit with --nesting-limit")
+        })
     }
 
     /// Behind an error: past the next semicolon, or in front of a word that ends a list or begins a unit.

@@ -12,14 +12,6 @@ use super::lexer::{Kind, Token};
 use super::parse::{Parse, Parser};
 use crate::codes;
 
-/// A binary operator.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Operator {
-    And,
-    Or,
-    Binary(Op),
-}
-
 impl Parser<'_> {
     /// Statements up to a word that ends the list; broken ones are reported and left out.
     pub(crate) fn statements(&mut self) -> Vec<Stmt> {
@@ -32,7 +24,7 @@ impl Parser<'_> {
                 return list;
             }
             let before = self.at;
-            match self.deeper(Self::statement) {
+            match self.inside(Self::statement) {
                 Ok(stmt) => list.push(stmt),
                 Err(_) => {
                     if self.at == before {
@@ -193,7 +185,7 @@ impl Parser<'_> {
                 return list;
             }
             let before = self.at;
-            match self.deeper(Self::statement) {
+            match self.inside(Self::statement) {
                 Ok(stmt) => list.push(stmt),
                 Err(_) => {
                     if self.at == before {
@@ -241,224 +233,235 @@ impl Parser<'_> {
 
     // Expressions
 
+    // One small function for each form: the stack of a deep expression is the sum of their frames. Each leaves the height of its tree in `height`, for
+    // chains of operators and accesses make it higher than the nesting of the text.
+
     pub(crate) fn expression(&mut self) -> Parse<Expr> {
-        self.deeper(|parser| parser.climb(1))
+        self.inside(|parser| parser.operators(1))
     }
 
-    /// The binary operator here and how strongly it binds, loosest 1.
-    fn operator(&self) -> Option<(Operator, u8)> {
-        let binary = |op, level| Some((Operator::Binary(op), level));
-        match self.kind(0) {
-            Kind::Ampersand => Some((Operator::And, 3)),
-            Kind::Equal => binary(Op::Eq, 4),
-            Kind::NotEqual => binary(Op::Ne, 4),
-            Kind::Less => binary(Op::Lt, 5),
-            Kind::LessEqual => binary(Op::Le, 5),
-            Kind::Greater => binary(Op::Gt, 5),
-            Kind::GreaterEqual => binary(Op::Ge, 5),
-            Kind::Plus => binary(Op::Add, 6),
-            Kind::Minus => binary(Op::Sub, 6),
-            Kind::Star => binary(Op::Mul, 7),
-            Kind::Slash => binary(Op::Div, 7),
-            Kind::Power => binary(Op::Power, 8),
-            Kind::Word => match self.word(0).as_str() {
-                // The short-circuit forms mean the same: nothing in an expression has effects.
-                "OR" | "OR_ELSE" => Some((Operator::Or, 1)),
-                "XOR" => binary(Op::Xor, 2),
-                "AND" | "AND_THEN" => Some((Operator::And, 3)),
-                "MOD" => binary(Op::Mod, 7),
-                _ => None,
-            },
-            _ => None,
-        }
-    }
-
-    /// Operators that bind at least as strongly as `least`. AND and OR make flat chains of any length; of the others each operand counts as a level, for
-    /// their tree leans to the left.
-    fn climb(&mut self, least: u8) -> Parse<Expr> {
+    /// Operators that bind at least as strongly as `least`, by precedence climbing.
+    fn operators(&mut self, least: u8) -> Parse<Expr> {
         let mut left = self.prefix()?;
-        let depth = self.depth;
-        let mut chain: Option<Operator> = None;
-        while let Some((operator, level)) = self.operator()
-            && level >= least
-        {
+        let mut height = self.height;
+        // The operator of the list that `left` is, if it was made here and stands in no parentheses.
+        let mut chain = None;
+        while let Some((op, power)) = self.operator().filter(|(_, power)| *power >= least) {
             self.advance();
-            let right = match self.deeper(|parser| parser.climb(level + 1)) {
-                Ok(right) => right,
-                Err(abandoned) => {
-                    self.depth = depth;
-                    return Err(abandoned);
-                }
-            };
-            let span = left.span.to(right.span);
-            let is_same = chain == Some(operator);
-            chain = Some(operator);
-            let kind = match (operator, left.kind) {
-                (Operator::And, ExprKind::And(mut all)) if is_same => {
-                    all.push(right);
-                    ExprKind::And(all)
-                }
-                (Operator::Or, ExprKind::Or(mut all)) if is_same => {
-                    all.push(right);
-                    ExprKind::Or(all)
-                }
-                (operator, kind) => {
-                    let left = Expr::new(kind, left.span);
-                    match operator {
-                        Operator::And => ExprKind::And(vec![left, right]),
-                        Operator::Or => ExprKind::Or(vec![left, right]),
-                        Operator::Binary(op) => {
-                            self.depth += 1;
-                            ExprKind::Binary(op, Box::new(left), Box::new(right))
-                        }
-                    }
-                }
-            };
-            left = Expr::new(kind, span);
+            let right = self.deeper(|parser| parser.operators(power + 1))?;
+            let is_flat = chain == Some(op) && matches!(op, Infix::And | Infix::Or);
+            let highest = if is_flat { height - 1 } else { height }.max(self.height);
+            height = self.raised(highest)?;
+            left = joined(op, left, right, is_flat);
+            chain = Some(op);
         }
-        self.depth = depth;
+        self.height = height;
         Ok(left)
     }
 
+    /// The operator here with its binding power (IEC 61131-3, table 71, weakest first).
+    fn operator(&self) -> Option<(Infix, u8)> {
+        Some(match self.kind(0) {
+            Kind::Word => return self.word_operator(),
+            Kind::Ampersand => (Infix::And, 3),
+            Kind::Equal => (Infix::Op(Op::Eq), 4),
+            Kind::NotEqual => (Infix::Op(Op::Ne), 4),
+            Kind::Less => (Infix::Op(Op::Lt), 5),
+            Kind::LessEqual => (Infix::Op(Op::Le), 5),
+            Kind::Greater => (Infix::Op(Op::Gt), 5),
+            Kind::GreaterEqual => (Infix::Op(Op::Ge), 5),
+            Kind::Plus => (Infix::Op(Op::Add), 6),
+            Kind::Minus => (Infix::Op(Op::Sub), 6),
+            Kind::Star => (Infix::Op(Op::Mul), 7),
+            Kind::Slash => (Infix::Op(Op::Div), 7),
+            Kind::Power => (Infix::Op(Op::Power), 8),
+            _ => return None,
+        })
+    }
+
+    fn word_operator(&self) -> Option<(Infix, u8)> {
+        Some(match self.word(0).as_str() {
+            // The short-circuit forms mean the same: nothing in an expression has effects.
+            "OR" | "OR_ELSE" => (Infix::Or, 1),
+            "XOR" => (Infix::Op(Op::Xor), 2),
+            "AND" | "AND_THEN" => (Infix::And, 3),
+            "MOD" => (Infix::Op(Op::Mod), 7),
+            _ => return None,
+        })
+    }
+
+    /// One more than `height`; an error where the tree gets too high.
+    fn raised(&mut self, height: u32) -> Parse<u32> {
+        if height >= self.limit {
+            return Err(self.too_deep());
+        }
+        Ok(height + 1)
+    }
+
     fn prefix(&mut self) -> Parse<Expr> {
-        let start = self.peek(0).start;
-        if self.take_word("NOT") {
-            let inner = self.deeper(Self::prefix)?;
-            return Ok(Expr::new(ExprKind::Not(Box::new(inner)), self.span_from(start)));
+        match self.kind(0) {
+            Kind::Minus => self.negative(),
+            Kind::Plus => {
+                self.advance();
+                self.deeper(Self::prefix)
+            }
+            Kind::Word if self.is("NOT") => self.not(),
+            _ => self.primary(),
         }
-        if self.take(Kind::Minus) {
-            let inner = self.deeper(Self::prefix)?;
-            let span = self.span_from(start);
-            let kind = match inner.kind {
-                ExprKind::Int(value) => match value.checked_neg() {
-                    Some(value) => ExprKind::Int(value),
-                    None => ExprKind::Neg(Box::new(inner)),
-                },
-                ExprKind::Time(ns) => ExprKind::Time(ns.saturating_neg()),
-                _ => ExprKind::Neg(Box::new(inner)),
-            };
-            return Ok(Expr::new(kind, span));
-        }
-        if self.take(Kind::Plus) {
-            return self.deeper(Self::prefix);
-        }
-        // Parentheses lie deepest in each other: they take little stack.
-        if self.kind(0) == Kind::Open {
-            self.advance();
-            let inner = self.expression()?;
-            self.expect(Kind::Close, "`)`")?;
-            return Ok(inner);
-        }
-        self.primary()
+    }
+
+    fn not(&mut self) -> Parse<Expr> {
+        let start = self.advance().start;
+        let inner = Box::new(self.deeper(Self::prefix)?);
+        self.height = self.raised(self.height)?;
+        Ok(Expr::new(ExprKind::Not(inner), self.span_from(start)))
+    }
+
+    fn negative(&mut self) -> Parse<Expr> {
+        let start = self.advance().start;
+        let inner = self.deeper(Self::prefix)?;
+        self.height = self.raised(self.height)?;
+        Ok(Expr::new(negated(inner), self.span_from(start)))
     }
 
     fn primary(&mut self) -> Parse<Expr> {
         let start = self.peek(0).start;
+        let expr = if self.kind(0) == Kind::Open { self.enclosed()? } else { self.atom()? };
+        match self.kind(0) {
+            Kind::Open | Kind::OpenBracket | Kind::Dot | Kind::Caret => self.access(start, expr),
+            _ => Ok(expr),
+        }
+    }
+
+    /// `( expression )`
+    fn enclosed(&mut self) -> Parse<Expr> {
+        self.advance();
+        let inner = self.expression()?;
+        self.expect(Kind::Close, "`)`")?;
+        Ok(inner)
+    }
+
+    fn atom(&mut self) -> Parse<Expr> {
+        self.height = 1;
         let token = self.peek(0);
         let span = self.span(token);
-        let mut expr = match token.kind {
+        match token.kind {
             Kind::Number => {
                 self.advance();
-                Expr::new(ExprKind::Int(self.number(token, span)?), span)
+                Ok(Expr::new(ExprKind::Int(self.number(token, span)?), span))
             }
-            Kind::Typed => self.typed()?,
-            Kind::Time => {
-                self.advance();
-                match self.time(token) {
-                    Some(ns) => Expr::new(ExprKind::Time(ns), span),
-                    None => {
-                        return Err(self.report(|| {
-                            Diagnostic::error(codes::ST_CONSTANT, "this is no duration")
-                                .at(span, "")
-                                .help("write days, hours, minutes, seconds and milliseconds in this order, as in T#1h30m or T#2.5s")
-                        }));
-                    }
-                }
-            }
+            Kind::Typed => self.typed(),
+            Kind::Time => self.time_constant(token, span),
             Kind::Real => {
                 self.advance();
-                self.refused_expr(
+                Ok(self.refused_expr(
                     "numbers with a fraction (REAL)",
                     span,
                     "use integers, in a smaller unit if need be",
-                )
+                ))
             }
             Kind::Text => {
                 self.advance();
-                self.refused_expr(
+                Ok(self.refused_expr(
                     "strings, dates and times of day",
                     span,
                     "use integers or enumerations",
-                )
+                ))
             }
             Kind::Address => {
                 self.advance();
-                Expr::new(ExprKind::Address(self.slice(token).to_owned()), span)
+                Ok(Expr::new(ExprKind::Address(self.slice(token).to_owned()), span))
             }
             Kind::Word => match self.word(0).as_str() {
                 "TRUE" => {
                     self.advance();
-                    Expr::new(ExprKind::Bool(true), span)
+                    Ok(Expr::new(ExprKind::Bool(true), span))
                 }
                 "FALSE" => {
                     self.advance();
-                    Expr::new(ExprKind::Bool(false), span)
+                    Ok(Expr::new(ExprKind::Bool(false), span))
                 }
                 // The function forms of operators: `OR(a, b)`.
                 "AND" | "OR" | "XOR" | "NOT" | "MOD" if self.kind(1) == Kind::Open => {
-                    let token = self.advance();
-                    let name = self.name_of(token);
-                    let arguments = self.arguments()?;
-                    Expr::new(ExprKind::Call(name, arguments), self.span_from(start))
+                    self.advance();
+                    self.called(token.start, self.name_of(token))
                 }
-                _ => Expr::name(self.name("an expression")?),
+                _ => Ok(Expr::name(self.name("an expression")?)),
             },
-            _ => return Err(self.expected("an expression")),
-        };
+            _ => Err(self.expected("an expression")),
+        }
+    }
+
+    fn time_constant(&mut self, token: Token, span: Span) -> Parse<Expr> {
+        self.advance();
+        match self.time(token) {
+            Some(ns) => Ok(Expr::new(ExprKind::Time(ns), span)),
+            None => Err(self.report(|| {
+                Diagnostic::error(codes::ST_CONSTANT, "this is no duration").at(span, "").help(
+                    "write days, hours, minutes, seconds and milliseconds in this order, as in T#1h30m or T#2.5s",
+                )
+            })),
+        }
+    }
+
+    /// What stands behind a value: arguments, indices, fields.
+    fn access(&mut self, start: usize, mut expr: Expr) -> Parse<Expr> {
         let mut levels = 0;
         loop {
-            match self.kind(0) {
-                Kind::Open if matches!(expr.kind, ExprKind::Name(_)) => {
-                    let ExprKind::Name(name) = expr.kind.clone() else { break };
-                    let arguments = self.arguments()?;
-                    expr = Expr::new(ExprKind::Call(name, arguments), self.span_from(start));
-                }
-                Kind::OpenBracket => {
-                    self.advance();
-                    let mut indices = vec![self.inside()?];
-                    while self.take(Kind::Comma) {
-                        indices.push(self.inside()?);
-                    }
-                    self.expect(Kind::CloseBracket, "`]`")?;
-                    let span = self.span_from(start);
-                    expr = Expr::new(ExprKind::Index(Box::new(expr), indices), span);
-                }
-                Kind::Dot => {
-                    self.advance();
-                    if self.kind(0) == Kind::Number {
-                        let token = self.advance();
-                        let bit = self.slice(token).parse().unwrap_or(u32::MAX);
-                        let span = self.span_from(start);
-                        expr = Expr::new(ExprKind::Bit(Box::new(expr), bit), span);
-                    } else {
-                        let field = self.field()?;
-                        let span = self.span_from(start);
-                        expr = Expr::new(ExprKind::Field(Box::new(expr), field), span);
-                    }
-                }
+            expr = match self.kind(0) {
+                Kind::Open => match expr {
+                    Expr { kind: ExprKind::Name(name), .. } => self.called(start, name)?,
+                    other => return Ok(other),
+                },
+                Kind::OpenBracket => self.indexed(start, expr)?,
+                Kind::Dot => self.part(start, expr)?,
                 Kind::Caret => {
                     self.advance();
                     let span = self.span_from(start);
-                    expr = self.refused_expr("pointers", span, "name the variable itself");
+                    self.refused_expr("pointers", span, "name the variable itself")
                 }
-                _ => break,
-            }
+                _ => return Ok(expr),
+            };
             levels += 1;
             if levels > 64 {
                 return Err(self.expected("a shorter access"));
             }
         }
-        Ok(expr)
+    }
+
+    fn called(&mut self, start: usize, name: grafsynth_ir::Name) -> Parse<Expr> {
+        let arguments = self.arguments()?;
+        Ok(Expr::new(ExprKind::Call(name, arguments), self.span_from(start)))
+    }
+
+    fn indexed(&mut self, start: usize, expr: Expr) -> Parse<Expr> {
+        let mut height = self.height;
+        let mut indices = Vec::new();
+        loop {
+            self.advance();
+            indices.push(self.expression()?);
+            height = height.max(self.height);
+            if self.kind(0) != Kind::Comma {
+                break;
+            }
+        }
+        self.expect(Kind::CloseBracket, "`]`")?;
+        self.height = self.raised(height)?;
+        Ok(Expr::new(ExprKind::Index(Box::new(expr), indices), self.span_from(start)))
+    }
+
+    /// `.field` or `.3`
+    fn part(&mut self, start: usize, expr: Expr) -> Parse<Expr> {
+        self.advance();
+        self.height = self.raised(self.height)?;
+        let inner = Box::new(expr);
+        let kind = if self.kind(0) == Kind::Number {
+            let token = self.advance();
+            ExprKind::Bit(inner, self.slice(token).parse().unwrap_or(u32::MAX))
+        } else {
+            ExprKind::Field(inner, self.field()?)
+        };
+        Ok(Expr::new(kind, self.span_from(start)))
     }
 
     /// A name behind a dot, which may be a reserved word.
@@ -482,48 +485,48 @@ impl Parser<'_> {
         Ok(Expr::new(ExprKind::Int(self.number(token, span)?), span))
     }
 
-    /// An index or an argument: it takes the stack of three levels.
-    fn inside(&mut self) -> Parse<Expr> {
-        self.deeper(|parser| parser.deeper(Self::expression))
-    }
-
+    /// What stands in the parentheses of a call; `height` is that of the call.
     fn arguments(&mut self) -> Parse<Vec<Arg>> {
         self.expect(Kind::Open, "`(`")?;
         let mut arguments = Vec::new();
+        let mut height = 1;
+        self.height = height;
         if self.take(Kind::Close) {
             return Ok(arguments);
         }
         loop {
-            let is_negated =
-                self.is("NOT") && self.kind(1) == Kind::Word && self.kind(2) == Kind::Arrow;
-            if is_negated {
-                self.advance();
-            }
-            let named =
-                self.kind(0) == Kind::Word && matches!(self.kind(1), Kind::Assign | Kind::Arrow);
-            if named {
-                let token = self.advance();
-                let name = Some(self.name_of(token));
-                let is_output = self.advance().kind == Kind::Arrow;
-                // `Q => )` and `IN := ,` are read: an empty place says nothing.
-                if matches!(self.kind(0), Kind::Comma | Kind::Close) {
-                    if !self.take(Kind::Comma) {
-                        break;
-                    }
-                    continue;
-                }
-                let value = self.inside()?;
-                arguments.push(Arg { name, value, is_output, is_negated });
-            } else {
-                let value = self.inside()?;
-                arguments.push(Arg { name: None, value, is_output: false, is_negated: false });
-            }
+            arguments.extend(self.argument()?);
+            height = height.max(self.height);
             if !self.take(Kind::Comma) {
                 break;
             }
         }
+        self.height = self.raised(height)?;
         self.expect(Kind::Close, "`)`")?;
         Ok(arguments)
+    }
+
+    fn argument(&mut self) -> Parse<Option<Arg>> {
+        let is_negated =
+            self.is("NOT") && self.kind(1) == Kind::Word && self.kind(2) == Kind::Arrow;
+        if is_negated {
+            self.advance();
+        }
+        let named =
+            self.kind(0) == Kind::Word && matches!(self.kind(1), Kind::Assign | Kind::Arrow);
+        if !named {
+            let value = self.expression()?;
+            return Ok(Some(Arg { name: None, value, is_output: false, is_negated: false }));
+        }
+        let token = self.advance();
+        let name = Some(self.name_of(token));
+        let is_output = self.advance().kind == Kind::Arrow;
+        // `Q => )` and `IN := ,` are read: an empty place says nothing.
+        if matches!(self.kind(0), Kind::Comma | Kind::Close) {
+            return Ok(None);
+        }
+        let value = self.expression()?;
+        Ok(Some(Arg { name, value, is_output, is_negated }))
     }
 
     // Literals
@@ -585,6 +588,47 @@ impl Parser<'_> {
     /// Nanoseconds of `T#1h2m3.5s`.
     pub(crate) fn time(&self, token: Token) -> Option<i64> {
         duration(self.slice(token).split_once('#')?.1)
+    }
+}
+
+/// An operator between two operands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Infix {
+    And,
+    Or,
+    Op(Op),
+}
+
+/// Two operands as one expression; to a chain of AND or OR, which is flat, the right one is added.
+fn joined(op: Infix, left: Expr, right: Expr, is_chain: bool) -> Expr {
+    let span = left.span.to(right.span);
+    let kind = match (op, left.kind) {
+        (Infix::And, ExprKind::And(mut all)) if is_chain => {
+            all.push(right);
+            ExprKind::And(all)
+        }
+        (Infix::Or, ExprKind::Or(mut all)) if is_chain => {
+            all.push(right);
+            ExprKind::Or(all)
+        }
+        (Infix::And, kind) => ExprKind::And(vec![Expr::new(kind, left.span), right]),
+        (Infix::Or, kind) => ExprKind::Or(vec![Expr::new(kind, left.span), right]),
+        (Infix::Op(op), kind) => {
+            ExprKind::Binary(op, Box::new(Expr::new(kind, left.span)), Box::new(right))
+        }
+    };
+    Expr::new(kind, span)
+}
+
+/// The negative value: of a constant a constant.
+fn negated(inner: Expr) -> ExprKind {
+    match inner.kind {
+        ExprKind::Int(value) => match value.checked_neg() {
+            Some(value) => ExprKind::Int(value),
+            None => ExprKind::Neg(Box::new(inner)),
+        },
+        ExprKind::Time(ns) => ExprKind::Time(ns.saturating_neg()),
+        _ => ExprKind::Neg(Box::new(inner)),
     }
 }
 

@@ -1,6 +1,7 @@
-//! Depth, recovery and literals.
+//! Depth, recovery and literals. What is about depth runs on the stack that a thread has by default.
 
-use grafsynth_ir::FileId;
+use grafsynth_ir::diag::any_error;
+use grafsynth_ir::{FileId, lower};
 
 use super::parse;
 use super::parse_stmt::duration;
@@ -70,4 +71,79 @@ fn durations_have_units_and_fractions() {
     assert_eq!(duration("-5ms"), Some(-5_000_000));
     assert_eq!(duration("5"), None);
     assert_eq!(duration(""), None);
+}
+
+/// A program with the text in its body.
+fn program(body: &str) -> String {
+    format!(
+        "PROGRAM p VAR_INPUT a, b : BOOL; i : INT; END_VAR VAR_OUTPUT q : BOOL; n : INT; END_VAR \
+         VAR v : ARRAY [0..3] OF INT; END_VAR {body} END_PROGRAM"
+    )
+}
+
+/// Read and lowered; true if there is a net.
+fn is_read(text: &str) -> bool {
+    let parsed = parse(FileId(0), text);
+    let Some(design) = parsed.design.filter(|_| !any_error(&parsed.diagnostics)) else {
+        assert!(any_error(&parsed.diagnostics), "neither a design nor an error");
+        return false;
+    };
+    let (net, found) = lower::lower(&design);
+    assert!(net.is_some() || any_error(&found), "neither a net nor an error");
+    net.is_some()
+}
+
+#[test]
+fn nesting_is_bounded_for_every_sign() {
+    let bodies = [
+        ("q := ", "(", "a", ")", ";"),
+        ("q := ", "NOT ", "a", "", ";"),
+        ("n := ", "-", "i", "", ";"),
+        ("n := ", "+", "i", "", ";"),
+        ("q := ", "NOT (", "a", ")", ";"),
+        ("q := ", "a OR b AND (", "a", ")", ";"),
+        ("n := ", "i + (", "i", ")", ";"),
+        ("n := ", "v[", "i", "]", ";"),
+        ("n := ", "ABS(", "i", ")", ";"),
+        ("n := ", "ABS(IN := ", "i", ")", ";"),
+        ("q := ", "AND(a, ", "b", ")", ";"),
+        ("n", "[n", "", "]", " := 1;"),
+        ("n", ".x", "", "", " := 1;"),
+        ("", "IF a THEN ", "q := b;", " END_IF;", ""),
+        ("", "IF a THEN ; ELSIF b THEN ", "q := b;", " END_IF;", ""),
+        ("", "CASE i OF 1: ", "q := b;", " END_CASE;", ""),
+        ("", "FOR n := 1 TO 2 DO ", "q := b;", " END_FOR;", ""),
+        ("", "WHILE a DO ", "q := b;", " END_WHILE;", ""),
+        ("", "REPEAT ", "q := b;", " UNTIL a END_REPEAT;", ""),
+        ("", "IF (((", "a", "))) THEN q := b; END_IF", ""),
+        ("n := ", "i + ", "i", "", ";"),
+        ("q := ", "a AND ", "b", "", ";"),
+        ("q := ", "a XOR ", "b", "", ";"),
+        ("q := i ", "= i", "", "", ";"),
+    ];
+    for (before, open, inside, close, after) in bodies {
+        for n in [30, 60, 120, 126, 250, 300, 5000] {
+            // Closed, and torn off.
+            for closes in [close.repeat(n), String::new()] {
+                let body = format!("{before}{}{inside}{closes}{after}", open.repeat(n));
+                is_read(&program(&body));
+            }
+        }
+    }
+    assert!(is_read(&program(&format!("q := {}a{};", "(".repeat(120), ")".repeat(120)))));
+    assert!(is_read(&program(&format!("q := {}a;", "a AND ".repeat(5000)))));
+}
+
+#[test]
+fn chains_in_parentheses_do_not_add_up_to_a_high_tree() {
+    // Each level may hold a chain, and each chain leans on the one inside it.
+    for (open, link) in
+        [("(", " + i) "), ("(", " + i + i - i) "), ("(", "= i) "), ("v[", "].x.y.z ")]
+    {
+        let body = format!("n := {}i{};", open.repeat(250), link.repeat(250));
+        is_read(&program(&body));
+    }
+    let chain = " + i".repeat(200);
+    let body = format!("n := {}i{};", "(".repeat(200), format!("{chain})").repeat(200));
+    assert!(!is_read(&program(&body)));
 }

@@ -401,6 +401,10 @@ pub(super) fn state<'a>(
         let Some(&Entry { symbol: Symbol::History(made), .. }) = known else { continue };
         let content = lowering.block(scope, ListKind::Change, &history.content);
         lowering.net.histories[made].default_content = content;
+        // In a Grafcet the state is a mistake by itself, and there is no forest to look into.
+        if !lowering.is_statechart() {
+            continue;
+        }
         let part = lowering.net.steps[id].part;
         let span = history.name.span;
         if let Ok(goals) = goals(lowering, scope, &history.default)

@@ -47,9 +47,7 @@ impl Elaborator<'_> {
         if let Some(index) = self.functions.get(&key).copied() {
             return self.run_function(frame, index, arguments, span);
         }
-        let values: Vec<Outcome<Value>> =
-            arguments.iter().map(|one| self.value(frame, &one.value)).collect();
-        let mut values = values.into_iter().collect::<Outcome<Vec<_>>>()?;
+        let mut values = self.values(frame, arguments.iter().map(|one| &one.value))?;
         // `SEL(G := c, IN0 := a, IN1 := b)` in any order.
         if arguments.iter().all(|one| one.name.is_some()) && arguments.len() > 1 {
             const ORDER: [&str; 8] = ["EN", "G", "K", "MN", "IN", "IN0", "IN1", "IN2"];
@@ -62,7 +60,12 @@ impl Elaborator<'_> {
             order.sort_by_key(|index| rank(&arguments[*index]));
             values = order.into_iter().map(|index| values[index].clone()).collect();
         }
-        self.standard(&key, name, values, span)
+        let value = self.standard(&key, name, values, span)?;
+        // ABS and its like write their operand several times: calls in calls would grow without end.
+        if nodes(&value.expr, MAX_NODES) >= MAX_NODES {
+            return Err(self.too_much(span));
+        }
+        Ok(value)
     }
 
     fn standard(

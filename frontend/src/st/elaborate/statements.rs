@@ -48,60 +48,17 @@ impl Elaborator<'_> {
             ast::StmtKind::Call { target, arguments } => {
                 self.call(frame, target, arguments, span, out)
             }
+            // One function for each form: the stack of nested statements is the sum of their frames.
             ast::StmtKind::If { arms, otherwise } => {
-                let mut lowered = Vec::new();
-                for (condition, list) in arms {
-                    let condition = self.condition(frame, condition);
-                    let mut then = Block::new();
-                    self.list(frame, list, &mut then);
-                    lowered.push((condition, then));
-                }
-                let mut rest = Block::new();
-                self.list(frame, otherwise, &mut rest);
-                let mut checked = Vec::new();
-                for (condition, then) in lowered {
-                    checked.push((condition?, then));
-                }
-                choose(checked, rest, span, out);
-                Ok(())
+                self.conditional(frame, arms, otherwise, span, out)
             }
             ast::StmtKind::Case { selector, arms, otherwise } => {
                 let selector = self.value(frame, selector);
-                let mut lowered = Vec::new();
-                for (labels, list) in arms {
-                    let condition = match &selector {
-                        Ok(selector) => self.label_test(frame, selector, labels),
-                        Err(told) => Err(*told),
-                    };
-                    let mut then = Block::new();
-                    self.list(frame, list, &mut then);
-                    lowered.push((condition, then));
-                }
-                let mut rest = Block::new();
-                self.list(frame, otherwise, &mut rest);
-                let mut checked = Vec::new();
-                for (condition, then) in lowered {
-                    checked.push((condition?, then));
-                }
-                choose(checked, rest, span, out);
-                Ok(())
+                self.case(frame, &selector, arms, otherwise, span, out)
             }
             ast::StmtKind::For { var, from, to, by, body } => {
                 let rounds = self.loop_values(frame, from, to, by.as_ref(), span)?;
-                let target = ast::Expr::name(var.clone());
-                let place = self.place(frame, &target)?;
-                let key = upper(&var.text);
-                let outer = self.frames[frame].names.get(&key).cloned();
-                for value in &rounds.each {
-                    let value = Value::int(*value, var.span);
-                    self.frames[frame].names.insert(key.clone(), Binding::Value(value));
-                    self.list(frame, body, out);
-                }
-                match outer {
-                    Some(outer) => self.frames[frame].names.insert(key, outer),
-                    None => self.frames[frame].names.remove(&key),
-                };
-                self.assign(&place, Value::int(rounds.after, var.span), span, out)
+                self.counted(frame, var, &rounds, body, span, out)
             }
             ast::StmtKind::While { .. } | ast::StmtKind::Repeat { .. } => Err(self.unbounded(span)),
             ast::StmtKind::Exit | ast::StmtKind::Continue | ast::StmtKind::Return => {
@@ -109,6 +66,75 @@ impl Elaborator<'_> {
             }
             ast::StmtKind::Refused(_) => Err(Told),
         }
+    }
+
+    fn conditional(
+        &mut self,
+        frame: FrameId,
+        arms: &[(ast::Expr, Vec<ast::Stmt>)],
+        otherwise: &[ast::Stmt],
+        span: Span,
+        out: &mut Block,
+    ) -> Outcome<()> {
+        let mut lowered = Vec::new();
+        for (condition, list) in arms {
+            let condition = self.condition(frame, condition);
+            let mut then = Block::new();
+            self.list(frame, list, &mut then);
+            lowered.push((condition, then));
+        }
+        let mut rest = Block::new();
+        self.list(frame, otherwise, &mut rest);
+        chosen(lowered, rest, span, out)
+    }
+
+    fn case(
+        &mut self,
+        frame: FrameId,
+        selector: &Outcome<Value>,
+        arms: &[(Vec<ast::CaseLabel>, Vec<ast::Stmt>)],
+        otherwise: &[ast::Stmt],
+        span: Span,
+        out: &mut Block,
+    ) -> Outcome<()> {
+        let mut lowered = Vec::new();
+        for (labels, list) in arms {
+            let condition = match selector {
+                Ok(selector) => self.label_test(frame, selector, labels),
+                Err(told) => Err(*told),
+            };
+            let mut then = Block::new();
+            self.list(frame, list, &mut then);
+            lowered.push((condition, then));
+        }
+        let mut rest = Block::new();
+        self.list(frame, otherwise, &mut rest);
+        chosen(lowered, rest, span, out)
+    }
+
+    fn counted(
+        &mut self,
+        frame: FrameId,
+        var: &Name,
+        rounds: &Rounds,
+        body: &[ast::Stmt],
+        span: Span,
+        out: &mut Block,
+    ) -> Outcome<()> {
+        let target = ast::Expr::name(var.clone());
+        let place = self.place(frame, &target)?;
+        let key = upper(&var.text);
+        let outer = self.frames[frame].names.get(&key).cloned();
+        for value in &rounds.each {
+            let value = Value::int(*value, var.span);
+            self.frames[frame].names.insert(key.clone(), Binding::Value(value));
+            self.list(frame, body, out);
+        }
+        match outer {
+            Some(outer) => self.frames[frame].names.insert(key, outer),
+            None => self.frames[frame].names.remove(&key),
+        };
+        self.assign(&place, Value::int(rounds.after, var.span), span, out)
     }
 
     pub(super) fn unbounded(&mut self, span: Span) -> Told {
@@ -681,6 +707,18 @@ fn returns(stmt: &ast::Stmt) -> bool {
         | ast::StmtKind::Continue
         | ast::StmtKind::Refused(_) => false,
     }
+}
+
+/// The choice between arms, unless the condition of one is wrong.
+fn chosen(
+    arms: Vec<(Outcome<Expr>, Block)>,
+    rest: Block,
+    span: Span,
+    out: &mut Block,
+) -> Outcome<()> {
+    let arms = arms.into_iter().map(|(condition, then)| Ok((condition?, then)));
+    choose(arms.collect::<Outcome<Vec<_>>>()?, rest, span, out);
+    Ok(())
 }
 
 /// The first arm whose condition holds, else `rest`. Conditions have no effects, so many arms are searched by halves.

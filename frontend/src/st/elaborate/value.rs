@@ -146,20 +146,20 @@ impl Elaborator<'_> {
             ast::ExprKind::Name(_)
             | ast::ExprKind::Field(..)
             | ast::ExprKind::Index(..)
-            | ast::ExprKind::Address(_) => {
-                let access = self.access(frame, drawn)?;
-                self.read(access, span)
+            | ast::ExprKind::Address(_) => self.accessed(frame, drawn),
+            // What is made of an operand is made apart: the frame of this function lies on the stack once a level.
+            ast::ExprKind::Bit(inner, bit) => {
+                self.value(frame, inner).and_then(|value| self.bit_of(value, *bit, span))
             }
-            ast::ExprKind::Bit(inner, bit) => self.bit_value(frame, inner, *bit, span),
-            ast::ExprKind::Not(inner) => self.not_value(frame, inner, span),
-            ast::ExprKind::Neg(inner) => self.negative_value(frame, inner, span),
+            ast::ExprKind::Not(inner) => {
+                self.value(frame, inner).and_then(|value| self.not_of(value, span))
+            }
+            ast::ExprKind::Neg(inner) => {
+                self.value(frame, inner).and_then(|value| self.negative_of(value, span))
+            }
             ast::ExprKind::And(all) => self.junction(frame, all, true, span),
             ast::ExprKind::Or(all) => self.junction(frame, all, false, span),
-            ast::ExprKind::Binary(op, a, b) => {
-                let (a, b) = (self.value(frame, a), self.value(frame, b));
-                let (a, b) = (a?, b?);
-                self.binary(*op, a, b, span)
-            }
+            ast::ExprKind::Binary(op, a, b) => self.operation(frame, *op, a, b, span),
             ast::ExprKind::Call(name, arguments) => {
                 self.call_function(frame, name, arguments, span)
             }
@@ -167,29 +167,48 @@ impl Elaborator<'_> {
         }
     }
 
-    fn bit_value(
+    fn accessed(&mut self, frame: FrameId, drawn: &ast::Expr) -> Outcome<Value> {
+        self.access(frame, drawn).and_then(|access| self.read(access, drawn.span))
+    }
+
+    fn operation(
         &mut self,
         frame: FrameId,
-        inner: &ast::Expr,
-        bit: u32,
+        op: Op,
+        a: &ast::Expr,
+        b: &ast::Expr,
         span: Span,
     ) -> Outcome<Value> {
-        let value = self.value(frame, inner)?;
+        let (a, b) = (self.value(frame, a), self.value(frame, b));
+        self.binary(op, a?, b?, span)
+    }
+
+    /// All values; those behind a wrong one are looked at too.
+    pub(super) fn values<'e>(
+        &mut self,
+        frame: FrameId,
+        drawn: impl Iterator<Item = &'e ast::Expr>,
+    ) -> Outcome<Vec<Value>> {
+        let mut values = Vec::new();
+        let mut failed = None;
+        for one in drawn {
+            match self.value(frame, one) {
+                Ok(value) => values.push(value),
+                Err(told) => failed = Some(told),
+            }
+        }
+        failed.map_or(Ok(values), Err)
+    }
+
+    fn bit_of(&mut self, value: Value, bit: u32, span: Span) -> Outcome<Value> {
         match value.kind {
             Kind::Int(lo, _) if lo >= 0 && bit < 31 => {
-                let int = |n| Expr::new(ExprKind::Int(n), span);
-                let shifted = Expr::new(
-                    ExprKind::Arith(ArithOp::Div, Box::new(value.expr), Box::new(int(1 << bit))),
-                    span,
-                );
-                let low = Expr::new(
-                    ExprKind::Arith(ArithOp::Mod, Box::new(shifted), Box::new(int(2))),
-                    span,
-                );
-                Ok(Value::bool(Expr::new(
-                    ExprKind::Compare(CompareOp::Eq, Box::new(low), Box::new(int(1))),
-                    span,
-                )))
+                let new = |kind| Expr::new(kind, span);
+                let int = |n| Box::new(new(ExprKind::Int(n)));
+                let shifted =
+                    new(ExprKind::Arith(ArithOp::Div, Box::new(value.expr), int(1 << bit)));
+                let low = new(ExprKind::Arith(ArithOp::Mod, Box::new(shifted), int(2)));
+                Ok(Value::bool(new(ExprKind::Compare(CompareOp::Eq, Box::new(low), int(1)))))
             }
             Kind::Int(..) | Kind::Bool | Kind::Time(_) => Err(self.type_error(
                 "bits are read from BYTE, WORD and unsigned integers, up to bit 30",
@@ -198,8 +217,7 @@ impl Elaborator<'_> {
         }
     }
 
-    fn not_value(&mut self, frame: FrameId, inner: &ast::Expr, span: Span) -> Outcome<Value> {
-        let value = self.value(frame, inner)?;
+    fn not_of(&mut self, value: Value, span: Span) -> Outcome<Value> {
         match value.kind {
             Kind::Bool => Ok(Value::bool(Expr::new(value.expr.not().kind, span))),
             Kind::Int(lo, hi) if lo == hi && (0..=1).contains(&lo) => {
@@ -210,8 +228,7 @@ impl Elaborator<'_> {
         }
     }
 
-    fn negative_value(&mut self, frame: FrameId, inner: &ast::Expr, span: Span) -> Outcome<Value> {
-        let value = self.value(frame, inner)?;
+    fn negative_of(&mut self, value: Value, span: Span) -> Outcome<Value> {
         match value.kind {
             Kind::Int(lo, hi) if lo == hi => Ok(Value::int(lo.saturating_neg(), span)),
             Kind::Int(lo, hi) => {
@@ -243,8 +260,7 @@ impl Elaborator<'_> {
         is_and: bool,
         span: Span,
     ) -> Outcome<Value> {
-        let values: Vec<Outcome<Value>> = all.iter().map(|one| self.value(frame, one)).collect();
-        let values = values.into_iter().collect::<Outcome<Vec<_>>>()?;
+        let values = self.values(frame, all.iter())?;
         self.join(values, is_and, span)
     }
 
@@ -512,17 +528,7 @@ impl Elaborator<'_> {
                     )),
                 }
             }
-            ast::ExprKind::Index(inner, indices) => {
-                let values: Vec<Outcome<Value>> =
-                    indices.iter().map(|index| self.value(frame, index)).collect();
-                let values = values.into_iter().collect::<Outcome<Vec<_>>>()?;
-                match self.access(frame, inner)? {
-                    Access::Place(place) => self.element(place, values, span),
-                    Access::Value(_) | Access::Object(_) | Access::Step(_) => {
-                        Err(self.type_error("this is no array", inner.span))
-                    }
-                }
-            }
+            ast::ExprKind::Index(inner, indices) => self.indexed(frame, inner, indices, span),
             ast::ExprKind::Refused(_) => Err(Told),
             ast::ExprKind::Bool(_)
             | ast::ExprKind::Int(_)
@@ -534,6 +540,22 @@ impl Elaborator<'_> {
             | ast::ExprKind::And(_)
             | ast::ExprKind::Or(_)
             | ast::ExprKind::Call(..) => Err(self.type_error("a variable is needed here", span)),
+        }
+    }
+
+    fn indexed(
+        &mut self,
+        frame: FrameId,
+        inner: &ast::Expr,
+        indices: &[ast::Expr],
+        span: Span,
+    ) -> Outcome<Access> {
+        let values = self.values(frame, indices.iter())?;
+        match self.access(frame, inner)? {
+            Access::Place(place) => self.element(place, values, span),
+            Access::Value(_) | Access::Object(_) | Access::Step(_) => {
+                Err(self.type_error("this is no array", inner.span))
+            }
         }
     }
 

@@ -104,6 +104,16 @@ fn transitions_of_statecharts_leave_their_domain_and_complete_their_targets() {
 }
 
 #[test]
+fn states_with_history_in_a_grafcet_are_errors_only() {
+    let mut items = player();
+    // Without a policy of statecharts, as where the line that sets it is damaged.
+    items[0].remove(0);
+    let (net, found) = lower(&design(vec![chart("c", items)]));
+    assert!(net.is_none());
+    assert!(found.iter().any(|one| one.is_error() && one.message.contains("state")), "{found:#?}");
+}
+
+#[test]
 fn an_internal_transition_does_not_leave_its_source() {
     let internal = |text: &str| {
         Item::Transition(Transition {
