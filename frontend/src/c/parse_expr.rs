@@ -2,7 +2,7 @@
 
 use super::ast::{BinaryOp, Expr, ExprKind, UnaryOp};
 use super::lexer::Kind;
-use super::parser::{Parser, Read};
+use super::parser::{Failed, Parser, Read};
 use grafsynth_ir::{Name, Span};
 
 /// Binding powers, weakest first: `,` 1, assignment 2, `?:` 3, `||` 4, `&&` 5, then these.
@@ -112,36 +112,33 @@ impl Parser<'_> {
 
     /// Operators that bind at least as strongly as `least`.
     fn binary(&mut self, least: u8) -> Read<Expr> {
+        let outside = std::mem::replace(&mut self.reach, self.depth);
         let mut left = self.unary()?;
-        let mut levels = self.levels_left();
-        loop {
-            let token = self.here();
-            let Some((op, power)) =
-                (if token.kind == Kind::Sign { binary(self.word_of(token)) } else { None })
-            else {
-                return Ok(left);
-            };
-            if power < least {
-                return Ok(left);
-            }
+        while let Some((op, power)) = self.operator().filter(|(_, power)| *power >= least) {
             // The tree of a chain grows to the left, one level for each operand.
-            if levels == 0 {
+            if !self.pushed_down() {
                 return self.too_long();
             }
-            levels -= 1;
             self.take();
             let right = self.deeper(|p| p.binary(power + 1))?;
             let span = left.span.to(right.span);
             left = Expr { kind: ExprKind::Binary(op, Box::new(left), Box::new(right)), span };
         }
+        self.reach = self.reach.max(outside);
+        Ok(left)
+    }
+
+    fn operator(&self) -> Option<(BinaryOp, u8)> {
+        let token = self.here();
+        if token.kind == Kind::Sign { binary(self.word_of(token)) } else { None }
     }
 
     /// Reports as nesting what has no level left.
     fn too_long<T>(&mut self) -> Read<T> {
-        fn deepest<T>(parser: &mut Parser<'_>) -> Read<T> {
-            parser.deeper(deepest)
-        }
-        deepest(self)
+        let depth = std::mem::replace(&mut self.depth, self.nesting);
+        let result = self.deeper(|_| Err(Failed));
+        self.depth = depth;
+        result
     }
 
     // One small function for each form: the stack of a deep expression is the sum of their frames.
@@ -205,8 +202,8 @@ impl Parser<'_> {
     }
 
     fn postfix(&mut self, start: Span) -> Read<Expr> {
+        let outside = std::mem::replace(&mut self.reach, self.depth);
         let mut value = self.primary()?;
-        let mut levels = self.levels_left();
         while self.is("[")
             || self.is("(")
             || self.is(".")
@@ -214,12 +211,12 @@ impl Parser<'_> {
             || self.is("++")
             || self.is("--")
         {
-            if levels == 0 {
+            if !self.pushed_down() {
                 return self.too_long();
             }
-            levels -= 1;
             value = self.suffix(start, value)?;
         }
+        self.reach = self.reach.max(outside);
         Ok(value)
     }
 

@@ -66,6 +66,8 @@ pub(super) struct Parser<'t> {
     pub(super) at: usize,
     pub(super) findings: Findings,
     pub(super) depth: u32,
+    /// The lowest level that the tree of the present expression has a node at: chains push down what stands in front of them.
+    pub(super) reach: u32,
     pub(super) nesting: u32,
     pub(super) is_unsigned_char: bool,
     /// What a name means where an expression or a declaration begins: constants of `#define` and `enum`.
@@ -90,6 +92,7 @@ pub(super) fn parse(
         at: 0,
         findings,
         depth: 0,
+        reach: 0,
         nesting: limits.nesting,
         is_unsigned_char,
         constants: BTreeMap::new(),
@@ -199,14 +202,17 @@ impl<'t> Parser<'t> {
             return Err(Failed);
         }
         self.depth += 1;
+        self.reach = self.reach.max(self.depth);
         let result = read(self);
         self.depth -= 1;
         result
     }
 
-    /// How many levels are left.
-    pub(super) fn levels_left(&self) -> u32 {
-        self.nesting.saturating_sub(self.depth)
+    /// Says that the tree read so far lies one level lower, below an operator behind it; false where no level is left.
+    pub(super) fn pushed_down(&mut self) -> bool {
+        let has_room = self.reach < self.nesting;
+        self.reach += u32::from(has_room);
+        has_room
     }
 
     /// Goes behind the next `;` or to the next `}` of this level.

@@ -68,6 +68,22 @@ fn nesting_is_bounded_for_every_sign() {
 }
 
 #[test]
+fn chains_in_parentheses_do_not_add_up_to_a_high_tree() {
+    // Each chain is as long as the levels around it leave room for, and leans on the one inside it.
+    for (link, each) in [(" + a", 2), (" + a", 3), ("[1]", 2), (" - (a)", 4)] {
+        let n = 240 / each;
+        let mut text = "a".to_owned();
+        for level in (0..n).rev() {
+            text = format!("({text}{})", link.repeat(240 - level * each));
+        }
+        let parsed = parse(FileId(0), &format!("int f(int a) {{ return {text}; }}"));
+        assert!(any_error(&parsed.diagnostics), "{link}");
+    }
+    let short = format!("int f(int a) {{ return {}a{}; }}", "(".repeat(40), " + a)".repeat(40));
+    assert!(!any_error(&parse(FileId(0), &short).diagnostics));
+}
+
+#[test]
 fn every_call_gets_a_macro_step_and_shared_ones_a_step_that_waits() {
     let text = "int half(int n) { return n / 2; } int f(int a) { return half(a) + half(a + 1); }";
     let copied = chart(text, &Options::default());
