@@ -12,6 +12,11 @@ use crate::st::lexer::{Kind, Places, Token, tokens};
 use crate::st::parse_stmt::duration;
 use crate::xml::Mapped;
 
+/// How many fields may stand behind each other in one operand.
+const MAX_FIELDS: u32 = 64;
+/// How many nodes all copies of accumulators may have: each ST keeps its value and copies it.
+const MAX_COPIED: usize = 200_000;
+
 struct List<'a> {
     mapped: &'a Mapped<'a>,
     tokens: Vec<Token>,
@@ -62,7 +67,12 @@ impl List<'_> {
         };
         self.at += 1;
         let mut expr = Expr::new(kind, span);
+        let mut levels = 0;
         while self.peek().kind == Kind::Dot {
+            levels += 1;
+            if levels > MAX_FIELDS {
+                return None;
+            }
             self.at += 1;
             let token = self.peek();
             let field = Name::new(self.slice(token), self.span(token));
@@ -74,19 +84,62 @@ impl List<'_> {
     }
 }
 
-/// What an operator does with the accumulator and its operand.
-fn combine(word: &str, left: Expr, right: Expr) -> Option<Expr> {
-    let span = left.span.to(right.span);
+/// A value with the height and the number of nodes of its tree.
+#[derive(Debug, Clone)]
+struct Held {
+    expr: Expr,
+    height: u32,
+    size: usize,
+}
+
+impl Held {
+    /// An operand, which has a few nodes.
+    fn operand(expr: Expr) -> Self {
+        Held { expr, height: 1, size: 1 }
+    }
+
+    fn not(self, span: grafsynth_ir::Span) -> Self {
+        let expr = Expr::new(ExprKind::Not(Box::new(self.expr)), span);
+        Held { expr, height: self.height + 1, size: self.size + 1 }
+    }
+}
+
+/// What an operator does with the accumulator and its operand. AND and OR add to a list of their kind, which may have any length.
+fn combine(word: &str, left: Held, right: Held) -> Option<Held> {
+    let span = left.expr.span.to(right.expr.span);
     let (base, is_negated) = match word {
         "ANDN" | "ORN" | "XORN" => (&word[..word.len() - 1], true),
         "&" => ("AND", false),
         "&N" => ("AND", true),
         other => (other, false),
     };
-    let right = if is_negated { Expr::new(ExprKind::Not(Box::new(right)), span) } else { right };
-    let op = match base {
-        "AND" => return Some(Expr::new(ExprKind::And(vec![left, right]), span)),
-        "OR" => return Some(Expr::new(ExprKind::Or(vec![left, right]), span)),
+    let right = if is_negated { right.not(span) } else { right };
+    let size = left.size + right.size + 1;
+    let (flat, apart) = (left.height.max(right.height + 1), left.height.max(right.height) + 1);
+    let (kind, height) = match (base, left.expr.kind) {
+        ("AND", ExprKind::And(mut all)) => {
+            all.push(right.expr);
+            (ExprKind::And(all), flat)
+        }
+        ("OR", ExprKind::Or(mut all)) => {
+            all.push(right.expr);
+            (ExprKind::Or(all), flat)
+        }
+        (base, kind) => {
+            let left = Expr::new(kind, left.expr.span);
+            let kind = match base {
+                "AND" => ExprKind::And(vec![left, right.expr]),
+                "OR" => ExprKind::Or(vec![left, right.expr]),
+                base => ExprKind::Binary(operator(base)?, Box::new(left), Box::new(right.expr)),
+            };
+            (kind, apart)
+        }
+    };
+    Some(Held { expr: Expr::new(kind, span), height, size })
+}
+
+fn operator(word: &str) -> Option<Op> {
+    Some(match word {
         "XOR" => Op::Xor,
         "ADD" => Op::Add,
         "SUB" => Op::Sub,
@@ -100,8 +153,7 @@ fn combine(word: &str, left: Expr, right: Expr) -> Option<Expr> {
         "LE" => Op::Le,
         "LT" => Op::Lt,
         _ => return None,
-    };
-    Some(Expr::new(ExprKind::Binary(op, Box::new(left), Box::new(right)), span))
+    })
 }
 
 /// True when an expression reads a variable, by its name in capitals.
@@ -126,21 +178,37 @@ fn mentions(expr: &Expr, root: &str) -> bool {
     }
 }
 
-/// The statements of an instruction list; what is not read is noted.
-pub(super) fn statements(mapped: &Mapped<'_>, unit: &mut Unit) -> Vec<Stmt> {
+/// The statements of an instruction list; what is not read is noted. No value gets higher than `limit` levels.
+pub(super) fn statements(mapped: &Mapped<'_>, limit: u32, unit: &mut Unit) -> Vec<Stmt> {
     let mut list = List { mapped, tokens: tokens(&mapped.text).tokens, at: 0 };
     let mut out = Vec::new();
-    let mut accumulator: Option<Expr> = None;
+    let mut accumulator: Option<Held> = None;
+    let mut n_copied = 0;
     // What waits for a closing parenthesis: the operator and what stood before it.
-    let mut waiting: Vec<(String, Option<Expr>)> = Vec::new();
+    let mut waiting: Vec<(String, Option<Held>)> = Vec::new();
     loop {
         let token = list.peek();
         let span = list.span(token);
+        if accumulator.as_ref().is_some_and(|held| held.height > limit) {
+            accumulator = None;
+            unit.refuse(
+                format!("an instruction list with a value of more than {limit} levels"),
+                span,
+                "store parts of it in variables",
+            );
+        }
         match token.kind {
-            Kind::End => return out,
+            Kind::End if waiting.is_empty() => return out,
+            Kind::End => {
+                unit.refuse("a parenthesis that is not closed", span, "close it with `)`");
+                return out;
+            }
             Kind::Close => {
                 list.at += 1;
-                let Some((word, before)) = waiting.pop() else { continue };
+                let Some((word, before)) = waiting.pop() else {
+                    unit.refuse("a `)` without its parenthesis", span, "remove it");
+                    continue;
+                };
                 accumulator = match (before, accumulator.take()) {
                     (Some(before), Some(inside)) => combine(&word, before, inside),
                     (None, inside) => inside,
@@ -167,25 +235,24 @@ pub(super) fn statements(mapped: &Mapped<'_>, unit: &mut Unit) -> Vec<Stmt> {
             waiting.push((word, accumulator.take()));
             // `AND( a` begins with a load.
             if list.on_line(next.end, list.peek()) {
-                accumulator = list.operand();
+                accumulator = list.operand().map(Held::operand);
             }
             continue;
         }
         let operand = |list: &mut List<'_>| {
-            if list.on_line(token.end, list.peek()) { list.operand() } else { None }
+            let is_here = list.on_line(token.end, list.peek());
+            if is_here { list.operand().map(Held::operand) } else { None }
         };
         match word.as_str() {
             "LD" => accumulator = operand(&mut list),
             "LDN" => {
-                accumulator =
-                    operand(&mut list).map(|value| Expr::new(ExprKind::Not(Box::new(value)), span));
+                accumulator = operand(&mut list).map(|value| value.not(span));
             }
             "NOT" => {
-                accumulator =
-                    accumulator.take().map(|value| Expr::new(ExprKind::Not(Box::new(value)), span));
+                accumulator = accumulator.take().map(|value| value.not(span));
             }
             "ST" | "STN" | "S" | "R" => {
-                let (Some(value), Some(target)) = (accumulator.clone(), operand(&mut list)) else {
+                let (Some(held), Some(target)) = (accumulator.take(), operand(&mut list)) else {
                     unit.refuse(
                         format!("the instruction {word} without a value or a variable"),
                         span,
@@ -193,9 +260,28 @@ pub(super) fn statements(mapped: &Mapped<'_>, unit: &mut Unit) -> Vec<Stmt> {
                     );
                     continue;
                 };
+                n_copied += held.size;
+                if n_copied > MAX_COPIED {
+                    unit.refuse(
+                        "instruction lists that store long values that often",
+                        span,
+                        "load the variable that holds the value",
+                    );
+                    return out;
+                }
+                let target = target.expr;
                 let assign =
                     |value| Stmt { kind: StmtKind::Assign { target: target.clone(), value }, span };
-                let before = value.clone();
+                // The accumulator keeps its value; where that is made of what is written here, the variable holds it.
+                let root = target.root().map(|name| name.text.to_uppercase()).unwrap_or_default();
+                let is_changed = mentions(&held.expr, &root);
+                let value = held.expr.clone();
+                accumulator = match word.as_str() {
+                    _ if !is_changed => Some(held),
+                    "ST" => Some(Held::operand(target.clone())),
+                    "STN" => Some(Held::operand(target.clone()).not(span)),
+                    _ => None,
+                };
                 match word.as_str() {
                     "ST" => out.push(assign(value)),
                     "STN" => out.push(assign(Expr::new(ExprKind::Not(Box::new(value)), span))),
@@ -206,18 +292,9 @@ pub(super) fn statements(mapped: &Mapped<'_>, unit: &mut Unit) -> Vec<Stmt> {
                         out.push(Stmt { kind, span });
                     }
                 }
-                // The accumulator keeps its value; where that is made of what was just written, the variable holds it.
-                let root = target.root().map(|name| name.text.to_uppercase()).unwrap_or_default();
-                if mentions(&before, &root) {
-                    accumulator = match word.as_str() {
-                        "ST" => Some(target),
-                        "STN" => Some(Expr::new(ExprKind::Not(Box::new(target)), span)),
-                        _ => None,
-                    };
-                }
             }
             "CAL" => {
-                let Some(target) = operand(&mut list) else { continue };
+                let Some(Held { expr: target, .. }) = operand(&mut list) else { continue };
                 let mut arguments = Vec::new();
                 if list.peek().kind == Kind::Open {
                     list.at += 1;

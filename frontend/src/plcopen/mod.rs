@@ -67,3 +67,6 @@ pub fn write_net(
 ) -> Result<(String, Vec<Diagnostic>), Vec<Diagnostic>> {
     write::net(net)
 }
+
+#[cfg(test)]
+mod tests;

@@ -20,8 +20,14 @@ pub(super) struct Network<'a, 'd> {
     /// Blocks whose calls stand in the list, or are being made.
     called: BTreeSet<String>,
     open: BTreeSet<String>,
-    depth: u32,
+    /// How much may still be read: an element that several wires lead to is read for each of them, and branches that meet again and again would double it.
+    budget: usize,
 }
+
+/// Levels of nesting that an element in a row of elements takes: its frames are larger than those of an expression.
+const LEVELS: u32 = 3;
+/// What may be read of a small picture, in elements and pieces of 64 bytes.
+const LEAST_BUDGET: usize = 100_000;
 
 impl<'a, 'd: 'a> Network<'a, 'd> {
     pub(super) fn of(body: Node<'a, 'd>) -> Self {
@@ -45,7 +51,7 @@ impl<'a, 'd: 'a> Network<'a, 'd> {
             connectors,
             called: BTreeSet::new(),
             open: BTreeSet::new(),
-            depth: 0,
+            budget: LEAST_BUDGET + body.range().len() / 16,
         }
     }
 
@@ -234,14 +240,25 @@ fn wire(
         );
         return None;
     };
-    if network.depth >= reader.nesting {
+    let Some(nesting) = reader.nesting.checked_sub(LEVELS) else {
         let span = reader.span(connection);
         unit.refuse("a picture with that many elements in a row", span, "break it up");
         return None;
-    }
-    network.depth += 1;
+    };
+    let Some(budget) = network.budget.checked_sub(1 + from.range().len() / 64) else {
+        let span = reader.span(connection);
+        unit.refuse(
+            "a picture with branches that meet again that often",
+            span,
+            "put parts of it in variables",
+        );
+        return None;
+    };
+    network.budget = budget;
+    // What the element itself holds has the levels that are left.
+    let outside = std::mem::replace(&mut reader.nesting, nesting);
     let value = output(reader, network, from, connection.attribute("formalParameter"), unit, list);
-    network.depth -= 1;
+    reader.nesting = outside;
     value
 }
 
@@ -276,6 +293,11 @@ fn output(
             let value = negate(value, is_negated);
             match before? {
                 Expr { kind: ExprKind::Bool(true), .. } => Some(value),
+                // Contacts in a row are one list.
+                Expr { kind: ExprKind::And(mut all), .. } => {
+                    all.push(value);
+                    Some(Expr::new(ExprKind::And(all), span))
+                }
                 before => Some(Expr::new(ExprKind::And(vec![before, value]), span)),
             }
         }

@@ -319,7 +319,7 @@ impl<'t> Reader<'_, 't> {
             "ST" => self.statements(inner, unit),
             "IL" => {
                 let mapped = self.content(inner);
-                il::statements(&mapped, unit)
+                il::statements(&mapped, self.nesting, unit)
             }
             "LD" | "FBD" => network::statements(self, inner, unit),
             "SFC" => {

@@ -1,0 +1,104 @@
+//! Pictures and lists that are deep, long or meet again and again, on the stack that a thread has by default.
+
+use super::parse;
+use grafsynth_ir::diag::any_error;
+use grafsynth_ir::{FileId, lower};
+
+/// True if a program with this body is read and lowered.
+fn is_read(body: &str) -> bool {
+    let variables = |list: &str, names: [(&str, &str); 2]| {
+        let one = |(name, ty)| format!("<variable name=\"{name}\"><type><{ty}/></type></variable>");
+        format!("<{list}>{}</{list}>", names.map(one).concat())
+    };
+    let text = format!(
+        "<project xmlns=\"http://www.plcopen.org/xml/tc6_0201\"><types><dataTypes/><pous><pou name=\"p\" pouType=\"program\">\
+         <interface>{}{}</interface><body>{body}</body></pou></pous></types></project>",
+        variables("inputVars", [("a", "BOOL"), ("i", "INT")]),
+        variables("outputVars", [("q", "BOOL"), ("n", "INT")]),
+    );
+    let parsed = parse(FileId(0), &text);
+    let Some(design) = parsed.design.filter(|_| !any_error(&parsed.diagnostics)) else {
+        assert!(any_error(&parsed.diagnostics), "neither a design nor an error");
+        return false;
+    };
+    let (net, found) = lower::lower(&design);
+    assert!(net.is_some() || any_error(&found), "neither a net nor an error");
+    net.is_some()
+}
+
+fn wired(from: &[usize]) -> String {
+    let one = |id: &usize| format!("<connection refLocalId=\"{id}\"/>");
+    let all: String = from.iter().map(one).collect();
+    format!("<connectionPointIn>{all}</connectionPointIn>")
+}
+
+/// Contacts in a row; each is wired to the one before it as often as `n_wires` says.
+fn ladder(n: usize, n_wires: usize, variable: &str) -> String {
+    let contact = |id: usize| {
+        let n_wires = if id == 1 { 1 } else { n_wires };
+        let wires = wired(&vec![id - 1; n_wires]);
+        format!("<contact localId=\"{id}\">{wires}<variable>{variable}</variable></contact>")
+    };
+    let contacts: String = (1..=n).map(contact).collect();
+    let coil = format!("<coil localId=\"{}\">{}<variable>q</variable></coil>", n + 1, wired(&[n]));
+    format!("<LD><leftPowerRail localId=\"0\"/>{contacts}{coil}</LD>")
+}
+
+/// Blocks in a row.
+fn diagram(n: usize) -> String {
+    let block = |id: usize| {
+        let input = |from| format!("<variable>{}</variable>", wired(&[from]));
+        format!(
+            "<block localId=\"{id}\" typeName=\"AND\"><inputVariables>{}{}</inputVariables>\
+             <outputVariables><variable formalParameter=\"OUT\"/></outputVariables></block>",
+            input(id - 1),
+            input(0)
+        )
+    };
+    let blocks: String = (1..=n).map(block).collect();
+    let sink = format!(
+        "<outVariable localId=\"{}\">{}<expression>q</expression></outVariable>",
+        n + 1,
+        wired(&[n])
+    );
+    let source = "<inVariable localId=\"0\"><expression>a</expression></inVariable>";
+    format!("<FBD>{source}{blocks}{sink}</FBD>")
+}
+
+#[test]
+fn rows_of_elements_are_bounded() {
+    assert!(is_read(&ladder(60, 1, "a")));
+    assert!(is_read(&diagram(60)));
+    for n in [83, 84, 85, 86, 250, 2_000] {
+        is_read(&diagram(n));
+        for variable in
+            ["a", &"NOT ".repeat(240), &format!("{}a{}", "(".repeat(120), ")".repeat(120))]
+        {
+            is_read(&ladder(n, 1, variable));
+        }
+    }
+    assert!(!is_read(&diagram(2_000)));
+}
+
+#[test]
+fn branches_that_meet_again_are_read_as_often_as_the_budget_allows() {
+    assert!(is_read(&ladder(8, 2, "a")));
+    assert!(!is_read(&ladder(60, 2, "a")));
+}
+
+#[test]
+fn instruction_lists_of_any_length_are_read_or_refused() {
+    let list = |load: &str, each: &str, n: usize, store: &str, m: usize| {
+        is_read(&format!("<IL>LD {load}\n{}{}</IL>", each.repeat(n), store.repeat(m)))
+    };
+    assert!(list("a", "AND a\n", 5_000, "ST q\n", 1));
+    assert!(list("i", "ADD i\n", 50, "ST n\n", 1));
+    assert!(!list("i", "ADD i\n", 50_000, "ST n\n", 1));
+    assert!(!list("a", "NOT\n", 50_000, "ST q\n", 1));
+    assert!(!list("a", "XOR a\nAND a\n", 50_000, "ST q\n", 1));
+    assert!(!list("a", "AND a\n", 5_000, "ST q\n", 5_000));
+    assert!(!list("a", "AND( a\n", 50_000, "ST q\n", 1));
+    assert!(!list(&format!("a{}", ".a".repeat(50_000)), "", 0, "ST q\n", 1));
+    list("i", "ADD i\n", 250, "ST n\n", 1);
+    list("i", "ADD i\n", 255, "ST n\n", 1);
+}
