@@ -263,7 +263,7 @@ pub(super) fn statements(mapped: &Mapped<'_>, limit: u32, unit: &mut Unit) -> Ve
                 n_copied += held.size;
                 if n_copied > MAX_COPIED {
                     unit.refuse(
-                        "instruction lists that store long values that often",
+                        "an instruction list that stores long values that often",
                         span,
                         "load the variable that holds the value",
                     );

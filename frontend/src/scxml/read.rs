@@ -25,6 +25,8 @@ use crate::xml::{self, Mapped};
 
 /// Events or targets of one transition at most.
 const MAX_NAMES: usize = 10_000;
+/// Names of a whole document at most that stand behind another one in their attribute: a name of a few bytes becomes an event of a kilobyte.
+const MAX_FURTHER: usize = 50_000;
 
 /// Elements and attributes that need more than a controller has, with what to do instead.
 const REFUSED: &[(&str, &str)] = &[
@@ -56,6 +58,8 @@ pub(super) struct Reader<'r, 't> {
     language: Language,
     nesting: u32,
     pub(super) found: &'r mut Findings,
+    /// Names so far that stand behind another one in their attribute.
+    n_further: usize,
     data: Vec<Datum>,
     is_late: Option<Span>,
     /// Namespaces of others that were mentioned already.
@@ -94,6 +98,7 @@ pub(super) fn machine<'t>(
         language: Language::Ecmascript,
         nesting: limits.nesting,
         found,
+        n_further: 0,
         data: Vec::new(),
         is_late: None,
         foreign: BTreeSet::new(),
@@ -374,6 +379,23 @@ impl<'t> Reader<'_, 't> {
                 .at(self.tag(node), "")
                 .help("write several transitions"),
             );
+            return Some(Vec::new());
+        }
+        let before = self.n_further;
+        self.n_further += names.len().saturating_sub(1);
+        if self.n_further > MAX_FURTHER {
+            if before <= MAX_FURTHER {
+                self.report(
+                    Diagnostic::error(
+                        codes::SCXML_SIZE,
+                        format!("the lists of names of the document hold more than {MAX_FURTHER}"),
+                    )
+                    .at(self.tag(node), "here the count was reached")
+                    .help(
+                        "give events a common beginning, as in `key.a` and `key.b`, and name that",
+                    ),
+                );
+            }
             return Some(Vec::new());
         }
         Some(names)

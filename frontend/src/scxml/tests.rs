@@ -169,3 +169,22 @@ fn what_is_written_is_read_as_it_was() {
     }
     assert_eq!(n, 52);
 }
+
+#[test]
+fn lists_of_names_are_bounded_one_by_one_and_together() {
+    let transition = |from: usize, n: usize| {
+        let names: Vec<String> = (from..from + n).map(|index| format!("e{index}")).collect();
+        format!("<transition event='{}' target='r'/>", names.join(" "))
+    };
+    let sizes = |inside: &str| {
+        let found = told(&document("", inside));
+        found.iter().filter(|one| one.starts_with("G0436")).count()
+    };
+    assert_eq!(sizes(&transition(0, 5_000)), 0);
+    assert_eq!(sizes(&transition(0, 10_001)), 1);
+    let many: String = (0..8).map(|part| transition(part * 9_000, 9_000)).collect();
+    assert_eq!(sizes(&many), 1);
+    // `*` becomes each event.
+    let all = "<transition event='*' target='r'/>".repeat(600);
+    assert_ne!(sizes(&(transition(0, 400) + &all)), 0);
+}
