@@ -147,3 +147,11 @@ fn chains_in_parentheses_do_not_add_up_to_a_high_tree() {
     let body = format!("n := {}i{};", "(".repeat(200), format!("{chain})").repeat(200));
     assert!(!is_read(&program(&body)));
 }
+
+#[test]
+fn calls_in_calls_stay_within_the_budget() {
+    for call in ["ABS(", "MIN(i, "] {
+        let body = format!("n := {}i{};", call.repeat(60), ")".repeat(60));
+        assert!(!is_read(&program(&body)), "{body}");
+    }
+}

@@ -546,6 +546,7 @@ impl Elaborator<'_> {
                 }
                 let values = self.loop_values(frame, from, to, by.as_ref(), stmt.span)?;
                 for value in &values.each {
+                    self.spend(stmt.span, 1)?;
                     let value = Value::int(*value, var.span);
                     self.frames[frame].names.insert(key.clone(), Binding::Value(value));
                     self.run(frame, types, body)?;

@@ -126,6 +126,10 @@ impl Elaborator<'_> {
         let key = upper(&var.text);
         let outer = self.frames[frame].names.get(&key).cloned();
         for value in &rounds.each {
+            // Loops in loops go on for ever where nothing is written out any more.
+            if self.spend(span, 1).is_err() {
+                break;
+            }
             let value = Value::int(*value, var.span);
             self.frames[frame].names.insert(key.clone(), Binding::Value(value));
             self.list(frame, body, out);
