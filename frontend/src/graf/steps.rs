@@ -474,8 +474,12 @@ impl Parser<'_> {
     fn begins_internal(&self) -> bool {
         self.word(0) == "internal"
             && !self.peek(0).new_line
-            && self.word(1) != "event"
-            && !matches!(self.kind(1), Kind::Ampersand | Kind::Colon | Kind::Arrow | Kind::Dot)
+            && (self.peek(1).new_line
+                || self.word(1) != "event"
+                    && !matches!(
+                        self.kind(1),
+                        Kind::Ampersand | Kind::Colon | Kind::Arrow | Kind::Dot
+                    ))
     }
 
     pub(crate) fn clauses(&mut self, transition: &mut Transition) -> Parse<()> {

@@ -118,6 +118,16 @@ fn show(expr: &Expr) -> String {
 }
 
 #[test]
+fn internal_ends_a_line_whatever_the_next_one_begins_with() {
+    for next in ["-> c when d", "event e", "a: b -> c", "b & c -> d"] {
+        let all = items(&format!("a -> b internal\n{next}"));
+        assert_eq!(all.len(), 2, "{next}");
+        let Some(Item::Transition(first)) = all.first() else { panic!("no transition: {all:?}") };
+        assert!(first.is_internal, "{next}");
+    }
+}
+
+#[test]
 fn the_truck_is_read() {
     let parsed = parse(FileId(0), TRUCK);
     assert_eq!(parsed.diagnostics, []);
