@@ -208,10 +208,16 @@ impl Parser<'_> {
             return false;
         }
         match self.kind(1) {
-            Kind::Arrow | Kind::Ampersand | Kind::Colon => return true,
+            // On the next line an arrow begins a source transition.
+            Kind::Arrow => return !self.peek(1).new_line,
+            Kind::Ampersand | Kind::Colon => return true,
             // `a.b -> c`, and not the output of another chart.
             Kind::Dot => {
-                return matches!(self.kind(3), Kind::Arrow | Kind::Ampersand | Kind::Dot);
+                return match self.kind(3) {
+                    Kind::Arrow => !self.peek(3).new_line,
+                    Kind::Ampersand | Kind::Dot => true,
+                    _ => false,
+                };
             }
             _ => {}
         }
