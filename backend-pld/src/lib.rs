@@ -28,6 +28,7 @@ pub mod device;
 pub mod equations;
 pub mod netlist;
 pub mod pla;
+pub mod placement;
 pub mod read;
 pub mod vectors;
 
