@@ -1,4 +1,4 @@
-//! The findings of this crate (`G0710` to `G0739`).
+//! The findings of this crate (`G0710` to `G0739`, `G0770` to `G0779`).
 
 use grafsynth_ir::Code;
 
@@ -38,6 +38,8 @@ pub const UNDEFINED: Code = Code { id: "G0727", title: "signal without an equati
 pub const TOO_LONG: Code = Code { id: "G0728", title: "equation file too large" };
 /// The text that was read back lacks a signal that was written.
 pub const NOT_READ_BACK: Code = Code { id: "G0729", title: "signal missing after reading back" };
+/// A text that is read as logic, but does not say which fuses to burn.
+pub const NOT_PLACED: Code = Code { id: "G0770", title: "equations without their macrocells" };
 
 /// All of them.
 pub const ALL: &[Code] = &[
@@ -57,4 +59,5 @@ pub const ALL: &[Code] = &[
     UNDEFINED,
     TOO_LONG,
     NOT_READ_BACK,
+    NOT_PLACED,
 ];

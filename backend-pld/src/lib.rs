@@ -216,5 +216,13 @@ pub fn emit(
 /// All findings of the text come at once; where one of them is an error there is no circuit.
 #[must_use]
 pub fn read(dialect: Dialect, file: FileId, text: &str) -> (Option<Logic>, Vec<Diagnostic>) {
+    let mut said = read::read(dialect, file, text);
+    said.findings.append(&mut said.beyond);
+    (said.logic, said.findings)
+}
+
+/// Reads a text with everything that it says: the circuit, and the macrocells of a device as written.
+#[must_use]
+pub fn read_text(dialect: Dialect, file: FileId, text: &str) -> read::Text {
     read::read(dialect, file, text)
 }

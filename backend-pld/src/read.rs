@@ -11,10 +11,12 @@ mod equation;
 mod galasm;
 mod lexer;
 mod palasm;
+mod place;
 mod verilog;
 
 use crate::Dialect;
 use crate::codes;
+use crate::placement::Placement;
 use grafsynth_ir::diag::{Diagnostic, any_error};
 use grafsynth_ir::logic::Logic;
 use grafsynth_ir::span::{FileId, Span};
@@ -26,16 +28,33 @@ pub(crate) const MAX_NESTING: u32 = 256;
 /// A reader stops after this many findings.
 const MAX_FINDINGS: usize = 1000;
 
-pub(crate) fn read(dialect: Dialect, file: FileId, text: &str) -> (Option<Logic>, Vec<Diagnostic>) {
+/// What a text of logic says.
+#[derive(Debug, Clone)]
+pub struct Text {
+    /// The circuit, if nothing is wrong and one clock drives it all.
+    pub logic: Option<Logic>,
+    /// What of the text a circuit with one clock cannot say (errors: there is no [`Text::logic`] then) or says in a simpler sense (warnings). A device
+    /// may hold it all the same.
+    pub beyond: Vec<Diagnostic>,
+    /// The macrocells as written, or why the text does not say which fuses to burn.
+    pub placement: Result<Placement, Vec<Diagnostic>>,
+    /// What is wrong with the text itself.
+    pub findings: Vec<Diagnostic>,
+}
+
+impl Text {
+    fn nothing(findings: Vec<Diagnostic>) -> Self {
+        Text { logic: None, beyond: Vec::new(), placement: Err(Vec::new()), findings }
+    }
+}
+
+pub(crate) fn read(dialect: Dialect, file: FileId, text: &str) -> Text {
     if text.len() > MAX_BYTES {
         let message =
             format!("the text has {} bytes, and at most {MAX_BYTES} are read", text.len());
-        return (
-            None,
-            vec![
-                Diagnostic::error(codes::TOO_LONG, message).at(Span::new(file, 0, 0), "this file"),
-            ],
-        );
+        return Text::nothing(vec![
+            Diagnostic::error(codes::TOO_LONG, message).at(Span::new(file, 0, 0), "this file"),
+        ]);
     }
     let mut draft = draft::Draft::new(file, dialect);
     match dialect {
@@ -46,6 +65,9 @@ pub(crate) fn read(dialect: Dialect, file: FileId, text: &str) -> (Option<Logic>
         Dialect::Blif => blif::parse(text, &mut draft),
     }
     let logic = draft.finish();
-    let findings = std::mem::take(&mut draft.findings);
-    if any_error(&findings) { (None, findings) } else { (logic, findings) }
+    if any_error(&draft.findings) {
+        return Text { beyond: draft.beyond, ..Text::nothing(draft.findings) };
+    }
+    let placement = place::place(&draft);
+    Text { logic, beyond: draft.beyond, placement, findings: draft.findings }
 }

@@ -193,8 +193,15 @@ impl<'a> Parser<'a, '_> {
         let value = self.draft.read(data);
         let id = self.driven(output);
         let span = self.span(output);
-        let definition =
-            Definition { value, is_registered: true, is_complemented: false, init, span, terms: 1 };
+        let definition = Definition {
+            value,
+            sum: value,
+            is_registered: true,
+            is_complemented: false,
+            init,
+            span,
+            terms: 1,
+        };
         self.draft.define(id, definition);
     }
 
@@ -295,6 +302,7 @@ impl<'a> Parser<'a, '_> {
         let terms = u32::try_from(table.products.len()).unwrap_or(u32::MAX);
         let definition = Definition {
             value,
+            sum: value,
             is_registered: false,
             is_complemented: false,
             init: false,

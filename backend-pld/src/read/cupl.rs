@@ -286,6 +286,7 @@ impl Parser<'_, '_> {
         let id = self.draft.signal(name.text, span);
         let mut definition = Definition {
             value: read.value,
+            sum: read.value,
             is_registered: false,
             is_complemented: false,
             init: false,
@@ -315,8 +316,9 @@ impl Parser<'_, '_> {
                 }
                 self.draft.define(id, definition);
             }
-            Some("oe") => enable(self.draft, name.text, &definition),
+            Some("oe") => enable(self.draft, id, definition),
             Some("ck") => {
+                self.draft.clocks.insert(id, definition);
                 if let Some(clock) = clock_of(self.draft, &definition) {
                     one_clock(
                         self.draft,

@@ -3,12 +3,13 @@
 use super::MAX_FINDINGS;
 use crate::Dialect;
 use crate::codes;
+use crate::device::Device;
 use grafsynth_ir::diag::{Code, Diagnostic, any_error, nearest};
 use grafsynth_ir::logic::{FlopId, Logic, NodeId, PinInput, PinOutput, PinRole, Wire};
 use grafsynth_ir::net::Meta;
 use grafsynth_ir::span::{FileId, Name, Span};
 use grafsynth_logic::build::Builder;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Names a signal.
 pub(crate) type SignalId = u32;
@@ -42,6 +43,8 @@ pub(crate) struct Signal {
     pub(crate) pin: Option<u32>,
     /// Declared as the complement of its pin.
     pub(crate) is_pin_inverted: bool,
+    /// Where a function reads it first.
+    pub(crate) read_at: Option<Span>,
     /// How often functions read it.
     pub(crate) n_reads: u32,
     /// The expressions of the signal and of its complement, once some function has asked for them.
@@ -54,6 +57,8 @@ pub(crate) struct Signal {
 pub(crate) struct Definition {
     /// The function of the signal itself (a complemented equation is already negated).
     pub(crate) value: ExprId,
+    /// The right side as written.
+    pub(crate) sum: ExprId,
     pub(crate) is_registered: bool,
     /// The equation gave the complement.
     pub(crate) is_complemented: bool,
@@ -92,6 +97,18 @@ pub(crate) struct Draft {
     /// Set and reset conditions of registers, which win over their function: all registers (`None`) or one. Each condition with the value it gives
     /// the internal flip-flop; the last one wins.
     pub(crate) controls: BTreeMap<(Option<SignalId>, bool), Definition>,
+    /// Output enables.
+    pub(crate) enables: BTreeMap<SignalId, Definition>,
+    /// The device that the text names, where the tables have it.
+    pub(crate) device: Option<&'static Device>,
+    /// The signature that the text asks for; at most eight bytes.
+    pub(crate) signature: Vec<u8>,
+    /// Clocks of single registers.
+    pub(crate) clocks: BTreeMap<SignalId, Definition>,
+    /// Outputs that the text itself calls switched.
+    pub(crate) tristate: BTreeSet<SignalId>,
+    /// What a circuit with one clock cannot say of this text (errors), or says in a simpler sense (warnings). A device may well hold it.
+    pub(crate) beyond: Vec<Diagnostic>,
 }
 
 impl Draft {
@@ -111,6 +128,12 @@ impl Draft {
             operands: Vec::new(),
             unreported: 0,
             controls: BTreeMap::new(),
+            enables: BTreeMap::new(),
+            device: None,
+            signature: Vec::new(),
+            clocks: BTreeMap::new(),
+            tristate: BTreeSet::new(),
+            beyond: Vec::new(),
         }
     }
 
@@ -118,6 +141,15 @@ impl Draft {
     pub(crate) fn report(&mut self, finding: Diagnostic) {
         if self.findings.len() < MAX_FINDINGS {
             self.findings.push(finding);
+        } else {
+            self.unreported += 1;
+        }
+    }
+
+    /// Notes what a circuit with one clock cannot say, or says in a simpler sense.
+    pub(crate) fn report_beyond(&mut self, finding: Diagnostic) {
+        if self.beyond.len() < MAX_FINDINGS {
+            self.beyond.push(finding);
         } else {
             self.unreported += 1;
         }
@@ -145,6 +177,7 @@ impl Draft {
                 role: Role::Unknown,
                 pin: None,
                 is_pin_inverted: false,
+                read_at: None,
                 n_reads: 0,
                 literals: [None; 2],
                 definition: None,
@@ -257,14 +290,14 @@ impl Draft {
             self.findings.push(Diagnostic::error(codes::SYNTAX, message).at(span, "in this file"));
         }
         let order = self.order()?;
-        if any_error(&self.findings) {
+        if any_error(&self.findings) || any_error(&self.beyond) {
             return None;
         }
         Some(self.build(&order))
     }
 
     fn check_names(&mut self) {
-        let mut found = Vec::new();
+        let (mut found, mut clocks) = (Vec::new(), Vec::new());
         for signal in &self.signals {
             let declared = || {
                 self.signals
@@ -311,7 +344,7 @@ impl Draft {
                     .at(definition.span, "given here")
                     .at(signal.span, "declared here"),
                 ),
-                (Role::Clock, None) if (signal.n_reads > 0) => found.push(
+                (Role::Clock, None) if (signal.n_reads > 0) => clocks.push(
                     Diagnostic::error(
                         codes::UNSUPPORTED,
                         format!("the clock `{}` is read as a signal too", signal.name),
@@ -324,6 +357,9 @@ impl Draft {
         }
         for finding in found {
             self.report(finding);
+        }
+        for finding in clocks {
+            self.report_beyond(finding);
         }
     }
 
@@ -414,7 +450,7 @@ impl Draft {
                     finding = finding.at(definition.span, "");
                 }
             }
-            self.report(finding);
+            self.report_beyond(finding);
         }
         loops.is_empty().then_some(order)
     }
@@ -508,7 +544,7 @@ impl Draft {
         values: &[Option<NodeId>],
         made: &mut [Option<NodeId>],
     ) -> NodeId {
-        let mut cone = std::collections::BTreeSet::new();
+        let mut cone = BTreeSet::new();
         let mut open = vec![value];
         while let Some(next) = open.pop() {
             if made[next as usize].is_some() || !cone.insert(next) {

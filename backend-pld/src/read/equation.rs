@@ -138,6 +138,7 @@ impl Parser<'_, '_> {
                 self.lexer.advance();
             }
             let signal = self.draft.signal(name.text, span);
+            self.draft.at(signal).read_at.get_or_insert(span);
             self.draft.read(signal)
         } else {
             let message = format!("expected a signal, found {}", self.lexer.token.shown());

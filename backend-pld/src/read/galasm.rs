@@ -31,6 +31,7 @@ pub(crate) fn parse(text: &str, draft: &mut Draft) {
     };
     if parser.head(text).is_some() {
         parser.equations();
+        parser.check_reserved();
         parser.check_controls();
         parser.check_mode();
         let (device, clock) = (parser.device, parser.clock);
@@ -100,6 +101,7 @@ impl<'a> Parser<'a, '_> {
         };
         self.device = device;
         let (signature, after) = line_at(text, after);
+        self.draft.signature = signature.bytes().take(8).collect();
         let start = after.saturating_sub(signature.len() + 1);
         self.draft.name = Name::new(signature, Span::new(file, start, start + signature.len()));
         self.lexer = Lexer::starting_at(text, file, Comments::Semicolon, false, after);
@@ -254,6 +256,7 @@ impl<'a> Parser<'a, '_> {
         let whole = self.lexer.span_from(start);
         let mut definition = Definition {
             value: read.value,
+            sum: read.value,
             is_registered: false,
             is_complemented: false,
             init: false,
@@ -333,21 +336,49 @@ impl<'a> Parser<'a, '_> {
         if is_complemented {
             definition.value = self.draft.not(definition.value);
         }
+        if matches!(extension, Some((_, "T"))) {
+            self.draft.tristate.insert(id);
+        }
         self.draft.define(id, definition);
         Some(())
     }
 
+    /// Names that stand for no signal are not read.
+    fn check_reserved(&mut self) {
+        for (name, what) in [
+            ("NC", "stands for pins that are not connected"),
+            ("AR", "is the reset of all registers"),
+            ("SP", "is the preset of all registers"),
+        ] {
+            let Some(id) = self.draft.find(name) else { continue };
+            let signal = self.draft.at(id);
+            if signal.role == Role::Unknown
+                && let Some(span) = signal.read_at
+            {
+                // Reported once, here.
+                signal.role = Role::Input;
+                let message = format!("`{name}` {what} and cannot be read");
+                self.draft.error(codes::UNKNOWN_NAME, span, message);
+            }
+        }
+    }
+
     fn check_control_form(&mut self, name: &str, is_complemented: bool, definition: &Definition) {
+        let what = match name {
+            "AR" => "the reset `AR`".to_owned(),
+            "SP" => "the preset `SP`".to_owned(),
+            _ => format!("this control of `{name}`"),
+        };
         if is_complemented {
             self.draft.error(
                 codes::DEVICE_LIMIT,
                 definition.span,
-                format!("this control of `{name}` cannot be complemented"),
+                format!("{what} cannot be complemented"),
             );
         }
         if definition.terms > 1 {
             let message = format!(
-                "this control of `{name}` has {} product terms, and the device has one for it",
+                "{what} has {} product terms, and the device has one for it",
                 definition.terms
             );
             self.draft.error(codes::DEVICE_LIMIT, definition.span, message);
@@ -383,7 +414,7 @@ impl<'a> Parser<'a, '_> {
                     ))
                 }
                 (Control::Enable, Some(function))
-                    if !function.is_registered && !self.is_tristate(&function) =>
+                    if !function.is_registered && !self.draft.tristate.contains(&id) =>
                 {
                     Some(format!("`{name}` has an enable, so its function is written `{name}.T`"))
                 }
@@ -396,9 +427,10 @@ impl<'a> Parser<'a, '_> {
                 continue;
             }
             match control {
-                Control::Enable => enable(self.draft, &name, &definition),
+                Control::Enable => enable(self.draft, id, definition),
                 Control::Clock => {
                     self.clocked.push(id);
+                    self.draft.clocks.insert(id, definition);
                     if let Some(clock) = clock_of(self.draft, &definition) {
                         one_clock(
                             self.draft,
@@ -413,12 +445,6 @@ impl<'a> Parser<'a, '_> {
                 Control::Preset => preset(self.draft, Some(id), true, definition),
             }
         }
-    }
-
-    fn is_tristate(&self, function: &Definition) -> bool {
-        let text = self.lexer.slice(function.span.start as usize, function.span.end as usize);
-        let head = text.split('=').next().unwrap_or_default();
-        head.trim_end().ends_with(".T")
     }
 
     /// What the structure of the device forbids.
@@ -448,10 +474,10 @@ impl<'a> Parser<'a, '_> {
             let is_control = device.control_pins.contains(&pin);
             let is_clock_pin = device.clock == Clock::Pin(pin);
             if signal.n_reads > 0 && is_v8 && has_registers && (is_control || is_clock_pin) {
-                found.push((signal.span, format!("pin {pin} of a {} with registers is its clock or enable, and no input: `{}`", device.name, signal.name)));
+                found.push((signal.read_at.unwrap_or(signal.span), format!("pin {pin} of a {} with registers is its clock or enable, and no input: `{}`", device.name, signal.name)));
             } else if signal.n_reads > 0 && is_control && !device.free_when_combinational {
                 found.push((
-                    signal.span,
+                    signal.read_at.unwrap_or(signal.span),
                     format!(
                         "pin {pin} of a {} controls all outputs and is no input: `{}`",
                         device.name, signal.name
@@ -462,12 +488,11 @@ impl<'a> Parser<'a, '_> {
         // Without registers a 16V8 or 20V8 is in its simple mode, unless a pin is read back or switched; then one term of each pin is its enable.
         let is_complex = is_v8
             && !has_registers
-            && signals.iter().any(|signal| {
+            && (0..SignalId::MAX).zip(signals).any(|(id, signal)| {
                 let Some(cell) = signal.pin.and_then(|pin| device.macrocell(pin)) else {
                     return false;
                 };
-                let is_switched =
-                    signal.definition.is_some_and(|function| self.is_tristate(&function));
+                let is_switched = self.draft.tristate.contains(&id);
                 let middle = device.macrocells.len() / 2;
                 let is_middle = device.macrocells[middle - 1].pin == cell.pin
                     || device.macrocells[middle].pin == cell.pin;
@@ -477,7 +502,7 @@ impl<'a> Parser<'a, '_> {
             let Some(pin) = signal.pin else { continue };
             if is_complex && signal.n_reads > 0 && device.deaf_pins.contains(&pin) {
                 found.push((
-                    signal.span,
+                    signal.read_at.unwrap_or(signal.span),
                     format!(
                         "pin {pin} of a {} cannot be read back when another pin is: `{}`",
                         device.name, signal.name

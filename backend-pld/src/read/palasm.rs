@@ -29,6 +29,7 @@ pub(crate) fn parse(text: &str, draft: &mut Draft) {
 
 /// The clock's signal and the power-up values, once the whole text is known; `clock` where the text names it.
 pub(crate) fn finish(draft: &mut Draft, device: Option<&'static Device>, clock: Option<SignalId>) {
+    draft.device = device;
     let is_registered = draft
         .signals
         .iter()
@@ -319,6 +320,7 @@ impl Parser<'_, '_> {
         let value = if is_complemented { self.draft.not(read.value) } else { read.value };
         let definition = Definition {
             value,
+            sum: read.value,
             is_registered,
             is_complemented,
             init: false,
@@ -450,22 +452,26 @@ impl Parser<'_, '_> {
         };
         let definition = Definition {
             value: read.value,
+            sum: read.value,
             is_registered: false,
             is_complemented: false,
             init: false,
             span: whole,
             terms: read.terms,
         };
-        match suffix.text.to_ascii_lowercase().as_str() {
-            "trst" => enable(self.draft, name, &definition),
-            "clkf" => {
+        match (suffix.text.to_ascii_lowercase().as_str(), of) {
+            ("trst", Some(id)) => enable(self.draft, id, definition),
+            ("clkf", of) => {
+                if let Some(id) = of {
+                    self.draft.clocks.insert(id, definition);
+                }
                 let clock = clock_of(self.draft, &definition);
                 if let Some(clock) = clock {
                     one_clock(self.draft, &mut self.clock, &mut self.clock_span, clock, whole);
                 }
             }
-            "setf" => preset(self.draft, of, true, definition),
-            "rstf" => preset(self.draft, of, false, definition),
+            ("setf", of) => preset(self.draft, of, true, definition),
+            ("rstf", of) => preset(self.draft, of, false, definition),
             _ => {
                 let message = format!(
                     "`.{}` is not supported by this reader: known are .TRST .CLKF .SETF .RSTF",
@@ -479,11 +485,19 @@ impl Parser<'_, '_> {
 }
 
 /// An output enable that is always on says nothing; any other is dropped aloud.
-pub(crate) fn enable(draft: &mut Draft, name: &str, definition: &Definition) {
+pub(crate) fn enable(draft: &mut Draft, id: SignalId, definition: Definition) {
+    if let Some(first) = draft.enables.insert(id, definition) {
+        let message = format!("`{}` has two enables", draft.signals[id as usize].name);
+        let finding = Diagnostic::error(codes::DEFINED_TWICE, message)
+            .at(definition.span, "here")
+            .at(first.span, "and here");
+        draft.report(finding);
+    }
     if !matches!(draft.kind(definition.value), super::draft::Expr::Const(true)) {
+        let name = &draft.signals[id as usize].name;
         let message =
             format!("the output enable of `{name}` is dropped: the pin is taken as always driven");
-        draft.report(
+        draft.report_beyond(
             Diagnostic::warning(codes::TAKEN_AS, message).at(definition.span, "this enable"),
         );
     }
@@ -497,7 +511,7 @@ pub(crate) fn clock_of(draft: &mut Draft, definition: &Definition) -> Option<Sig
     }
     let message =
         "this clock is no plain pin: one synchronous circuit has one clock, its rising edge";
-    draft.report(
+    draft.report_beyond(
         Diagnostic::error(codes::UNSUPPORTED, message)
             .at(definition.span, "")
             .help("gate the function instead of the clock"),
@@ -524,7 +538,7 @@ pub(crate) fn one_clock(
                 "registers have different clocks: `{}` and `{}`",
                 draft.signals[other as usize].name, draft.signals[clock as usize].name
             );
-            draft.report(
+            draft.report_beyond(
                 Diagnostic::error(codes::UNSUPPORTED, message)
                     .at(span, "here")
                     .at(*known_span, "and here")
@@ -544,7 +558,7 @@ pub(crate) fn preset(draft: &mut Draft, of: Option<SignalId>, to: bool, definiti
     if !(to && of.is_none()) {
         let message =
             format!("this {what} acts at once on the device and is taken to act at the next clock");
-        draft.report(Diagnostic::warning(codes::TAKEN_AS, message).at(definition.span, ""));
+        draft.report_beyond(Diagnostic::warning(codes::TAKEN_AS, message).at(definition.span, ""));
     }
     if let Some(first) = draft.controls.insert((of, to), definition) {
         let message = format!("there are two conditions for one {what}");

@@ -225,6 +225,7 @@ impl<'a> Parser<'a, '_> {
     fn define(&mut self, id: SignalId, value: ExprId, is_registered: bool, span: Span) {
         let definition = Definition {
             value,
+            sum: value,
             is_registered,
             is_complemented: false,
             init: false,
