@@ -8,8 +8,8 @@ use grafsynth_ir::Name;
 
 use super::project::Unit;
 use crate::st::ast::{Arg, Expr, ExprKind, Op, Stmt, StmtKind};
-use crate::st::lexer::{Kind, Places, Token, tokens};
-use crate::st::parse_stmt::duration;
+use crate::st::lexer::{Kind, LexError, Places, Token, tokens};
+use crate::st::parse_stmt::{duration, number};
 use crate::xml::Mapped;
 
 /// How many fields may stand behind each other in one operand.
@@ -46,6 +46,13 @@ impl List<'_> {
     /// A variable, field or literal.
     fn operand(&mut self) -> Option<Expr> {
         let mut token = self.peek();
+        // The value says its type: `INT#5`, `BOOL#TRUE`.
+        let mut is_bool = false;
+        if token.kind == Kind::Typed {
+            is_bool = self.slice(token).eq_ignore_ascii_case("BOOL#");
+            self.at += 1;
+            token = self.peek();
+        }
         let negative = token.kind == Kind::Minus;
         if negative {
             self.at += 1;
@@ -55,8 +62,11 @@ impl List<'_> {
         let text = self.slice(token).to_owned();
         let kind = match token.kind {
             Kind::Number => {
-                let value: i64 = text.replace('_', "").parse().ok()?;
-                ExprKind::Int(if negative { -value } else { value })
+                let value = number(&text)?;
+                match is_bool {
+                    true => ExprKind::Bool(value != 0),
+                    false => ExprKind::Int(if negative { -value } else { value }),
+                }
             }
             Kind::Time => ExprKind::Time(duration(text.split_once('#')?.1)?),
             Kind::Word if text.eq_ignore_ascii_case("TRUE") => ExprKind::Bool(true),
@@ -75,12 +85,72 @@ impl List<'_> {
             }
             self.at += 1;
             let token = self.peek();
+            if token.kind != Kind::Word {
+                return None;
+            }
             let field = Name::new(self.slice(token), self.span(token));
             let span = expr.span.to(field.span);
             self.at += 1;
             expr = Expr::new(ExprKind::Field(Box::new(expr), field), span);
         }
         Some(expr)
+    }
+
+    /// Past what stands on the line of a token.
+    fn skip_line(&mut self, token: Token) {
+        while self.on_line(token.end, self.peek()) {
+            self.at += 1;
+        }
+    }
+
+    /// `(IN := a, Q => b)` behind an instance, or nothing.
+    fn arguments(&mut self, unit: &mut Unit) -> Vec<Arg> {
+        let mut arguments = Vec::new();
+        if self.peek().kind != Kind::Open {
+            return arguments;
+        }
+        let open = self.peek();
+        self.at += 1;
+        loop {
+            let name = self.peek();
+            match name.kind {
+                Kind::Close => {
+                    self.at += 1;
+                    return arguments;
+                }
+                Kind::Comma => {
+                    self.at += 1;
+                    continue;
+                }
+                Kind::End => {
+                    let span = self.span(open);
+                    unit.refuse("a parenthesis that is not closed", span, "close it with `)`");
+                    return arguments;
+                }
+                _ => {}
+            }
+            self.at += 1;
+            let sign = self.peek().kind;
+            let is_argument = name.kind == Kind::Word && matches!(sign, Kind::Assign | Kind::Arrow);
+            if is_argument {
+                self.at += 1;
+                let named = Some(Name::new(self.slice(name), self.span(name)));
+                if let Some(value) = self.operand() {
+                    let is_output = sign == Kind::Arrow;
+                    arguments.push(Arg { name: named, value, is_output, is_negated: false });
+                    continue;
+                }
+            }
+            let (span, text) = (self.span(name), self.slice(name).to_owned());
+            unit.refuse(
+                format!("the argument `{text}` of CAL"),
+                span,
+                "write `NAME := value`, with a variable or a constant",
+            );
+            while !matches!(self.peek().kind, Kind::Comma | Kind::Close | Kind::End) {
+                self.at += 1;
+            }
+        }
     }
 }
 
@@ -180,7 +250,21 @@ fn mentions(expr: &Expr, root: &str) -> bool {
 
 /// The statements of an instruction list; what is not read is noted. No value gets higher than `limit` levels.
 pub(super) fn statements(mapped: &Mapped<'_>, limit: u32, unit: &mut Unit) -> Vec<Stmt> {
-    let mut list = List { mapped, tokens: tokens(&mapped.text).tokens, at: 0 };
+    let read = tokens(&mapped.text);
+    for error in &read.errors {
+        let (start, end, what) = match error {
+            LexError::Character(start, end) => {
+                let shown = mapped.text.get(*start..*end).unwrap_or("").escape_debug();
+                (*start, *end, format!("the character `{shown}` in an instruction list"))
+            }
+            LexError::Unclosed(start, end, what) => {
+                (*start, *end, format!("a {what} that does not end"))
+            }
+        };
+        let span = Places::Mapped(mapped).span(start, end);
+        unit.refuse(what, span, "remove it");
+    }
+    let mut list = List { mapped, tokens: read.tokens, at: 0 };
     let mut out = Vec::new();
     let mut accumulator: Option<Held> = None;
     let mut n_copied = 0;
@@ -211,13 +295,26 @@ pub(super) fn statements(mapped: &Mapped<'_>, limit: u32, unit: &mut Unit) -> Ve
                 };
                 accumulator = match (before, accumulator.take()) {
                     (Some(before), Some(inside)) => combine(&word, before, inside),
-                    (None, inside) => inside,
-                    (Some(_), None) => None,
+                    (None, inside) if word == "LD" => inside,
+                    (None, _) | (Some(_), None) => None,
                 };
+                if accumulator.is_none() {
+                    unit.refuse(
+                        format!("the instruction {word} with a parenthesis and no value"),
+                        span,
+                        "load a value before it, and one in it",
+                    );
+                }
                 continue;
             }
             Kind::Word | Kind::Ampersand => {}
             _ => {
+                let sign = list.slice(token).to_owned();
+                unit.refuse(
+                    format!("the sign `{sign}` in an instruction list"),
+                    span,
+                    "write one instruction on each line, with one operand behind it",
+                );
                 list.at += 1;
                 continue;
             }
@@ -244,9 +341,22 @@ pub(super) fn statements(mapped: &Mapped<'_>, limit: u32, unit: &mut Unit) -> Ve
             if is_here { list.operand().map(Held::operand) } else { None }
         };
         match word.as_str() {
-            "LD" => accumulator = operand(&mut list),
-            "LDN" => {
-                accumulator = operand(&mut list).map(|value| value.not(span));
+            "LD" | "LDN" => {
+                accumulator = operand(&mut list);
+                if accumulator.is_none() {
+                    unit.refuse(
+                        format!("the instruction {word} without a variable or a constant"),
+                        span,
+                        "write one behind it",
+                    );
+                    list.skip_line(token);
+                }
+                if word == "LDN" {
+                    accumulator = accumulator.take().map(|value| value.not(span));
+                }
+            }
+            "NOT" if accumulator.is_none() => {
+                unit.refuse("the instruction NOT without a value", span, "load a value first");
             }
             "NOT" => {
                 accumulator = accumulator.take().map(|value| value.not(span));
@@ -258,6 +368,7 @@ pub(super) fn statements(mapped: &Mapped<'_>, limit: u32, unit: &mut Unit) -> Ve
                         span,
                         "load a value first",
                     );
+                    list.skip_line(token);
                     continue;
                 };
                 n_copied += held.size;
@@ -294,29 +405,16 @@ pub(super) fn statements(mapped: &Mapped<'_>, limit: u32, unit: &mut Unit) -> Ve
                 }
             }
             "CAL" => {
-                let Some(Held { expr: target, .. }) = operand(&mut list) else { continue };
-                let mut arguments = Vec::new();
-                if list.peek().kind == Kind::Open {
-                    list.at += 1;
-                    while !matches!(list.peek().kind, Kind::Close | Kind::End) {
-                        let name = list.peek();
-                        list.at += 1;
-                        let sign = list.peek().kind;
-                        if name.kind != Kind::Word || !matches!(sign, Kind::Assign | Kind::Arrow) {
-                            continue;
-                        }
-                        list.at += 1;
-                        let name = Some(Name::new(list.slice(name), list.span(name)));
-                        if let Some(value) = list.operand() {
-                            let is_output = sign == Kind::Arrow;
-                            arguments.push(Arg { name, value, is_output, is_negated: false });
-                        }
-                        if list.peek().kind == Kind::Comma {
-                            list.at += 1;
-                        }
-                    }
-                    list.at += 1;
-                }
+                let Some(Held { expr: target, .. }) = operand(&mut list) else {
+                    unit.refuse(
+                        "the instruction CAL without an instance",
+                        span,
+                        "write the name of a function block behind it",
+                    );
+                    list.skip_line(token);
+                    continue;
+                };
+                let arguments = list.arguments(unit);
                 out.push(Stmt { kind: StmtKind::Call { target, arguments }, span });
             }
             _ => {
@@ -327,9 +425,7 @@ pub(super) fn statements(mapped: &Mapped<'_>, limit: u32, unit: &mut Unit) -> Ve
                 };
                 if accumulator.is_none() {
                     unit.refuse(format!("the instruction {word}"), span, "use structured text");
-                    while list.on_line(token.end, list.peek()) {
-                        list.at += 1;
-                    }
+                    list.skip_line(token);
                 }
             }
         }

@@ -33,7 +33,10 @@ pub(super) struct Unit {
 
 impl Unit {
     pub(super) fn refuse(&mut self, what: impl Into<String>, span: Span, help: &str) {
-        self.refused.push(Refusal { what: what.into(), span, help: help.to_owned() });
+        // As many as are shown; what lies behind follows from them.
+        if self.refused.len() < 10_000 {
+            self.refused.push(Refusal { what: what.into(), span, help: help.to_owned() });
+        }
     }
 
     /// An instance of R_TRIG or F_TRIG of its own.

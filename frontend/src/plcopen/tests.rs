@@ -86,6 +86,46 @@ fn branches_that_meet_again_are_read_as_often_as_the_budget_allows() {
     assert!(!is_read(&ladder(60, 2, "a")));
 }
 
+/// What is refused of an instruction list: each with the text at its place.
+fn refusals(list: &str) -> Vec<(String, String)> {
+    let text = format!(
+        "<project><types><pous><pou name=\"p\" pouType=\"program\"><interface><inputVars><variable name=\"a\"><type><BOOL/></type>\
+         </variable></inputVars><outputVars><variable name=\"q\"><type><BOOL/></type></variable></outputVars></interface>\
+         <body><IL>{list}</IL></body></pou></pous></types></project>"
+    );
+    parse(FileId(0), &text)
+        .diagnostics
+        .iter()
+        .filter(|one| one.is_error())
+        .map(|one| {
+            let span = one.labels[0].span;
+            (one.message.clone(), text[span.start as usize..span.end as usize].to_owned())
+        })
+        .collect()
+}
+
+#[test]
+fn every_sign_of_an_instruction_list_is_read_or_a_finding() {
+    assert_eq!(refusals("LD a\nAND 2#10 (* seen *)\nST q").len(), 1, "a number is no truth value");
+    assert_eq!(refusals("LD BOOL#1\nANDN a\nST q"), Vec::new());
+    for (list, at) in [
+        ("LD a ;\nST q", ";"),
+        ("LD a ?\nST q", "?"),
+        ("LD a, a\nST q", ","),
+        ("LD a\n:= q\nST q", ":="),
+        ("LD\nLD a\nST q", "LD"),
+        ("LD +\nLD a\nST q", "LD"),
+        ("LD a\nST q\nCAL", "CAL"),
+        ("NOT\nLD a\nST q", "NOT"),
+        ("AND( a\n)\nLD a\nST q", ")"),
+        ("LD a\nFOO( a\n)\nLD a\nST q", ")"),
+        ("LD a\nST q 'text", "'text"),
+    ] {
+        let found = refusals(list);
+        assert!(found.iter().any(|(_, text)| text == at), "{list}: {found:?}");
+    }
+}
+
 #[test]
 fn instruction_lists_of_any_length_are_read_or_refused() {
     let list = |load: &str, each: &str, n: usize, store: &str, m: usize| {

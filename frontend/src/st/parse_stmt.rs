@@ -633,7 +633,7 @@ fn negated(inner: Expr) -> ExprKind {
 }
 
 /// `12`, `1_000`, `16#ff`
-fn number(text: &str) -> Option<i64> {
+pub(crate) fn number(text: &str) -> Option<i64> {
     let digits: String = text.chars().filter(|c| *c != '_').collect();
     match digits.split_once('#') {
         None => digits.parse().ok(),
