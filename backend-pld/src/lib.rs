@@ -30,6 +30,8 @@ pub mod netlist;
 pub mod pla;
 pub mod placement;
 pub mod read;
+pub mod reset;
+pub mod synchronise;
 pub mod vectors;
 
 mod rebind;
@@ -98,14 +100,32 @@ pub struct EmitOptions {
     pub pins: Vec<(String, u32)>,
     /// Test vectors: the SIMULATION section of PALASM, the test bench of Verilog.
     pub vectors: Option<Vectors>,
-    /// Verilog: a synchronous reset input of this name beside the initial values.
-    pub reset: Option<String>,
+    /// Verilog: a reset input beside the initial values.
+    pub reset: Option<Reset>,
     /// Use [`Logic::never`] to make sums smaller: the text then behaves otherwise where the chart's assumptions are broken.
     pub dont_cares: bool,
     /// What the minimiser may spend on one function.
     pub budget: Budget,
     /// Lines for the head of the text, such as the transitions of the chart.
     pub notes: Vec<String>,
+}
+
+/// A reset input, active high.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Reset {
+    /// Its name, made fit for the language.
+    pub name: String,
+    /// When it acts.
+    pub style: ResetStyle,
+}
+
+/// When a reset acts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum ResetStyle {
+    /// At the next clock.
+    Synchronous,
+    /// At once, without a clock.
+    Asynchronous,
 }
 
 /// A text with what it was made from.
@@ -139,7 +159,7 @@ pub struct Named {
 pub enum Object {
     /// The clock.
     Clock,
-    /// The synchronous reset that the text has beside the circuit.
+    /// The reset that the text has beside the circuit.
     Reset,
     /// An input bit.
     Input(grafsynth_ir::logic::PinInput),

@@ -1,7 +1,7 @@
 //! A circuit ready for a multi-level language: names, and which functions in between become wires.
 
 use crate::equations::{busy_note, one_line, register_name};
-use crate::{Dialect, EmitOptions, Named, Object};
+use crate::{Dialect, EmitOptions, Named, Object, Reset};
 use grafsynth_ir::arena::IdMap;
 use grafsynth_ir::logic::{Flop, Logic, Node, NodeId, PinInput, PinOutput};
 use grafsynth_ir::names::{BLIF, Namer, VERILOG};
@@ -23,8 +23,8 @@ pub struct Netlist {
     pub head: Vec<String>,
     /// The clock, where there is a register.
     pub clock: Option<String>,
-    /// The synchronous reset, where one was asked for and there is a register.
-    pub reset: Option<String>,
+    /// The reset, where one was asked for and there is a register.
+    pub reset: Option<Reset>,
     /// Names of the inputs.
     pub inputs: IdMap<PinInput, String>,
     /// Names of the flip-flops.
@@ -58,7 +58,7 @@ impl Netlist {
             .reset
             .as_ref()
             .filter(|_| is_registered && !is_blif)
-            .map(|reset| names.name(reset));
+            .map(|reset| Reset { name: names.name(&reset.name), style: reset.style });
         let (wires, meta) = choose_wires(logic, is_blif, &mut names);
         let mut head = vec![format!(
             "{} - made by grafsynth {}",
@@ -78,7 +78,7 @@ impl Netlist {
     pub fn named(&self, logic: &Logic) -> Vec<Named> {
         let named = |name: &String, object| Named { name: name.clone(), pin: None, object };
         let clock = self.clock.iter().map(|name| named(name, Object::Clock));
-        let reset = self.reset.iter().map(|name| named(name, Object::Reset));
+        let reset = self.reset.iter().map(|reset| named(&reset.name, Object::Reset));
         let inputs = logic
             .inputs
             .iter()

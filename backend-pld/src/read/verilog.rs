@@ -13,7 +13,8 @@ use std::collections::BTreeMap;
 
 pub(crate) fn parse(text: &str, draft: &mut Draft) {
     let lexer = Lexer::new(text, draft.file, Comments::Verilog, false);
-    let mut parser = Parser { lexer, draft, depth: 0, inits: BTreeMap::new(), clock: None };
+    let mut parser =
+        Parser { lexer, draft, depth: 0, inits: BTreeMap::new(), clock: None, awaited_reset: None };
     parser.file();
     let inits = std::mem::take(&mut parser.inits);
     for (id, (init, span)) in inits {
@@ -37,6 +38,8 @@ struct Parser<'a, 'd> {
     depth: u32,
     inits: BTreeMap<SignalId, (bool, Span)>,
     clock: Option<SignalId>,
+    /// The asynchronous reset of a block whose `if` has not come yet.
+    awaited_reset: Option<(SignalId, Span)>,
 }
 
 impl<'a> Parser<'a, '_> {
@@ -301,12 +304,39 @@ impl<'a> Parser<'a, '_> {
         if signal.role == Role::Input {
             signal.role = Role::Clock;
         }
+        if self.lexer.eat_word("or") || self.lexer.eat(",") {
+            self.asynchronous_reset()?;
+        }
         self.expect(")")?;
         let mut assigned = Assigned::new();
         self.statement(&mut assigned, &Assigned::new())?;
+        if let Some((reset, span)) = self.awaited_reset.take() {
+            let name = &self.draft.at(reset).name;
+            let message =
+                format!("the block waits for `{name}` too, and does not begin with `if ({name})`");
+            self.draft.error(codes::UNSUPPORTED, span, message);
+        }
         for (id, (value, span)) in assigned {
             self.define(id, value, true, span);
         }
+        Some(())
+    }
+
+    /// `posedge RESET` beside the clock: the block must begin with `if (RESET)`.
+    fn asynchronous_reset(&mut self) -> Option<()> {
+        if !self.lexer.eat_word("posedge") {
+            let message = format!(
+                "expected `posedge`, found {}: only resets that are active high are read",
+                self.lexer.token.shown()
+            );
+            self.draft.error(codes::UNSUPPORTED, self.lexer.span(), message);
+            return None;
+        }
+        let (name, span) = self.name()?;
+        let message =
+            format!("the reset `{name}` acts at once; it is read as one that waits for the clock");
+        self.draft.report(Diagnostic::warning(codes::TAKEN_AS, message).at(span, "here"));
+        self.awaited_reset = Some((self.draft.signal(name, span), span));
         Some(())
     }
 
@@ -325,6 +355,11 @@ impl<'a> Parser<'a, '_> {
             self.expect("(")?;
             let condition = self.expression()?;
             self.expect(")")?;
+            if let Some((reset, _)) = self.awaited_reset
+                && self.draft.read(reset) == condition
+            {
+                self.awaited_reset = None;
+            }
             let (mut then, mut otherwise) = (Assigned::new(), Assigned::new());
             self.statement(&mut then, before)?;
             if self.lexer.eat_word("else") {

@@ -3,7 +3,7 @@
 use super::{difference, there_and_back, truck};
 use crate::device::DEVICES;
 use crate::vectors::{VectorRow, Vectors};
-use crate::{Dialect, EmitOptions, codes, emit, read, rebind};
+use crate::{Dialect, EmitOptions, Reset, ResetStyle, codes, emit, read, rebind};
 use grafsynth_ir::logic::{Logic, PinRole};
 use grafsynth_ir::span::FileId;
 use grafsynth_logic::sim::LogicSim;
@@ -109,7 +109,7 @@ fn the_bench_passes_and_catches_each_wrong_literal() {
     let logic = truck();
     let options = EmitOptions {
         vectors: Some(vectors(&logic, 60)),
-        reset: Some("reset".into()),
+        reset: Some(Reset { name: "reset".into(), style: ResetStyle::Synchronous }),
         ..EmitOptions::default()
     };
     let emitted = emit(&logic, Dialect::Verilog, &options).unwrap();
@@ -133,29 +133,46 @@ fn the_bench_passes_and_catches_each_wrong_literal() {
 }
 
 #[test]
-fn a_reset_input_comes_back_as_one() {
-    let logic = truck();
-    let options = EmitOptions { reset: Some("rst".into()), ..EmitOptions::default() };
-    let emitted = emit(&logic, Dialect::Verilog, &options).unwrap();
-    let (back, findings) = read(Dialect::Verilog, FileId(0), &emitted.text);
-    assert_eq!(findings, []);
-    let mut back = back.unwrap();
-    assert_eq!(rebind(&mut back, &emitted), []);
-    let reset = back
-        .inputs
-        .iter()
-        .find(|(_, input)| input.role == PinRole::Reset)
-        .map(|(id, _)| id)
-        .unwrap();
-    let mut sim = LogicSim::new(&back);
-    // In p2 after m; then reset.
-    let m = back.inputs.iter().find(|(_, input)| input.name == "m").map(|(id, _)| id).unwrap();
-    sim.set_input(m, !0);
-    sim.clock();
-    assert_eq!(back.flops.ids().map(|id| sim.flop(id) & 1).collect::<Vec<_>>(), [0, 1, 0, 0]);
-    sim.set_input(reset, !0);
-    sim.clock();
-    assert_eq!(back.flops.ids().map(|id| sim.flop(id) & 1).collect::<Vec<_>>(), [1, 0, 0, 0]);
+fn a_reset_input_comes_back_as_one_and_is_taken_out() {
+    for style in [ResetStyle::Synchronous, ResetStyle::Asynchronous] {
+        let logic = truck();
+        let reset = Reset { name: "rst".into(), style };
+        let options = EmitOptions { reset: Some(reset), ..EmitOptions::default() };
+        let emitted = emit(&logic, Dialect::Verilog, &options).unwrap();
+        let (back, findings) = read(Dialect::Verilog, FileId(0), &emitted.text);
+        // That an asynchronous reset is read as one that waits for the clock is said.
+        assert_eq!(findings.len(), usize::from(style == ResetStyle::Asynchronous), "{findings:?}");
+        let mut back = back.unwrap();
+        assert_eq!(rebind(&mut back, &emitted), []);
+        let reset = back
+            .inputs
+            .iter()
+            .find(|(_, input)| input.role == PinRole::Reset)
+            .map(|(id, _)| id)
+            .unwrap();
+        let mut sim = LogicSim::new(&back);
+        // In p2 after m; then reset.
+        let m = back.inputs.iter().find(|(_, input)| input.name == "m").map(|(id, _)| id).unwrap();
+        sim.set_input(m, !0);
+        sim.clock();
+        assert_eq!(back.flops.ids().map(|id| sim.flop(id) & 1).collect::<Vec<_>>(), [0, 1, 0, 0]);
+        sim.set_input(reset, !0);
+        sim.clock();
+        assert_eq!(back.flops.ids().map(|id| sim.flop(id) & 1).collect::<Vec<_>>(), [1, 0, 0, 0]);
+
+        let without = crate::reset::strip(back.clone()).unwrap();
+        assert_eq!(without.inputs.len(), logic.inputs.len());
+        // A register that the reset forgets.
+        let first = back.flops.ids().next().unwrap();
+        let other = back.flops.values().nth(1).unwrap().next;
+        for (id, flop) in back.flops.iter_mut() {
+            if id == first {
+                flop.next = other;
+            }
+        }
+        let found = crate::reset::strip(back).unwrap_err();
+        assert!(found.len() == 1 && found[0].message.contains("p1"), "{found:?}");
+    }
 }
 
 #[test]

@@ -41,7 +41,7 @@ pub(crate) fn write(logic: &Logic, netlist: &Netlist, vectors: &Vectors) -> Stri
     line("    reg tb_trace;".to_owned());
     let mut ports: Vec<String> = Vec::new();
     ports.extend(netlist.clock.iter().map(|name| format!(".{name}(tb_clock)")));
-    ports.extend(netlist.reset.iter().map(|name| format!(".{name}(1'b0)")));
+    ports.extend(netlist.reset.iter().map(|reset| format!(".{}(1'b0)", reset.name)));
     ports.extend(inputs.iter().enumerate().map(|(index, name)| format!(".{name}(tb_in[{index}])")));
     ports.extend(
         outputs.iter().enumerate().map(|(index, name)| format!(".{name}(tb_out[{index}])")),

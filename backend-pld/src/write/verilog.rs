@@ -1,6 +1,7 @@
 //! Verilog-2001: one module, one clocked block.
 
 use super::Sheet;
+use crate::ResetStyle;
 use crate::equations::remark;
 use crate::netlist::Netlist;
 use grafsynth_ir::logic::{Logic, Node, NodeId};
@@ -50,7 +51,8 @@ fn ports(sheet: &mut Sheet, logic: &Logic, netlist: &Netlist) {
     let nothing = Meta::default();
     let mut ports: Vec<(String, &Meta)> = Vec::new();
     ports.extend(netlist.clock.iter().map(|name| (format!("input wire {name}"), &nothing)));
-    ports.extend(netlist.reset.iter().map(|name| (format!("input wire {name}"), &nothing)));
+    ports
+        .extend(netlist.reset.iter().map(|reset| (format!("input wire {}", reset.name), &nothing)));
     ports.extend(
         logic
             .inputs
@@ -88,7 +90,13 @@ fn clocked(sheet: &mut Sheet, writer: &Expressions<'_>) {
     let (logic, netlist) = (writer.logic, writer.netlist);
     let Some(clock) = &netlist.clock else { return };
     sheet.line("");
-    sheet.line(&format!("    always @(posedge {clock}) begin"));
+    let also = match &netlist.reset {
+        Some(reset) if reset.style == ResetStyle::Asynchronous => {
+            format!(" or posedge {}", reset.name)
+        }
+        Some(_) | None => String::new(),
+    };
+    sheet.line(&format!("    always @(posedge {clock}{also}) begin"));
     let registers = || {
         let flops = logic
             .flops
@@ -101,7 +109,7 @@ fn clocked(sheet: &mut Sheet, writer: &Expressions<'_>) {
     };
     let mut indent = "        ";
     if let Some(reset) = &netlist.reset {
-        sheet.line(&format!("        if ({reset}) begin"));
+        sheet.line(&format!("        if ({}) begin", reset.name));
         for (name, init, _, _) in registers() {
             sheet.line(&format!("            {name} <= {};", constant(init)));
         }

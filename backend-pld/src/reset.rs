@@ -1,0 +1,92 @@
+//! A reset input that a text has beside its circuit, taken out of the circuit that was read back.
+//!
+//! The chart knows no reset: it wakes in its initial situation. [`strip`] first sees that with the reset high every register gets its first value
+//! whatever the rest does, and gives the circuit in which the reset is low for ever: that one is proved equal to the chart.
+
+use crate::codes;
+use grafsynth_ir::arena::{Arena, IdMap};
+use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::logic::{Logic, Node, NodeId, PinInput, PinInputId, PinRole};
+use grafsynth_logic::build::Builder;
+
+/// The circuit without its reset inputs.
+///
+/// # Errors
+/// Registers that the reset does not bring back to their first value.
+pub fn strip(logic: Logic) -> Result<Logic, Vec<Diagnostic>> {
+    let is_reset = |id: PinInputId| logic.inputs[id].role == PinRole::Reset;
+    let Some(reset) = logic.inputs.ids().find(|&id| is_reset(id)) else { return Ok(logic) };
+    let name = &logic.inputs[reset].name;
+    let held = with_reset(&logic, true);
+    let is_kept = |next: NodeId, init: bool| held.nodes[next] != Node::Const(init);
+    let flops = logic.flops.iter().zip(held.flops.values());
+    let flops = flops.filter(|((_, old), new)| is_kept(new.next, old.init));
+    let outputs = logic
+        .outputs
+        .values()
+        .zip(held.outputs.values())
+        .filter(|(old, new)| old.registered.is_some_and(|init| is_kept(new.value, init)));
+    let names = flops.map(|((_, flop), _)| &flop.name).chain(outputs.map(|(pin, _)| &pin.name));
+    let findings: Vec<Diagnostic> = names
+        .map(|register| {
+            let message =
+                format!("`{register}` does not get its first value while `{name}` is high");
+            Diagnostic::error(codes::NOT_READ_BACK, message)
+                .help("this is a fault of the tool: please report it with the chart")
+        })
+        .collect();
+    if findings.is_empty() { Ok(with_reset(&logic, false)) } else { Err(findings) }
+}
+
+/// The circuit with every reset at a constant.
+fn with_reset(logic: &Logic, value: bool) -> Logic {
+    let mut inputs = Arena::new();
+    let mut moved: IdMap<PinInput, Option<PinInputId>> = IdMap::filled(&logic.inputs, None);
+    for (id, input) in logic.inputs.iter() {
+        if input.role != PinRole::Reset {
+            moved[id] = Some(inputs.push(input.clone()));
+        }
+    }
+    let mut builder = Builder::default();
+    builder.logic.name = logic.name.clone();
+    builder.logic.inputs = inputs;
+    let mut image: IdMap<Node, Option<NodeId>> = IdMap::filled(&logic.nodes, None);
+    for (id, node) in logic.nodes.iter() {
+        let of = |id: &NodeId| match image[*id] {
+            Some(new) => new,
+            None => unreachable!("an operand lies before its node"),
+        };
+        let made = match node {
+            Node::Const(value) => builder.constant(*value),
+            Node::Input(input) => match moved[*input] {
+                Some(input) => builder.input(input),
+                None => builder.constant(value),
+            },
+            Node::Flop(flop) => builder.flop(*flop),
+            Node::Not(a) => builder.not(of(a)),
+            Node::And(all) => builder.and(all.iter().map(of)),
+            Node::Or(all) => builder.or(all.iter().map(of)),
+            Node::Xor(a, b) => builder.xor(of(a), of(b)),
+            Node::Mux(a, b, c) => builder.mux(of(a), of(b), of(c)),
+        };
+        image[id] = Some(made);
+    }
+    let of = |id: NodeId| match image[id] {
+        Some(new) => new,
+        None => unreachable!("every node has an image"),
+    };
+    for flop in logic.flops.values() {
+        let next = of(flop.next);
+        builder.logic.flops.push(grafsynth_ir::logic::Flop { next, ..flop.clone() });
+    }
+    for output in logic.outputs.values() {
+        let value = of(output.value);
+        builder.logic.outputs.push(grafsynth_ir::logic::PinOutput { value, ..output.clone() });
+    }
+    let wires = logic.wires.iter();
+    builder.logic.wires = wires
+        .map(|wire| grafsynth_ir::logic::Wire { node: of(wire.node), ..wire.clone() })
+        .collect();
+    builder.logic.never = logic.never.iter().map(|&node| of(node)).collect();
+    builder.finish()
+}
