@@ -212,6 +212,15 @@ pub(crate) struct Build {
     /// Circuits of a chart that evolves until it is stable: one micro-step a clock, with a `busy` pin, instead of all of them in one clock.
     #[arg(long, value_name = "WHEN", value_enum, default_value = "unproved")]
     pub(crate) busy: Busy,
+    /// Flip-flops in front of each input that is not declared `synchronous`: 0, 1 or 2.
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=2))]
+    pub(crate) synchronise: u32,
+    /// Verilog: a reset input of this name, active high, beside the values at power-up.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) reset: Option<String>,
+    /// When the reset acts: `sync`, at the next clock, or `async`, at once.
+    #[arg(long, value_name = "STYLE", value_parser = ["sync", "async"], default_value = "sync", requires = "reset")]
+    pub(crate) reset_style: String,
     /// A stimulus for the SIMULATION section and the test bench.
     #[arg(long, value_name = "FILE")]
     pub(crate) stimulus: Option<String>,

@@ -14,6 +14,15 @@ pub const WRITES_C: Code = Code { id: "G0004", title: "C is written by build" };
 pub const LIBRARY_FILE: Code = Code { id: "G0010", title: "file of library charts" };
 /// A certificate that does not stand for the library chart as it is.
 pub const CERTIFICATE: Code = Code { id: "G0011", title: "certificate of a library chart" };
+/// A stimulus whose answers cannot be told row by row.
+pub const NO_BENCH: Code = Code { id: "G0019", title: "no bench for this circuit" };
 /// All of them.
-pub const ALL: &[Code] =
-    &[UNKNOWN_FORMAT, NEEDS_CHART, LOGIC_DOES_NOT_FIT, WRITES_C, LIBRARY_FILE, CERTIFICATE];
+pub const ALL: &[Code] = &[
+    UNKNOWN_FORMAT,
+    NEEDS_CHART,
+    LOGIC_DOES_NOT_FIT,
+    WRITES_C,
+    LIBRARY_FILE,
+    CERTIFICATE,
+    NO_BENCH,
+];

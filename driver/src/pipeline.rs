@@ -4,17 +4,21 @@
 //! facts      verify::facts                what is proved of the net
 //! program    ir::lower::program           one reaction as a bounded program
 //! logic      logic::encode                one flip-flop per step
+//! synchronise  backend_pld::synchronise   flip-flops in front of inputs, if asked for
 //! emit       backend_pld::emit            names, products, pins, then text
 //! read       backend_pld::read, rebind    the text as a stranger sees it
+//! strip      reset, synchronise           what the chart does not know, seen to do nothing else
 //! prove      verify::equiv                equal to the net, for every reachable state
 //! ```
 //! C goes from the net and its facts to text; comparing it needs a compiler, so that is left to the caller ([`Built::packages`]).
 
+use crate::codes;
 use crate::report::{Line, Outcome};
 use crate::target::Target;
 use grafsynth_backend_c::Package;
 use grafsynth_backend_pld::vectors::TraceRow;
-use grafsynth_backend_pld::{Dialect, EmitOptions, Emitted, Vectors};
+use grafsynth_backend_pld::{Dialect, EmitOptions, Emitted, Vectors, synchronise};
+pub use grafsynth_backend_pld::{Reset, ResetStyle};
 use grafsynth_ir::diag::any_error;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::logic::{Logic, PinRole};
@@ -35,6 +39,10 @@ pub struct BuildOptions {
     pub c: grafsynth_backend_c::Options,
     /// When a reaction of a circuit may take several clocks.
     pub busy: BusyMode,
+    /// Flip-flops in front of each input that is not declared `synchronous`.
+    pub synchronise: u32,
+    /// Verilog: a reset input.
+    pub reset: Option<Reset>,
     /// Test vectors for the SIMULATION section and the test bench.
     pub stimulus: Option<Stimulus>,
     /// Prove the outputs equal.
@@ -229,6 +237,49 @@ pub fn emit_options(net: &Net, device: Option<&str>, vectors: Option<Vectors>) -
     }
 }
 
+/// The circuit with `stages` flip-flops in front of each input that is not declared `synchronous`, and of the tick; each wakes with the code that its
+/// input has at reset.
+#[must_use]
+pub fn synchronised(net: &Net, logic: Logic, stages: u32) -> (Logic, Vec<synchronise::Chain>) {
+    synchronise::add(logic, stages, |pin| match pin.role {
+        PinRole::Input(id, bit) if !net.inputs[id].synchronous => {
+            let ty = net.inputs[id].ty;
+            let code = ty.saturate(0).abs_diff(ty.bounds().0);
+            Some(code.checked_shr(bit).unwrap_or(0) & 1 == 1)
+        }
+        PinRole::Tick => Some(false),
+        PinRole::Input(..)
+        | PinRole::Reset
+        | PinRole::Output(..)
+        | PinRole::Busy
+        | PinRole::Fault
+        | PinRole::Unknown => None,
+    })
+}
+
+/// The vectors of a circuit behind synchronisers: what its pins show comes as many clocks earlier as there are stages.
+fn delayed_vectors(
+    net: &Valid<Net>,
+    logic: &Logic,
+    circuit: &Logic,
+    chains: &[synchronise::Chain],
+    stimulus: &Stimulus,
+) -> Result<Vectors, Vec<Diagnostic>> {
+    let Some(chain) = chains.first() else { return vectors(net, logic, stimulus) };
+    if logic.outputs.values().any(|output| output.role == PinRole::Busy) {
+        let message = "a circuit that is `busy` takes its inputs when it is ready, and synchronisers move them on with every clock: no bench can say what it must show";
+        return Err(vec![
+            Diagnostic::error(codes::NO_BENCH, message)
+                .help("leave out `--stimulus` or `--synchronise`, or use `--busy never`"),
+        ]);
+    }
+    let idle = InputRow { dt: 0, ..InputRow::zero(net) };
+    let rows = std::iter::repeat_n(idle, chain.flops.len()).chain(stimulus.rows());
+    let mut vectors = vectors_of(net, logic, rows)?;
+    synchronise::delayed(circuit, chains, &mut vectors);
+    Ok(vectors)
+}
+
 /// The name that the files of a net begin with.
 #[must_use]
 pub fn file_stem(net: &Net) -> String {
@@ -249,16 +300,28 @@ fn equations(
     options: &BuildOptions,
     built: &mut Built,
 ) {
-    let vectors = match options.stimulus.as_ref().map(|stimulus| vectors(net, logic, stimulus)) {
-        None => None,
-        Some(Ok(vectors)) => Some(vectors),
-        Some(Err(found)) => {
+    let (circuit, chains) = synchronised(net, logic.clone(), options.synchronise);
+    let vectors = options
+        .stimulus
+        .as_ref()
+        .map(|stimulus| delayed_vectors(net, logic, &circuit, &chains, stimulus));
+    let vectors = match vectors.transpose() {
+        Ok(vectors) => vectors,
+        Err(found) => {
             built.found.extend(found);
             return;
         }
     };
-    let emit_options = emit_options(net, options.device.as_deref(), vectors);
-    let through = match through(logic, dialect, &emit_options) {
+    let emit_options = EmitOptions {
+        reset: options.reset.clone(),
+        ..emit_options(net, options.device.as_deref(), vectors)
+    };
+    let through = through(&circuit, dialect, &emit_options).and_then(|through| {
+        let read_back = grafsynth_backend_pld::reset::strip(through.read_back)?;
+        let read_back = synchronise::strip(read_back, &chains)?;
+        Ok(Through { read_back, ..through })
+    });
+    let through = match through {
         Ok(through) => through,
         Err(found) => {
             built.found.extend(found);
@@ -285,6 +348,11 @@ fn equations(
     let is_refuted = line.outcome == Outcome::Refuted;
     if let Some(form) = form(net, facts, logic, options.busy) {
         line.text = format!("{}; {form}", line.text);
+    }
+    if let Some(chain) = chains.first() {
+        let (pins, stages) = (chains.len(), chain.flops.len());
+        line.text =
+            format!("{}; {pins} inputs arrive {stages} clocks later, by synchronisers", line.text);
     }
     built.lines.push(line);
     if is_refuted {
@@ -351,10 +419,18 @@ pub fn vectors(
     logic: &Logic,
     stimulus: &Stimulus,
 ) -> Result<Vectors, Vec<Diagnostic>> {
+    vectors_of(net, logic, stimulus.rows())
+}
+
+fn vectors_of(
+    net: &Valid<Net>,
+    logic: &Logic,
+    inputs: impl Iterator<Item = InputRow>,
+) -> Result<Vectors, Vec<Diagnostic>> {
     let mut simulator = Simulator::new(net);
     let first = vector_row(net, &simulator.reset(), &InputRow { dt: 0, ..InputRow::zero(net) });
     let mut rows = vec![first];
-    for input in stimulus.rows() {
+    for input in inputs {
         rows.push(vector_row(net, simulator.step(&input), &input));
     }
     Vectors::of(net, logic, &rows)

@@ -5,7 +5,9 @@ use crate::exit::Exit;
 use crate::files;
 use crate::load::{Session, Stop};
 use grafsynth_backend_c::Style;
-use grafsynth_driver::pipeline::{self, BuildOptions, Built, BusyMode, MapEntry};
+use grafsynth_driver::pipeline::{
+    self, BuildOptions, Built, BusyMode, MapEntry, Reset, ResetStyle,
+};
 use grafsynth_driver::report::{Line, Outcome};
 use grafsynth_driver::target::Target;
 use grafsynth_engines::exhaustive;
@@ -56,6 +58,14 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
             Busy::Unproved => BusyMode::WhenUnproved,
             Busy::Always => BusyMode::Always,
         },
+        synchronise: arguments.synchronise,
+        reset: arguments.reset.as_ref().map(|name| Reset {
+            name: name.clone(),
+            style: match arguments.reset_style.as_str() {
+                "async" => ResetStyle::Asynchronous,
+                _ => ResetStyle::Synchronous,
+            },
+        }),
         stimulus,
         prove: !arguments.no_proof,
         limits: limits.clone(),
