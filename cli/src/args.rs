@@ -94,7 +94,7 @@ pub(crate) enum Verb {
 /// The design that a verb works on.
 #[derive(Debug, Args)]
 pub(crate) struct Input {
-    /// A chart (.graf .rules .c .net) or logic (.pds .pld .v .blif); `-` is standard input.
+    /// A chart (.graf .rules .c .net) or logic (.pds .pld .v .blif .pla); `-` is standard input.
     pub(crate) file: String,
     /// The format, where the file's name does not say it.
     #[arg(long, value_name = "FORMAT")]
@@ -276,6 +276,12 @@ pub(crate) struct Compare {
     /// The seed of the random reactions.
     #[arg(long, value_name = "K", default_value_t = 1)]
     pub(crate) seed: u64,
+    /// A name of the second design and what it is called in the first, where that is not the same but for letter case; may be given several times.
+    #[arg(long, value_name = "OTHER=NAME")]
+    pub(crate) rename: Vec<String>,
+    /// Compare logic on the stimulus only, without a proof for all of them.
+    #[arg(long)]
+    pub(crate) no_proof: bool,
     /// Only these engines, separated by commas.
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
     pub(crate) engines: Vec<String>,

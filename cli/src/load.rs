@@ -157,7 +157,7 @@ impl Session {
         match self.design(input)? {
             (Design::Net(design), found) => Ok((*design, found)),
             (Design::Logic(_), _) => Err(Stop::Usage(format!(
-                "{} is logic, and this verb needs a chart (.graf .rules .net)",
+                "{} is logic, which has no steps, and this needs a chart (.graf .rules .net): check, sim, compare and convert take logic",
                 input.file
             ))),
         }

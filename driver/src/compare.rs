@@ -2,11 +2,8 @@
 
 use crate::codes;
 use crate::run::net_trace;
-use grafsynth_ir::logic::{Logic, PinRole};
 use grafsynth_ir::net::Net;
 use grafsynth_ir::{Diagnostic, Valid};
-use grafsynth_logic::chip::most_clocks;
-use grafsynth_logic::sim::LogicSim;
 use grafsynth_sim::{ColumnKind, Difference, InputRow, Stimulus, Trace, Value};
 use std::collections::BTreeMap;
 
@@ -48,128 +45,6 @@ pub fn nets(
         return Err(nothing_in_common());
     }
     Ok(Outcome { difference: by_text(&ours, &theirs), n_columns })
-}
-
-/// A net and logic by others: pins are found by name, and every Boolean output of the net that the logic has is compared.
-///
-/// Where the chart evolves until it is stable, logic with an output `busy` that the chart does not have takes several clocks for a reaction
-/// (semantics.md §9): it is clocked until `busy` is 0.
-///
-/// # Errors
-/// When an input of the logic is not in the net, or no output is common, or the stimulus is not for a chip.
-pub fn with_logic(
-    net: &Valid<Net>,
-    logic: &Logic,
-    stimulus: &Stimulus,
-) -> Result<Outcome, Vec<Diagnostic>> {
-    if let Some(diagnostic) = stimulus.check_for_chip() {
-        return Err(vec![diagnostic]);
-    }
-    let fold = str::to_lowercase;
-    let mut found = Vec::new();
-    let mut inputs = Vec::new();
-    for (pin, input) in logic.inputs.iter() {
-        match net.inputs.iter().find(|(_, known)| fold(&known.name.text) == fold(&input.name)) {
-            Some((id, _)) => inputs.push((pin, id)),
-            None if input.role == PinRole::Tick || fold(&input.name) == "tick" => {}
-            None => found.push(
-                Diagnostic::error(
-                    codes::LOGIC_DOES_NOT_FIT,
-                    format!("the logic has an input `{}`, the chart has none", input.name),
-                )
-                .at(input.meta.span, "")
-                .help("inputs are found by name; letter case does not matter"),
-            ),
-        }
-    }
-    if !found.is_empty() {
-        return Err(found);
-    }
-    let trace = net_trace(net, stimulus);
-    let outputs: Vec<_> = trace
-        .layout
-        .columns
-        .iter()
-        .enumerate()
-        .filter(|(_, column)| matches!(column.kind, ColumnKind::Output(_)) && column.ty.is_bool())
-        .filter_map(|(at, column)| {
-            let named = |name: &str| fold(name) == fold(&column.name);
-            let pin =
-                logic.outputs.iter().find(|(_, output)| named(&output.name)).map(|(pin, _)| pin)?;
-            Some((at, pin, column.name.clone()))
-        })
-        .collect();
-    if outputs.is_empty() {
-        return Err(nothing_in_common());
-    }
-    let mut chip = LogicSim::new(logic);
-    let mut difference = None;
-    let tick =
-        logic.inputs.iter().find(|(_, input)| fold(&input.name) == "tick").map(|(pin, _)| pin);
-    let has_own_busy = net.outputs.values().any(|output| fold(&output.name.text) == "busy");
-    let is_stable = most_clocks(net) > 1;
-    let busy = logic
-        .outputs
-        .iter()
-        .find(|(_, output)| is_stable && !has_own_busy && fold(&output.name) == "busy")
-        .map(|(pin, _)| pin);
-    let rows = std::iter::once(InputRow { dt: 0, ..InputRow::zero(net) }).chain(stimulus.rows());
-    'rows: for (at, row) in rows.enumerate() {
-        for (pin, id) in &inputs {
-            chip.set_input(*pin, u64::from(row.value(*id) != 0));
-        }
-        if let Some(tick) = tick {
-            chip.set_input(tick, u64::from(row.dt == 1));
-        }
-        if at > 0 {
-            chip.clock();
-            let mut clocks = 1;
-            let is_busy =
-                |chip: &mut LogicSim<'_>| busy.is_some_and(|busy| chip.output(busy) & 1 == 1);
-            if is_busy(&mut chip) {
-                // Events and the tick are one clock wide.
-                for (pin, id) in &inputs {
-                    if net.inputs[*id].kind.is_event() {
-                        chip.set_input(*pin, 0);
-                    }
-                }
-                if let Some(tick) = tick {
-                    chip.set_input(tick, 0);
-                }
-            }
-            while is_busy(&mut chip) {
-                if clocks >= most_clocks(net) {
-                    difference = Some(Difference {
-                        row: at,
-                        column: "busy".to_owned(),
-                        left: "0".to_owned(),
-                        right: "1".to_owned(),
-                    });
-                    break 'rows;
-                }
-                chip.clock();
-                clocks += 1;
-            }
-        }
-        let Some(expected) = trace.rows.get(at) else { break };
-        for (column, pin, name) in &outputs {
-            let value = Value::Number(i64::from(chip.output(*pin) & 1 == 1));
-            let is_open = expected.open.get(*column).copied().unwrap_or(false);
-            if let Some(wanted) = expected.values.get(*column)
-                && !is_open
-                && *wanted != value
-            {
-                difference = Some(Difference {
-                    row: at,
-                    column: name.clone(),
-                    left: trace.layout.text(wanted),
-                    right: trace.layout.text(&value),
-                });
-                break 'rows;
-            }
-        }
-    }
-    Ok(Outcome { difference, n_columns: outputs.len() })
 }
 
 /// Which cells of single rows of two nets are compared: outputs and variables by name, steps if both have the same names.
@@ -257,7 +132,7 @@ fn common_columns(
     common
 }
 
-fn nothing_in_common() -> Vec<Diagnostic> {
+pub(crate) fn nothing_in_common() -> Vec<Diagnostic> {
     vec![
         Diagnostic::error(
             codes::LOGIC_DOES_NOT_FIT,

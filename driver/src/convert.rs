@@ -4,7 +4,9 @@ use crate::codes;
 use crate::format::Format;
 use crate::pipeline;
 use crate::read::{Design, dialect};
+use grafsynth_ir::logic::Logic;
 use grafsynth_ir::{Diagnostic, FileId};
+use grafsynth_logic::minimise::Budget;
 use grafsynth_verify::Limits;
 
 /// A design in another format.
@@ -68,8 +70,13 @@ fn plain(design: &Design, to: Format) -> Result<String, Vec<Diagnostic>> {
             Format::Palasm | Format::Cupl | Format::Galasm | Format::Verilog | Format::Blif,
         ) => {
             let options = grafsynth_backend_pld::EmitOptions::default();
-            Ok(grafsynth_backend_pld::emit(logic, dialect(to), &options)?.text)
+            Ok(grafsynth_backend_pld::emit(logic.circuit()?, dialect(to), &options)?.text)
         }
+        (Design::Net(design), Format::Pla) => {
+            let facts = pipeline::facts(&design.net, &Limits::default());
+            table(&pipeline::logic(&design.net, &facts)?)
+        }
+        (Design::Logic(logic), Format::Pla) => table(logic.circuit()?),
         (_, Format::C) => Err(vec![
             Diagnostic::error(codes::WRITES_C, "C is not one text: it has a header and more")
                 .help("write it with `build --target c`"),
@@ -91,10 +98,16 @@ fn plain(design: &Design, to: Format) -> Result<String, Vec<Diagnostic>> {
                 ),
             )
             .help(
-                "convert it to palasm, cupl, galasm, verilog or blif; or compare it with a chart",
+                "convert it to palasm, cupl, galasm, verilog, blif or pla; or compare it with a chart",
             ),
         ]),
     }
+}
+
+/// The table of a circuit's functions.
+fn table(logic: &Logic) -> Result<String, Vec<Diagnostic>> {
+    let table = grafsynth_backend_pld::pla::table(logic, Budget::default())?;
+    Ok(grafsynth_backend_pld::pla::write(&table))
 }
 
 /// The canonical form of a `.graf` text.

@@ -15,12 +15,13 @@ pub enum Format {
     Galasm,
     Verilog,
     Blif,
+    Pla,
     C,
 }
 
 impl Format {
     /// All of them with their name on the command line and their file extension.
-    pub const ALL: [(Format, &'static str, &'static str); 12] = [
+    pub const ALL: [(Format, &'static str, &'static str); 13] = [
         (Format::Graf, "graf", "graf"),
         (Format::Rules, "rules", "rules"),
         (Format::Scxml, "scxml", "scxml"),
@@ -32,6 +33,7 @@ impl Format {
         (Format::Galasm, "galasm", "pld"),
         (Format::Verilog, "verilog", "v"),
         (Format::Blif, "blif", "blif"),
+        (Format::Pla, "pla", "pla"),
         (Format::C, "c", "c"),
     ];
 

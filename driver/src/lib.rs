@@ -12,6 +12,7 @@ pub mod convert;
 pub mod diff;
 pub mod format;
 pub mod libraries;
+pub mod logic;
 pub mod minimise;
 pub mod pages;
 pub mod pipeline;

@@ -3,10 +3,11 @@
 use crate::codes;
 use crate::format::Format;
 use crate::libraries::{self, LibraryText};
+use crate::logic::LogicDesign;
 use crate::source::Sources;
 use grafsynth_backend_pld::Dialect;
+use grafsynth_backend_pld::codes::{NOT_PLACED, TAKEN_AS};
 use grafsynth_ir::diag::any_error;
-use grafsynth_ir::logic::Logic;
 use grafsynth_ir::net::Net;
 use grafsynth_ir::{Diagnostic, FileId, Span, Valid, chart, lower, text, validate};
 
@@ -18,7 +19,7 @@ pub enum Design {
     /// A chart, and the net that runs.
     Net(Box<NetDesign>),
     /// Logic without a chart: what names mean is not known.
-    Logic(Box<Logic>),
+    Logic(Box<LogicDesign>),
 }
 
 /// A chart with its net.
@@ -144,14 +145,69 @@ pub fn read(
             }
         }
         Format::Palasm | Format::Cupl | Format::Galasm | Format::Verilog | Format::Blif => {
-            let (logic, more) =
-                grafsynth_backend_pld::read(dialect(format), texts.main, &source.text);
+            let said = grafsynth_backend_pld::read_text(dialect(format), texts.main, &source.text);
+            logic_design(said, &mut found)
+        }
+        Format::Pla => {
+            let (table, more) = grafsynth_backend_pld::pla::read(texts.main, &source.text);
             found.extend(more);
-            logic.map(|logic| Design::Logic(Box::new(logic)))
+            table.and_then(|(table, _)| {
+                let (logic, n_open) = grafsynth_backend_pld::pla::circuit(&table);
+                let start = Span::new(texts.main, 0, 0);
+                let mut said = grafsynth_backend_pld::read::Text {
+                    logic: Some(logic),
+                    beyond: Vec::new(),
+                    placement: Err(vec![
+                        Diagnostic::error(NOT_PLACED, "a table has no pins and no macrocells")
+                            .at(start, "")
+                            .help("build it with --refit"),
+                    ]),
+                    findings: Vec::new(),
+                };
+                if n_open > 0 {
+                    let message = format!(
+                        "{} left open for some inputs, and the circuit shows 0 there",
+                        if n_open == 1 {
+                            "an output is".to_owned()
+                        } else {
+                            format!("{n_open} outputs are")
+                        }
+                    );
+                    said.beyond.push(
+                        Diagnostic::warning(TAKEN_AS, message)
+                            .at(start, "")
+                            .help("`minimise` uses what is left open"),
+                    );
+                }
+                logic_design(said, &mut found)
+            })
         }
     };
     let design = if any_error(&found) { None } else { design };
     (design, found)
+}
+
+/// The design of a text of logic. A text that gives neither a circuit nor macrocells is none.
+fn logic_design(
+    said: grafsynth_backend_pld::read::Text,
+    found: &mut Vec<Diagnostic>,
+) -> Option<Design> {
+    found.extend(said.findings.iter().cloned());
+    if any_error(found) {
+        found.extend(said.beyond);
+        return None;
+    }
+    if said.logic.is_none() && said.placement.is_err() {
+        found.extend(said.beyond);
+        return None;
+    }
+    match LogicDesign::of_text(said) {
+        Ok(design) => Some(Design::Logic(Box::new(design))),
+        Err(more) => {
+            found.extend(more);
+            None
+        }
+    }
 }
 
 /// The equation language of a format of logic.
@@ -168,6 +224,7 @@ pub(crate) fn dialect(format: Format) -> Dialect {
         | Format::St
         | Format::Plcopen
         | Format::Net
+        | Format::Pla
         | Format::C => Dialect::Palasm,
     }
 }

@@ -4,6 +4,7 @@ use grafsynth_backend_pld::Dialect;
 use grafsynth_driver::format::Format;
 use grafsynth_driver::pipeline;
 use grafsynth_driver::read::{Design, ReadLimits, Texts, read};
+use grafsynth_driver::run::logic_trace;
 use grafsynth_driver::source::Sources;
 use grafsynth_ir::diag::any_error;
 use grafsynth_sim::{Random, Stimulus, Trace, TraceLayout};
@@ -34,6 +35,11 @@ const SOURCES: [&str; 3] = [
     include_str!("../cases/c/atoi.c"),
     include_str!("../cases/c/duff.c"),
     include_str!("../cases/c/statements.c"),
+];
+
+const TABLES: [&str; 2] = [
+    ".i 4\n.o 2\n.ilb a b c d\n.ob x y\n.type fd\n.p 3\n1--0 1-\n-11- 01\n0001 -1\n.e\n",
+    "# a table\n.i 3\n.o 3\n.phase 101\n.type fdr\n000 1~0\n1-1 -01\n01- 010\n.end\n",
 ];
 
 /// Sound texts of a format, to be damaged.
@@ -76,6 +82,7 @@ fn sound(format: Format) -> Vec<String> {
         Format::Galasm => equations(Dialect::Galasm),
         Format::Verilog => equations(Dialect::Verilog),
         Format::Blif => equations(Dialect::Blif),
+        Format::Pla => TABLES.iter().map(|text| (*text).to_owned()).collect(),
         Format::C => SOURCES.iter().map(|text| (*text).to_owned()).collect(),
     }
 }
@@ -137,9 +144,18 @@ fn damaged_designs_give_findings_or_designs() {
                 }
                 Some(design) => {
                     n_sound += 1;
-                    if let Design::Net(design) = design {
-                        let stimulus = Stimulus::random(&design.net, 3, round, 2);
-                        assert_eq!(grafsynth_sim::run(&design.net, &stimulus).rows.len(), 4);
+                    match design {
+                        Design::Net(design) => {
+                            let stimulus = Stimulus::random(&design.net, 3, round, 2);
+                            assert_eq!(grafsynth_sim::run(&design.net, &stimulus).rows.len(), 4);
+                        }
+                        Design::Logic(design) => {
+                            let stimulus = Stimulus::random(&design.interface, 3, round, 1);
+                            if let Some(logic) = &design.logic {
+                                let trace = logic_trace(&design.interface, logic, &stimulus);
+                                assert_eq!(trace.expect("a chip's stimulus").rows.len(), 4);
+                            }
+                        }
                     }
                 }
             }

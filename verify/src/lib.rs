@@ -14,6 +14,7 @@
 //! `docs/verify.md` says in the user's words what is covered.
 
 mod alphabet;
+pub mod circuits;
 pub mod codes;
 pub mod cover;
 pub mod equiv;

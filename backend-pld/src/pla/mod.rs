@@ -15,12 +15,14 @@
 
 pub mod codes;
 
+mod circuit;
 mod clash;
 mod read;
 #[cfg(test)]
 mod tests;
 mod write;
 
+pub use circuit::{circuit, table};
 pub use clash::function;
 pub use read::{Places, read};
 pub use write::write;

@@ -71,9 +71,17 @@ fn line_at(text: &str, at: usize) -> (&str, usize) {
 impl<'a> Parser<'a, '_> {
     /// Device, signature, pins.
     fn head(&mut self, text: &'a str) -> Option<()> {
-        let (name, after) = line_at(text, 0);
+        // Comments may come first; an empty line is no comment.
+        let mut first = 0;
+        while text
+            .get(first..)
+            .is_some_and(|rest| rest.trim_start_matches([' ', '\t', '\u{feff}']).starts_with(';'))
+        {
+            first = line_at(text, first).1;
+        }
+        let (name, after) = line_at(text, first);
         let file = self.draft.file;
-        let start = text.find(name).unwrap_or(0);
+        let start = first + text.get(first..).and_then(|rest| rest.find(name)).unwrap_or(0);
         let span = Span::new(file, start, start + name.len());
         let Some(device) = DEVICES.iter().find(|device| device.name.eq_ignore_ascii_case(name))
         else {

@@ -3,7 +3,9 @@
 use crate::args::Check;
 use crate::exit::Exit;
 use crate::load::{Session, Stop};
+use grafsynth_driver::logic::LogicDesign;
 use grafsynth_driver::read::Design;
+use grafsynth_ir::Diagnostic;
 use grafsynth_ir::Valid;
 use grafsynth_ir::diag::any_error;
 use grafsynth_ir::net::Net;
@@ -17,12 +19,9 @@ pub(crate) fn run(session: &mut Session, arguments: &Check) -> Result<Exit, Stop
         return dump(session, arguments, pass);
     }
     let (design, mut found) = session.design(&arguments.input)?;
-    let Design::Net(design) = design else {
-        session.show(&found);
-        if !session.quiet {
-            crate::print("no errors\n");
-        }
-        return Ok(Exit::Done);
+    let design = match design {
+        Design::Net(design) => design,
+        Design::Logic(design) => return Ok(logic(session, &design, found)),
     };
     let net = &design.net;
     let limits = Limits { pairs: arguments.limits.proof_limit, ..Limits::default() };
@@ -54,6 +53,39 @@ pub(crate) fn run(session: &mut Session, arguments: &Check) -> Result<Exit, Stop
         ));
     }
     Ok(exit)
+}
+
+/// Logic has no properties; what was read is said.
+fn logic(session: &Session, design: &LogicDesign, mut found: Vec<Diagnostic>) -> Exit {
+    found.extend(design.remarks());
+    session.show(&found);
+    if any_error(&found) {
+        return Exit::Errors;
+    }
+    if !session.quiet {
+        let counted = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
+        let mut text = match &design.logic {
+            Some(logic) => format!(
+                "{}: {}, {}, {}",
+                design.interface.name,
+                counted(logic.inputs.len(), "input"),
+                counted(logic.outputs.len(), "output"),
+                counted(logic.flops.len(), "flip-flop")
+            ),
+            None => design.interface.name.to_string(),
+        };
+        if let Ok(placement) = &design.placement {
+            let terms: usize = placement.cells.iter().map(|cell| cell.sum.len()).sum();
+            text += &format!(
+                "; {}, {} with {}",
+                placement.device.name,
+                counted(placement.cells.len(), "macrocell"),
+                counted(terms, "product term")
+            );
+        }
+        crate::print(&format!("{text}\n"));
+    }
+    Exit::Done
 }
 
 /// Says of each property whether it holds.

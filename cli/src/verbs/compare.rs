@@ -4,20 +4,32 @@ use super::sim::{engine_named, stimulus};
 use crate::args::Compare;
 use crate::exit::Exit;
 use crate::load::{Session, Stop};
+use grafsynth_driver::compare as driver_compare;
+use grafsynth_driver::logic::{self, Judged, Renames};
 use grafsynth_driver::read::Design;
 use grafsynth_engines::{Availability, Engine, EngineError, Job, ReferenceEngine};
 use grafsynth_ir::Span;
+use grafsynth_ir::logic::Logic;
 use grafsynth_ir::net::Net;
 use grafsynth_sim::{Difference, Stimulus, Trace, compare};
-use grafsynth_verify::Limits;
+use grafsynth_verify::{Limits, Verdict};
 
 pub(crate) fn run(session: &mut Session, arguments: &Compare) -> Result<Exit, Stop> {
-    let (design, found) = session.net(&arguments.input)?;
+    let renames = Renames::parse(&arguments.rename).map_err(|text| {
+        Stop::Usage(format!("`{text}` is no pair of names: write --rename OTHER=NAME"))
+    })?;
+    let (design, found) = session.design(&arguments.input)?;
     session.show(&found);
-    let net = &design.net;
     if let Some(other) = &arguments.other {
-        return with_other(session, arguments, net, other);
+        return with_other(session, arguments, design, other, &renames);
     }
+    let Design::Net(design) = design else {
+        return Err(Stop::Usage(format!(
+            "{} is logic, which no engine but its own simulation runs: name a chart or other logic to compare it with",
+            arguments.input.file
+        )));
+    };
+    let net = &design.net;
     let engines: Vec<Box<dyn Engine>> = if arguments.engines.is_empty() {
         grafsynth_engines::all().into_iter().filter(|engine| engine.name() != "ir").collect()
     } else {
@@ -132,12 +144,13 @@ fn declared(net: &Net, column: &str) -> Option<Span> {
     outputs.chain(vars).find(|(name, _)| *name == plain).map(|(_, span)| span)
 }
 
-/// A chart against another design: the columns that both traces have must be equal.
+/// Two designs: the columns that both traces have must be equal. Where one is logic, it is then proved for every stimulus.
 fn with_other(
     session: &mut Session,
     arguments: &Compare,
-    net: &grafsynth_ir::Valid<Net>,
+    design: Design,
     other: &str,
+    renames: &Renames,
 ) -> Result<Exit, Stop> {
     let input = crate::args::Input {
         file: other.to_owned(),
@@ -146,19 +159,102 @@ fn with_other(
         board: None,
         c: crate::args::COptions::default(),
     };
-    let (design, found) = session.design(&input)?;
+    let (other, found) = session.design(&input)?;
     session.show(&found);
+    for design in [&design, &other] {
+        if let Design::Logic(logic) = design {
+            session.show(&logic.beyond);
+            if logic.logic.is_none() {
+                return Err(Stop::Errors);
+            }
+        }
+    }
+    // A chart comes first, so that a proof is one about a chart wherever there is one.
+    let (design, other) = match (design, other) {
+        (Design::Logic(logic), Design::Net(net)) => (Design::Net(net), Design::Logic(logic)),
+        pair => pair,
+    };
+    let net = match &design {
+        Design::Net(design) => &design.net,
+        Design::Logic(design) => &design.interface,
+    };
     let rows = arguments.random.or(if arguments.stimulus.is_none() { Some(10_000) } else { None });
     let Some(stimulus) =
         stimulus(session, net, arguments.stimulus.as_deref(), rows, arguments.seed, 1)?
     else {
         return Ok(Exit::Usage);
     };
-    let difference = match design {
-        Design::Net(other) => grafsynth_driver::compare::nets(net, &other.net, &stimulus),
-        Design::Logic(logic) => grafsynth_driver::compare::with_logic(net, &logic, &stimulus),
+    let difference = match (&design, &other) {
+        (Design::Net(design), Design::Net(other)) => {
+            driver_compare::nets(&design.net, &other.net, &stimulus)
+        }
+        (Design::Net(design), Design::Logic(other)) => other
+            .circuit()
+            .and_then(|circuit| logic::with_net(&design.net, circuit, &stimulus, renames)),
+        (Design::Logic(design), Design::Logic(other)) => other
+            .circuit()
+            .and_then(|circuit| logic::with_logic(design, circuit, &stimulus, renames)),
+        (Design::Logic(_), Design::Net(_)) => unreachable!("the chart was put first"),
     };
-    finish(session, &stimulus, difference)
+    let is_equal = difference.as_ref().is_ok_and(|outcome| outcome.difference.is_none());
+    let exit = finish(session, &stimulus, difference)?;
+    let Design::Logic(other) = &other else { return Ok(exit) };
+    if !is_equal || arguments.no_proof || arguments.stimulus.is_some() {
+        return Ok(exit);
+    }
+    let Ok(circuit) = other.circuit() else { return Ok(exit) };
+    prove(session, &design, circuit, renames)
+}
+
+/// The proof for every stimulus, after some were tried.
+fn prove(
+    session: &Session,
+    design: &Design,
+    circuit: &Logic,
+    renames: &Renames,
+) -> Result<Exit, Stop> {
+    let limits = Limits::default();
+    let judged =
+        match design {
+            Design::Net(design) => logic::prove_with_net(&design.net, circuit, renames, &limits)
+                .map(|verdict| match verdict {
+                    Verdict::Proved(certificate) => Judged::Equal(certificate.to_string()),
+                    Verdict::Refuted(found) => {
+                        let Difference { row, column, left, right } = &found.difference;
+                        let mut text = format!(
+                            "scan {row}, {column}: `{left}` in the first, `{right}` in the second"
+                        );
+                        for line in found.stimulus.to_csv(&design.net).lines() {
+                            text += &format!("\n  {line}");
+                        }
+                        Judged::Different(text)
+                    }
+                    Verdict::Open(why) => Judged::Open(why),
+                }),
+            Design::Logic(design) => logic::prove_with_logic(design, circuit, renames, &limits),
+        };
+    match judged {
+        Err(found) => {
+            session.show(&found);
+            Ok(Exit::Usage)
+        }
+        Ok(Judged::Equal(how)) => {
+            if !session.quiet {
+                crate::print(&format!("{how}\n"));
+            }
+            Ok(Exit::Done)
+        }
+        Ok(Judged::Different(how)) => {
+            crate::print(&format!("different: {how}\n"));
+            Ok(Exit::Refuted)
+        }
+        Ok(Judged::Open(why)) => {
+            if !session.quiet {
+                crate::print(&format!("not proved: {why}\n"));
+            }
+            Ok(Exit::Done)
+        }
+    }
 }
 
 fn finish(

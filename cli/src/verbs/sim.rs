@@ -4,6 +4,8 @@ use crate::args::Sim;
 use crate::exit::Exit;
 use crate::files;
 use crate::load::{Session, Stop};
+use grafsynth_driver::logic::LogicDesign;
+use grafsynth_driver::read::Design;
 use grafsynth_engines::{Availability, EngineError, Job};
 use grafsynth_ir::diag::any_error;
 use grafsynth_ir::net::Net;
@@ -21,7 +23,15 @@ pub(crate) fn run(session: &mut Session, arguments: &Sim) -> Result<Exit, Stop> 
         return Ok(Exit::Done);
     }
     let engine = engine_named(&arguments.engine)?;
-    let (design, found) = session.net(&arguments.input)?;
+    let (design, mut found) = session.design(&arguments.input)?;
+    let design = match design {
+        Design::Net(design) => design,
+        Design::Logic(design) => {
+            found.extend(design.beyond.iter().cloned());
+            session.show(&found);
+            return logic(session, &design, arguments);
+        }
+    };
     session.show(&found);
     let net = &design.net;
     let max_dt = if engine.is_chip() { 1 } else { 3 };
@@ -68,6 +78,43 @@ pub(crate) fn run(session: &mut Session, arguments: &Sim) -> Result<Exit, Stop> 
             }
         }
     };
+    write(&trace, arguments)
+}
+
+/// A circuit by others, one clock for each row.
+fn logic(session: &mut Session, design: &LogicDesign, arguments: &Sim) -> Result<Exit, Stop> {
+    if arguments.restore.is_some() || arguments.save.is_some() {
+        return Err(Stop::Usage("the state of logic has no names to be saved by".to_owned()));
+    }
+    if arguments.engine != "ir" && arguments.engine != "equations" {
+        return Err(Stop::Usage(format!(
+            "engine {} runs charts; logic is simulated as it stands (leave --engine out)",
+            arguments.engine
+        )));
+    }
+    let Ok(circuit) = design.circuit() else { return Err(Stop::Errors) };
+    let Some(stimulus) = stimulus(
+        session,
+        &design.interface,
+        arguments.stimulus.as_deref(),
+        arguments.random,
+        arguments.seed,
+        1,
+    )?
+    else {
+        return Ok(Exit::Usage);
+    };
+    match grafsynth_driver::run::logic_trace(&design.interface, circuit, &stimulus) {
+        Ok(trace) => write(&trace, arguments),
+        Err(found) => {
+            session.show(&found);
+            Ok(Exit::Usage)
+        }
+    }
+}
+
+/// The trace to where it was asked for.
+fn write(trace: &Trace, arguments: &Sim) -> Result<Exit, Stop> {
     match &arguments.trace {
         None => crate::print(&trace.to_csv()),
         Some(path) => {

@@ -1,0 +1,107 @@
+//! A table as a circuit without registers, and a circuit as the table of its functions.
+
+use super::{Kind, Pla};
+use crate::codes;
+use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::logic::{Logic, NodeId, PinInput, PinOutput, PinRole};
+use grafsynth_logic::build::Builder;
+use grafsynth_logic::minimise::{Budget, Shape, sum_of_products};
+use grafsynth_logic::support::Var;
+use std::collections::BTreeMap;
+
+/// The circuit of a table: each output is true exactly where the table says on, so it is false where it may be either; one that is written inverted is
+/// the complement. Gives also how many outputs leave something open that the circuit then decides.
+#[must_use]
+pub fn circuit(table: &Pla) -> (Logic, usize) {
+    let shape = table.shape();
+    let mut builder = Builder::default();
+    let inputs: Vec<NodeId> = (0..shape.inputs())
+        .map(|input| {
+            let name = table.inputs.as_ref().and_then(|names| names.get(input).cloned());
+            let name = name.unwrap_or_else(|| format!("in{input}"));
+            let role = PinRole::Unknown;
+            let pin = builder.logic.inputs.push(PinInput { name, role, meta: Default::default() });
+            builder.input(pin)
+        })
+        .collect();
+    let mut sums: Vec<Vec<NodeId>> = vec![Vec::new(); shape.outputs()];
+    for term in table.on.iter() {
+        let mut literals = Vec::new();
+        for (input, node) in inputs.iter().enumerate() {
+            match shape.literal(term, input) {
+                Some(true) => literals.push(*node),
+                Some(false) => literals.push(builder.not(*node)),
+                None => {}
+            }
+        }
+        let product = builder.and(literals);
+        for (output, sum) in sums.iter_mut().enumerate() {
+            if shape.has_output(term, output) {
+                sum.push(product);
+            }
+        }
+    }
+    let mut n_open = 0;
+    for (output, sum) in sums.into_iter().enumerate() {
+        let mut value = builder.or(sum);
+        if table.is_inverted.get(output).copied().unwrap_or(false) {
+            value = builder.not(value);
+        }
+        let is_free = table.free.iter().any(|term| shape.has_output(term, output));
+        n_open += usize::from(is_free || table.kind.says_off());
+        builder.logic.outputs.push(PinOutput {
+            name: table.output_name(output),
+            role: PinRole::Unknown,
+            value,
+            registered: None,
+            mealy: false,
+            meta: Default::default(),
+        });
+    }
+    (builder.finish(), n_open)
+}
+
+/// The table of a circuit's functions, each as a small sum of products: its inputs and the present values of its flip-flops on the left; its outputs and,
+/// as `NAME.d`, what the flip-flops take at the clock on the right. Equal products of several outputs are one row.
+///
+/// # Errors
+/// A function that needs too many products.
+pub fn table(logic: &Logic, budget: Budget) -> Result<Pla, Vec<Diagnostic>> {
+    let (n_inputs, n_flops) = (logic.inputs.len(), logic.flops.len());
+    let shape = Shape::new(n_inputs + n_flops, logic.outputs.len() + n_flops);
+    let place = |var: &Var| match var {
+        Var::Input(input) => input.index(),
+        Var::Flop(flop) => n_inputs + flop.index(),
+    };
+    let outputs = logic.outputs.values().map(|output| (output.name.clone(), output.value));
+    let flops = logic.flops.values().map(|flop| (format!("{}.d", flop.name), flop.next));
+    let functions: Vec<(String, NodeId)> = outputs.chain(flops).collect();
+    let mut found = Vec::new();
+    let mut rows: BTreeMap<Vec<(usize, bool)>, Vec<usize>> = BTreeMap::new();
+    for (output, (name, node)) in functions.iter().enumerate() {
+        match sum_of_products(logic, *node, false, false, budget) {
+            Ok(products) => {
+                for product in products {
+                    let literals =
+                        product.iter().map(|(var, value)| (place(var), *value)).collect();
+                    rows.entry(literals).or_default().push(output);
+                }
+            }
+            Err(why) => {
+                let message = format!("`{name}` is no small sum of products: {why}");
+                found.push(Diagnostic::error(codes::TOO_MANY_PRODUCTS, message));
+            }
+        }
+    }
+    if !found.is_empty() {
+        return Err(found);
+    }
+    let mut table = Pla::new(Kind::F, shape);
+    let inputs = logic.inputs.values().map(|input| input.name.clone());
+    table.inputs = Some(inputs.chain(logic.flops.values().map(|flop| flop.name.clone())).collect());
+    table.outputs = Some(functions.into_iter().map(|(name, _)| name).collect());
+    for (literals, outputs) in rows {
+        table.on.add(literals, outputs);
+    }
+    Ok(table)
+}
