@@ -266,6 +266,8 @@ impl Elaborator<'_> {
         let mut list = Vec::new();
         let mut bools: Vec<(&'static str, Expr)> = Vec::new();
         let mut preset = None;
+        // PT that changes: each of its values with the condition that it has this one.
+        let mut presets: Vec<(i64, Expr)> = Vec::new();
         let mut limit = Expr::int(0);
         for names in block.inputs() {
             let part = names[0];
@@ -285,17 +287,21 @@ impl Elaborator<'_> {
                 None => None,
             };
             if ty == Ty::Time {
-                let ns = match value.map(|value| value.kind) {
-                    Some(Kind::Time(Time::Constant(ns))) => ns,
+                let ns = match value {
+                    Some(Value { kind: Kind::Time(Time::Constant(ns)), .. }) => ns,
+                    Some(value @ Value { kind: Kind::Time(Time::Varying(Some(_))), .. }) => {
+                        presets = self.each_value(&value, value.expr.span)?;
+                        continue;
+                    }
                     Some(_) => {
                         let at = given.map_or(span, |argument| argument.value.span);
                         return Err(self.report(
                             Diagnostic::error(
                                 codes::ST_TIMER,
-                                format!("PT of {prefix} is not constant"),
+                                format!("PT of {prefix} can have any value"),
                             )
-                            .at(at, "changes while the program runs")
-                            .help("give a time or a TIME variable that nothing assigns"),
+                            .at(at, "computed while the program runs")
+                            .help("give a constant, or a TIME variable to which nothing but constants are assigned"),
                         ));
                     }
                     None => self.objects[object].preset.unwrap_or(0),
@@ -341,8 +347,14 @@ impl Elaborator<'_> {
                 .map_or_else(|| Expr::bool(false), |(_, expr)| expr.clone())
         };
         let reached = || {
-            let duration = Expr::leaf(Leaf::Duration(preset.unwrap_or(0)), span);
-            at_least(read("ET"), duration)
+            let after = |ns: u64| at_least(read("ET"), Expr::leaf(Leaf::Duration(ns), span));
+            if presets.is_empty() {
+                return after(preset.unwrap_or(0));
+            }
+            let one = |(ns, is_this): &(i64, Expr)| {
+                Expr::and([is_this.clone(), after(u64::try_from(*ns).unwrap_or(0))])
+            };
+            Expr::or(presets.iter().map(one))
         };
         let set = |part: &str, value: Expr| assign(&name(part), value, span);
         match block {

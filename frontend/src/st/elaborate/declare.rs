@@ -9,7 +9,7 @@ use grafsynth_ir::net::Meta;
 use super::super::ast::{self, Body, Section, Var};
 use super::types::Ty;
 use super::usage::{Usage, upper};
-use super::value::{Kind, Time, Value};
+use super::value::Value;
 use super::{Binding, Elaborator, FrameId, Object, ObjectKind, Place};
 use crate::codes;
 
@@ -34,7 +34,7 @@ impl<'a> Elaborator<'a> {
         let name = var.name.clone();
         let binding = match &ty {
             Ty::Broken => Some(Binding::Broken),
-            Ty::Time => Some(self.declare_time(frame, var, usage)),
+            Ty::Time => Some(self.declare_time(frame, var, &name, usage, is_top)),
             Ty::Block(_) | Ty::User(_) | Ty::Struct(_) => {
                 let init = self.fields_of(var);
                 let object = self.instance(frame, &ty, &name, usage, &key, &init, 0);
@@ -74,36 +74,6 @@ impl<'a> Elaborator<'a> {
             Some(ast::Init::Fields(fields, _)) => fields,
             Some(ast::Init::Value(_) | ast::Init::List(..)) | None => Vec::new(),
         }
-    }
-
-    /// A TIME variable is a name for its initial value, for charts compare times with constants.
-    pub(super) fn declare_time(&mut self, frame: FrameId, var: &Var, usage: &Usage) -> Binding {
-        let key = upper(&var.name.text);
-        if usage.assigned.contains(&key) || matches!(var.section, Section::Input | Section::InOut) {
-            let what = if usage.assigned.contains(&key) {
-                format!("the TIME variable {} changes while the program runs", var.name)
-            } else {
-                format!("{} is a TIME that the environment gives", var.name)
-            };
-            self.report(
-                Diagnostic::error(codes::ST_TIMER, what).at(var.name.span, "declared here").help(
-                    "charts compare times with constants: give it one value in its declaration",
-                ),
-            );
-            return Binding::Broken;
-        }
-        let ns = match &self.init_of(var) {
-            Some(ast::Init::Value(init)) => match self.value(frame, init) {
-                Ok(Value { kind: Kind::Time(Time::Constant(ns)), .. }) => ns,
-                Ok(_) => {
-                    self.type_error("a time is needed here", init.span);
-                    return Binding::Broken;
-                }
-                Err(_) => return Binding::Broken,
-            },
-            Some(_) | None => 0,
-        };
-        Binding::Value(Value::time(ns, var.name.span))
     }
 
     pub(super) fn declare_constant(&mut self, frame: FrameId, var: &Var, ty: &Ty) -> Binding {
@@ -391,8 +361,10 @@ impl<'a> Elaborator<'a> {
                 let start = start.unwrap_or_else(|| Value::time(0, var.name.span));
                 self.frames[frame].names.insert(key, Binding::Value(start));
             }
+            // Bound to a variable when the block is called.
+            Ty::Time if var.section == Section::InOut => {}
             Ty::Time => {
-                let binding = self.declare_time(frame, var, inner);
+                let binding = self.declare_time(frame, var, &full, inner, false);
                 self.frames[frame].names.insert(key, binding);
             }
             Ty::Block(_) | Ty::User(_) | Ty::Struct(_) => {

@@ -7,6 +7,7 @@ use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::expr::ExprKind;
 use grafsynth_ir::{Name, Span};
 
+use super::leave::{self, LEFT, RETURNED, SKIPPED, VARIABLE};
 use super::types::{Ty, integer};
 use super::usage::upper;
 use super::value::{Kind, Value, nodes};
@@ -15,11 +16,12 @@ use crate::codes;
 use crate::st::ast::{self, Arg, Body, Op, PouKind, Section, StmtKind};
 
 /// How many nodes the value of a variable in a function may have.
-const MAX_NODES: usize = 4_000;
+pub(super) const MAX_NODES: usize = 4_000;
 /// How deep functions may call each other.
 const MAX_CALLS: usize = 32;
 
-fn select(condition: Expr, then: Value, otherwise: Value, span: Span) -> Value {
+/// One of two values of the same kind, which are no times.
+pub(super) fn select(condition: Expr, then: Value, otherwise: Value, span: Span) -> Value {
     if then == otherwise || condition.is_true() {
         return then;
     }
@@ -30,8 +32,42 @@ fn select(condition: Expr, then: Value, otherwise: Value, span: Span) -> Value {
         (Kind::Int(al, ah), Kind::Int(bl, bh)) => Kind::Int(*al.min(bl), *ah.max(bh)),
         (kind, _) => kind.clone(),
     };
-    let expr = ExprKind::Select(Box::new(condition), Box::new(then.expr), Box::new(otherwise.expr));
+    if let (Kind::Bool, Some(expr)) = (&kind, either(&condition, &then.expr, &otherwise.expr)) {
+        return Value { expr: Expr::new(expr.kind, span), kind };
+    }
+    let (condition, then, otherwise) = flatter(condition, then.expr, otherwise.expr);
+    let expr = ExprKind::Select(Box::new(condition), Box::new(then), Box::new(otherwise));
     Value { expr: Expr::new(expr, span), kind }
+}
+
+/// A choice between truth values of which one is constant.
+fn either(condition: &Expr, then: &Expr, otherwise: &Expr) -> Option<Expr> {
+    let (yes, no) = (|| condition.clone(), || condition.clone().not());
+    if then.is_true() {
+        Some(Expr::or([yes(), otherwise.clone()]))
+    } else if then.is_false() {
+        Some(Expr::and([no(), otherwise.clone()]))
+    } else if otherwise.is_true() {
+        Some(Expr::or([no(), then.clone()]))
+    } else if otherwise.is_false() {
+        Some(Expr::and([yes(), then.clone()]))
+    } else {
+        None
+    }
+}
+
+/// A choice in a choice that both leave the same value is one choice: `IF` in `IF` would double that value with each level.
+fn flatter(condition: Expr, then: Expr, otherwise: Expr) -> (Expr, Expr, Expr) {
+    if let ExprKind::Select(inner, first, second) = &then.kind {
+        if second.kind == otherwise.kind {
+            return (Expr::and([condition, (**inner).clone()]), (**first).clone(), otherwise);
+        }
+        if first.kind == otherwise.kind {
+            let inner = (**inner).clone().not();
+            return (Expr::and([condition, inner]), (**second).clone(), otherwise);
+        }
+    }
+    (condition, then, otherwise)
 }
 
 impl Elaborator<'_> {
@@ -129,8 +165,7 @@ impl Elaborator<'_> {
             }
             ("NOT", 1) => {
                 if let Some(value) = next() {
-                    let value = self.fit(value, &Ty::Bool, "NOT")?;
-                    return Ok(Value::bool(Expr::new(value.expr.not().kind, span)));
+                    return self.not_of(value, span);
                 }
             }
             ("ABS", 1) => {
@@ -166,7 +201,7 @@ impl Elaborator<'_> {
                             self.type_error("the two values of SEL are of different kinds", span)
                         );
                     }
-                    return Ok(select(which.expr, second, first, span));
+                    return self.choice(which.expr, second, first, span);
                 }
             }
             ("MUX", 2..) => {
@@ -179,11 +214,16 @@ impl Elaborator<'_> {
                             Some(rest) => {
                                 let index = Value::int(i64::try_from(index).unwrap_or(0), span);
                                 let is_this = self.binary(Op::Eq, which.clone(), index, span)?;
-                                select(is_this.expr, value, rest, span)
+                                self.choice(is_this.expr, value, rest, span)?
                             }
                         });
                     }
                     return chosen.ok_or(Told);
+                }
+            }
+            ("SHL" | "SHR" | "ROL" | "ROR", 2) => {
+                if let (Some(value), Some(by)) = (next(), next()) {
+                    return self.shifted(key, value, by, span);
                 }
             }
             (_, 1) => {
@@ -199,7 +239,7 @@ impl Elaborator<'_> {
     }
 
     fn no_function(&mut self, key: &str, name: &Name, n: usize) -> Told {
-        const KNOWN: [&str; 24] = [
+        const KNOWN: [&str; 28] = [
             "ADD",
             "SUB",
             "MUL",
@@ -222,13 +262,17 @@ impl Elaborator<'_> {
             "LIMIT",
             "SEL",
             "MUX",
+            "SHL",
+            "SHR",
+            "ROL",
+            "ROR",
             "BOOL_TO_INT",
             "INT_TO_BCD",
         ];
-        const REFUSED: [&str; 27] = [
-            "SQRT", "LN", "LOG", "EXP", "SIN", "COS", "TAN", "ASIN", "ACOS", "ATAN", "SHL", "SHR",
-            "ROL", "ROR", "LEN", "LEFT", "RIGHT", "MID", "CONCAT", "INSERT", "DELETE", "REPLACE",
-            "FIND", "TRUNC", "ADR", "SIZEOF", "ROUND",
+        const REFUSED: [&str; 23] = [
+            "SQRT", "LN", "LOG", "EXP", "SIN", "COS", "TAN", "ASIN", "ACOS", "ATAN", "LEN", "LEFT",
+            "RIGHT", "MID", "CONCAT", "INSERT", "DELETE", "REPLACE", "FIND", "TRUNC", "ADR",
+            "SIZEOF", "ROUND",
         ];
         if KNOWN.contains(&key) {
             return self.report(
@@ -281,7 +325,11 @@ impl Elaborator<'_> {
             (Kind::Int(al, ah), Kind::Int(bl, bh)) => Kind::Int(*al.max(bl), *ah.max(bh)),
             (kind, _) => kind.clone(),
         };
-        Ok(Value { kind: chosen, ..select(first.expr, a, b, span) })
+        let made = self.choice(first.expr, a, b, span)?;
+        Ok(match chosen {
+            Kind::Int(..) => Value { kind: chosen, ..made },
+            Kind::Bool | Kind::Time(_) => made,
+        })
     }
 
     /// `INT_TO_DINT`, `TO_INT`, `BOOL_TO_INT`, `BCD_TO_INT` …
@@ -291,10 +339,20 @@ impl Elaborator<'_> {
             None => ("", key.strip_prefix("TO_")?),
         };
         let is_known = |name: &str| {
-            matches!(name, "" | "BOOL" | "BCD") || integer(name).is_some() || name.ends_with("_BCD")
+            matches!(name, "" | "BOOL" | "BCD" | "TIME" | "LTIME")
+                || integer(name).is_some()
+                || name.ends_with("_BCD")
         };
         if !is_known(from) || !is_known(to) {
             return None;
+        }
+        if let Some(converted) = self.convert_time(&value, to, span) {
+            return Some(match integer(to) {
+                Some((lo, hi)) => {
+                    converted.and_then(|value| self.fit(value, &wrapping(lo, hi), to))
+                }
+                None => converted,
+            });
         }
         if from == "BCD" || from.ends_with("_BCD") {
             let decimal = self.bcd(value, 16, 10, span);
@@ -449,8 +507,17 @@ impl Elaborator<'_> {
             ));
         };
         self.calls.push(index);
+        for key in [LEFT, SKIPPED, RETURNED] {
+            types.insert(key.to_owned(), Ty::Bool);
+            let value = Value::constant(false, span);
+            self.frames[inside].names.insert(key.to_owned(), Binding::Value(value));
+        }
+        let (lo, hi) = super::types::WIDEST;
+        types.insert(VARIABLE.to_owned(), Ty::Int { lo, hi, wraps: false });
+        let start = Binding::Value(Value::int(0, span));
+        self.frames[inside].names.insert(VARIABLE.to_owned(), start);
         let list = self.without_returns(body, pou.name.span);
-        let done = list.and_then(|list| self.run(inside, &types, &list));
+        let done = list.and_then(|(list, _)| self.run(inside, &types, &list));
         self.calls.pop();
         done?;
         match self.frames[inside].names.get(&upper(&pou.name.text)) {
@@ -545,15 +612,8 @@ impl Elaborator<'_> {
                     ));
                 }
                 let values = self.loop_values(frame, from, to, by.as_ref(), stmt.span)?;
-                for value in &values.each {
-                    self.spend(stmt.span, 1)?;
-                    let value = Value::int(*value, var.span);
-                    self.frames[frame].names.insert(key.clone(), Binding::Value(value));
-                    self.run(frame, types, body)?;
-                }
-                let last = Value::int(values.after, var.span);
-                self.frames[frame].names.insert(key, Binding::Value(last));
-                Ok(())
+                self.count_rounds(frame, &values, body, stmt.span)?;
+                self.run_loop(frame, types, (var, &key), &values, body, stmt.span)
             }
             StmtKind::While { .. } | StmtKind::Repeat { .. } => Err(self.unbounded(stmt.span)),
             StmtKind::Call { target, .. } => Err(self.refused(
@@ -566,6 +626,43 @@ impl Elaborator<'_> {
         }
     }
 
+    /// The rounds of a loop; one that EXIT leaves keeps its variable as it was then.
+    fn run_loop(
+        &mut self,
+        frame: FrameId,
+        types: &BTreeMap<String, Ty>,
+        (var, key): (&Name, &str),
+        rounds: &super::statements::Rounds,
+        body: &[ast::Stmt],
+        span: Span,
+    ) -> Outcome<()> {
+        let body = leave::round(body, var);
+        let no = || Binding::Value(Value::constant(false, span));
+        let outer = [LEFT, SKIPPED, VARIABLE]
+            .map(|name| (name, self.frames[frame].names.insert(name.to_owned(), no())));
+        self.frames[frame].names.insert(VARIABLE.to_owned(), Binding::Value(Value::int(0, span)));
+        for value in &rounds.each {
+            self.spend(span, 1)?;
+            let value = Value::int(*value, var.span);
+            self.frames[frame].names.insert(key.to_owned(), Binding::Value(value));
+            self.frames[frame].names.insert(SKIPPED.to_owned(), no());
+            self.run(frame, types, &body)?;
+        }
+        let mut last = Value::int(rounds.after, var.span);
+        if let (Some(Binding::Value(left)), Some(Binding::Value(kept))) =
+            (self.frames[frame].names.get(LEFT), self.frames[frame].names.get(VARIABLE))
+        {
+            last = select(left.expr.clone(), kept.clone(), last, span);
+        }
+        for (name, binding) in outer {
+            if let Some(binding) = binding {
+                self.frames[frame].names.insert(name.to_owned(), binding);
+            }
+        }
+        self.frames[frame].names.insert(key.to_owned(), Binding::Value(last));
+        Ok(())
+    }
+
     fn run_arms(
         &mut self,
         frame: FrameId,
@@ -574,11 +671,63 @@ impl Elaborator<'_> {
         otherwise: &[ast::Stmt],
         span: Span,
     ) -> Outcome<()> {
+        if let [(condition, list)] = arms
+            && let Some(flags) = leave::guards(condition)
+        {
+            return self.run_guarded(frame, types, &flags, list, span);
+        }
         let mut tested = Vec::new();
         for (condition, list) in arms {
             tested.push((self.condition(frame, condition)?, list.as_slice()));
         }
         self.run_tested(frame, types, &tested, otherwise, span)
+    }
+
+    /// Runs a list where no flag is raised. In the list the flags are false, and behind it each is what it was or became: so their expressions grow with
+    /// the number of places that raise them, not twofold with each.
+    fn run_guarded(
+        &mut self,
+        frame: FrameId,
+        types: &BTreeMap<String, Ty>,
+        flags: &[String],
+        list: &[ast::Stmt],
+        span: Span,
+    ) -> Outcome<()> {
+        let before: Frame = self.frames[frame].clone();
+        let value_of = |frame: &Frame, key: &str| match frame.names.get(key) {
+            Some(Binding::Value(value)) => value.expr.clone(),
+            _ => Expr::bool(false),
+        };
+        let free = |key: &String| value_of(&before, key).not();
+        let condition = Expr::and(flags.iter().map(free));
+        if condition.is_false() {
+            return Ok(());
+        }
+        for key in flags {
+            let no = Binding::Value(Value::constant(false, span));
+            self.frames[frame].names.insert(key.clone(), no);
+        }
+        self.run(frame, types, list)?;
+        let after = std::mem::replace(&mut self.frames[frame], before.clone());
+        for key in types.keys() {
+            let (Some(Binding::Value(then)), Some(Binding::Value(other))) =
+                (after.names.get(key), before.names.get(key))
+            else {
+                continue;
+            };
+            let chosen = if flags.contains(key) {
+                let others = flags.iter().filter(|one| *one != key).map(free);
+                let raised = Expr::and(others.chain([then.expr.clone()]));
+                Value::bool(Expr::or([other.expr.clone(), raised]))
+            } else {
+                self.choice(condition.clone(), then.clone(), other.clone(), span)?
+            };
+            if nodes(&chosen.expr, MAX_NODES) >= MAX_NODES {
+                return Err(self.too_much(span));
+            }
+            self.frames[frame].names.insert(key.clone(), Binding::Value(chosen));
+        }
+        Ok(())
     }
 
     /// Runs each list on a copy of the variables and chooses between the results.
@@ -606,7 +755,8 @@ impl Elaborator<'_> {
                 else {
                     continue;
                 };
-                let chosen = select(condition.clone(), then.clone(), other.clone(), span);
+                let (then, other) = (then.clone(), other.clone());
+                let chosen = self.choice(condition.clone(), then, other, span)?;
                 if nodes(&chosen.expr, MAX_NODES) >= MAX_NODES {
                     return Err(self.too_much(span));
                 }

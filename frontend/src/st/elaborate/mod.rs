@@ -6,11 +6,14 @@
 //!
 //! All mistakes of a file are found; what this version does not read is refused by name where it stands, and everything else is looked at all the same.
 
+mod bits;
 mod blocks;
 mod declare;
 mod functions;
+mod leave;
 mod sfc;
 mod statements;
+mod times;
 mod types;
 mod usage;
 mod value;
@@ -33,7 +36,7 @@ use usage::{Usage, upper};
 use value::Value;
 
 /// Statements and expressions that all units together may become.
-const BUDGET: usize = 2_000_000;
+const BUDGET: usize = 500_000;
 
 /// Says that a diagnostic was given.
 #[derive(Debug, Clone, Copy)]
@@ -129,6 +132,8 @@ struct Elaborator<'a> {
     /// Functions being run.
     calls: Vec<usize>,
     narrowed: BTreeSet<String>,
+    /// Values of TIME variables that get constants only, in nanoseconds, by chart and name in capitals.
+    time_values: BTreeMap<(usize, String), BTreeSet<i64>>,
     spent: usize,
 }
 
@@ -181,6 +186,7 @@ impl<'a> Elaborator<'a> {
             leaving: BTreeSet::new(),
             calls: Vec::new(),
             narrowed: BTreeSet::new(),
+            time_values: BTreeMap::new(),
             spent: 0,
         };
         for def in &library.types {
@@ -421,6 +427,7 @@ impl<'a> Elaborator<'a> {
         self.inputs.clear();
         self.flags.clear();
         self.narrowed.clear();
+        self.time_values.clear();
         self.spent = 0;
         self.chart = 0;
     }
@@ -577,6 +584,9 @@ impl<'a> Elaborator<'a> {
             all.actions.extend(usage.actions.iter().cloned());
             all.read.extend(usage.read.iter().cloned());
             all.fields.extend(usage.fields.iter().cloned());
+            for (name, values) in &usage.times {
+                all.times.entry(name.clone()).or_default().extend(values.iter().cloned());
+            }
             for (instance, calls) in &usage.calls {
                 all.calls.entry(instance.clone()).or_default().extend(calls.iter().cloned());
             }
@@ -591,6 +601,9 @@ impl<'a> Elaborator<'a> {
                 .map(|var| upper(&var.name.text))
                 .collect();
             all.assigned.extend(inner.assigned.difference(&own).cloned());
+            for (name, values) in inner.times.iter().filter(|(name, _)| !own.contains(*name)) {
+                all.times.entry(name.clone()).or_default().extend(values.iter().cloned());
+            }
             all.read.extend(inner.read.difference(&own).cloned());
             all.fields.extend(inner.fields);
         }
@@ -598,6 +611,7 @@ impl<'a> Elaborator<'a> {
         for (list, name) in all.fields.clone() {
             if all.assigned.contains(&list) {
                 all.assigned.insert(name.clone());
+                all.times.entry(name.clone()).or_default().push(None);
             }
             all.read.insert(name);
         }
@@ -719,9 +733,7 @@ impl<'a> Elaborator<'a> {
     fn one_step(&mut self, frame: FrameId, pou: &Pou, list: &[super::ast::Stmt]) -> Vec<Item> {
         let span = pou.name.span;
         let mut body = Vec::new();
-        if let Ok(list) = self.without_returns(list, span) {
-            self.list(frame, &list, &mut body);
-        }
+        self.body(frame, list, span, &mut body);
         let action = Name::new(self.free_name("scan_body"), span);
         let step = Name::new(self.free_name("running"), span);
         let meta = Meta { span, ..Meta::default() };

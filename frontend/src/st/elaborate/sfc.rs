@@ -77,10 +77,7 @@ impl Elaborator<'_> {
         for action in &sfc.actions {
             let mut body = Vec::new();
             self.open_bodies.push(upper(&action.name.text));
-            let list = self.without_returns(&action.body, action.name.span);
-            if let Ok(list) = list {
-                self.list(frame, &list, &mut body);
-            }
+            self.body(frame, &action.body, action.name.span, &mut body);
             self.open_bodies.pop();
             let meta = Meta { span: action.span, label: action.label.clone(), ..Meta::default() };
             actions.push(Item::Action(Action { name: action.name.clone(), body, meta }));

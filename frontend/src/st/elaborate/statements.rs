@@ -6,6 +6,8 @@ use grafsynth_ir::expr::{CompareOp, ExprKind};
 use grafsynth_ir::net::Meta;
 use grafsynth_ir::{Name, Span};
 
+use super::leave::{self, LEFT, Leaves, RETURNED, SKIPPED, VARIABLE};
+use super::types::Ty;
 use super::usage::upper;
 use super::value::{Kind, Time, Value};
 use super::{Access, Binding, Elaborator, FrameId, ObjectKind, Outcome, Place, Told};
@@ -36,6 +38,13 @@ impl Elaborator<'_> {
         let span = stmt.span;
         self.spend(span, 1)?;
         match &stmt.kind {
+            ast::StmtKind::Assign {
+                target: ast::Expr { kind: ast::ExprKind::Bit(inner, bit), .. },
+                value,
+            } => {
+                let value = self.value(frame, value)?;
+                self.assign_bit(frame, (inner, *bit), value, span, out)
+            }
             ast::StmtKind::Assign { target, value } => {
                 let value = self.value(frame, value);
                 if self.preset(frame, target, value.as_ref().ok()) {
@@ -58,6 +67,7 @@ impl Elaborator<'_> {
             }
             ast::StmtKind::For { var, from, to, by, body } => {
                 let rounds = self.loop_values(frame, from, to, by.as_ref(), span)?;
+                self.count_rounds(frame, &rounds, body, span)?;
                 self.counted(frame, var, &rounds, body, span, out)
             }
             ast::StmtKind::While { .. } | ast::StmtKind::Repeat { .. } => Err(self.unbounded(span)),
@@ -124,6 +134,18 @@ impl Elaborator<'_> {
         let target = ast::Expr::name(var.clone());
         let place = self.place(frame, &target)?;
         let key = upper(&var.text);
+        let exits = leave::has(body, Leaves::Exit);
+        let left = exits.then(|| self.flag(frame, &format!("{var}.left"), span));
+        let skipped = leave::has(body, Leaves::Continue)
+            .then(|| self.flag(frame, &format!("{var}.skipped"), span));
+        let flat = (left.is_some() || skipped.is_some()).then(|| leave::round(body, var));
+        let body = flat.as_deref().unwrap_or(body);
+        let bound = [
+            (LEFT, left.clone()),
+            (SKIPPED, skipped.clone()),
+            (VARIABLE, exits.then(|| place.clone())),
+        ];
+        let outside = self.bind(frame, bound);
         let outer = self.frames[frame].names.get(&key).cloned();
         for value in &rounds.each {
             // Loops in loops go on for ever where nothing is written out any more.
@@ -133,12 +155,156 @@ impl Elaborator<'_> {
             let value = Value::int(*value, var.span);
             self.frames[frame].names.insert(key.clone(), Binding::Value(value));
             self.list(frame, body, out);
+            if let Some(skipped) = &skipped {
+                self.assign(skipped, Value::constant(false, span), span, out)?;
+            }
         }
+        self.unbind(frame, outside);
         match outer {
             Some(outer) => self.frames[frame].names.insert(key, outer),
             None => self.frames[frame].names.remove(&key),
         };
-        self.assign(&place, Value::int(rounds.after, var.span), span, out)
+        let after = Value::int(rounds.after, var.span);
+        let Some(left) = left else { return self.assign(&place, after, span, out) };
+        let condition = self.read(Access::Place(left.clone()), span)?.expr.not();
+        let mut then = Block::new();
+        self.assign(&place, after, span, &mut then)?;
+        let kind = StmtKind::If { condition, then, otherwise: Block::new() };
+        out.push(Stmt { kind, span });
+        self.assign(&left, Value::constant(false, span), span, out)
+    }
+
+    /// A Boolean variable for what stands at `span`, the same one each time.
+    fn flag(&mut self, frame: FrameId, name: &str, span: Span) -> Place {
+        let key = format!("#{name}@{}", span.start);
+        if let Some(Binding::Place(place)) = self.frames[frame].names.get(&key) {
+            return place.clone();
+        }
+        let name = Name::new(self.free_name(name), span);
+        self.declare_var(frame, &key, name.clone(), &Ty::Bool, Vec::new(), Meta::default());
+        Place { name, chart: self.chart, index: None, ty: Ty::Bool }
+    }
+
+    /// Gives names to places; what they stood for before.
+    fn bind<const N: usize>(
+        &mut self,
+        frame: FrameId,
+        places: [(&'static str, Option<Place>); N],
+    ) -> [(&'static str, Option<Binding>); N] {
+        let names = &mut self.frames[frame].names;
+        places.map(|(name, place)| {
+            let before = match place {
+                Some(place) => names.insert(name.to_owned(), Binding::Place(place)),
+                None => names.remove(name),
+            };
+            (name, before)
+        })
+    }
+
+    fn unbind<const N: usize>(
+        &mut self,
+        frame: FrameId,
+        before: [(&'static str, Option<Binding>); N],
+    ) {
+        let names = &mut self.frames[frame].names;
+        for (name, binding) in before {
+            match binding {
+                Some(binding) => names.insert(name.to_owned(), binding),
+                None => names.remove(name),
+            };
+        }
+    }
+
+    /// The statements of a unit or action, from which RETURN leads out.
+    pub(super) fn body(&mut self, frame: FrameId, list: &[ast::Stmt], span: Span, out: &mut Block) {
+        let Ok((list, is_flagged)) = self.without_returns(list, span) else { return };
+        if !is_flagged {
+            self.list(frame, &list, out);
+            return;
+        }
+        let place = self.flag(frame, "returned", span);
+        let outside = self.bind(frame, [(RETURNED, Some(place.clone()))]);
+        self.list(frame, &list, out);
+        self.unbind(frame, outside);
+        let _ = self.assign(&place, Value::constant(false, span), span, out);
+    }
+
+    /// Says at once that the rounds of a loop become too much, as far as the bounds of the loops in it are known.
+    pub(super) fn count_rounds(
+        &mut self,
+        frame: FrameId,
+        rounds: &Rounds,
+        body: &[ast::Stmt],
+        span: Span,
+    ) -> Outcome<()> {
+        let amount = self.weight(frame, body).saturating_mul(rounds.each.len());
+        if self.spent.saturating_add(amount) > super::BUDGET {
+            return self.spend(span, amount);
+        }
+        Ok(())
+    }
+
+    /// The statements that a list becomes at least.
+    fn weight(&self, frame: FrameId, list: &[ast::Stmt]) -> usize {
+        let sum = |lists: &mut dyn Iterator<Item = usize>| lists.fold(1, usize::saturating_add);
+        let each = list.iter().map(|stmt| match &stmt.kind {
+            ast::StmtKind::If { arms, otherwise } => {
+                let inside = arms.iter().map(|(_, list)| self.weight(frame, list));
+                sum(&mut inside.chain([self.weight(frame, otherwise)]))
+            }
+            ast::StmtKind::Case { arms, otherwise, .. } => {
+                let inside = arms.iter().map(|(_, list)| self.weight(frame, list));
+                sum(&mut inside.chain([self.weight(frame, otherwise)]))
+            }
+            ast::StmtKind::For { from, to, by, body, .. } => {
+                let step = by.as_ref().map_or(Some(1), |by| self.known(frame, by));
+                let rounds = match (self.known(frame, from), self.known(frame, to), step) {
+                    (Some(from), Some(to), Some(step)) if step != 0 => {
+                        to.saturating_sub(from).checked_div(step).unwrap_or(0).saturating_add(1)
+                    }
+                    _ => 1,
+                };
+                let rounds = usize::try_from(rounds).unwrap_or(0);
+                rounds.saturating_mul(self.weight(frame, body).saturating_add(1)).saturating_add(1)
+            }
+            ast::StmtKind::Assign { .. }
+            | ast::StmtKind::Call { .. }
+            | ast::StmtKind::While { .. }
+            | ast::StmtKind::Repeat { .. }
+            | ast::StmtKind::Exit
+            | ast::StmtKind::Continue
+            | ast::StmtKind::Return
+            | ast::StmtKind::Refused(_) => 2,
+        });
+        each.fold(0, usize::saturating_add)
+    }
+
+    /// A number that is written out, or the name of one.
+    fn known(&self, frame: FrameId, expr: &ast::Expr) -> Option<i64> {
+        match &expr.kind {
+            ast::ExprKind::Int(value) => Some(*value),
+            ast::ExprKind::Name(name) => match self.lookup(frame, &name.text)? {
+                Binding::Value(Value { kind: Kind::Int(lo, hi), .. }) if lo == hi => Some(lo),
+                Binding::Value(_)
+                | Binding::Place(_)
+                | Binding::Object(_)
+                | Binding::Step(_)
+                | Binding::Broken => None,
+            },
+            ast::ExprKind::Bool(_)
+            | ast::ExprKind::Time(_)
+            | ast::ExprKind::Field(..)
+            | ast::ExprKind::Bit(..)
+            | ast::ExprKind::Index(..)
+            | ast::ExprKind::Address(_)
+            | ast::ExprKind::Not(_)
+            | ast::ExprKind::Neg(_)
+            | ast::ExprKind::Binary(..)
+            | ast::ExprKind::And(_)
+            | ast::ExprKind::Or(_)
+            | ast::ExprKind::Call(..)
+            | ast::ExprKind::Refused(_) => None,
+        }
     }
 
     pub(super) fn unbounded(&mut self, span: Span) -> Told {
@@ -153,10 +319,9 @@ impl Elaborator<'_> {
     }
 
     pub(super) fn leaves(&mut self, span: Span) -> Told {
-        self.refused(
-            "EXIT, CONTINUE and RETURN in the middle of loops and charts",
-            span,
-            "put what follows into an IF",
+        self.report(
+            Diagnostic::error(codes::ST_UNEXPECTED, "EXIT and CONTINUE stand in a loop")
+                .at(span, "there is no loop around this"),
         )
     }
 
@@ -238,14 +403,7 @@ impl Elaborator<'_> {
     }
 
     /// Where an assignment goes.
-    fn place(&mut self, frame: FrameId, target: &ast::Expr) -> Outcome<Place> {
-        if let ast::ExprKind::Bit(..) = target.kind {
-            return Err(self.refused(
-                "assignments to single bits",
-                target.span,
-                "use BOOL variables",
-            ));
-        }
+    pub(super) fn place(&mut self, frame: FrameId, target: &ast::Expr) -> Outcome<Place> {
         match self.access(frame, target)? {
             Access::Place(place) if self.inputs.contains(&upper(&place.name.text)) => {
                 Err(self.report(
@@ -290,8 +448,17 @@ impl Elaborator<'_> {
         true
     }
 
-    fn assign(&mut self, place: &Place, value: Value, span: Span, out: &mut Block) -> Outcome<()> {
-        let value = self.fit(value, &place.ty, &place.name.text)?;
+    pub(super) fn assign(
+        &mut self,
+        place: &Place,
+        value: Value,
+        span: Span,
+        out: &mut Block,
+    ) -> Outcome<()> {
+        let mut value = self.fit(value, &place.ty, &place.name.text)?;
+        if place.ty == Ty::Time {
+            value.expr = self.stored_time(place, value.clone())?;
+        }
         let target = self.path(place, place.name.span);
         let kind = StmtKind::Assign { target, index: place.index.clone(), value: value.expr };
         out.push(Stmt { kind, span });
@@ -387,7 +554,7 @@ impl Elaborator<'_> {
                 ));
             }
             self.open_bodies.push(key);
-            self.list(frame, &list, out);
+            self.body(frame, &list, span, out);
             self.open_bodies.pop();
             return Ok(());
         }
@@ -595,6 +762,16 @@ impl Elaborator<'_> {
                     self.frames[inside].names.insert(key, Binding::Value(value));
                 }
                 Some(Binding::Value(_)) | None => {
+                    if let Kind::Time(Time::Varying(_)) = value.kind {
+                        return Err(self.report(
+                            Diagnostic::error(
+                                codes::ST_TIMER,
+                                format!("{} gets a TIME variable that changes", var.name),
+                            )
+                            .at(value.expr.span, "in this call")
+                            .help("declare the parameter VAR_IN_OUT, or give a constant"),
+                        ));
+                    }
                     if matches!(value.kind, Kind::Time(_)) {
                         self.frames[inside].names.insert(key, Binding::Value(value));
                         continue;
@@ -623,8 +800,7 @@ impl Elaborator<'_> {
                 self.assign(&place, value, span, out)?;
             }
         }
-        let list = self.without_returns(body, pou.name.span)?;
-        self.list(inside, &list, out);
+        self.body(inside, body, pou.name.span, out);
         Ok(())
     }
 
@@ -643,73 +819,6 @@ impl Elaborator<'_> {
             }
         });
         steady
-    }
-
-    /// The same list without RETURN: what stands behind one is left out, what stands behind a conditional one moves into the other branches.
-    pub(super) fn without_returns(
-        &mut self,
-        list: &[ast::Stmt],
-        span: Span,
-    ) -> Outcome<Vec<ast::Stmt>> {
-        if !list.iter().any(returns) {
-            return Ok(list.to_vec());
-        }
-        let mut out = Vec::new();
-        for (at, stmt) in list.iter().enumerate() {
-            self.spend(span, 1)?;
-            match &stmt.kind {
-                ast::StmtKind::Return => return Ok(out),
-                ast::StmtKind::If { arms, otherwise } if returns(stmt) => {
-                    let rest = &list[at + 1..];
-                    let with_rest = |this: &mut Self, branch: &[ast::Stmt]| {
-                        let mut all = branch.to_vec();
-                        all.extend(rest.iter().cloned());
-                        this.without_returns(&all, span)
-                    };
-                    let mut new_arms = Vec::new();
-                    for (condition, branch) in arms {
-                        new_arms.push((condition.clone(), with_rest(self, branch)?));
-                    }
-                    let otherwise = with_rest(self, otherwise)?;
-                    let kind = ast::StmtKind::If { arms: new_arms, otherwise };
-                    out.push(ast::Stmt { kind, span: stmt.span });
-                    return Ok(out);
-                }
-                _ if returns(stmt) => return Err(self.leaves(stmt.span)),
-                ast::StmtKind::Assign { .. }
-                | ast::StmtKind::Call { .. }
-                | ast::StmtKind::If { .. }
-                | ast::StmtKind::Case { .. }
-                | ast::StmtKind::For { .. }
-                | ast::StmtKind::While { .. }
-                | ast::StmtKind::Repeat { .. }
-                | ast::StmtKind::Exit
-                | ast::StmtKind::Continue
-                | ast::StmtKind::Refused(_) => out.push(stmt.clone()),
-            }
-        }
-        Ok(out)
-    }
-}
-
-/// True when a RETURN stands in a statement.
-fn returns(stmt: &ast::Stmt) -> bool {
-    match &stmt.kind {
-        ast::StmtKind::Return => true,
-        ast::StmtKind::If { arms, otherwise } => {
-            arms.iter().any(|(_, list)| list.iter().any(returns)) || otherwise.iter().any(returns)
-        }
-        ast::StmtKind::Case { arms, otherwise, .. } => {
-            arms.iter().any(|(_, list)| list.iter().any(returns)) || otherwise.iter().any(returns)
-        }
-        ast::StmtKind::For { body, .. }
-        | ast::StmtKind::While { body, .. }
-        | ast::StmtKind::Repeat { body, .. } => body.iter().any(returns),
-        ast::StmtKind::Assign { .. }
-        | ast::StmtKind::Call { .. }
-        | ast::StmtKind::Exit
-        | ast::StmtKind::Continue
-        | ast::StmtKind::Refused(_) => false,
     }
 }
 

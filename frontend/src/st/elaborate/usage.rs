@@ -17,6 +17,8 @@ pub(super) struct Usage {
     pub(super) calls: BTreeMap<String, Vec<Option<BTreeSet<String>>>>,
     /// All names that are read.
     pub(super) read: BTreeSet<String>,
+    /// For each variable what statements give it, where that is a constant, a name or a choice between such.
+    pub(super) times: BTreeMap<String, Vec<Option<Expr>>>,
 }
 
 pub(super) fn upper(text: &str) -> String {
@@ -104,6 +106,10 @@ impl Walk<'_> {
         match &stmt.kind {
             StmtKind::Assign { target, value } => {
                 self.target(target);
+                if let (Some(root), ExprKind::Name(_)) = (target.root(), &target.kind) {
+                    let value = super::times::is_listed(value).then(|| value.clone());
+                    self.usage.times.entry(upper(&root.text)).or_default().push(value);
+                }
                 self.expr(value);
             }
             StmtKind::Call { target, arguments } => {
@@ -173,6 +179,9 @@ impl Walk<'_> {
             };
             if one.is_output || is_changed {
                 self.target(&one.value);
+                if let Some(root) = one.value.root() {
+                    self.usage.times.entry(upper(&root.text)).or_default().push(None);
+                }
             }
             if !one.is_output {
                 self.expr(&one.value);

@@ -5,6 +5,7 @@ use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::expr::{ArithOp, CompareOp, ExprKind};
 use grafsynth_ir::{Name, Span};
 
+use super::bits::BitOp;
 use super::types::Ty;
 use super::usage::upper;
 use super::{Access, Binding, Elaborator, FrameId, ObjectKind, Outcome, Place, Told};
@@ -31,6 +32,8 @@ pub(super) enum Kind {
 pub(super) enum Time {
     /// Nanoseconds.
     Constant(i64),
+    /// A number of milliseconds, in the expression, with the values that it can have in nanoseconds where they are known.
+    Varying(super::times::Values),
     /// The name of a step's time or a timer, in the expression.
     Running,
     /// ET of an on-delay: the timer in the expression while the block's input was true, up to PT in nanoseconds, else 0.
@@ -217,13 +220,13 @@ impl Elaborator<'_> {
         }
     }
 
-    fn not_of(&mut self, value: Value, span: Span) -> Outcome<Value> {
+    pub(super) fn not_of(&mut self, value: Value, span: Span) -> Outcome<Value> {
         match value.kind {
             Kind::Bool => Ok(Value::bool(Expr::new(value.expr.not().kind, span))),
             Kind::Int(lo, hi) if lo == hi && (0..=1).contains(&lo) => {
                 Ok(Value::constant(lo == 0, span))
             }
-            Kind::Int(..) => Err(self.bitwise(span)),
+            Kind::Int(..) => self.complement(value, span),
             Kind::Time(_) => Err(self.type_error("a truth value is needed, this is a time", span)),
         }
     }
@@ -241,14 +244,6 @@ impl Elaborator<'_> {
         }
     }
 
-    fn bitwise(&mut self, span: Span) -> Told {
-        self.refused(
-            "bitwise AND, OR, XOR and NOT of integers and bit strings",
-            span,
-            "use BOOL variables, or read single bits as in `x.3`",
-        )
-    }
-
     pub(super) fn type_error(&mut self, message: &str, span: Span) -> Told {
         self.report(Diagnostic::error(codes::ST_TYPE, message).at(span, ""))
     }
@@ -264,17 +259,19 @@ impl Elaborator<'_> {
         self.join(values, is_and, span)
     }
 
-    /// AND or OR of Booleans.
+    /// AND or OR of truth values, or of numbers bit by bit.
     pub(super) fn join(&mut self, values: Vec<Value>, is_and: bool, span: Span) -> Outcome<Value> {
+        // 0 and 1 are literals of BOOL as well.
+        let is_number = |value: &Value| match value.kind {
+            Kind::Int(lo, hi) => lo != hi || !(0..=1).contains(&lo),
+            Kind::Bool | Kind::Time(_) => false,
+        };
+        if values.iter().any(is_number) {
+            let op = if is_and { BitOp::And } else { BitOp::Or };
+            return self.bitwise(op, values, span);
+        }
         let mut operands = Vec::with_capacity(values.len());
         for value in values {
-            let is_number = match value.kind {
-                Kind::Int(lo, hi) => lo != hi || !(0..=1).contains(&lo),
-                Kind::Bool | Kind::Time(_) => false,
-            };
-            if is_number {
-                return Err(self.bitwise(span));
-            }
             operands.push(self.fit(value, &Ty::Bool, "a condition")?.expr);
         }
         // Parentheses stay, so that what is written reads back as the same expression; constants go.
@@ -338,7 +335,9 @@ impl Elaborator<'_> {
                 };
                 return Ok(Value::bool(Expr::new(expr.kind, span)));
             }
-            (Kind::Int(..), Kind::Int(..)) if is_xor => return Err(self.bitwise(span)),
+            (Kind::Int(..), Kind::Int(..)) if is_xor => {
+                return self.bitwise(BitOp::Xor, vec![a, b], span);
+            }
             (Kind::Int(al, ah), Kind::Int(bl, bh)) => {
                 if al == ah && bl == bh {
                     return Ok(Value::constant(op.apply(*al, *bl), span));
@@ -352,7 +351,24 @@ impl Elaborator<'_> {
         Ok(Value::bool(Expr::new(expr, span)))
     }
 
-    fn compare_times(&mut self, op: CompareOp, a: Value, b: Value, span: Span) -> Outcome<Value> {
+    pub(super) fn compare_times(
+        &mut self,
+        op: CompareOp,
+        a: Value,
+        b: Value,
+        span: Span,
+    ) -> Outcome<Value> {
+        let is_varying = |value: &Value| matches!(value.kind, Kind::Time(Time::Varying(_)));
+        let is_clock =
+            |value: &Value| matches!(value.kind, Kind::Time(Time::Running | Time::Elapsed { .. }));
+        match (is_varying(&a), is_varying(&b)) {
+            (false, true) if is_clock(&a) => return self.compare_clock(op, &a, &b, span),
+            (true, false) if is_clock(&b) => {
+                return self.compare_clock(mirrored(op), &b, &a, span);
+            }
+            (false, false) => {}
+            _ => return self.compare_varying(op, a, b, span),
+        }
         let (a_span, b_span) = (a.expr.span, b.expr.span);
         let (op, timer, running, ns, ns_span) = match (a.kind, b.kind) {
             (Kind::Time(Time::Constant(a)), Kind::Time(Time::Constant(b))) => {
@@ -382,7 +398,7 @@ impl Elaborator<'_> {
             Expr::new(ExprKind::Compare(op, Box::new(timer.clone()), Box::new(bound)), span)
         };
         let expr = match running {
-            Time::Constant(_) | Time::Running => with(op, ns),
+            Time::Constant(_) | Time::Varying(_) | Time::Running => with(op, ns),
             Time::Elapsed { running, limit } => {
                 let while_running = match op {
                     CompareOp::Ge if ns > limit => Expr::bool(false),
@@ -432,12 +448,13 @@ impl Elaborator<'_> {
                         .type_error("a time is multiplied with and divided by numbers only", span))
                 };
             }
+            (Kind::Time(_), Kind::Time(_)) => return self.add_times(op, a, b, span),
+            (Kind::Time(_), Kind::Int(..)) => return self.scale_time(op, a, b, span),
+            (Kind::Int(..), Kind::Time(_)) if op == Op::Mul => {
+                return self.arithmetic(op, b, a, span);
+            }
             (Kind::Time(_), _) | (_, Kind::Time(_)) => {
-                return Err(self.refused(
-                    "arithmetic with running or changing times",
-                    span,
-                    "compare the time with a constant",
-                ));
+                return Err(self.type_error("times are added to times", span));
             }
             (Kind::Bool, _) | (_, Kind::Bool) => {
                 return Err(self.type_error("a number is needed, this is a truth value", span));
@@ -686,6 +703,7 @@ impl Elaborator<'_> {
             Access::Value(value) => Ok(value),
             Access::Place(place) => {
                 let path = self.path(&place, span);
+                let values = if place.ty == Ty::Time { self.values_of(&place) } else { None };
                 let name = Leaf::Name(path);
                 let expr = match place.index {
                     Some(index) => Expr::new(ExprKind::Element(name, Box::new(index)), span),
@@ -695,12 +713,12 @@ impl Elaborator<'_> {
                     Ty::Bool => Ok(Value { expr, kind: Kind::Bool }),
                     Ty::Int { lo, hi, .. } => Ok(Value { expr, kind: Kind::Int(lo, hi) }),
                     Ty::Broken => Err(Told),
-                    Ty::Time | Ty::Array(..) | Ty::Block(_) | Ty::User(_) | Ty::Struct(_) => {
-                        Err(self.type_error(
+                    Ty::Time => Ok(Value { expr, kind: Kind::Time(Time::Varying(values)) }),
+                    Ty::Array(..) | Ty::Block(_) | Ty::User(_) | Ty::Struct(_) => Err(self
+                        .type_error(
                             "a simple value is needed, this is a whole array, block or structure",
                             span,
-                        ))
-                    }
+                        )),
                 }
             }
             Access::Object(_) => {

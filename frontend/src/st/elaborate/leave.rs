@@ -1,0 +1,330 @@
+//! EXIT, CONTINUE and RETURN: structured text without jumps.
+//!
+//! What stands behind a statement that may leave is run only where a flag says that it has not:
+//!
+//! ```text
+//! FOR i := 0 TO 9 DO             each round:   IF NOT found THEN
+//!     IF a[i] = x THEN EXIT;                       IF a[i] = x THEN found := TRUE; i := 3; END_IF;
+//!     END_IF;                                  END_IF;
+//!     n := n + a[i];                           IF NOT found THEN n := n + a[3]; END_IF;
+//! END_FOR;                       at last:      IF NOT found THEN i := 10; END_IF; found := FALSE;
+//! ```
+//! A flag is false between scans, so it costs a circuit nothing. RETURN in a loop leaves all loops first. Where RETURN ends all branches but one, the
+//! rest moves into that branch and there is no flag.
+
+use grafsynth_ir::{Name, Span};
+
+use super::{Elaborator, Outcome};
+use crate::st::ast::{Expr, ExprKind, Stmt, StmtKind};
+
+/// IFs with RETURN behind each other that may lie in each other instead.
+const MAX_NESTED: usize = 8;
+
+/// Names of the flags and of the loop's variable as a place, as no text can write them.
+pub(super) const LEFT: &str = "#LEFT";
+pub(super) const SKIPPED: &str = "#SKIPPED";
+pub(super) const VARIABLE: &str = "#VARIABLE";
+pub(super) const RETURNED: &str = "#RETURNED";
+
+/// What a statement may leave.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Leaves {
+    /// The unit.
+    Return,
+    /// The innermost loop.
+    Exit,
+    /// The round of the innermost loop.
+    Continue,
+}
+
+/// True when one of these stands in a list, looked for in loops only where it leaves them too.
+pub(super) fn has(list: &[Stmt], what: Leaves) -> bool {
+    list.iter().any(|stmt| has_one(stmt, what))
+}
+
+fn has_one(stmt: &Stmt, what: Leaves) -> bool {
+    match &stmt.kind {
+        StmtKind::Return => what == Leaves::Return,
+        StmtKind::Exit => what == Leaves::Exit,
+        StmtKind::Continue => what == Leaves::Continue,
+        StmtKind::If { arms, otherwise } => {
+            arms.iter().any(|(_, list)| has(list, what)) || has(otherwise, what)
+        }
+        StmtKind::Case { arms, otherwise, .. } => {
+            arms.iter().any(|(_, list)| has(list, what)) || has(otherwise, what)
+        }
+        StmtKind::For { body, .. }
+        | StmtKind::While { body, .. }
+        | StmtKind::Repeat { body, .. } => what == Leaves::Return && has(body, what),
+        StmtKind::Assign { .. } | StmtKind::Call { .. } | StmtKind::Refused(_) => false,
+    }
+}
+
+fn flag(name: &str, span: Span) -> Expr {
+    Expr::name(Name::new(name, span))
+}
+
+fn raise(name: &str, span: Span) -> Stmt {
+    let value = Expr::new(ExprKind::Bool(true), span);
+    Stmt { kind: StmtKind::Assign { target: flag(name, span), value }, span }
+}
+
+fn unless(flags: &[&str], list: Vec<Stmt>, span: Span) -> Stmt {
+    let free = |name: &&str| Expr::new(ExprKind::Not(Box::new(flag(name, span))), span);
+    let condition = Expr::new(ExprKind::And(flags.iter().map(free).collect()), span);
+    Stmt { kind: StmtKind::If { arms: vec![(condition, list)], otherwise: Vec::new() }, span }
+}
+
+/// The flags of a condition that [`round`] or [`returned`] made; none for any other.
+pub(super) fn guards(condition: &Expr) -> Option<Vec<String>> {
+    let ExprKind::And(all) = &condition.kind else { return None };
+    let flag = |one: &Expr| {
+        if let ExprKind::Not(inner) = &one.kind
+            && let ExprKind::Name(name) = &inner.kind
+            && name.text.starts_with('#')
+        {
+            return Some(name.text.clone());
+        }
+        None
+    };
+    all.iter().map(flag).collect()
+}
+
+/// A list with flags in place of jumps: `replace` says what stands for a jump, `flags` what keeps the rest from running.
+fn cut(
+    list: &[Stmt],
+    leaves: &dyn Fn(&Stmt) -> bool,
+    replace: &dyn Fn(&Stmt) -> Option<Vec<Stmt>>,
+    flags: &[&str],
+) -> Vec<Stmt> {
+    let mut out = Vec::new();
+    let mut segment: Vec<Stmt> = Vec::new();
+    let mut is_guarded = false;
+    for stmt in list {
+        if !leaves(stmt) {
+            segment.push(stmt.clone());
+            continue;
+        }
+        let inside = |list: &[Stmt]| cut(list, leaves, replace, flags);
+        let is_end = match (replace(stmt), &stmt.kind) {
+            (Some(instead), _) => {
+                segment.extend(instead);
+                matches!(stmt.kind, StmtKind::Return | StmtKind::Exit | StmtKind::Continue)
+            }
+            (None, StmtKind::If { arms, otherwise }) => {
+                let arms = arms.iter().map(|(test, list)| (test.clone(), inside(list))).collect();
+                let kind = StmtKind::If { arms, otherwise: inside(otherwise) };
+                segment.push(Stmt { kind, span: stmt.span });
+                false
+            }
+            (None, StmtKind::Case { selector, arms, otherwise }) => {
+                let arms = arms.iter().map(|(test, list)| (test.clone(), inside(list))).collect();
+                let (selector, otherwise) = (selector.clone(), inside(otherwise));
+                let kind = StmtKind::Case { selector, arms, otherwise };
+                segment.push(Stmt { kind, span: stmt.span });
+                false
+            }
+            // Loops without a bound are refused as they are.
+            (None, _) => {
+                segment.push(stmt.clone());
+                false
+            }
+        };
+        flush(&mut out, &mut segment, is_guarded, flags, stmt.span);
+        is_guarded = true;
+        if is_end {
+            return out;
+        }
+    }
+    let span = list.last().map_or(Span::default(), |stmt| stmt.span);
+    flush(&mut out, &mut segment, is_guarded, flags, span);
+    out
+}
+
+fn flush(
+    out: &mut Vec<Stmt>,
+    segment: &mut Vec<Stmt>,
+    is_guarded: bool,
+    flags: &[&str],
+    span: Span,
+) {
+    let list = std::mem::take(segment);
+    if list.is_empty() {
+        return;
+    }
+    if is_guarded {
+        out.push(unless(flags, list, span));
+    } else {
+        out.extend(list);
+    }
+}
+
+/// The body of a loop over `var` without EXIT and CONTINUE: [`LEFT`] is raised by one, [`SKIPPED`] by the other, and EXIT leaves the variable as it is in
+/// its round by an assignment to [`VARIABLE`].
+pub(super) fn round(body: &[Stmt], var: &Name) -> Vec<Stmt> {
+    let (exits, skips) = (has(body, Leaves::Exit), has(body, Leaves::Continue));
+    if !exits && !skips {
+        return body.to_vec();
+    }
+    let mut flags = Vec::new();
+    if exits {
+        flags.push(LEFT);
+    }
+    if skips {
+        flags.push(SKIPPED);
+    }
+    let leaves = |stmt: &Stmt| has_one(stmt, Leaves::Exit) || has_one(stmt, Leaves::Continue);
+    let replace = |stmt: &Stmt| {
+        let span = stmt.span;
+        match &stmt.kind {
+            StmtKind::Exit => {
+                let value = Expr::name(var.clone());
+                let target = flag(VARIABLE, span);
+                let keep = Stmt { kind: StmtKind::Assign { target, value }, span };
+                Some(vec![raise(LEFT, span), keep])
+            }
+            StmtKind::Continue => Some(vec![raise(SKIPPED, span)]),
+            StmtKind::Return
+            | StmtKind::Assign { .. }
+            | StmtKind::Call { .. }
+            | StmtKind::If { .. }
+            | StmtKind::Case { .. }
+            | StmtKind::For { .. }
+            | StmtKind::While { .. }
+            | StmtKind::Repeat { .. }
+            | StmtKind::Refused(_) => None,
+        }
+    };
+    let list = cut(body, &leaves, &replace, &flags);
+    if exits { vec![unless(&[LEFT], list, var.span)] } else { list }
+}
+
+/// A list in which RETURN raises [`RETURNED`]; in loops it leaves them too.
+pub(super) fn returned(list: &[Stmt]) -> Vec<Stmt> {
+    let leaves = |stmt: &Stmt| has_one(stmt, Leaves::Return);
+    let replace = |stmt: &Stmt| match &stmt.kind {
+        StmtKind::Return => Some(vec![raise(RETURNED, stmt.span)]),
+        StmtKind::For { var, from, to, by, body } => {
+            let body = out_of_loop(body);
+            let (var, from, to, by) = (var.clone(), from.clone(), to.clone(), by.clone());
+            let kind = StmtKind::For { var, from, to, by, body };
+            Some(vec![Stmt { kind, span: stmt.span }])
+        }
+        StmtKind::Exit
+        | StmtKind::Continue
+        | StmtKind::Assign { .. }
+        | StmtKind::Call { .. }
+        | StmtKind::If { .. }
+        | StmtKind::Case { .. }
+        | StmtKind::While { .. }
+        | StmtKind::Repeat { .. }
+        | StmtKind::Refused(_) => None,
+    };
+    cut(list, &leaves, &replace, &[RETURNED])
+}
+
+/// The body of a loop in which RETURN is an EXIT that says why; an inner loop that was left so leaves this one.
+fn out_of_loop(body: &[Stmt]) -> Vec<Stmt> {
+    let mut out = Vec::new();
+    for stmt in body {
+        let span = stmt.span;
+        let leave = Stmt { kind: StmtKind::Exit, span };
+        match &stmt.kind {
+            StmtKind::Return => out.extend([raise(RETURNED, span), leave]),
+            StmtKind::If { arms, otherwise } => {
+                let arms =
+                    arms.iter().map(|(test, list)| (test.clone(), out_of_loop(list))).collect();
+                let kind = StmtKind::If { arms, otherwise: out_of_loop(otherwise) };
+                out.push(Stmt { kind, span });
+            }
+            StmtKind::Case { selector, arms, otherwise } => {
+                let arms =
+                    arms.iter().map(|(test, list)| (test.clone(), out_of_loop(list))).collect();
+                let (selector, otherwise) = (selector.clone(), out_of_loop(otherwise));
+                out.push(Stmt { kind: StmtKind::Case { selector, arms, otherwise }, span });
+            }
+            StmtKind::For { var, from, to, by, body } if has(body, Leaves::Return) => {
+                let body = out_of_loop(body);
+                let (var, from, to, by) = (var.clone(), from.clone(), to.clone(), by.clone());
+                out.push(Stmt { kind: StmtKind::For { var, from, to, by, body }, span });
+                let arms = vec![(flag(RETURNED, span), vec![leave])];
+                out.push(Stmt { kind: StmtKind::If { arms, otherwise: Vec::new() }, span });
+            }
+            StmtKind::Assign { .. }
+            | StmtKind::Call { .. }
+            | StmtKind::For { .. }
+            | StmtKind::While { .. }
+            | StmtKind::Repeat { .. }
+            | StmtKind::Exit
+            | StmtKind::Continue
+            | StmtKind::Refused(_) => out.push(stmt.clone()),
+        }
+    }
+    out
+}
+
+/// The same list without RETURN and without a flag; none where that would write the rest more than once or too deep.
+pub(super) fn nested(list: &[Stmt], depth: usize) -> Option<Vec<Stmt>> {
+    let Some(at) = list.iter().position(|stmt| has_one(stmt, Leaves::Return)) else {
+        return Some(list.to_vec());
+    };
+    let mut out = list[..at].to_vec();
+    let (stmt, rest) = (&list[at], &list[at + 1..]);
+    match &stmt.kind {
+        StmtKind::Return => Some(out),
+        StmtKind::If { arms, otherwise } if depth < MAX_NESTED => {
+            let mut lists: Vec<&[Stmt]> = arms.iter().map(|(_, list)| list.as_slice()).collect();
+            lists.push(otherwise);
+            let mut n_open = 0;
+            let mut made = Vec::new();
+            for branch in lists {
+                let is_left = branch.last().is_some_and(|last| last.kind == StmtKind::Return);
+                let body = if is_left { &branch[..branch.len() - 1] } else { branch };
+                if has(body, Leaves::Return) {
+                    return None;
+                }
+                let mut body = body.to_vec();
+                if !is_left {
+                    n_open += 1;
+                    body.extend(nested(rest, depth + 1)?);
+                }
+                made.push(body);
+            }
+            if n_open > 1 {
+                return None;
+            }
+            let otherwise = made.pop().unwrap_or_default();
+            let arms = arms.iter().map(|(test, _)| test.clone()).zip(made).collect();
+            out.push(Stmt { kind: StmtKind::If { arms, otherwise }, span: stmt.span });
+            Some(out)
+        }
+        StmtKind::If { .. }
+        | StmtKind::Case { .. }
+        | StmtKind::For { .. }
+        | StmtKind::While { .. }
+        | StmtKind::Repeat { .. }
+        | StmtKind::Assign { .. }
+        | StmtKind::Call { .. }
+        | StmtKind::Exit
+        | StmtKind::Continue
+        | StmtKind::Refused(_) => None,
+    }
+}
+
+impl Elaborator<'_> {
+    /// The same list without RETURN, and whether it needs the flag [`RETURNED`].
+    pub(super) fn without_returns(
+        &mut self,
+        list: &[Stmt],
+        span: Span,
+    ) -> Outcome<(Vec<Stmt>, bool)> {
+        if !has(list, Leaves::Return) {
+            return Ok((list.to_vec(), false));
+        }
+        if let Some(list) = nested(list, 0) {
+            return Ok((list, false));
+        }
+        self.spend(span, 1)?;
+        Ok((returned(list), true))
+    }
+}

@@ -1,0 +1,404 @@
+//! TIME variables that change, as numbers of milliseconds.
+//!
+//! Charts compare the time of a step or timer with constants only. A variable that gets nothing but constants has few values, so such a comparison is
+//! made for each of them:
+//!
+//! ```text
+//! IF slow THEN wait := T#5s; ELSE wait := T#2s; END_IF;
+//! fill.T >= wait             wait = 5000 AND fill.T >= 5 s  OR  wait = 2000 AND fill.T >= 2 s
+//! ```
+//! The same makes the preset of a timer changeable. A variable that is computed with can be compared with other times of its kind, not with a clock.
+
+use std::collections::BTreeSet;
+
+use grafsynth_ir::chart::{Declaration, DeclarationKind, Expr, Item};
+use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::expr::{ArithOp, CompareOp, ExprKind, Type};
+use grafsynth_ir::net::Meta;
+use grafsynth_ir::{Name, Span};
+
+use super::functions::select;
+use super::types::{Ty, WIDEST};
+use super::usage::{Usage, upper};
+use super::value::{Kind, Time, Value};
+use super::{Binding, Elaborator, FrameId, Outcome, Place, Told};
+use crate::codes;
+use crate::st::ast::{self, Op, Section, Var};
+
+/// Nanoseconds of the unit that TIME variables count.
+const UNIT: i64 = 1_000_000;
+/// How many values a variable may have to be compared with a clock.
+const MAX_VALUES: usize = 32;
+
+/// The values that a TIME variable can have, in nanoseconds; none where it is computed.
+pub(super) type Values = Option<BTreeSet<i64>>;
+
+/// What may be assigned with its values known: literals, names and choices between them.
+pub(super) fn is_listed(value: &ast::Expr) -> bool {
+    match &value.kind {
+        ast::ExprKind::Time(_) | ast::ExprKind::Name(_) => true,
+        ast::ExprKind::Call(name, arguments) => {
+            matches!(upper(&name.text).as_str(), "SEL" | "MUX")
+                && arguments.iter().skip(1).all(|one| is_listed(&one.value))
+        }
+        ast::ExprKind::Bool(_)
+        | ast::ExprKind::Int(_)
+        | ast::ExprKind::Field(..)
+        | ast::ExprKind::Bit(..)
+        | ast::ExprKind::Index(..)
+        | ast::ExprKind::Address(_)
+        | ast::ExprKind::Not(_)
+        | ast::ExprKind::Neg(_)
+        | ast::ExprKind::Binary(..)
+        | ast::ExprKind::And(_)
+        | ast::ExprKind::Or(_)
+        | ast::ExprKind::Refused(_) => false,
+    }
+}
+
+fn joined(a: &Values, b: &Values, op: impl Fn(i64, i64) -> i64) -> Values {
+    let (Some(a), Some(b)) = (a, b) else { return None };
+    if a.len().saturating_mul(b.len()) > MAX_VALUES * MAX_VALUES {
+        return None;
+    }
+    let all: BTreeSet<i64> = a.iter().flat_map(|x| b.iter().map(|y| op(*x, *y))).collect();
+    (all.len() <= MAX_VALUES).then_some(all)
+}
+
+impl Elaborator<'_> {
+    /// A time as a number of milliseconds, with the values that it can have.
+    pub(super) fn milliseconds(&mut self, value: Value) -> Outcome<(Expr, Values)> {
+        let span = value.expr.span;
+        match value.kind {
+            Kind::Time(Time::Constant(ns)) => {
+                let (number, rest) = (ns / UNIT, ns % UNIT);
+                if rest != 0 || !(WIDEST.0..=WIDEST.1).contains(&number) {
+                    return Err(self.report(
+                        Diagnostic::error(
+                            codes::ST_TIMER,
+                            "a TIME variable that changes counts whole milliseconds, up to 24 days",
+                        )
+                        .at(span, "no such number")
+                        .help("use a time in whole milliseconds, or one that does not change"),
+                    ));
+                }
+                Ok((Expr::new(ExprKind::Int(number), span), Some(BTreeSet::from([ns]))))
+            }
+            Kind::Time(Time::Varying(values)) => Ok((value.expr, values)),
+            Kind::Time(Time::Running | Time::Elapsed { .. }) => Err(self.report(
+                Diagnostic::error(codes::ST_TIMER, "the time of a step or timer is no value that can be kept or computed with")
+                    .at(span, "runs on by itself")
+                    .help("charts compare running times: write the comparison itself, as in `fill.T >= T#3s`"),
+            )),
+            Kind::Bool | Kind::Int(..) => Err(self.type_error("a time is needed here", span)),
+        }
+    }
+
+    /// One of two values; times become numbers unless they are the same constant.
+    pub(super) fn choice(
+        &mut self,
+        condition: Expr,
+        then: Value,
+        otherwise: Value,
+        span: Span,
+    ) -> Outcome<Value> {
+        let is_time = matches!((&then.kind, &otherwise.kind), (Kind::Time(_), Kind::Time(_)));
+        if !is_time
+            || then.kind == otherwise.kind && then.expr.kind == otherwise.expr.kind
+            || condition.is_true()
+            || condition.is_false()
+        {
+            return Ok(select(condition, then, otherwise, span));
+        }
+        let ((a, mut values), (b, others)) =
+            (self.milliseconds(then)?, self.milliseconds(otherwise)?);
+        match (&mut values, others) {
+            (Some(values), Some(others)) => values.extend(others),
+            (values, _) => *values = None,
+        }
+        let kind = ExprKind::Select(Box::new(condition), Box::new(a), Box::new(b));
+        Ok(Value { expr: Expr::new(kind, span), kind: Kind::Time(Time::Varying(values)) })
+    }
+
+    /// `a + b`, `a - b` of times of which at least one changes.
+    pub(super) fn add_times(&mut self, op: Op, a: Value, b: Value, span: Span) -> Outcome<Value> {
+        let (arith, apply): (_, fn(i64, i64) -> i64) = match op {
+            Op::Add => (ArithOp::Add, i64::saturating_add),
+            Op::Sub => (ArithOp::Sub, i64::saturating_sub),
+            Op::Xor
+            | Op::Eq
+            | Op::Ne
+            | Op::Lt
+            | Op::Le
+            | Op::Gt
+            | Op::Ge
+            | Op::Mul
+            | Op::Div
+            | Op::Mod
+            | Op::Power => {
+                return Err(self.type_error("times are added and subtracted only", span));
+            }
+        };
+        let ((a, first), (b, second)) = (self.milliseconds(a)?, self.milliseconds(b)?);
+        let values = joined(&first, &second, apply);
+        let expr = Expr::new(ExprKind::Arith(arith, Box::new(a), Box::new(b)), span);
+        Ok(Value { expr, kind: Kind::Time(Time::Varying(values)) })
+    }
+
+    /// A time that changes, or a number of times that does: `wait * 2`, `T#1s * n`, `wait / 3`.
+    pub(super) fn scale_time(
+        &mut self,
+        op: Op,
+        time: Value,
+        number: Value,
+        span: Span,
+    ) -> Outcome<Value> {
+        let arith = match op {
+            Op::Mul => ArithOp::Mul,
+            Op::Div => ArithOp::Div,
+            Op::Xor
+            | Op::Eq
+            | Op::Ne
+            | Op::Lt
+            | Op::Le
+            | Op::Gt
+            | Op::Ge
+            | Op::Add
+            | Op::Sub
+            | Op::Mod
+            | Op::Power => {
+                let message = "a time is multiplied with and divided by numbers only";
+                return Err(self.type_error(message, span));
+            }
+        };
+        let (time, values) = self.milliseconds(time)?;
+        let values = match number.kind {
+            Kind::Int(n, m) if n == m => values.and_then(|all| {
+                // What the number of milliseconds gives.
+                let scaled =
+                    all.iter().map(|ns| Some(arith.apply(ns / UNIT, n)?.saturating_mul(UNIT)));
+                scaled.collect::<Option<BTreeSet<i64>>>()
+            }),
+            Kind::Int(..) | Kind::Bool | Kind::Time(_) => None,
+        };
+        let expr = ExprKind::Arith(arith, Box::new(time), Box::new(number.expr));
+        Ok(Value { expr: Expr::new(expr, span), kind: Kind::Time(Time::Varying(values)) })
+    }
+
+    /// A comparison of which at least one side is a time that changes and neither is a clock.
+    pub(super) fn compare_varying(
+        &mut self,
+        op: CompareOp,
+        a: Value,
+        b: Value,
+        span: Span,
+    ) -> Outcome<Value> {
+        let ((a, _), (b, _)) = (self.milliseconds(a)?, self.milliseconds(b)?);
+        Ok(Value::bool(Expr::new(Expr::compare(op, a, b).kind, span)))
+    }
+
+    /// A clock against a time that changes: one comparison for each of its values.
+    pub(super) fn compare_clock(
+        &mut self,
+        op: CompareOp,
+        clock: &Value,
+        limit: &Value,
+        span: Span,
+    ) -> Outcome<Value> {
+        let mut tests = Vec::new();
+        for (ns, is_this) in self.each_value(limit, span)? {
+            let bound = Value::time(ns, limit.expr.span);
+            let holds = self.compare_times(op, clock.clone(), bound, span)?;
+            tests.push(Expr::and([is_this, holds.expr]));
+        }
+        Ok(Value::bool(Expr::new(Expr::or(tests).kind, span)))
+    }
+
+    /// The values of a time that changes, each with the condition that it has this one.
+    pub(super) fn each_value(&mut self, time: &Value, span: Span) -> Outcome<Vec<(i64, Expr)>> {
+        let values = match &time.kind {
+            Kind::Time(Time::Varying(Some(values))) if values.len() <= MAX_VALUES => values.clone(),
+            Kind::Time(_) | Kind::Bool | Kind::Int(..) => {
+                return Err(self.report(
+                    Diagnostic::error(codes::ST_TIMER, "the time of a step or timer is compared with a time of any value")
+                        .at(span, "here")
+                        .help(format!("charts compare running times with constants: assign nothing but constants to the variable (at most {MAX_VALUES} of them), and declare those before it")),
+                ));
+            }
+        };
+        self.spend(span, values.len())?;
+        let mut all = Vec::new();
+        for ns in values {
+            let number = Expr::new(ExprKind::Int(ns / UNIT), span);
+            all.push((ns, Expr::compare(CompareOp::Eq, time.expr.clone(), number)));
+        }
+        Ok(all)
+    }
+
+    /// `TIME_TO_DINT`, `DINT_TO_TIME`: milliseconds. None for other conversions.
+    pub(super) fn convert_time(
+        &mut self,
+        value: &Value,
+        to: &str,
+        span: Span,
+    ) -> Option<Outcome<Value>> {
+        match (&value.kind, to) {
+            (Kind::Time(_), "TIME" | "LTIME") => Some(Ok(value.clone())),
+            (Kind::Int(n, m), "TIME" | "LTIME") if n == m => {
+                Some(Ok(Value::time(n.saturating_mul(UNIT), span)))
+            }
+            (Kind::Int(..), "TIME" | "LTIME") => {
+                let kind = Kind::Time(Time::Varying(None));
+                Some(Ok(Value { expr: value.expr.clone(), kind }))
+            }
+            (Kind::Time(_), _) => {
+                super::types::integer(to)?;
+                Some(self.milliseconds(value.clone()).map(|(expr, values)| {
+                    let ends = values.and_then(|all| Some((*all.first()?, *all.last()?)));
+                    let (lo, hi) = ends.map_or(WIDEST, |(lo, hi)| (lo / UNIT, hi / UNIT));
+                    Value { expr, kind: Kind::Int(lo, hi) }
+                }))
+            }
+            (Kind::Int(..) | Kind::Bool, _) => None,
+        }
+    }
+
+    // Declarations
+
+    /// A TIME variable: a name for its value where that never changes, else a number of milliseconds. `is_top` where the chart's own inputs and outputs stand.
+    pub(super) fn declare_time(
+        &mut self,
+        frame: FrameId,
+        var: &Var,
+        name: &Name,
+        usage: &Usage,
+        is_top: bool,
+    ) -> Binding {
+        let key = upper(&var.name.text);
+        let is_assigned = usage.assigned.contains(&key);
+        let is_input =
+            is_top && matches!(var.section, Section::Input | Section::InOut | Section::External);
+        let start = match &self.init_of(var) {
+            Some(ast::Init::Value(init)) => match self.value(frame, init) {
+                Ok(Value { kind: Kind::Time(Time::Constant(ns)), .. }) => ns,
+                Ok(_) => {
+                    self.type_error("a constant time is needed here", init.span);
+                    return Binding::Broken;
+                }
+                Err(Told) => return Binding::Broken,
+            },
+            Some(_) | None => 0,
+        };
+        if var.is_constant || !is_assigned && !is_input {
+            return Binding::Value(Value::time(start, var.name.span));
+        }
+        let meta = Meta { span: var.name.span, label: var.label.clone(), ..Meta::default() };
+        let name = name.clone();
+        let place = Place { name: name.clone(), chart: self.chart, index: None, ty: Ty::Time };
+        if is_input && !is_assigned {
+            self.inputs.insert(upper(&name.text));
+            let ty = Type::Int { lo: 0, hi: WIDEST.1 };
+            let kind = DeclarationKind::Input { ty, synchronous: false };
+            self.items.push(Item::Declaration(Declaration { name, kind, meta }));
+            return Binding::Place(place);
+        }
+        if is_input && var.section == Section::Input {
+            self.report(
+                Diagnostic::error(
+                    codes::ST_TYPE,
+                    format!("{} is an input, and the program changes it", var.name),
+                )
+                .at(var.name.span, "declared here")
+                .help("keep the value in a variable of its own"),
+            );
+            return Binding::Broken;
+        }
+        let mut values: Values = Some(BTreeSet::from([start]));
+        for given in usage.times.get(&key).into_iter().flatten() {
+            let more = given.as_ref().and_then(|given| self.listed(frame, given));
+            match (&mut values, more) {
+                (Some(values), Some(more)) => values.extend(more),
+                (values, _) => *values = None,
+            }
+        }
+        // Assigned in a way that was not seen.
+        if usage.times.get(&key).is_none_or(Vec::is_empty) {
+            values = None;
+        }
+        let values =
+            values.filter(|all| all.len() <= MAX_VALUES && all.iter().all(|ns| ns % UNIT == 0));
+        let ends = values.as_ref().and_then(|all| Some((all.first()? / UNIT, all.last()? / UNIT)));
+        let (lo, hi) = ends.filter(|(lo, hi)| WIDEST.0 <= *lo && *hi <= WIDEST.1).unwrap_or(WIDEST);
+        let ty = Type::Int { lo, hi };
+        let Ok((init, _)) = self.milliseconds(Value::time(start, var.name.span)) else {
+            return Binding::Broken;
+        };
+        let kind = if is_top && var.section == Section::Output {
+            DeclarationKind::Output { ty, init: Some(init), registered: false, mealy: false }
+        } else {
+            DeclarationKind::Var { ty, len: None, init: vec![init] }
+        };
+        if let Some(values) = values {
+            self.time_values.insert((self.chart, upper(&name.text)), values);
+        }
+        self.items.push(Item::Declaration(Declaration { name, kind, meta }));
+        Binding::Place(place)
+    }
+
+    /// The values of something that [`is_listed`].
+    fn listed(&self, frame: FrameId, value: &ast::Expr) -> Values {
+        match &value.kind {
+            ast::ExprKind::Time(ns) => Some(BTreeSet::from([*ns])),
+            ast::ExprKind::Name(name) => match self.lookup(frame, &name.text)? {
+                Binding::Value(Value { kind: Kind::Time(Time::Constant(ns)), .. }) => {
+                    Some(BTreeSet::from([ns]))
+                }
+                Binding::Place(place) => self.values_of(&place),
+                Binding::Value(_) | Binding::Object(_) | Binding::Step(_) | Binding::Broken => None,
+            },
+            ast::ExprKind::Call(_, arguments) => {
+                let mut all = BTreeSet::new();
+                for argument in arguments.iter().skip(1) {
+                    all.extend(self.listed(frame, &argument.value)?);
+                }
+                Some(all)
+            }
+            ast::ExprKind::Bool(_)
+            | ast::ExprKind::Int(_)
+            | ast::ExprKind::Field(..)
+            | ast::ExprKind::Bit(..)
+            | ast::ExprKind::Index(..)
+            | ast::ExprKind::Address(_)
+            | ast::ExprKind::Not(_)
+            | ast::ExprKind::Neg(_)
+            | ast::ExprKind::Binary(..)
+            | ast::ExprKind::And(_)
+            | ast::ExprKind::Or(_)
+            | ast::ExprKind::Refused(_) => None,
+        }
+    }
+
+    /// The values that a TIME variable can have, where they are known.
+    pub(super) fn values_of(&self, place: &Place) -> Values {
+        self.time_values.get(&(place.chart, upper(&place.name.text))).cloned()
+    }
+
+    /// What is stored in a TIME variable, which must be one of the values that its declaration found.
+    pub(super) fn stored_time(&mut self, place: &Place, value: Value) -> Outcome<Expr> {
+        let span = value.expr.span;
+        let (expr, given) = self.milliseconds(value)?;
+        if let Some(known) = self.values_of(place)
+            && !given.is_some_and(|given| given.is_subset(&known))
+        {
+            return Err(self.report(
+                Diagnostic::error(
+                    codes::ST_TIMER,
+                    format!("{} gets a time here that its own unit does not give it", place.name),
+                )
+                .at(span, "assigned from outside")
+                .help("let one unit assign all values of a TIME variable"),
+            ));
+        }
+        Ok(expr)
+    }
+}
