@@ -11,7 +11,7 @@
 //! ```
 
 use crate::codes;
-use crate::device::{Clock, Device, PowerUp};
+use crate::device::{Clock, Device, Polarity, PowerUp};
 use crate::{Dialect, EmitOptions, Named, Object};
 use grafsynth_ir::arena::IdMap;
 use grafsynth_ir::diag::{Diagnostic, nearest};
@@ -299,7 +299,9 @@ impl Equations {
                 .copied()
                 .filter(|pin| need.refuses(device, has_registers, *pin).is_none());
             let rank = |pin: &u32| match (need, device.macrocell(*pin)) {
-                (Need::Macrocell { .. }, Some(cell)) => (cell.registered_terms, *pin),
+                (Need::Macrocell { .. }, Some(cell)) => {
+                    (cell.registered_terms.max(cell.combinational_terms), *pin)
+                }
                 (Need::Macrocell { .. } | Need::Input | Need::Clock, None) => (0, *pin),
                 (Need::Input | Need::Clock, Some(_)) => {
                     (u32::from(device.deaf_pins.contains(pin)) + 1, *pin)
@@ -418,12 +420,36 @@ impl FormChoice<'_> {
                 is_pin_inverted: false,
                 products: self.sum(node, init)?,
             }),
-            PowerUp::PinsHigh => Ok(Form { is_pin_inverted: !init, ..self.combinational(node)? }),
+            // The pin is high at first; where its polarity is fixed, that of the sum is too.
+            PowerUp::PinsHigh => match self.device.polarity {
+                Polarity::Programmable => {
+                    Ok(Form { is_pin_inverted: !init, ..self.combinational(node)? })
+                }
+                Polarity::ActiveLow => Ok(Form {
+                    is_complemented: init,
+                    is_pin_inverted: !init,
+                    products: self.sum(node, init)?,
+                }),
+                Polarity::ActiveHigh => Ok(Form {
+                    is_complemented: !init,
+                    is_pin_inverted: !init,
+                    products: self.sum(node, !init)?,
+                }),
+            },
         }
     }
 
     /// The shorter of both; the signal itself where they are equal.
     fn combinational(&self, node: NodeId) -> Result<Form, Refused> {
+        let fixed = match self.device.polarity {
+            Polarity::Programmable => None,
+            Polarity::ActiveLow => Some(true),
+            Polarity::ActiveHigh => Some(false),
+        };
+        if let Some(is_complemented) = fixed {
+            let products = self.sum(node, is_complemented)?;
+            return Ok(Form { is_complemented, is_pin_inverted: false, products });
+        }
         let cost =
             |products: &[Product]| (products.len(), products.iter().map(Vec::len).sum::<usize>());
         let plain = self.sum(node, false);
@@ -548,6 +574,7 @@ impl Need {
             Need::Clock => match device.clock {
                 Clock::Pin(own) => (own != pin).then(|| format!("its clock is pin {own}")),
                 Clock::Term => is_reserved.then(|| "it controls all outputs".to_owned()),
+                Clock::None => Some("the device has no flip-flops".to_owned()),
             },
             Need::Input if is_reserved => Some("it controls all registered outputs".to_owned()),
             Need::Input => (is_clock_pin && has_registers).then(|| "it is the clock".to_owned()),
@@ -559,6 +586,10 @@ impl Need {
                     } else {
                         cell.combinational_terms
                     };
+                    if limit == 0 {
+                        let has = if is_registered { "no flip-flop" } else { "always a flip-flop" };
+                        return Some(format!("its macrocell has {has}"));
+                    }
                     (terms > limit as usize).then(|| {
                         format!("the function has {terms} product terms, the macrocell {limit}")
                     })
@@ -637,7 +668,9 @@ impl Misfit {
 }
 
 fn widest(device: &Device) -> usize {
-    device.macrocells.iter().map(|cell| cell.registered_terms).max().unwrap_or(0) as usize
+    let terms =
+        |cell: &crate::device::Macrocell| cell.registered_terms.max(cell.combinational_terms);
+    device.macrocells.iter().map(terms).max().unwrap_or(0) as usize
 }
 
 /// The comment at the head.

@@ -26,6 +26,7 @@
 pub mod codes;
 pub mod device;
 pub mod equations;
+pub mod jedec;
 pub mod netlist;
 pub mod pla;
 pub mod placement;
@@ -34,6 +35,7 @@ pub mod reset;
 pub mod synchronise;
 pub mod vectors;
 
+pub mod fuse;
 mod rebind;
 #[cfg(test)]
 mod tests;

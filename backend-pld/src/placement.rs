@@ -128,4 +128,18 @@ impl Product {
     pub fn literal(&self, pin: u32) -> Option<bool> {
         self.0.iter().find(|(known, _)| *known == pin).map(|(_, value)| *value)
     }
+
+    /// True if it wants a level and its complement of one pin.
+    #[must_use]
+    pub fn is_never(&self) -> bool {
+        self.0.iter().any(|&(pin, value)| self.0.contains(&(pin, !value)))
+    }
+
+    /// The same with its literals in order, each once.
+    #[must_use]
+    pub fn sorted(mut self) -> Self {
+        self.0.sort_unstable();
+        self.0.dedup();
+        self
+    }
 }

@@ -39,7 +39,7 @@ pub(crate) fn finish(draft: &mut Draft, device: Option<&'static Device>, clock: 
     }
     let clock_pin = match device.map(|device| device.clock) {
         Some(Clock::Pin(pin)) => Some(pin),
-        Some(Clock::Term) | None => None,
+        Some(Clock::Term | Clock::None) | None => None,
     };
     for index in 0..draft.signals.len() {
         let signal = &mut draft.signals[index];

@@ -123,6 +123,11 @@ impl Placer<'_> {
             let product = self.control(&signal.name, clock);
             match device.clock {
                 Clock::Term => cell.clock = product,
+                Clock::None => {
+                    let message =
+                        format!("a {} has no flip-flop for `{}`", device.name, signal.name);
+                    self.refuse(message, clock.span);
+                }
                 Clock::Pin(pin) => {
                     if product.is_some_and(|product| product.0 != [(pin, true)]) {
                         let message = format!(

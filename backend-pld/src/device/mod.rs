@@ -1,8 +1,15 @@
 //! Devices as data.
 //!
-//! The figures of the four GALs are those of the Lattice data sheets GAL16V8, GAL20V8, GAL22V10 and GAL20RA10; the structure was read from open
-//! assemblers' device tables, the power-up sentences are from memory of the data sheets' "power-up reset" paragraph and agree with fuse-level
-//! simulators.
+//! One file a family. Each device lists its figures with their sources ([`Figure`]): what was read, and where; what is remembered. A fuse map is
+//! written only for devices whose map was read ([`Device::layout`]), and a fit that rests on a remembered figure says so.
+
+pub mod layout;
+mod pal20;
+mod ra10;
+mod v10;
+mod v8;
+
+pub use layout::Layout;
 
 /// What the pins of the flip-flops show after power-up. All internal Q are 0 then; what the pin shows is a matter of where the polarity gate sits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -20,6 +27,8 @@ pub enum Clock {
     Pin(u32),
     /// A product term for each macrocell.
     Term,
+    /// It has no flip-flops.
+    None,
 }
 
 /// An output macrocell.
@@ -27,14 +36,14 @@ pub enum Clock {
 pub struct Macrocell {
     /// Its pin.
     pub pin: u32,
-    /// Product terms of a registered function.
+    /// Product terms of a registered function; 0: it has no flip-flop.
     pub registered_terms: u32,
-    /// Product terms of a combinational function.
+    /// Product terms of a combinational function; 0: it is always registered.
     pub combinational_terms: u32,
 }
 
 /// One device.
-#[derive(Debug, PartialEq, Eq)]
+#[derive(PartialEq, Eq)]
 pub struct Device {
     /// Its name here and in `GALasm` (there in capitals).
     pub name: &'static str,
@@ -60,6 +69,45 @@ pub struct Device {
     pub deaf_pins: &'static [u32],
     /// A chip without registers may use the clock and control pins as inputs.
     pub free_when_combinational: bool,
+    /// Which polarities a sum can have.
+    pub polarity: Polarity,
+    /// Where its fuses lie; none where that was not read, and then no fuse map is written.
+    pub layout: Option<&'static Layout>,
+    /// The device whose fuse map is written: an old PAL is emulated by the GAL that takes its place.
+    pub burned_as: &'static str,
+    /// What the programmer `minipro` calls that, where it has it.
+    pub programmer: Option<&'static str>,
+    /// What is known of it, and whence.
+    pub figures: &'static [Figure],
+}
+
+/// Which polarities the sums of a device can have.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Polarity {
+    /// Each macrocell has a polarity fuse.
+    Programmable,
+    /// The pin is the complement of the sum.
+    ActiveLow,
+    /// The pin is the sum.
+    ActiveHigh,
+}
+
+/// A figure of a device and where it comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Figure {
+    /// What it says.
+    pub what: &'static str,
+    /// Where it comes from.
+    pub source: Source,
+}
+
+/// How sure a figure is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Source {
+    /// Read there.
+    Read(&'static str),
+    /// Remembered from there, and not read again.
+    Memory(&'static str),
 }
 
 const fn cell(pin: u32, registered_terms: u32, combinational_terms: u32) -> Macrocell {
@@ -67,103 +115,23 @@ const fn cell(pin: u32, registered_terms: u32, combinational_terms: u32) -> Macr
 }
 
 /// All devices, the default first.
-pub const DEVICES: &[Device] = &[
-    Device {
-        name: "gal22v10",
-        palasm: "PAL22V10",
-        cupl: "g22v10",
-        n_pins: 24,
-        inputs: &[2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 13],
-        macrocells: &[
-            cell(14, 8, 8),
-            cell(15, 10, 10),
-            cell(16, 12, 12),
-            cell(17, 14, 14),
-            cell(18, 16, 16),
-            cell(19, 16, 16),
-            cell(20, 14, 14),
-            cell(21, 12, 12),
-            cell(22, 10, 10),
-            cell(23, 8, 8),
-        ],
-        clock: Clock::Pin(1),
-        control_pins: &[],
-        power_up: PowerUp::ByPolarity,
-        has_global_reset: true,
-        deaf_pins: &[],
-        free_when_combinational: true,
-    },
-    Device {
-        name: "gal16v8",
-        palasm: "PALCE16V8",
-        cupl: "g16v8",
-        n_pins: 20,
-        inputs: &[2, 3, 4, 5, 6, 7, 8, 9],
-        macrocells: &[
-            cell(12, 8, 7),
-            cell(13, 8, 7),
-            cell(14, 8, 7),
-            cell(15, 8, 7),
-            cell(16, 8, 7),
-            cell(17, 8, 7),
-            cell(18, 8, 7),
-            cell(19, 8, 7),
-        ],
-        clock: Clock::Pin(1),
-        control_pins: &[11],
-        power_up: PowerUp::PinsHigh,
-        has_global_reset: false,
-        deaf_pins: &[12, 19],
-        free_when_combinational: true,
-    },
-    Device {
-        name: "gal20v8",
-        palasm: "PALCE20V8",
-        cupl: "g20v8",
-        n_pins: 24,
-        inputs: &[2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 14, 23],
-        macrocells: &[
-            cell(15, 8, 7),
-            cell(16, 8, 7),
-            cell(17, 8, 7),
-            cell(18, 8, 7),
-            cell(19, 8, 7),
-            cell(20, 8, 7),
-            cell(21, 8, 7),
-            cell(22, 8, 7),
-        ],
-        clock: Clock::Pin(1),
-        control_pins: &[13],
-        power_up: PowerUp::PinsHigh,
-        has_global_reset: false,
-        deaf_pins: &[15, 22],
-        free_when_combinational: true,
-    },
-    Device {
-        name: "gal20ra10",
-        palasm: "PAL20RA10",
-        cupl: "p20ra10",
-        n_pins: 24,
-        inputs: &[2, 3, 4, 5, 6, 7, 8, 9, 10, 11],
-        macrocells: &[
-            cell(14, 4, 4),
-            cell(15, 4, 4),
-            cell(16, 4, 4),
-            cell(17, 4, 4),
-            cell(18, 4, 4),
-            cell(19, 4, 4),
-            cell(20, 4, 4),
-            cell(21, 4, 4),
-            cell(22, 4, 4),
-            cell(23, 4, 4),
-        ],
-        clock: Clock::Term,
-        control_pins: &[1, 13],
-        power_up: PowerUp::ByPolarity,
-        has_global_reset: false,
-        deaf_pins: &[],
-        free_when_combinational: false,
-    },
+pub static DEVICES: &[Device] = &[
+    v10::GAL22V10,
+    v8::GAL16V8,
+    v8::GAL20V8,
+    ra10::GAL20RA10,
+    pal20::PAL16L8,
+    pal20::PAL16R4,
+    pal20::PAL16R6,
+    pal20::PAL16R8,
+    pal20::PAL10H8,
+    pal20::PAL12H6,
+    pal20::PAL14H4,
+    pal20::PAL16H2,
+    pal20::PAL10L8,
+    pal20::PAL12L6,
+    pal20::PAL14L4,
+    pal20::PAL16L2,
 ];
 
 /// Other names of the same structure: of other makers, of the PALs that the GALs replace, and of the languages.
@@ -192,15 +160,18 @@ const ALIASES: &[(&str, &str)] = &[
     ("pal20ra10", "gal20ra10"),
     ("palce20ra10", "gal20ra10"),
     ("p20ra10", "gal20ra10"),
-    ("pal16l8", "gal16v8"),
-    ("pal16r4", "gal16v8"),
-    ("pal16r6", "gal16v8"),
-    ("pal16r8", "gal16v8"),
     ("pal20l8", "gal20v8"),
     ("pal20r4", "gal20v8"),
     ("pal20r6", "gal20v8"),
     ("pal20r8", "gal20v8"),
 ];
+
+/// Tables are long, and the name says which they are.
+impl std::fmt::Debug for Device {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "Device({})", self.name)
+    }
+}
 
 impl Device {
     /// The device taken when none is named.
@@ -215,7 +186,10 @@ impl Device {
         let name = name.to_ascii_lowercase();
         let name =
             ALIASES.iter().find(|(alias, _)| *alias == name).map_or(name.as_str(), |(_, own)| own);
-        DEVICES.iter().find(|device| device.name == name)
+        let is_named = |device: &&Device| {
+            device.name == name || device.cupl == name || device.palasm.eq_ignore_ascii_case(name)
+        };
+        DEVICES.iter().find(is_named)
     }
 
     /// All names that [`Device::find`] knows.
@@ -233,6 +207,11 @@ impl Device {
     #[must_use]
     pub fn gnd(&self) -> u32 {
         self.n_pins / 2
+    }
+
+    /// The figures that are remembered and were not read.
+    pub fn remembered(&self) -> impl Iterator<Item = &'static Figure> {
+        self.figures.iter().filter(|figure| matches!(figure.source, Source::Memory(_)))
     }
 
     /// What a signal shows after power-up. `pin_inverted`: the pin carries its complement; `complemented`: the equation gives its complement.
@@ -270,5 +249,55 @@ mod tests {
         assert_eq!(Device::find("ATF22V10").unwrap().name, "gal22v10");
         assert!(Device::names().all(|name| Device::find(name).is_some()));
         assert_eq!(Device::find("gal42v13"), None);
+        assert_eq!(Device::find("PAL16R8").unwrap().burned_as, "GAL16V8");
+    }
+
+    /// The tables of fuses are typed in by hand: each fuse of a map has one use, and each column of each mode one signal.
+    #[test]
+    fn every_fuse_and_column_has_one_use() {
+        for device in DEVICES {
+            let Some(layout) = device.layout else { continue };
+            let mut rows: Vec<u32> =
+                layout.cells.iter().flat_map(|cell| cell.row..cell.row + cell.n_rows).collect();
+            rows.extend(layout.async_reset.iter().chain(&layout.sync_preset));
+            rows.sort_unstable();
+            assert_eq!(rows, (0..layout.n_rows()).collect::<Vec<_>>(), "{}", device.name);
+            let mut fuses: Vec<u32> = (0..layout.n_rows() * layout.n_columns).collect();
+            for cell in layout.cells {
+                fuses.push(cell.polarity);
+                fuses.extend(cell.kind);
+            }
+            fuses.extend(layout.signature.iter().flat_map(|first| *first..first + 64));
+            fuses.extend(
+                layout.row_switches.iter().flat_map(|first| *first..first + layout.n_rows()),
+            );
+            fuses.extend(layout.modes[0].fuses.iter().map(|(fuse, _)| *fuse));
+            fuses.sort_unstable();
+            assert_eq!(fuses, (0..layout.n_fuses).collect::<Vec<_>>(), "{}", device.name);
+            for mode in layout.modes {
+                let mut columns: Vec<u32> =
+                    mode.columns.iter().flat_map(|(_, column)| [*column, column + 1]).collect();
+                columns.sort_unstable();
+                assert_eq!(columns, (0..layout.n_columns).collect::<Vec<_>>(), "{}", mode.name);
+                let readable = |pin: &u32| mode.column(*pin).is_some();
+                assert!(!mode.deaf.iter().any(readable), "{} {}", device.name, mode.name);
+            }
+        }
+    }
+
+    #[test]
+    fn a_map_is_read_and_every_device_says_whence_its_figures_are() {
+        for device in DEVICES {
+            assert!(!device.figures.is_empty(), "{}", device.name);
+            let read = |figure: &super::Figure| {
+                figure.what.contains("fuse") && matches!(figure.source, super::Source::Read(_))
+            };
+            assert_eq!(device.layout.is_some(), device.figures.iter().any(read), "{}", device.name);
+            for cell in device.macrocells {
+                if let Some(fuses) = device.layout.and_then(|layout| layout.cell(cell.pin)) {
+                    assert!(cell.registered_terms.max(cell.combinational_terms) <= fuses.n_rows);
+                }
+            }
+        }
     }
 }

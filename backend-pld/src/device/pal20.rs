@@ -1,0 +1,180 @@
+//! The 20-pin PALs that a GAL16V8 takes the place of: the same pins, fewer choices. Their fuse map is that of the GAL16V8.
+
+use super::{Clock, Device, Figure, Macrocell, Polarity, PowerUp, Source, cell, v8};
+
+const READ: &str = "device tables of MAME jedutil";
+
+const FIGURES: &[Figure] = &[
+    Figure { what: "pins, product terms, polarity", source: Source::Read(READ) },
+    Figure {
+        what: "fuse map of the GAL16V8 that takes its place",
+        source: Source::Read("device tables of galette; golden files of galette"),
+    },
+    Figure {
+        what: "registered pins high after power-up",
+        source: Source::Memory("Lattice data sheet GAL16V8; older bipolar parts do not promise it"),
+    },
+];
+
+/// Registered functions only.
+const fn registers(pin: u32) -> Macrocell {
+    cell(pin, 8, 0)
+}
+
+/// Combinational functions with an enable term.
+const fn gate(pin: u32) -> Macrocell {
+    cell(pin, 0, 7)
+}
+
+const fn plain(
+    name: &'static str,
+    palasm: &'static str,
+    cupl: &'static str,
+    macrocells: &'static [Macrocell],
+) -> Device {
+    Device {
+        name,
+        palasm,
+        cupl,
+        n_pins: 20,
+        inputs: &[2, 3, 4, 5, 6, 7, 8, 9],
+        macrocells,
+        clock: Clock::Pin(1),
+        control_pins: &[11],
+        power_up: PowerUp::PinsHigh,
+        has_global_reset: false,
+        deaf_pins: &[],
+        free_when_combinational: false,
+        polarity: Polarity::ActiveLow,
+        layout: Some(&v8::LAYOUT_16),
+        burned_as: "GAL16V8",
+        programmer: Some("GAL16V8D"),
+        figures: FIGURES,
+    }
+}
+
+/// One without registers: all pins but the outputs are inputs.
+const fn combinational(
+    name: &'static str,
+    palasm: &'static str,
+    cupl: &'static str,
+    polarity: Polarity,
+    inputs: &'static [u32],
+    macrocells: &'static [Macrocell],
+    deaf_pins: &'static [u32],
+) -> Device {
+    Device {
+        inputs,
+        control_pins: &[],
+        clock: Clock::None,
+        deaf_pins,
+        free_when_combinational: true,
+        polarity,
+        ..plain(name, palasm, cupl, macrocells)
+    }
+}
+
+pub(super) const PAL16R8: Device = plain(
+    "pal16r8",
+    "PAL16R8",
+    "p16r8",
+    &[
+        registers(12),
+        registers(13),
+        registers(14),
+        registers(15),
+        registers(16),
+        registers(17),
+        registers(18),
+        registers(19),
+    ],
+);
+
+pub(super) const PAL16R6: Device = plain(
+    "pal16r6",
+    "PAL16R6",
+    "p16r6",
+    &[
+        gate(12),
+        registers(13),
+        registers(14),
+        registers(15),
+        registers(16),
+        registers(17),
+        registers(18),
+        gate(19),
+    ],
+);
+
+pub(super) const PAL16R4: Device = plain(
+    "pal16r4",
+    "PAL16R4",
+    "p16r4",
+    &[
+        gate(12),
+        gate(13),
+        registers(14),
+        registers(15),
+        registers(16),
+        registers(17),
+        gate(18),
+        gate(19),
+    ],
+);
+
+const NINE: &[u32] = &[1, 2, 3, 4, 5, 6, 7, 8, 9, 11];
+const SIX: &[u32] = &[1, 2, 3, 4, 5, 6, 7, 8, 9, 11, 12, 19];
+const FOUR: &[u32] = &[1, 2, 3, 4, 5, 6, 7, 8, 9, 11, 12, 13, 18, 19];
+const TWO: &[u32] = &[1, 2, 3, 4, 5, 6, 7, 8, 9, 11, 12, 13, 14, 17, 18, 19];
+
+pub(super) const PAL16L8: Device = combinational(
+    "pal16l8",
+    "PAL16L8",
+    "p16l8",
+    Polarity::ActiveLow,
+    NINE,
+    &[gate(12), gate(13), gate(14), gate(15), gate(16), gate(17), gate(18), gate(19)],
+    &[12, 19],
+);
+
+const OF_EIGHT: &[Macrocell] = &[
+    cell(12, 0, 2),
+    cell(13, 0, 2),
+    cell(14, 0, 2),
+    cell(15, 0, 2),
+    cell(16, 0, 2),
+    cell(17, 0, 2),
+    cell(18, 0, 2),
+    cell(19, 0, 2),
+];
+const OF_SIX: &[Macrocell] = &[
+    cell(13, 0, 4),
+    cell(14, 0, 2),
+    cell(15, 0, 2),
+    cell(16, 0, 2),
+    cell(17, 0, 2),
+    cell(18, 0, 4),
+];
+const OF_FOUR: &[Macrocell] = &[cell(14, 0, 4), cell(15, 0, 4), cell(16, 0, 4), cell(17, 0, 4)];
+const OF_TWO: &[Macrocell] = &[cell(15, 0, 8), cell(16, 0, 8)];
+
+macro_rules! small {
+    ($name:ident, $lower:literal, $upper:literal, $cupl:literal, $polarity:ident, $inputs:expr, $cells:expr, $deaf:expr) => {
+        pub(super) const $name: Device =
+            combinational($lower, $upper, $cupl, Polarity::$polarity, $inputs, $cells, $deaf);
+    };
+}
+
+const DEAF_EIGHT: &[u32] = &[12, 13, 14, 15, 16, 17, 18, 19];
+const DEAF_SIX: &[u32] = &[13, 14, 15, 16, 17, 18];
+const DEAF_FOUR: &[u32] = &[14, 15, 16, 17];
+const DEAF_TWO: &[u32] = &[15, 16];
+
+small!(PAL10H8, "pal10h8", "PAL10H8", "p10h8", ActiveHigh, NINE, OF_EIGHT, DEAF_EIGHT);
+small!(PAL12H6, "pal12h6", "PAL12H6", "p12h6", ActiveHigh, SIX, OF_SIX, DEAF_SIX);
+small!(PAL14H4, "pal14h4", "PAL14H4", "p14h4", ActiveHigh, FOUR, OF_FOUR, DEAF_FOUR);
+small!(PAL16H2, "pal16h2", "PAL16H2", "p16h2", ActiveHigh, TWO, OF_TWO, DEAF_TWO);
+small!(PAL10L8, "pal10l8", "PAL10L8", "p10l8", ActiveLow, NINE, OF_EIGHT, DEAF_EIGHT);
+small!(PAL12L6, "pal12l6", "PAL12L6", "p12l6", ActiveLow, SIX, OF_SIX, DEAF_SIX);
+small!(PAL14L4, "pal14l4", "PAL14L4", "p14l4", ActiveLow, FOUR, OF_FOUR, DEAF_FOUR);
+small!(PAL16L2, "pal16l2", "PAL16L2", "p16l2", ActiveLow, TWO, OF_TWO, DEAF_TWO);

@@ -1,0 +1,127 @@
+//! JEDEC files, the language of device programmers (standard JESD3-C).
+//!
+//! ```text
+//! FuseMap ── write ──► .jed ── read ──► Jedec ── fuse_map ──► FuseMap
+//! ```
+//! The reader knows the standard and nothing of the writer: it takes all fields, checks both checksums, and reports everything that is wrong at once,
+//! each with its place.
+
+mod read;
+#[cfg(test)]
+mod tests;
+mod write;
+
+pub use read::read;
+pub use write::{Head, write};
+
+use crate::device::{DEVICES, Device};
+use crate::fuse::vectors::Vector;
+use crate::fuse::{FuseMap, codes};
+use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::span::Span;
+
+/// What a JEDEC file says.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Jedec {
+    /// The text before the first field: free words, of which some tools make a head with the device's name.
+    pub head: String,
+    /// The texts of the notes, field `N`.
+    pub notes: Vec<String>,
+    /// The number of pins, field `QP`.
+    pub n_pins: Option<u32>,
+    /// The fuses, as many as field `QF` says; those in no field `L` have the value of field `F`.
+    pub fuses: Vec<bool>,
+    /// The security fuse, field `G`.
+    pub is_secured: bool,
+    /// The test vectors, field `V`, in their order.
+    pub vectors: Vec<Vector>,
+    /// Where the number of fuses stands.
+    pub span: Span,
+}
+
+impl Jedec {
+    /// The names of the pins, where a note `PINS name:number ...` gives them.
+    #[must_use]
+    pub fn pins(&self) -> Vec<(u32, String)> {
+        let mut pins = Vec::new();
+        for note in &self.notes {
+            let Some(rest) = note.trim_start().strip_prefix("PINS ").or_else(|| {
+                // Some tools write the word NOTE out, of which N is only the first letter.
+                note.trim_start().strip_prefix("OTE PINS ")
+            }) else {
+                continue;
+            };
+            for word in rest.split_whitespace() {
+                if let Some((name, number)) = word.rsplit_once(':')
+                    && let Ok(pin) = number.parse()
+                    && !name.is_empty()
+                {
+                    pins.push((pin, name.to_owned()));
+                }
+            }
+        }
+        pins
+    }
+
+    /// The fuse map of the device that the file is for: `device` if it is given, else the one with this number of fuses.
+    ///
+    /// # Errors
+    /// A device without a known map, or a file with another number of fuses.
+    pub fn fuse_map(&self, device: Option<&'static Device>) -> Result<FuseMap, Box<Diagnostic>> {
+        let n_fuses = u32::try_from(self.fuses.len()).unwrap_or(u32::MAX);
+        // A file may leave the signature out; the fuses before it are the same.
+        let fits = |device: &Device| {
+            device.layout.is_some_and(|layout| {
+                layout.n_fuses == n_fuses
+                    || layout.signature == Some(n_fuses) && n_fuses + 64 == layout.n_fuses
+            })
+        };
+        let device = match device {
+            Some(device) if device.layout.is_none() => {
+                return Err(Box::new(crate::fuse::no_map(device)));
+            }
+            Some(device) if fits(device) => Some(device),
+            Some(device) => {
+                let has = device.layout.map_or(0, |layout| layout.n_fuses);
+                let finding = Diagnostic::error(
+                    codes::UNKNOWN_SIZE,
+                    format!("the file has {n_fuses} fuses, and a {} has {has}", device.name),
+                );
+                return Err(Box::new(finding.at(self.span, "the number of fuses")));
+            }
+            // The first one is the device itself; those after it are what it stands in for.
+            None => DEVICES.iter().find(|device| {
+                fits(device) && self.n_pins.is_none_or(|n_pins| n_pins == device.n_pins)
+            }),
+        };
+        let Some(device) = device else {
+            let known: Vec<String> = DEVICES
+                .iter()
+                .filter(|device| device.burned_as.eq_ignore_ascii_case(device.name))
+                .filter_map(|device| Some(format!("{} ({})", device.layout?.n_fuses, device.name)))
+                .collect();
+            let finding = Diagnostic::error(
+                codes::UNKNOWN_SIZE,
+                format!("no device in the tables has {n_fuses} fuses"),
+            );
+            let finding = finding.at(self.span, "the number of fuses");
+            return Err(Box::new(finding.help(format!("known are {}", known.join(", ")))));
+        };
+        let mut fuses = self.fuses.clone();
+        if let Some(layout) = device.layout {
+            fuses.resize(layout.n_fuses as usize, false);
+        }
+        Ok(FuseMap { device, fuses, is_secured: self.is_secured })
+    }
+}
+
+/// The sum of all bytes of a transmission, from the start character to the end character, modulo 65 536.
+#[must_use]
+pub fn transmission_checksum(bytes: &[u8]) -> u16 {
+    bytes.iter().fold(0u16, |sum, byte| sum.wrapping_add(u16::from(*byte)))
+}
+
+/// The character that a transmission begins with.
+pub(crate) const STX: u8 = 2;
+/// The character that it ends with, before its checksum.
+pub(crate) const ETX: u8 = 3;

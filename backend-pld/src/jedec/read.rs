@@ -1,0 +1,515 @@
+//! The reader.
+//!
+//! A file is a transmission: a start character, free text up to the first `*`, fields that end with `*`, an end character, and four hexadecimal digits
+//! that are the sum of all bytes from the start to the end character (`0000`: not counted). A file without the two characters is read too, for many are
+//! kept so; there is no sum to check then.
+
+use super::{ETX, Jedec, STX, transmission_checksum};
+use crate::fuse::vectors::{Level, Vector};
+use crate::fuse::{checksum, codes};
+use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::span::{FileId, Span};
+
+/// A file with more fuses than this is not read; the largest device in use has some hundred thousand.
+const MOST_FUSES: u32 = 1 << 22;
+/// Vectors beyond these are not read.
+const MOST_VECTORS: usize = 1 << 16;
+/// Findings of a file that are kept.
+const MOST_FINDINGS: usize = 100;
+
+/// Reads a file. All findings come at once; where one of them is an error there is no result.
+#[must_use]
+pub fn read(file: FileId, text: &str) -> (Option<Jedec>, Vec<Diagnostic>) {
+    let mut reader = Reader::new(file, text);
+    reader.run();
+    let is_wrong = reader.found.iter().any(Diagnostic::is_error);
+    ((!is_wrong).then_some(reader.jedec), reader.found)
+}
+
+/// A field without its `*`.
+#[derive(Debug, Clone, Copy)]
+struct Field<'a> {
+    text: &'a str,
+    start: usize,
+}
+
+struct Reader<'a> {
+    file: FileId,
+    text: &'a str,
+    jedec: Jedec,
+    found: Vec<Diagnostic>,
+    n_fuses: Option<u32>,
+    n_vectors: Option<(u32, Span)>,
+    /// The default of fuses that no field gives.
+    default: Option<bool>,
+    /// What the fields give: fuse, value.
+    is_given: Vec<bool>,
+    fuse_sum: Option<(u16, Span)>,
+    /// The default of input pins that a vector leaves open.
+    n_vectors_read: u32,
+}
+
+impl<'a> Reader<'a> {
+    fn new(file: FileId, text: &'a str) -> Self {
+        Reader {
+            file,
+            text,
+            jedec: Jedec::default(),
+            found: Vec::new(),
+            n_fuses: None,
+            n_vectors: None,
+            default: None,
+            is_given: Vec::new(),
+            fuse_sum: None,
+            n_vectors_read: 0,
+        }
+    }
+
+    fn span(&self, start: usize, end: usize) -> Span {
+        Span::new(self.file, start, end.max(start))
+    }
+
+    fn report(&mut self, finding: Diagnostic) {
+        if self.found.len() < MOST_FINDINGS {
+            self.found.push(finding);
+        }
+    }
+
+    fn error(&mut self, start: usize, end: usize, message: impl Into<String>, label: &str) {
+        let span = self.span(start, end);
+        self.report(Diagnostic::error(codes::SYNTAX, message).at(span, label));
+    }
+
+    fn run(&mut self) {
+        let bytes = self.text.as_bytes();
+        let start = bytes.iter().position(|byte| *byte == STX);
+        let from = start.map_or(0, |at| at + 1);
+        let end = bytes[from..].iter().position(|byte| *byte == ETX).map(|at| at + from);
+        match (start, end) {
+            (Some(start), Some(end)) => self.transmission_sum(start, end),
+            (Some(start), None) => self.error(
+                start,
+                start + 1,
+                "the transmission begins and never ends: the end character (hexadecimal 03) is missing",
+                "begins here",
+            ),
+            (None, Some(end)) => self.error(
+                end,
+                end + 1,
+                "the transmission ends and never began: the start character (hexadecimal 02) is missing",
+                "ends here",
+            ),
+            (None, None) => {}
+        }
+        let body = &self.text[from..end.unwrap_or(bytes.len())];
+        let Some(head) = body.find('*') else {
+            self.error(
+                from,
+                from + body.len(),
+                "no field: a JEDEC file has fields that end with `*`, and this one has none",
+                "",
+            );
+            return;
+        };
+        body[..head].trim().clone_into(&mut self.jedec.head);
+        let mut at = from + head + 1;
+        let body_end = from + body.len();
+        while at < body_end {
+            let rest = &self.text[at..body_end];
+            let blank = rest.len() - rest.trim_start().len();
+            let begin = at + blank;
+            let rest = &self.text[begin..body_end];
+            if rest.is_empty() {
+                break;
+            }
+            match rest.find('*') {
+                Some(length) => {
+                    self.field(Field { text: &rest[..length], start: begin });
+                    at = begin + length + 1;
+                }
+                None => {
+                    let last = begin + rest.trim_end().len();
+                    self.error(begin, last, "the last field does not end with `*`", "this field");
+                    break;
+                }
+            }
+        }
+        self.finish(from + head);
+    }
+
+    /// The sum after the end character.
+    fn transmission_sum(&mut self, start: usize, end: usize) {
+        let rest = &self.text[end + 1..];
+        let digits = rest.trim_start();
+        let at = end + 1 + (rest.len() - digits.len());
+        let length = digits.bytes().take_while(u8::is_ascii_hexdigit).count();
+        if length != 4 {
+            let found = Diagnostic::error(
+                codes::SYNTAX,
+                format!("four hexadecimal digits end a transmission, and here are {length}"),
+            );
+            let span = self.span(at, at + length);
+            self.report(found.at(span, "the sum of the transmission"));
+            return;
+        }
+        let said = u16::from_str_radix(&digits[..4], 16).unwrap_or(0);
+        let counted = transmission_checksum(&self.text.as_bytes()[start..=end]);
+        // Line ends are changed when files travel between systems; the sum over the other form is as good.
+        let other = transmission_checksum(&with_other_ends(&self.text[start..=end]));
+        if said != 0 && said != counted && said != other {
+            let span = self.span(at, at + 4);
+            self.report(
+                Diagnostic::error(
+                    codes::CHECKSUM,
+                    format!("the transmission's checksum is {said:04X}, and its bytes add up to {counted:04X}"),
+                )
+                .at(span, "said here")
+                .help("the file was changed after it was written: take it from its source again, or write 0000 here to have it not counted"),
+            );
+        }
+    }
+
+    fn field(&mut self, field: Field<'a>) {
+        let Some(letter) = field.text.chars().next() else { return };
+        let body = Field {
+            text: &field.text[letter.len_utf8()..],
+            start: field.start + letter.len_utf8(),
+        };
+        match letter {
+            'N' => self.jedec.notes.push(body.text.trim().to_owned()),
+            'Q' => self.quantity(body),
+            'F' => {
+                if let Some(bit) = self.bit(body, "the default of all fuses") {
+                    self.default = Some(bit);
+                }
+            }
+            'G' => {
+                if let Some(bit) = self.bit(body, "the security fuse") {
+                    self.jedec.is_secured = bit;
+                }
+            }
+            'L' => self.fuse_list(body, false),
+            'K' => self.fuse_list(body, true),
+            'C' => self.sum(body),
+            'V' => self.vector(body),
+            // What the tester is to assume of pins that a vector leaves open, the order of pins, and how often: none changes the logic.
+            'X' => {
+                let _ = self.bit(body, "the default of tests");
+            }
+            'P' | 'R' | 'S' | 'T' | 'A' | 'J' | 'D' | 'E' | 'U' | 'B' | 'I' | 'M' | 'O' | 'W'
+            | 'Y' | 'Z' | 'H' => self.passed_over(letter, field),
+            other => {
+                let message = format!("no field of a JEDEC file begins with `{other}`");
+                self.error(field.start, field.start + other.len_utf8(), message, "");
+            }
+        }
+    }
+
+    fn passed_over(&mut self, letter: char, field: Field<'a>) {
+        let what = match letter {
+            'P' => "the order of the pins in test vectors",
+            'R' | 'S' | 'T' => "signature tests",
+            'A' => "access times",
+            'J' => "the device's number in a register",
+            'D' => "the device's number, which the standard has given up",
+            'E' => "electrical features",
+            'U' => "user data beside the fuses",
+            _ => "a reserved letter",
+        };
+        // Only what would change a reading is worth a word.
+        if matches!(letter, 'P' | 'E' | 'U') {
+            let span = self.span(field.start, field.start + field.text.trim_end().len());
+            self.report(
+                Diagnostic::warning(
+                    codes::PASSED_OVER,
+                    format!("field `{letter}`, {what}, is passed over"),
+                )
+                .at(span, ""),
+            );
+        }
+    }
+
+    fn number(&mut self, field: Field<'a>, what: &str) -> Option<u32> {
+        let text = field.text.trim();
+        let at = field.start + (field.text.len() - field.text.trim_start().len());
+        match text.parse::<u32>() {
+            Ok(number) => Some(number),
+            Err(_) => {
+                let message = format!("{what} is a decimal number, not `{}`", shown(text));
+                self.error(at, at + text.len(), message, "");
+                None
+            }
+        }
+    }
+
+    fn bit(&mut self, field: Field<'a>, what: &str) -> Option<bool> {
+        match field.text.trim() {
+            "0" => Some(false),
+            "1" => Some(true),
+            other => {
+                let message = format!("{what} is 0 or 1, not `{}`", shown(other));
+                self.error(field.start, field.start + field.text.len(), message, "");
+                None
+            }
+        }
+    }
+
+    fn quantity(&mut self, field: Field<'a>) {
+        let Some(letter) = field.text.chars().next() else {
+            self.error(
+                field.start - 1,
+                field.start,
+                "a quantity needs its letter: QF, QP or QV",
+                "",
+            );
+            return;
+        };
+        let body = Field {
+            text: &field.text[letter.len_utf8()..],
+            start: field.start + letter.len_utf8(),
+        };
+        let span = self.span(field.start - 1, field.start + field.text.trim_end().len());
+        match letter {
+            'F' => {
+                let Some(number) = self.number(body, "the number of fuses") else { return };
+                if number > MOST_FUSES {
+                    let message = format!("{number} fuses are more than are read: {MOST_FUSES}");
+                    self.error(body.start, body.start + body.text.len(), message, "");
+                } else if self.n_fuses.is_some() {
+                    self.error(
+                        body.start,
+                        body.start + body.text.len(),
+                        "the number of fuses is given twice",
+                        "again here",
+                    );
+                } else if !self.is_given.is_empty() {
+                    self.error(
+                        body.start,
+                        body.start + body.text.len(),
+                        "the number of fuses comes after fuses",
+                        "here",
+                    );
+                } else {
+                    self.n_fuses = Some(number);
+                    self.jedec.span = span;
+                    self.jedec.fuses = vec![false; number as usize];
+                    self.is_given = vec![false; number as usize];
+                }
+            }
+            'P' => self.jedec.n_pins = self.number(body, "the number of pins"),
+            'V' => {
+                self.n_vectors =
+                    self.number(body, "the number of vectors").map(|number| (number, span));
+            }
+            other => {
+                let message = format!("`Q{other}` is no quantity: QF, QP and QV are");
+                self.error(field.start - 1, field.start + other.len_utf8(), message, "");
+            }
+        }
+    }
+
+    /// `L0040 0101...`, and `K` with hexadecimal digits, four fuses each.
+    fn fuse_list(&mut self, field: Field<'a>, is_hex: bool) {
+        let text = field.text;
+        let digits = text.bytes().take_while(u8::is_ascii_digit).count();
+        let Some(first) =
+            self.number(Field { text: &text[..digits], start: field.start }, "the first fuse")
+        else {
+            return;
+        };
+        let after = &text[digits..];
+        if !after.is_empty() && !after.starts_with(char::is_whitespace) && !is_hex {
+            let at = field.start + digits;
+            self.error(at, at + 1, "a blank stands between the first fuse and the list", "");
+            return;
+        }
+        let mut fuse = first as usize;
+        for (offset, c) in after.char_indices() {
+            let at = field.start + digits + offset;
+            if c.is_whitespace() {
+                continue;
+            }
+            let bits: Vec<bool> = match (is_hex, c) {
+                (false, '0' | '1') => vec![c == '1'],
+                (true, _) if c.is_ascii_hexdigit() => {
+                    let value = c.to_digit(16).unwrap_or(0);
+                    (0..4).rev().map(|bit| value >> bit & 1 == 1).collect()
+                }
+                _ => {
+                    self.error(at, at + c.len_utf8(), format!("a fuse is 0 or 1, not `{c}`"), "");
+                    return;
+                }
+            };
+            for bit in bits {
+                if !self.fuse(fuse, bit, at, is_hex) {
+                    return;
+                }
+                fuse += 1;
+            }
+        }
+    }
+
+    fn fuse(&mut self, fuse: usize, bit: bool, at: usize, is_hex: bool) -> bool {
+        let Some(given) = self.is_given.get_mut(fuse) else {
+            // The last hexadecimal digit may be filled up.
+            if is_hex && !bit {
+                return true;
+            }
+            let message = match self.n_fuses {
+                Some(n_fuses) => {
+                    format!("fuse {fuse} of a device with {n_fuses} fuses (counted from 0)")
+                }
+                None => "fuses before their number: field QF comes first".to_owned(),
+            };
+            self.error(at, at + 1, message, "");
+            return false;
+        };
+        if *given && self.jedec.fuses[fuse] != bit {
+            self.error(
+                at,
+                at + 1,
+                format!("fuse {fuse} is given twice, with two values"),
+                "again here",
+            );
+            return false;
+        }
+        *given = true;
+        self.jedec.fuses[fuse] = bit;
+        true
+    }
+
+    fn sum(&mut self, field: Field<'a>) {
+        let text = field.text.trim();
+        let span = self.span(field.start - 1, field.start + field.text.trim_end().len());
+        match u16::from_str_radix(text, 16) {
+            Ok(sum) if text.len() == 4 => self.fuse_sum = Some((sum, span)),
+            Ok(_) | Err(_) => {
+                let message = format!(
+                    "the checksum of the fuses has four hexadecimal digits, not `{}`",
+                    shown(text)
+                );
+                self.error(field.start, field.start + field.text.len(), message, "");
+            }
+        }
+    }
+
+    fn vector(&mut self, field: Field<'a>) {
+        let digits = field.text.bytes().take_while(u8::is_ascii_digit).count().min(4);
+        let Some(number) = self.number(
+            Field { text: &field.text[..digits], start: field.start },
+            "the number of a vector",
+        ) else {
+            return;
+        };
+        self.n_vectors_read += 1;
+        if number != self.n_vectors_read {
+            let message = format!("vector {number} comes where {} is due", self.n_vectors_read);
+            self.error(field.start, field.start + digits, message, "");
+            self.n_vectors_read = number;
+        }
+        let mut vector: Vector = Vec::new();
+        for (offset, c) in field.text[digits..].char_indices() {
+            let at = field.start + digits + offset;
+            if c.is_whitespace() {
+                continue;
+            }
+            let level = Level::ALL.iter().find(|(_, letter)| *letter == c.to_ascii_uppercase());
+            match (level, c) {
+                (Some((level, _)), _) => vector.push(*level),
+                // Super voltages, preloads and buried registers are for the programmer alone.
+                (None, '2'..='9' | 'B' | 'P' | 'F' | 'D' | 'U') => vector.push(Level::Ignore),
+                (None, _) => {
+                    self.error(
+                        at,
+                        at + c.len_utf8(),
+                        format!("`{c}` is no letter of a test vector"),
+                        "",
+                    );
+                    return;
+                }
+            }
+        }
+        if let Some(n_pins) = self.jedec.n_pins
+            && vector.len() != n_pins as usize
+        {
+            let message = format!("vector {number} has {} letters for {n_pins} pins", vector.len());
+            self.error(field.start, field.start + field.text.trim_end().len(), message, "");
+        }
+        if self.jedec.vectors.len() < MOST_VECTORS {
+            self.jedec.vectors.push(vector);
+        }
+    }
+
+    fn finish(&mut self, head_end: usize) {
+        if self.n_fuses.is_none() {
+            self.error(
+                head_end,
+                head_end + 1,
+                "the number of fuses (field QF) is missing",
+                "the fields begin here",
+            );
+            return;
+        }
+        let missing = self.is_given.iter().filter(|is_given| !**is_given).count();
+        match self.default {
+            Some(default) => {
+                for (fuse, is_given) in self.jedec.fuses.iter_mut().zip(&self.is_given) {
+                    if !is_given {
+                        *fuse = default;
+                    }
+                }
+            }
+            None if missing > 0 => {
+                let first = self.is_given.iter().position(|is_given| !is_given).unwrap_or(0);
+                let span = self.jedec.span;
+                self.report(
+                    Diagnostic::error(
+                        codes::SYNTAX,
+                        format!("{missing} fuses have no value, the first of them fuse {first}, and there is no default (field F)"),
+                    )
+                    .at(span, "so many there are"),
+                );
+            }
+            None => {}
+        }
+        if let Some((said, span)) = self.fuse_sum {
+            let counted = checksum(&self.jedec.fuses);
+            if said != counted && !self.found.iter().any(Diagnostic::is_error) {
+                self.report(
+                    Diagnostic::error(
+                        codes::CHECKSUM,
+                        format!("the checksum of the fuses is {said:04X}, and they add up to {counted:04X}"),
+                    )
+                    .at(span, "said here")
+                    .help("a fuse was changed after the file was written: take it from its source again"),
+                );
+            }
+        }
+        let n_read = self.jedec.vectors.len();
+        if let Some((said, span)) = self.n_vectors
+            && said as usize != n_read
+        {
+            self.report(
+                Diagnostic::warning(
+                    codes::SYNTAX,
+                    format!("{said} test vectors are announced, and {n_read} are there"),
+                )
+                .at(span, "announced here"),
+            );
+        }
+    }
+}
+
+/// The first characters of a text, for a message.
+fn shown(text: &str) -> String {
+    text.chars().take(20).collect()
+}
+
+/// The bytes with line ends of the other system.
+fn with_other_ends(text: &str) -> Vec<u8> {
+    if text.contains("\r\n") {
+        text.replace("\r\n", "\n").into_bytes()
+    } else {
+        text.replace('\n', "\r\n").into_bytes()
+    }
+}
