@@ -178,6 +178,9 @@ pub(crate) struct Check {
     /// Print the intermediate form after this pass (`list` names the passes).
     #[arg(long, value_name = "PASS")]
     pub(crate) dump_after: Option<String>,
+    /// Write the text with a certificate behind each library chart in it: which of its properties are proved, by which version, of which text. `-` is standard output.
+    #[arg(long, value_name = "OUTPUT")]
+    pub(crate) certify: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) limits: Limits,
 }

@@ -79,7 +79,7 @@ fn plain(design: &Design, to: Format) -> Result<String, Vec<Diagnostic>> {
         (Design::Logic(logic), Format::Pla) => table(logic.circuit()?),
         (_, Format::C) => Err(vec![
             Diagnostic::error(codes::WRITES_C, "C is not one text: it has a header and more")
-                .help("write it with `build --target c`"),
+                .help("`build FILE --target c -o FOLDER` writes it, read back and compared with the chart"),
         ]),
         (
             Design::Logic(_),

@@ -157,7 +157,7 @@ pub fn certificates(design: &Design, limits: &grafsynth_verify::Limits) -> Vec<D
                 .at(certificate.span, format!("given by version {}", certificate.version))
                 .at(library.name.span, "changed since then")
                 .help(format!(
-                    "verify the library chart as it is now, then certify it by version {} with sha256 \"{hash}\"",
+                    "`check --certify FILE` proves its properties as it is now, and writes the certificate: version {}, sha256 \"{hash}\"",
                     env!("CARGO_PKG_VERSION")
                 )),
             );

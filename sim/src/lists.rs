@@ -1,8 +1,8 @@
 //! FIRE for Grafcet charts, and what lists of statements do: semantics §3.3.
 
-use grafsynth_ir::expr::Type;
+use grafsynth_ir::expr::{ArithOp, ExprKind, Type};
 use grafsynth_ir::net::{
-    Driver, Expr, InputId, OutputId, SendId, StepId, Stmt, StmtKind, TransitionId, VarId,
+    Driver, Expr, InputId, Leaf, OutputId, SendId, StepId, Stmt, StmtKind, TransitionId, VarId,
 };
 
 use crate::layout::Cell;
@@ -186,18 +186,21 @@ impl Reaction<'_> {
             self.notes.add(Noticed::Saturated(var, stmt.span));
         }
         let place = self.var_place(var, index);
-        self.note_writer(var, place);
+        let is_count = self.tables.counts[var.index()] && changes_by_one(var, value);
+        self.note_writer(var, place, is_count);
         self.state.cells[place] = stored;
     }
 
-    /// Two lists that write one variable in one micro-step are a race (semantics §3.6).
-    fn note_writer(&mut self, var: VarId, place: usize) {
+    /// Two lists that write one variable in one micro-step are a race (semantics §3.6), unless both only change the number of a counted step: of those
+    /// nothing is lost (§8).
+    fn note_writer(&mut self, var: VarId, place: usize, is_count: bool) {
         let Some(writer) = self.work.writer else { return };
-        let now = (self.work.check, Some(writer));
-        let (check, before) = std::mem::replace(&mut self.work.written[place], now);
+        let now = (self.work.check, Some(writer), is_count);
+        let (check, before, was_count) = std::mem::replace(&mut self.work.written[place], now);
         if let Some(before) = before
             && check == self.work.check
             && before != writer
+            && !(is_count && was_count)
         {
             self.notes.add(Noticed::Race(var, before, writer));
         }
@@ -239,4 +242,10 @@ impl Reaction<'_> {
         }
         self.row.effects.push(Effect::Call(output, values));
     }
+}
+
+/// `v + 1` or `v - 1`: what lowering makes of a transition that adds to a counted step or takes from it.
+fn changes_by_one(var: VarId, value: &Expr) -> bool {
+    let ExprKind::Arith(ArithOp::Add | ArithOp::Sub, old, one) = &value.kind else { return false };
+    old.kind == ExprKind::Leaf(Leaf::Var(var)) && one.kind == ExprKind::Int(1)
 }

@@ -60,8 +60,8 @@ pub(crate) struct Work {
     /// With simultaneous assignments: what lists read.
     pub(crate) before: State,
     pub(crate) reads_before: bool,
-    /// The writer of each variable cell in the current micro-step, by check number.
-    pub(crate) written: Vec<(u64, Option<Writer>)>,
+    /// The writer of each variable cell in the current micro-step, by check number, and whether it only took from or added to the number of a counted step.
+    pub(crate) written: Vec<(u64, Option<Writer>, bool)>,
     /// The list that runs now; none in bodies and tasks, which are no writers of a micro-step.
     pub(crate) writer: Option<Writer>,
     /// The next situation is left open in this reaction.
@@ -89,7 +89,7 @@ impl Work {
             next: no_steps.clone(),
             restarted: no_steps.clone(),
             some_steps: no_steps,
-            written: vec![(0, None); tables.layout.n_var_cells],
+            written: vec![(0, None, false); tables.layout.n_var_cells],
             had_ended: vec![false; tables.may_end.len()],
             ..Work::default()
         }

@@ -6,6 +6,8 @@ use grafsynth_ir::net::{
     TransitionId,
 };
 
+use std::collections::BTreeSet;
+
 use crate::layout::Layout;
 use crate::ranks::Ranks;
 use crate::situation::Situation;
@@ -61,6 +63,8 @@ pub(crate) struct Tables {
     pub(crate) listened: Vec<bool>,
     /// Steps that carry verbatim text.
     pub(crate) has_code: bool,
+    /// By variable: it is the number of a counted step, which is a hidden step of its name (semantics §8).
+    pub(crate) counts: Vec<bool>,
 }
 
 impl Tables {
@@ -74,6 +78,7 @@ impl Tables {
             calls: vec![Vec::new(); n_steps],
             children: vec![Vec::new(); n_steps],
             has_extern_conditions: net.inputs.values().any(|input| input.kind == InputKind::Extern),
+            counts: counts(net),
             has_code: net.steps.values().any(|step| !step.code.is_empty()),
             may_end: net
                 .parts
@@ -277,4 +282,10 @@ pub(crate) fn extern_conditions(
             visit(*input);
         }
     });
+}
+
+fn counts(net: &Net) -> Vec<bool> {
+    let hidden: BTreeSet<&str> =
+        net.steps.values().filter(|step| step.hidden).map(|step| step.name.text.as_str()).collect();
+    net.vars.values().map(|var| hidden.contains(var.name.text.as_str())).collect()
 }

@@ -2,14 +2,15 @@
 
 use crate::args::Check;
 use crate::exit::Exit;
+use crate::files;
 use crate::load::{Session, Stop};
 use grafsynth_driver::logic::LogicDesign;
-use grafsynth_driver::read::Design;
-use grafsynth_ir::Diagnostic;
-use grafsynth_ir::Valid;
+use grafsynth_driver::read::{Design, NetDesign};
 use grafsynth_ir::diag::any_error;
 use grafsynth_ir::net::Net;
+use grafsynth_ir::{Diagnostic, FileId, Valid};
 use grafsynth_verify::{Limits, Outcome};
+use std::path::Path;
 
 /// Steps from which on a chart is large.
 const LARGE: usize = 100;
@@ -29,6 +30,9 @@ pub(crate) fn run(session: &mut Session, arguments: &Check) -> Result<Exit, Stop
     let visited = if net.steps.len() > LARGE { limits.pairs.min(100_000) } else { limits.pairs };
     let facts = grafsynth_verify::facts(net, &Limits { pairs: visited, ..limits.clone() });
     found.extend(grafsynth_verify::lints(net, &facts));
+    if let Some(output) = &arguments.certify {
+        return certify(session, &design, output, &limits, found);
+    }
     if let Some(chart) = &design.chart {
         found.extend(grafsynth_driver::libraries::certificates(chart, &limits));
     }
@@ -86,6 +90,40 @@ fn logic(session: &Session, design: &LogicDesign, mut found: Vec<Diagnostic>) ->
         crate::print(&format!("{text}\n"));
     }
     Exit::Done
+}
+
+/// Writes the chart's text with certificates for the library charts in it.
+fn certify(
+    session: &Session,
+    design: &NetDesign,
+    output: &Path,
+    limits: &Limits,
+    mut found: Vec<Diagnostic>,
+) -> Result<Exit, Stop> {
+    // The chart is the first text that is read.
+    let certified = design.chart.as_ref().map(|chart| {
+        grafsynth_driver::certify::certify(chart, &session.sources, FileId(0), limits)
+    });
+    let Some(certified) = certified.filter(|certified| certified.charts > 0) else {
+        return Err(Stop::Usage("there is no library chart in the file to certify".to_owned()));
+    };
+    found.extend(certified.found);
+    session.show(&found);
+    if output.as_os_str() == "-" {
+        crate::print(&certified.text);
+    } else {
+        files::write_all(&[(output.to_owned(), certified.text.into_bytes())])?;
+    }
+    session.note(&format!(
+        "certified {} of {}\n",
+        counted(certified.properties, "property", "properties"),
+        counted(certified.charts, "library chart", "library charts")
+    ));
+    Ok(Exit::Done)
+}
+
+fn counted(n: usize, one: &str, many: &str) -> String {
+    format!("{n} {}", if n == 1 { one } else { many })
 }
 
 /// Says of each property whether it holds.

@@ -7,14 +7,17 @@ use crate::load::{Session, Stop};
 use grafsynth_driver::format::Format;
 use grafsynth_driver::pipeline;
 use grafsynth_driver::read::Design;
+use grafsynth_driver::target::Target;
+use grafsynth_ir::diag::nearest;
 
 pub(crate) fn run(session: &mut Session, arguments: &Convert) -> Result<Exit, Stop> {
     let output = arguments.output.to_string_lossy();
     let known = || Format::ALL.iter().map(|(_, name, _)| *name).collect::<Vec<_>>().join(", ");
     let to = match &arguments.to {
-        Some(name) => Format::named(name).ok_or_else(|| {
-            Stop::Usage(format!("no format is called `{name}` (known: {})", known()))
-        })?,
+        Some(name) => match Format::named(name) {
+            Some(format) => format,
+            None => return Err(no_format(&arguments.input.file, name, &known())),
+        },
         None => Format::of(&output, "").ok_or_else(|| {
             Stop::Usage(format!(
                 "{output} does not say the format: give it with --to ({})",
@@ -49,4 +52,17 @@ pub(crate) fn run(session: &mut Session, arguments: &Convert) -> Result<Exit, St
             Ok(Exit::Done)
         }
     }
+}
+
+/// What to say of a name that is no format: it may be a target of `build`.
+fn no_format(file: &str, name: &str, known: &str) -> Stop {
+    if Target::named(name).is_some() {
+        return Stop::Usage(format!(
+            "`{name}` is no format of one text, but a target: write it with `build {file} --target {name}`"
+        ));
+    }
+    let near = nearest(name, Format::ALL.iter().map(|(_, name, _)| *name))
+        .map(|near| format!(", did you mean `{near}`?"))
+        .unwrap_or_default();
+    Stop::Usage(format!("no format is called `{name}`{near} (known: {known})"))
 }

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use grafsynth_ir::Name;
 use grafsynth_ir::chart::Path;
 use grafsynth_ir::diag::Diagnostic;
-use grafsynth_ir::net::{Net, PartId, StepId, TransitionId, TransitionKind};
+use grafsynth_ir::net::{Net, PartId, StepId, StepKind, TransitionId, TransitionKind};
 
 use super::cannot;
 
@@ -17,15 +17,19 @@ pub(super) type BodyId = usize;
 pub(super) enum Unit {
     /// A step and its reactions.
     Step(StepId),
-    /// A macro-step with all that is in it.
-    Macro(BodyId),
+    /// A macro-step with all that is in it, or an enclosing step with all that it encloses.
+    Inner(BodyId),
 }
 
-/// A chart, or the expansion of a macro-step.
+/// A chart, the expansion of a macro-step, or what an enclosing step encloses.
 #[derive(Debug)]
 struct Body {
     part: PartId,
     parent: Option<BodyId>,
+    /// The body whose names it has: its own, but for an enclosed one (semantics C25).
+    names: BodyId,
+    /// The enclosing step whose body it is.
+    enclosing: Option<StepId>,
     /// What stands before local names in full names; with its dot.
     prefix: String,
     /// The macro-step's own name in its body.
@@ -40,6 +44,8 @@ pub(super) struct Bodies {
     of_part: BTreeMap<PartId, BodyId>,
     /// Bodies by prefix.
     by_prefix: BTreeMap<String, BodyId>,
+    /// Bodies of enclosing steps.
+    of_step: BTreeMap<StepId, BodyId>,
     /// Last parts of all names, which the names of macros must not be.
     taken: BTreeSet<String>,
 }
@@ -61,40 +67,67 @@ impl Bodies {
             bodies: Vec::new(),
             of_part: BTreeMap::new(),
             by_prefix: BTreeMap::new(),
+            of_step: BTreeMap::new(),
             taken: taken(net),
         };
+        let enclosing = enclosing(net);
         for (part, data) in net.parts.iter() {
             let name = &data.name.text;
-            let prefix = if is_root(part) && !several { String::new() } else { format!("{name}.") };
-            let (parent, local, macro_step) = match (is_root(part), macros.get(name.as_str())) {
-                (true, _) => (None, name.clone(), None),
-                (false, Some(index)) => {
-                    // The nearest body around: parents come first.
-                    let parent = found.nearest(name).or((!several).then_some(0));
-                    let local = parent.and_then(|parent| {
-                        name.strip_prefix(found.bodies.get(parent)?.prefix.as_str())
-                    });
-                    (parent, local.unwrap_or(name).to_owned(), Some(*index))
-                }
-                (false, None) => {
+            let id = found.bodies.len();
+            let body = if is_root(part) {
+                let prefix = if several { format!("{name}.") } else { String::new() };
+                let local = name.clone();
+                let (parent, enclosing, macro_step) = (None, None, None);
+                Body { part, parent, names: id, enclosing, prefix, local, macro_step }
+            } else if let Some(index) = macros.get(name.as_str()) {
+                // The nearest body around, by its name and by the step around it: parents come first.
+                let by_name = found.nearest(name).or((!several && id > 0).then_some(0));
+                let around = net.steps[net.macros[*index].entry].parent;
+                let parent = match (by_name, around.and_then(|step| found.of_step.get(&step))) {
+                    (Some(named), Some(body)) if found.bodies[*body].names == named => Some(*body),
+                    (named, _) => named,
+                };
+                let Some(parent) = parent else {
                     findings.push(cannot(
-                        format!("the partial chart {name}, which is no macro-step"),
+                        format!("the macro-step {name} outside of all charts"),
                         data.name.span,
                     ));
                     continue;
+                };
+                let around = found.bodies[parent].prefix.as_str();
+                let local = name.strip_prefix(around).unwrap_or(name).to_owned();
+                let (enclosing, prefix, macro_step) = (None, format!("{name}."), Some(*index));
+                Body { part, parent: Some(parent), names: id, enclosing, prefix, local, macro_step }
+            } else if let Some((step, parent)) = enclosing
+                .get(&part)
+                .and_then(|step| Some((*step, *found.of_part.get(&net.steps[*step].part)?)))
+            {
+                let (names, prefix) =
+                    (found.bodies[parent].names, found.bodies[parent].prefix.clone());
+                found.of_step.insert(step, id);
+                let local = name.strip_prefix(prefix.as_str()).unwrap_or(name).to_owned();
+                let enclosing = Some(step);
+                Body {
+                    part,
+                    parent: Some(parent),
+                    names,
+                    enclosing,
+                    prefix,
+                    local,
+                    macro_step: None,
                 }
-            };
-            if macro_step.is_some() && parent.is_none_or(|parent| parent >= found.bodies.len()) {
+            } else {
                 findings.push(cannot(
-                    format!("the macro-step {name} outside of all charts"),
+                    format!("the partial chart {name}, which is neither a macro-step nor enclosed"),
                     data.name.span,
                 ));
                 continue;
+            };
+            if body.names == id {
+                found.by_prefix.insert(body.prefix.clone(), id);
             }
-            let id = found.bodies.len();
-            found.by_prefix.insert(prefix.clone(), id);
             found.of_part.insert(part, id);
-            found.bodies.push(Body { part, parent, prefix, local, macro_step });
+            found.bodies.push(body);
         }
         found
     }
@@ -119,7 +152,26 @@ impl Bodies {
 
     /// The macro-steps directly in a body.
     pub(super) fn inner(&self, body: BodyId) -> Vec<BodyId> {
-        (0..self.bodies.len()).filter(|inner| self.bodies[*inner].parent == Some(body)).collect()
+        let is_inner = |inner: &BodyId| {
+            let inner = &self.bodies[*inner];
+            inner.parent == Some(body) && inner.macro_step.is_some()
+        };
+        (0..self.bodies.len()).filter(is_inner).collect()
+    }
+
+    /// The enclosing step whose body this is.
+    pub(super) fn enclosing(&self, body: BodyId) -> Option<StepId> {
+        self.bodies[body].enclosing
+    }
+
+    /// The body around one.
+    pub(super) fn parent(&self, body: BodyId) -> Option<BodyId> {
+        self.bodies[body].parent
+    }
+
+    /// True for bodies that see each other's names alone, without a path.
+    pub(super) fn share_names(&self, one: BodyId, other: BodyId) -> bool {
+        self.bodies[one].names == self.bodies[other].names
     }
 
     pub(super) fn part(&self, body: BodyId) -> PartId {
@@ -147,6 +199,7 @@ impl Bodies {
 
     /// The name that something has in a body, if it is declared there.
     pub(super) fn local(&self, body: BodyId, full: &Name) -> Option<Name> {
+        // Names of what is enclosed are those of the body around, which declares them.
         if self.nearest(&full.text)? != body {
             return None;
         }
@@ -165,13 +218,15 @@ impl Bodies {
     pub(super) fn path(&self, full: &Name, from: BodyId) -> Path {
         let Some(home) = self.nearest(&full.text) else { return Path::from(full.clone()) };
         let own = self.own(home, full);
-        if home == from {
+        if self.share_names(home, from) {
             return Path::from(own);
         }
         let mut names = vec![own];
         let mut body = home;
         while let Some(parent) = self.bodies[body].parent {
-            names.push(Name::new(self.bodies[body].local.clone(), full.span));
+            if self.bodies[body].enclosing.is_none() {
+                names.push(Name::new(self.bodies[body].local.clone(), full.span));
+            }
             body = parent;
         }
         if body != self.root_of(from) {
@@ -179,6 +234,19 @@ impl Bodies {
         }
         names.reverse();
         Path { names }
+    }
+
+    /// True where a body declares what has this name.
+    pub(super) fn has_home(&self, full: &Name) -> bool {
+        self.nearest(&full.text).is_some()
+    }
+
+    /// The chart after which something is called, where there are several.
+    pub(super) fn root_called_in(&self, full: &str) -> Option<BodyId> {
+        self.roots().into_iter().find(|root| {
+            let prefix = self.bodies[*root].prefix.as_str();
+            !prefix.is_empty() && full.starts_with(prefix)
+        })
     }
 
     fn root_of(&self, mut body: BodyId) -> BodyId {
@@ -208,8 +276,8 @@ impl Bodies {
         let mut units: Vec<Unit> = Vec::new();
         for (id, step) in net.steps.iter() {
             let unit = match self.child_with(body, step.part) {
-                Some(child) if child == body => Unit::Step(id),
-                Some(child) => Unit::Macro(child),
+                Some(child) if child == body => self.unit_of_step(id),
+                Some(child) => Unit::Inner(child),
                 None => continue,
             };
             if units.last() != Some(&unit) {
@@ -217,6 +285,11 @@ impl Bodies {
             }
         }
         units
+    }
+
+    /// A step directly in a body, with what it encloses.
+    fn unit_of_step(&self, step: StepId) -> Unit {
+        self.of_step.get(&step).map_or(Unit::Step(step), |inner| Unit::Inner(*inner))
     }
 
     /// All transitions of a body and of what is in it, in order.
@@ -232,10 +305,10 @@ impl Bodies {
     pub(super) fn unit_of(&self, net: &Net, body: BodyId, id: TransitionId) -> Option<Unit> {
         let transition = &net.transitions[id];
         match self.child_with(body, transition.part) {
-            Some(child) if child != body => Some(Unit::Macro(child)),
+            Some(child) if child != body => Some(Unit::Inner(child)),
             Some(_) | None => match transition.kind {
                 TransitionKind::Reaction => {
-                    transition.requires.first().map(|step| Unit::Step(*step))
+                    transition.requires.first().map(|step| self.unit_of_step(*step))
                 }
                 TransitionKind::Move => None,
             },
@@ -246,6 +319,28 @@ impl Bodies {
     pub(super) fn home(&self, part: PartId) -> BodyId {
         self.of_part.get(&part).copied().unwrap_or(0)
     }
+}
+
+/// The enclosing step around each part: that of the steps in it; of an empty one, that of its name.
+fn enclosing(net: &Net) -> BTreeMap<PartId, StepId> {
+    let mut found = BTreeMap::new();
+    for step in net.steps.values() {
+        if let Some(parent) = step.parent
+            && net.steps[parent].kind == StepKind::Enclosing
+            && net.steps[parent].part < step.part
+        {
+            found.entry(step.part).or_insert(parent);
+        }
+    }
+    for (id, step) in net.steps.iter().filter(|(_, step)| step.kind == StepKind::Enclosing) {
+        if let Some((part, _)) = net.parts.iter().find(|(_, part)| part.name.text == step.name.text)
+            && part > step.part
+            && !found.values().any(|known| *known == id)
+        {
+            found.entry(part).or_insert(id);
+        }
+    }
+    found
 }
 
 fn taken(net: &Net) -> BTreeSet<String> {

@@ -156,7 +156,7 @@ impl Writer<'_> {
         let step = &self.net.steps[id];
         // A step lies in its part's body whatever dots its name has.
         let home = self.bodies.home(step.part);
-        let mut path = if home == from {
+        let mut path = if self.bodies.share_names(home, from) {
             Path::from(self.bodies.own(home, &step.name))
         } else {
             self.bodies.path(&step.name, from)
@@ -192,9 +192,11 @@ impl Writer<'_> {
             .transitions
             .iter()
             .take(transition.index())
-            .filter(|(_, one)| {
-                one.kind == TransitionKind::Move
-                    && one.requires.iter().any(|step| requires.contains(step))
+            .filter(|(id, one)| {
+                let counts = one.kind == TransitionKind::Move
+                    || self.net.settings.policy.is_statechart()
+                        && !self.states.in_bodies.contains(id);
+                counts && one.requires.iter().any(|step| requires.contains(step))
             })
             .map(|(id, _)| id)
             .collect();

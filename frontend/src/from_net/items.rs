@@ -3,9 +3,10 @@
 use std::collections::BTreeMap;
 
 use grafsynth_ir::chart::{
-    ActionHow, Block, ForceOrder, Item, Macro, MacroStep, Setting, SettingKind, Step, StepItem,
-    StepItemKind, StepRole, Stmt, StmtKind, Transition,
+    ActionHow, Block, Enclosing, ForceOrder, Item, Macro, MacroStep, Setting, SettingKind, Step,
+    StepItem, StepItemKind, StepRole, Stmt, StmtKind, Transition,
 };
+use grafsynth_ir::expr::ExprKind;
 use grafsynth_ir::net::{
     self, Driver, Enter, ForcingOrder, Qualifier, StepId, TransitionId, TransitionKind,
 };
@@ -117,6 +118,11 @@ impl Writer<'_> {
                     self.controlled(action, &net.outputs[output].name, Some(arguments));
                 }
                 None => {
+                    if net.settings.policy.is_statechart() {
+                        let finding =
+                            format!("the controlled action {} in a statechart", action.name);
+                        self.findings.push(cannot(finding, action.name.span));
+                    }
                     self.drawn.push(id);
                     self.controlled(action, &action.name, None);
                 }
@@ -125,9 +131,10 @@ impl Writer<'_> {
         for forcing in &net.forcings {
             self.forcing(forcing);
         }
-        for (_, transition) in
-            net.transitions.iter().filter(|(_, one)| one.kind == TransitionKind::Reaction)
-        {
+        // In a statechart they compete with the other transitions of their state, so they are drawn with them, in order.
+        for (_, transition) in net.transitions.iter().filter(|(_, one)| {
+            one.kind == TransitionKind::Reaction && !net.settings.policy.is_statechart()
+        }) {
             self.reaction(transition);
         }
     }
@@ -157,8 +164,18 @@ impl Writer<'_> {
         self.push(step, StepItemKind::Action { target, arguments, how, condition }, span);
     }
 
+    /// An event that a list raises or sends: none that only the completion of a state raises.
+    fn joining(&mut self, event: net::InputId, from: BodyId) -> Name {
+        let name = &self.net.inputs[event].name;
+        if self.completed.contains_key(&event) {
+            let finding = format!("a list that raises {name}, the completion of a state");
+            self.findings.push(cannot(finding, name.span));
+        }
+        self.one_name(name, from)
+    }
+
     /// A name where the language takes no path: everything around is seen, other charts are not.
-    fn one_name(&mut self, full: &Name, from: BodyId) -> Name {
+    pub(super) fn one_name(&mut self, full: &Name, from: BodyId) -> Name {
         let mut path = self.bodies.path(full, from);
         if path.names.len() != 1 {
             self.findings.push(cannot(
@@ -232,10 +249,9 @@ impl Writer<'_> {
         self.push(*step, StepItemKind::On { events, guard, actions }, transition.meta.span);
     }
 
-    pub(super) fn step(&mut self, id: StepId, body: BodyId) -> Item {
+    pub(super) fn step(&mut self, id: StepId, body: BodyId) -> Step {
         let step = &self.net.steps[id];
-        let is_initial =
-            step.is_initial || self.net.parts[step.part].initial.contains(&Enter::Step(id));
+        let is_initial = step.is_initial || self.states.marked.contains(&id);
         let role = match self.bodies.macro_step(body).map(|index| &self.net.macros[index]) {
             Some(one) if one.entry == id && one.exit == id => StepRole::MacroEntryExit,
             Some(one) if one.entry == id => StepRole::MacroEntry,
@@ -272,7 +288,28 @@ impl Writer<'_> {
             step.code.iter().map(|code| StepItem { kind: StepItemKind::Code(code.clone()), span }),
         );
         let name = self.bodies.own(body, &step.name);
-        Item::Step(Step { name, role, body: items, meta: step.meta.clone(), ..Step::default() })
+        let activation_link = step.activation_link;
+        let meta = step.meta.clone();
+        Step { name, role, activation_link, body: items, meta, ..Step::default() }
+    }
+
+    /// A macro-step, or an enclosing step with what it encloses.
+    pub(super) fn inner(&mut self, inner: BodyId) -> Item {
+        let (Some(id), Some(around)) = (self.bodies.enclosing(inner), self.bodies.parent(inner))
+        else {
+            return self.macro_step(inner);
+        };
+        let step = self.step(id, around);
+        let part = &self.net.parts[self.bodies.part(inner)];
+        let mut items = Vec::new();
+        // Where it says nothing it has that of the chart around.
+        let outer = self.net.parts[self.bodies.part(around)].priority;
+        if let Some(priority) = part.priority.filter(|own| Some(*own) != outer) {
+            let kind = SettingKind::Priority(priority);
+            items.push(Item::Setting(Setting { kind, span: part.name.span }));
+        }
+        items.extend(self.body(inner));
+        Item::Enclosing(Enclosing { step, items })
     }
 
     /// The macro that a macro-step is an expansion of; it has a name of its own.
@@ -291,7 +328,7 @@ impl Writer<'_> {
         })
     }
 
-    pub(super) fn macro_step(&mut self, inner: BodyId) -> Item {
+    fn macro_step(&mut self, inner: BodyId) -> Item {
         let name = Name::new(self.bodies.macro_name(inner), Span::default());
         let local = self.bodies.local_name(inner).to_owned();
         let (meta, is_initial) =
@@ -312,7 +349,6 @@ impl Writer<'_> {
 
     pub(super) fn transition(&mut self, id: TransitionId, body: BodyId) -> Item {
         let transition = &self.net.transitions[id];
-        let is_statechart = self.net.settings.policy.is_statechart();
         let mut targets = Vec::new();
         for enter in &transition.enters {
             match enter {
@@ -325,14 +361,14 @@ impl Writer<'_> {
                 }
             }
         }
-        if !is_statechart && transition.clears != transition.requires {
+        if transition.clears != transition.requires {
             self.findings.push(cannot(
                 format!("the steps that {} clears", transition.name),
                 transition.meta.span,
             ));
         }
-        let guard =
-            (!transition.guard.is_true()).then(|| self.expr(&transition.guard, body, Some(id)));
+        let guard = self.drawn_guard(transition, body);
+        let guard = (!guard.is_true()).then(|| self.expr(&guard, body, Some(id)));
         let item = Transition {
             name: Some(self.bodies.own(body, &transition.name)),
             sources: transition.requires.iter().map(|step| self.end(*step, body, true)).collect(),
@@ -345,7 +381,7 @@ impl Writer<'_> {
             guard,
             after: None,
             priority: transition.priority,
-            restart: transition.restart && !is_statechart,
+            restart: transition.restart,
             is_internal: false,
             deadline_ns: transition.deadline_ns,
             actions: self.block(&transition.actions, body),
@@ -354,11 +390,31 @@ impl Writer<'_> {
         Item::Transition(item)
     }
 
+    /// The receptivity without what lowering adds to that of a source transition in an enclosed chart: that the enclosing step is active (C4).
+    fn drawn_guard(&self, transition: &net::Transition, body: BodyId) -> net::Expr {
+        let guard = transition.guard.clone();
+        let Some(around) = self.bodies.enclosing(body).filter(|_| transition.requires.is_empty())
+        else {
+            return guard;
+        };
+        let is_added = |one: &net::Expr| one.kind == ExprKind::Leaf(net::Leaf::Active(around));
+        if is_added(&guard) {
+            return net::Expr::bool(true);
+        }
+        if let ExprKind::And(all) = &guard.kind
+            && let Some((first, rest)) = all.split_first()
+            && is_added(first)
+        {
+            return net::Expr::and(rest.iter().cloned());
+        }
+        guard
+    }
+
     /// A step at a transition: the entry and exit of a macro-step are the macro-step there, if the transition is outside of it.
     fn end(&self, step: StepId, body: BodyId, is_source: bool) -> grafsynth_ir::chart::Path {
         let data = &self.net.steps[step];
         let home = self.bodies.home(data.part);
-        if home == body {
+        if self.bodies.share_names(home, body) {
             return self.bodies.own(home, &data.name).into();
         }
         let whole = self.bodies.macro_step(home).map(|index| &self.net.macros[index]);
@@ -380,14 +436,12 @@ impl Writer<'_> {
                 index: index.as_ref().map(|index| self.expr(index, from, None)),
                 value: self.expr(value, from, None),
             },
-            net::StmtKind::Raise(event) => {
-                StmtKind::Raise(self.one_name(&net.inputs[*event].name, from))
-            }
+            net::StmtKind::Raise(event) => StmtKind::Raise(self.joining(*event, from)),
             net::StmtKind::Send(slot) => {
                 let slot = &net.sends[*slot];
                 let after = (slot.delay > 0).then(|| self.nanoseconds(slot.delay, slot.name.span));
                 StmtKind::Send {
-                    event: self.one_name(&net.inputs[slot.event].name, from),
+                    event: self.joining(slot.event, from),
                     after,
                     slot: Some(self.one_name(&slot.name, from)),
                 }

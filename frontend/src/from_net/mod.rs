@@ -1,11 +1,12 @@
 //! A net as the chart that lowers to it, where the chart language can say it: what shrinkers and `convert` print.
 //!
-//! Macro-steps are folded back (one macro for each, named after it), full names become local ones, ticks become durations, `otherwise` is found again.
+//! Macro-steps are folded back (one macro for each, named after it), enclosing steps and states are drawn again, full names become local ones, ticks become durations, `otherwise` is found again.
 //! Lowering the result gives the same net, but for names that lowering makes, places in the source, and the order of outputs' shares within a step.
 
 mod bodies;
 mod expr;
 mod items;
+mod states;
 
 use std::collections::BTreeMap;
 
@@ -16,14 +17,15 @@ use grafsynth_ir::chart::{
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::expr::{ExprKind, Type};
 use grafsynth_ir::net::{
-    ActionId, Driver, Evolution, InputKind, Net, PlacedItem, PropertyRole, StepKind, TransitionId,
-    TransitionKind, VarOrigin,
+    ActionId, Driver, Evolution, InputId, InputKind, Net, PlacedItem, PropertyRole, StepId,
+    StepKind, TransitionId, TransitionKind, VarOrigin,
 };
 use grafsynth_ir::{Name, Span};
 
 use crate::codes;
 use crate::graf::names::is_writable;
 use bodies::{Bodies, BodyId};
+use states::States;
 
 /// The design that lowers to `net`.
 ///
@@ -33,6 +35,13 @@ pub(crate) fn design(net: &Net) -> Result<Design, Vec<Diagnostic>> {
     let mut findings = Vec::new();
     refuse(net, &mut findings);
     let bodies = Bodies::of(net, &mut findings);
+    for name in declared(net).filter(|name| !bodies.has_home(name)) {
+        let finding = format!("{name}, which is called after none of the charts");
+        findings.push(cannot(finding, name.span));
+    }
+    let is_statechart = net.settings.policy.is_statechart();
+    let states = if is_statechart { States::of(net, &mut findings) } else { States::default() };
+    let completed = states::completed(net, &mut findings);
     if !findings.is_empty() {
         return Err(findings);
     }
@@ -43,6 +52,8 @@ pub(crate) fn design(net: &Net) -> Result<Design, Vec<Diagnostic>> {
         step_items: BTreeMap::new(),
         is_iec: needs_iec(net),
         drawn: Vec::new(),
+        states,
+        completed,
     };
     writer.actions();
     let design = writer.design();
@@ -58,6 +69,10 @@ struct Writer<'a> {
     is_iec: bool,
     /// Controlled actions that are drawn as such.
     drawn: Vec<ActionId>,
+    /// The states of a statechart.
+    states: States,
+    /// The states whose completion an event is.
+    completed: BTreeMap<InputId, StepId>,
 }
 
 fn cannot(message: impl Into<String>, span: Span) -> Diagnostic {
@@ -68,35 +83,35 @@ fn cannot(message: impl Into<String>, span: Span) -> Diagnostic {
 
 /// What no chart of this version says.
 fn refuse(net: &Net, findings: &mut Vec<Diagnostic>) {
+    let is_statechart = net.settings.policy.is_statechart();
     for step in net.steps.values() {
-        let what = match step.kind {
-            StepKind::Leaf => None,
-            StepKind::Enclosing => Some("enclosing step"),
-            StepKind::Composite => Some("composite state"),
-            StepKind::Parallel => Some("parallel state"),
-            StepKind::Final => Some("final state"),
+        let (what, belongs) = match step.kind {
+            StepKind::Leaf => ("step", true),
+            StepKind::Enclosing => ("enclosing step", !is_statechart),
+            StepKind::Composite => ("composite state", is_statechart),
+            StepKind::Parallel => ("parallel state", is_statechart),
+            StepKind::Final => ("final state", is_statechart),
         };
-        let what = what
-            .or(step.hidden.then_some("hidden step"))
-            .or(step.parent.is_some().then_some("enclosed step"));
-        if let Some(what) = what {
+        if !belongs {
+            let kind = if is_statechart { "a statechart" } else { "a Grafcet" };
+            let finding = format!("the {what} {} in {kind}", step.name);
+            findings.push(cannot(finding, step.name.span));
+        }
+        if step.hidden {
+            findings.push(cannot(format!("the hidden step {}", step.name), step.name.span));
+        }
+    }
+    // Parents stand before what lies in them, so that one pass is enough.
+    let mut active = vec![false; net.steps.len()];
+    for (id, step) in net.steps.iter().filter(|_| !is_statechart) {
+        let around = step.parent.map(|parent| active[parent.index()]);
+        active[id.index()] = step.is_initial || (step.activation_link && around == Some(true));
+        if step.is_initial && around == Some(false) {
             findings.push(cannot(
-                format!(
-                    "a net with hierarchy is not written as a chart; it has the {what} {}",
-                    step.name
-                ),
+                format!("step {}, which is initial in an inactive step", step.name),
                 step.name.span,
             ));
         }
-    }
-    for history in net.histories.values() {
-        findings.push(cannot(
-            format!(
-                "a net with hierarchy is not written as a chart; it has the history {}",
-                history.name
-            ),
-            history.name.span,
-        ));
     }
     for timer in net.timers.values().filter(|timer| timer.starts_expired) {
         findings.push(cannot(
@@ -125,6 +140,15 @@ fn refuse(net: &Net, findings: &mut Vec<Diagnostic>) {
             name.span,
         ));
     }
+}
+
+/// The names of everything that a chart declares.
+fn declared(net: &Net) -> impl Iterator<Item = &Name> {
+    let values = net.inputs.values().map(|it| &it.name);
+    let values = values.chain(net.outputs.values().map(|it| &it.name));
+    let values = values.chain(net.vars.values().map(|it| &it.name));
+    let values = values.chain(net.timers.values().map(|it| &it.name));
+    values.chain(net.actions.values().map(|it| &it.name))
 }
 
 /// True when some action is controlled only because the chart says `actions iec`.
@@ -156,19 +180,26 @@ impl Writer<'_> {
             let part = &self.net.parts[self.bodies.part(root)];
             let name = if several { part.name.clone() } else { self.net.name.clone() };
             let mut items = self.settings(index == 0, root);
-            items.extend(self.body(root));
+            let mut initial = Vec::new();
+            if self.net.settings.policy.is_statechart() {
+                let drawn = self.statechart(root);
+                initial = drawn.0;
+                items.extend(drawn.1);
+            } else {
+                items.extend(self.body(root));
+            }
+            self.properties(&mut items, root, index == 0);
             if index == 0 {
                 // What belongs to no part stands in the first chart.
-                self.properties(&mut items, root);
                 self.placements(&mut items, root);
                 self.board(&mut items);
             }
             charts.push(Chart {
                 name,
                 span: part.meta.span,
+                initial,
                 items,
                 meta: part.meta.clone(),
-                ..Chart::default()
             });
         }
         Design { charts, ..Design::default() }
@@ -240,7 +271,14 @@ impl Writer<'_> {
                     next += 1;
                 }
                 let own = moves.get(next..next + n_own);
-                if own.is_none_or(|own| own.iter().any(|(_, other)| *other != Some(unit))) {
+                // Reactions of an enclosing step stand before what it encloses.
+                let is_own =
+                    |id: &TransitionId| self.bodies.home(self.net.transitions[*id].part) == body;
+                let is_mixed = own.is_none_or(|own| {
+                    own.iter().any(|(_, other)| *other != Some(unit))
+                        || !own.is_sorted_by_key(|(id, _)| !is_own(id))
+                });
+                if is_mixed {
                     let span = moves
                         .get(next)
                         .map_or(Span::default(), |(id, _)| self.net.transitions[*id].meta.span);
@@ -251,8 +289,8 @@ impl Writer<'_> {
                 next += n_own;
             }
             items.push(match unit {
-                bodies::Unit::Step(step) => self.step(step, body),
-                bodies::Unit::Macro(inner) => self.macro_step(inner),
+                bodies::Unit::Step(step) => Item::Step(self.step(step, body)),
+                bodies::Unit::Inner(inner) => self.inner(inner),
             });
         }
         for (id, _) in &moves[next..] {
@@ -264,7 +302,8 @@ impl Writer<'_> {
     fn declarations(&mut self, body: BodyId) -> Vec<Item> {
         let net = self.net;
         let mut declarations = Vec::new();
-        for input in net.inputs.values() {
+        // The completion of a state is declared by the state.
+        for (_, input) in net.inputs.iter().filter(|(id, _)| !self.completed.contains_key(id)) {
             let Some(name) = self.bodies.local(body, &input.name) else { continue };
             let kind = match input.kind {
                 InputKind::Pin => {
@@ -359,11 +398,16 @@ impl Writer<'_> {
         }
     }
 
-    fn properties(&mut self, items: &mut Vec<Item>, root: BodyId) {
+    /// The properties that are called after a chart; those that are called after none stand in the first one.
+    fn properties(&mut self, items: &mut Vec<Item>, root: BodyId, is_first: bool) {
         for property in &self.net.properties {
+            let home = self.bodies.root_called_in(&property.name);
+            if home.map_or(!is_first, |home| home != root) {
+                continue;
+            }
             let expr = self.property_expr(&property.never, root);
-            let name = (!property.name.is_empty())
-                .then(|| Name::new(property.name.clone(), property.meta.span));
+            let name = Name::new(property.name.clone(), property.meta.span);
+            let name = (!name.text.is_empty()).then(|| self.bodies.own(root, &name));
             let is_assumption = property.role == PropertyRole::Assume;
             items.push(Item::Property(Property {
                 name,

@@ -182,3 +182,118 @@ fn controlled_actions_with_lists_come_back() {
     );
     assert!(text.contains("action flag\n"), "{text}");
 }
+
+#[test]
+fn states_come_back() {
+    let text = round(
+        "chart c {
+            conflict inner-first queue 4
+            input m
+            event E, F, G, back
+            internal event over
+            output R, S, T
+            var n: int 0..9
+            state off { R; entry { n := 0 } on G { n := n + 1 } }
+            initial state busy {
+                initial -> slow do { n := 1 }
+                history last -> left
+                state left { S }
+                state right {
+                    state fast
+                    state slow { T; exit { raise over } }
+                    fast -> slow on E
+                    slow -> fast on E when m
+                }
+                left -> slow on F
+                final state out
+                right -> fast on G internal
+                right -> out on G
+            }
+            off -> busy on E
+            off -> busy.last on F
+            busy -> off on over
+            busy -> off on busy.done
+            busy -> left on back do { n := n + 1 }
+        }",
+    );
+    assert!(text.contains("initial -> slow do { n := 1 }"), "{text}");
+    assert!(text.contains("history last -> left"), "{text}");
+}
+
+#[test]
+fn regions_and_deep_history_come_back() {
+    let text = round(
+        "chart c {
+            conflict outer-first queue 8
+            input m
+            event E, F, G, H
+            output R
+            initial state idle { on E when m { raise F } }
+            parallel work {
+                history deep all
+                region a { initial state a1 state a2 { R } a1 -> a2 on E in a2 on F do { raise G } }
+                region b {
+                    initial -> b2.y
+                    state b1
+                    state b2 { history h -> x state x state y x -> y on E when otherwise y -> x on F }
+                    b1 -> b2.h on G
+                    b2 -> b1 on H when m
+                }
+            }
+            idle -> work on E
+            idle -> a2 & b1 on F
+            idle -> work.all on G
+            work -> idle on H
+            a2 -> b1 on F
+            a1 -> work on G
+        }",
+    );
+    assert!(text.contains("idle -> a2 & b1 on F"), "{text}");
+    assert!(text.contains("idle -> work.all on G"), "{text}");
+}
+
+#[test]
+fn enclosing_steps_come_back() {
+    let text = round(
+        "chart c {
+            evolution stable
+            input a, b, d
+            output R, S, T
+            macro part { entry step e { R } exit step x e -> x when a }
+            initial step p
+            enclosing step run {
+                priority 3
+                step w * { S }
+                step v
+                var k: int 0..3
+                w -> v when a do { k := 2 }
+                enclosing step deep * { step z * { T } macro step m = part z -> m when b m -> z when d }
+                v -> w when b
+                -> v when d
+            }
+            step q { R if m.e.active and k > 1 }
+            p -> run when a
+            run -> q when b
+            run -> run when d restart
+            q -> p when a
+            macro holder {
+                entry step i
+                enclosing step o { step i2 * i2 -> when a }
+                exit step j
+                i -> o when a o -> j when b
+            }
+            macro step outer = holder
+            q -> outer when d
+            outer -> p when d
+        }",
+    );
+    assert!(text.contains("enclosing step deep *"), "{text}");
+}
+
+#[test]
+fn charts_of_states_beside_each_other_come_back() {
+    round(
+        "chart g { conflict inner-first queue 2 event E initial state s { state t state u t -> u on E } final state f s -> f on E when h.y.active }
+        chart h { conflict inner-first state x state y { state z } x -> y when g.u.active y -> x when g.u.active }",
+    );
+}

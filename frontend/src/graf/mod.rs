@@ -29,7 +29,7 @@ pub(crate) mod write_expr;
 mod write_library;
 pub(crate) mod write_text;
 
-use grafsynth_ir::chart::{Design, Import, Library};
+use grafsynth_ir::chart::{Certificate, Design, Import, Library};
 use grafsynth_ir::diag::{Diagnostic, any_error};
 use grafsynth_ir::net::Net;
 use grafsynth_ir::{FileId, Span};
@@ -120,6 +120,12 @@ pub fn fingerprint(library: &Library) -> String {
     let text = write_design(&Design { libraries: vec![bare], ..Design::default() });
     let hash = sha2::Sha256::digest(text.as_bytes());
     hash.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// A certificate as it stands in a chart, without indentation and line break at its end.
+#[must_use]
+pub fn write_certificate(certificate: &Certificate) -> String {
+    write_library::certificate_text(certificate)
 }
 
 /// Brings a chart into its one canonical form: comments stay, blank lines too (at most one), nothing changes its meaning.

@@ -17,7 +17,7 @@ use grafsynth_ir::chart::{
 };
 
 /// The width that lines are kept within where that is possible.
-const WIDTH: usize = 100;
+pub(super) const WIDTH: usize = 100;
 
 /// One thing that stands outside of charts, or a chart.
 enum Part<'a> {

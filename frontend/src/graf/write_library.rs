@@ -4,7 +4,7 @@ use grafsynth_ir::chart::{Certificate, Library};
 
 use super::names::{self, Position};
 use super::token::Kind;
-use super::write::{Writer, fill};
+use super::write::{WIDTH, Writer, fill};
 use super::write_text::{attributes, conditions};
 
 impl Writer<'_> {
@@ -33,22 +33,28 @@ impl Writer<'_> {
     }
 
     pub(super) fn certificate(&mut self, certificate: &Certificate) {
-        let mut text = format!(
-            "certificate {} by {} sha256 {}",
-            names::name(&certificate.of.text, Position::Anywhere),
-            names::quoted(&certificate.version),
-            names::quoted(&certificate.hash)
-        );
-        let properties: Vec<String> = certificate
-            .properties
-            .iter()
-            .map(|property| names::name(&property.text, Position::Anywhere))
-            .collect();
-        if !properties.is_empty() {
-            text.push_str("\n    ");
-            let lines = fill("proves ", &properties, ",", "", self.room().saturating_sub(4));
-            text.push_str(&lines.join("\n        "));
-        }
+        let text = certificate_text(certificate);
         self.simple(certificate.span, &text);
     }
+}
+
+/// `certificate belt by "0.1.0" sha256 "…" proves still`
+pub(super) fn certificate_text(certificate: &Certificate) -> String {
+    let mut text = format!(
+        "certificate {} by {} sha256 {}",
+        names::name(&certificate.of.text, Position::Anywhere),
+        names::quoted(&certificate.version),
+        names::quoted(&certificate.hash)
+    );
+    let properties: Vec<String> = certificate
+        .properties
+        .iter()
+        .map(|property| names::name(&property.text, Position::Anywhere))
+        .collect();
+    if !properties.is_empty() {
+        text.push_str("\n    ");
+        let lines = fill("proves ", &properties, ",", "", WIDTH - 4);
+        text.push_str(&lines.join("\n        "));
+    }
+    text
 }

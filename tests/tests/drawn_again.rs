@@ -1,0 +1,175 @@
+//! Nets written back as charts: hierarchy, regions and history are drawn again, and what is drawn behaves as the net does.
+
+#![allow(clippy::disallowed_methods, reason = "tests read files")]
+#![allow(clippy::print_stdout, reason = "tests say what they saw")]
+
+use grafsynth_driver::read::{Design, NetDesign, ReadLimits, Texts, read};
+use grafsynth_driver::source::Sources;
+use grafsynth_ir::net::{Net, Policy, StepKind};
+use grafsynth_ir::{FileId, Valid};
+use grafsynth_sim::{Stimulus, run};
+use grafsynth_tests::random_net::{Features, random_net};
+use grafsynth_tests::rounds;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+fn design_of(name: &str, text: &str) -> Option<Box<NetDesign>> {
+    let mut sources = Sources::default();
+    let main = sources.add(name, text);
+    match read(&sources, &Texts { main, ..Texts::default() }, ReadLimits::default()).0 {
+        Some(Design::Net(design)) => Some(design),
+        Some(Design::Logic(_)) | None => None,
+    }
+}
+
+/// Writes the net as a chart, reads it, and runs both; the reasons where it is no chart.
+fn drawn_again(
+    what: &str,
+    net: &Valid<Net>,
+    stimulus: &Stimulus,
+    is_from_chart: bool,
+) -> Result<(), Vec<String>> {
+    let text = grafsynth_frontend::graf::write_net(net).map_err(|found| {
+        assert!(found.iter().all(|it| it.code.id == "G0120"), "{what}: {found:#?}");
+        found.into_iter().map(|it| it.message).collect::<Vec<String>>()
+    })?;
+    let again = behaves_as(what, net, stimulus, &text);
+    // What comes from a chart is drawn so again; a random net may say things in words that lowering shortens.
+    if is_from_chart {
+        let twice = grafsynth_frontend::graf::write_net(&again);
+        assert_eq!(twice.as_deref(), Ok(text.as_str()), "{what}");
+    }
+    Ok(())
+}
+
+/// Reads the chart, and runs it and the net.
+fn behaves_as(what: &str, net: &Valid<Net>, stimulus: &Stimulus, text: &str) -> Valid<Net> {
+    let parsed = grafsynth_frontend::graf::parse(FileId(0), text);
+    let design =
+        parsed.design.unwrap_or_else(|| panic!("{what}: {:#?}\n{text}", parsed.diagnostics));
+    let (again, found) = grafsynth_ir::lower::lower(&design);
+    let again = again.unwrap_or_else(|| panic!("{what}: {found:#?}\n{text}"));
+    let (rows, problems) = Stimulus::parse_csv(&again, FileId(0), &stimulus.to_csv(net));
+    let rows = rows.unwrap_or_else(|| panic!("{what}: {problems:#?}\n{text}"));
+    let (expected, got) = (run(net, stimulus).to_csv(), run(&again, &rows).to_csv());
+    if let Some((row, (left, right))) =
+        expected.lines().zip(got.lines()).enumerate().find(|(_, (a, b))| a != b)
+    {
+        panic!(
+            "{what}, row {row}:\n  {left}\n  {right}\n{text}\n{}",
+            grafsynth_ir::text::print(net)
+        );
+    }
+    assert_eq!(expected.len(), got.len(), "{what}");
+    again
+}
+
+fn is_hierarchical(net: &Net) -> bool {
+    net.steps.values().any(|step| step.parent.is_some())
+}
+
+/// Most random nets with hierarchy can be drawn; the others say why not.
+fn random_nets(features: &Features, n_nets: u64, least: u32, share: u32) {
+    let (mut drawn, mut refused) = (0_u32, 0_u32);
+    for seed in 0..rounds(n_nets, 4 * n_nets) {
+        let net = random_net(seed, features);
+        if !is_hierarchical(&net) {
+            continue;
+        }
+        let stimulus = Stimulus::random(&net, 60, seed, 3);
+        match drawn_again(&format!("seed {seed}"), &net, &stimulus, false) {
+            Ok(()) => drawn += 1,
+            Err(why) => {
+                refused += 1;
+                if refused < 12 {
+                    println!("seed {seed}: {}", why.join("; "));
+                }
+            }
+        }
+    }
+    println!("drawn {drawn}, refused {refused}");
+    assert!(drawn > least && drawn * share > refused, "drawn {drawn}, refused {refused}");
+}
+
+#[test]
+fn random_statecharts_are_drawn_again() {
+    let policies = vec![Policy::InnerFirst, Policy::OuterFirst];
+    // Controlled actions are for Grafcets.
+    let features = Features {
+        policies,
+        controlled_actions: false,
+        several_parts: false,
+        ..Features::everything()
+    };
+    random_nets(&features, 600, 100, 2);
+}
+
+#[test]
+fn random_enclosing_steps_are_drawn_again() {
+    // Such a net has its transitions in any order; a chart has those of what is enclosed behind each other.
+    let features =
+        Features { several_parts: false, ..Features::everything().without_statecharts() };
+    random_nets(&features, 1500, 20, 40);
+}
+
+fn below(folder: &Path, out: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).expect("the folder is there") {
+        let path = entry.expect("an entry").path();
+        if path.is_dir() {
+            below(&path, out);
+        } else {
+            out.push(path);
+        }
+    }
+}
+
+/// Every chart of the W3C's assertions and every example with hierarchy.
+#[test]
+fn charts_with_hierarchy_are_drawn_again() {
+    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut paths = Vec::new();
+    below(&here.join("scxml/w3c"), &mut paths);
+    let n_assertions = paths.len();
+    below(&here.join("../examples"), &mut paths);
+    below(&here.join("cases"), &mut paths);
+    paths.sort();
+    let (mut n_drawn, mut n_states, mut n_enclosing) = (0, 0, 0);
+    for path in paths {
+        let name = path.to_string_lossy().into_owned();
+        let Ok(text) = fs::read_to_string(&path) else { continue };
+        if !matches!(path.extension().and_then(|it| it.to_str()), Some("graf" | "scxml" | "net")) {
+            continue;
+        }
+        let Some(design) = design_of(&name, &text) else { continue };
+        let net = &design.net;
+        if !is_hierarchical(net) && !name.contains("w3c") {
+            continue;
+        }
+        for seed in 0..3 {
+            let stimulus = Stimulus::random(net, 80, seed, 3);
+            // What another language says, in the words of the chart language.
+            if let Some(chart) = design.chart.as_ref().filter(|it| it.libraries.is_empty()) {
+                let text = grafsynth_frontend::graf::write_design(chart);
+                behaves_as(&name, net, &stimulus, &text);
+            }
+            if let Err(why) = drawn_again(&name, net, &stimulus, true) {
+                println!("{name}: {}", why.join("; "));
+                assert!(
+                    !name.contains("w3c") && !net.settings.policy.is_statechart()
+                        || why.iter().all(|it| it.contains("partial chart")),
+                    "{name}: {why:?}"
+                );
+                break;
+            }
+            n_drawn += u32::from(seed == 0);
+        }
+        let has = |kind| net.steps.values().any(|step| step.kind == kind);
+        n_states += u32::from(has(StepKind::Composite) || has(StepKind::Parallel));
+        n_enclosing += u32::from(has(StepKind::Enclosing));
+    }
+    println!(
+        "{n_drawn} drawn; {n_states} with states in states, {n_enclosing} with enclosing steps"
+    );
+    assert!(n_drawn as usize > n_assertions, "{n_drawn} drawn, {n_assertions} assertions");
+    assert!(n_states > 20 && n_enclosing > 2, "{n_states} {n_enclosing}");
+}
