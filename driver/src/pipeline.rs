@@ -399,7 +399,10 @@ pub fn form(net: &Net, facts: &Facts, logic: &Logic, busy: BusyMode) -> Option<S
     }
     let why = match &facts.stable_depth {
         Some(depth) => format!("{} deep as proved", depth.value),
-        None if is_proved => format!("{limit} are always enough as proved"),
+        None if is_proved => match &facts.rounds {
+            Some(rounds) => format!("{} checks as proved", rounds.value),
+            None => format!("{limit} are always enough as proved"),
+        },
         None => match busy {
             BusyMode::Never | BusyMode::WhenTooLarge => "as asked".to_owned(),
             BusyMode::WhenUnproved | BusyMode::Always => {

@@ -20,6 +20,9 @@ pub struct Facts {
     pub dead_transitions: Vec<TransitionId>,
     /// A bound on the micro-steps of one reaction, where one below `limit` was proved.
     pub stable_depth: Option<Proved<u32>>,
+    /// The most checks of one reaction (rounds of EVOLVE, semantics.md §3.9), with the empty one at its end. Also for statecharts, where a check may be
+    /// for an event taken from a queue.
+    pub rounds: Option<Proved<u32>>,
     /// No reaction ever ends with a fault: each evolution becomes stable within the limit, and no queue overflows. Also for statecharts, where the limit
     /// counts anew with each external event and so is no depth.
     pub always_stable: Option<Proof>,

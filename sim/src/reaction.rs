@@ -72,6 +72,11 @@ pub(crate) struct Work {
     pub(crate) lit: Vec<OutputId>,
     /// Statecharts: how many events at the front of the external queue stood there at Latch.
     pub(crate) n_latched: usize,
+    /// Checks of this reaction's evolution, and those of them that fired.
+    pub(crate) rounds: u32,
+    pub(crate) micro_steps: u32,
+    /// The most events that waited in the internal queue at once in this reaction.
+    pub(crate) longest_internal: usize,
     /// By place in [`Tables::may_end`]: the chart had ended before this reaction.
     pub(crate) had_ended: Vec<bool>,
 }
@@ -192,6 +197,9 @@ impl Reaction<'_> {
         self.work.fresh = true;
         self.work.open_next = false;
         self.work.n_latched = 0;
+        self.work.rounds = 0;
+        self.work.micro_steps = 0;
+        self.work.longest_internal = self.state.internal.len();
         self.work.fired.clear();
         self.work.writer = None;
         self.work.reads_before = false;
@@ -280,6 +288,7 @@ impl Reaction<'_> {
             self.fire();
             self.renew_edge_operands();
             self.work.fresh = false;
+            self.work.micro_steps += 1;
             n += 1;
             if self.net.settings.evolution == Evolution::Single {
                 break;
@@ -334,6 +343,7 @@ impl Reaction<'_> {
     /// CHECK, K1 and K2: leaves F in `chosen`, in declaration order.
     pub(crate) fn check(&mut self, trigger: Trigger) {
         self.work.check += 1;
+        self.work.rounds += 1;
         self.k1_edges();
         self.k2_enabled();
         self.work.chosen.clear();

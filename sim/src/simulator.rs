@@ -119,6 +119,25 @@ impl<'n> Simulator<'n> {
         &self.work.fired
     }
 
+    /// How often the last reaction checked what is fireable (EVOLVE of semantics §3.9): each micro-step is a check, each event taken from a queue that
+    /// makes nothing fire, and the empty check at the end.
+    #[must_use]
+    pub fn rounds(&self) -> u32 {
+        self.work.rounds
+    }
+
+    /// The micro-steps of the last reaction, over all its external events.
+    #[must_use]
+    pub fn micro_steps(&self) -> u32 {
+        self.work.micro_steps
+    }
+
+    /// The most events that waited in the internal queue at once in the last reaction.
+    #[must_use]
+    pub fn longest_internal(&self) -> usize {
+        self.work.longest_internal
+    }
+
     /// Calls and verbatim texts of the last reaction, in order.
     #[must_use]
     pub fn effects(&self) -> &[Effect] {

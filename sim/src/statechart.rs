@@ -84,6 +84,7 @@ impl Reaction<'_> {
         } else {
             queue.push_back(event);
         }
+        self.work.longest_internal = self.work.longest_internal.max(self.state.internal.len());
     }
 
     fn queue_bound(&self) -> usize {
@@ -133,6 +134,7 @@ impl Reaction<'_> {
             self.fire_in_statechart();
             self.renew_edge_operands();
             self.work.fresh = false;
+            self.work.micro_steps += 1;
             n += 1;
         }
         self.renew_edge_operands();

@@ -14,7 +14,7 @@ use grafsynth_driver::source::Sources;
 use grafsynth_engines::tools;
 use grafsynth_ir::Valid;
 use grafsynth_ir::arena::Id;
-use grafsynth_ir::facts::Facts;
+use grafsynth_ir::facts::{Facts, Proof, Proved};
 use grafsynth_ir::logic::{Logic, PinRole};
 use grafsynth_ir::net::{Evolution, Net, Policy};
 use grafsynth_logic::chip::{ChipSim, NoRow, most_clocks};
@@ -457,6 +457,46 @@ fn the_form_follows_the_proof_and_the_size() {
         pipeline::form(&net, &unknown, &logic, BusyMode::WhenTooLarge)
             .is_some_and(|text| text.ends_with("too large in one"))
     );
+}
+
+/// The rounds of an evolution are those that were proved: a composition of so many is the net, and one of fewer is found out, unless the rounds that it
+/// lacks can do nothing.
+#[test]
+fn as_many_rounds_as_proved_and_no_fewer() {
+    use Policy::{InnerFirst, OuterFirst};
+    let total = rounds(150, 1_200);
+    let features = Features { policies: vec![InnerFirst, OuterFirst], ..Features::everything() };
+    let limits = Limits { pairs: 3_000, states: 300, ..Limits::default() };
+    let (mut n_proved, mut n_refuted) = (0, 0);
+    for seed in 0..total {
+        let net = random_net(seed, &features);
+        let facts = grafsynth_verify::facts(&net, &limits);
+        let Some(Proved { value, by: Proof::Explicit }) = facts.rounds else { continue };
+        let composed = |rounds: u32| {
+            let rounds = Some(Proved { value: rounds, by: Proof::Explicit });
+            let facts = Facts { rounds, stable_depth: None, ..facts.clone() };
+            pipeline::logic_as(&net, &facts, BusyMode::Never).ok()
+        };
+        let Some(logic) = composed(value).filter(|logic| logic.nodes.len() < 20_000) else {
+            continue;
+        };
+        match by_enumeration(&net, &logic, &limits) {
+            Verdict::Proved(_) => n_proved += 1,
+            // The circuit may read more inputs than the net does.
+            Verdict::Open(_) => continue,
+            Verdict::Refuted(found) => {
+                panic!("seed {seed}, {value} rounds: {:?}\n{}", found.difference, readable(&net))
+            }
+        }
+        // The last round may be an empty check, and a micro-step may lead back to where it began.
+        let mut fewer = (0..value).rev().filter_map(composed);
+        n_refuted += u64::from(
+            fewer.any(|logic| matches!(by_enumeration(&net, &logic, &limits), Verdict::Refuted(_))),
+        );
+    }
+    println!("{n_proved} compositions proved; of {n_refuted} a wrong bound was found out");
+    assert!(n_proved * 15 >= total, "{n_proved} of {total}");
+    assert!(n_refuted * 50 >= total, "{n_refuted} of {total}");
 }
 
 /// What one clock cannot hold: a search four thousand deep with a division in it.

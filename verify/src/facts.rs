@@ -9,7 +9,7 @@ use grafsynth_ir::net::{
     Enter, Evolution, ForcingOrder, Net, Step, StepId, StepKind, StmtKind, Transition,
     TransitionId, TransitionKind,
 };
-use grafsynth_sim::Noticed;
+use grafsynth_sim::Simulator;
 use indexmap::IndexSet;
 
 use crate::cover::{self, cover};
@@ -157,7 +157,9 @@ impl Spread<'_> {
 fn explicit_facts(net: &Valid<Net>, limits: &Limits, facts: &mut Facts) {
     let mut fired = IdMap::filled(&net.transitions, false);
     let mut situations: IndexSet<Vec<u64>> = IndexSet::new();
-    let mut unstable = false;
+    let at_reset = Simulator::new(net);
+    let mut unstable = at_reset.row().fault;
+    let mut most = Most::default();
     let mut touched = IdMap::filled(&net.steps, false);
     let (states, ended) = explore::<()>(net, limits, Ticks::Any, &mut |_, seen| {
         for transition in seen.simulator.fired() {
@@ -166,6 +168,7 @@ fn explicit_facts(net: &Valid<Net>, limits: &Limits, facts: &mut Facts) {
             entered(&net.transitions[*transition]).for_each(|step| touched[step] = true);
         }
         unstable |= seen.row.fault;
+        most.note(seen.simulator);
         None
     });
     match ended {
@@ -202,14 +205,38 @@ fn explicit_facts(net: &Valid<Net>, limits: &Limits, facts: &mut Facts) {
     if net.settings.evolution == Evolution::Single {
         explicit_components(net, &situations, facts);
     }
-    if let Evolution::Stable { limit } = net.settings.evolution
-        && !unstable
-    {
-        facts.always_stable = Some(Proof::Explicit);
-        facts.stable_depth = depth(net, limits, limit);
+    if matches!(net.settings.evolution, Evolution::Stable { .. }) && !unstable {
+        let by = Proof::Explicit;
+        facts.always_stable = Some(by);
+        facts.rounds = Some(Proved { value: most.rounds.max(1), by });
+        // In a statechart the limit counts anew with each external event, so it says nothing of the reaction.
+        facts.stable_depth = (!net.settings.policy.is_statechart())
+            .then(|| Proved { value: most.micro_steps.max(1), by });
     }
     if net.settings.queue.is_some() {
-        facts.single_pending = single_pending(net, limits);
+        facts.single_pending = if !raises_anything(net) {
+            Some(Proved { value: true, by: Proof::Structural })
+        } else {
+            (!unstable && most.internal.max(at_reset.longest_internal()) <= 1)
+                .then_some(Proved { value: true, by: Proof::Explicit })
+        };
+    }
+}
+
+/// What reactions took, at most.
+#[derive(Debug, Default)]
+struct Most {
+    rounds: u32,
+    micro_steps: u32,
+    /// Events in the internal queue at once.
+    internal: usize,
+}
+
+impl Most {
+    fn note(&mut self, simulator: &Simulator<'_>) {
+        self.rounds = self.rounds.max(simulator.rounds());
+        self.micro_steps = self.micro_steps.max(simulator.micro_steps());
+        self.internal = self.internal.max(simulator.longest_internal());
     }
 }
 
@@ -371,70 +398,6 @@ fn add_components(net: &Net, found: Vec<(Vec<StepId>, bool)>, by: Proof, facts: 
         facts
             .open
             .push(format!("{left} of {} steps are in no sequential component", net.steps.len()));
-    }
-}
-
-/// The largest number of micro-steps of a reaction: the smallest limit with which no fault arises.
-fn depth(net: &Valid<Net>, limits: &Limits, limit: u32) -> Option<Proved<u32>> {
-    // In a statechart the limit counts anew with each external event, so it is no bound for the reaction.
-    if net.settings.policy.is_statechart() {
-        return None;
-    }
-    let mut low = 0;
-    for tried in (0..8).map(|power| 1 << power).filter(|tried| *tried < limit) {
-        if stays_within(net, limits, tried)? {
-            return between(net, limits, low, tried);
-        }
-        low = tried;
-    }
-    between(net, limits, low, limit.min(256))
-}
-
-fn between(net: &Valid<Net>, limits: &Limits, mut low: u32, mut high: u32) -> Option<Proved<u32>> {
-    while high - low > 1 {
-        let middle = low + (high - low) / 2;
-        if stays_within(net, limits, middle)? {
-            high = middle;
-        } else {
-            low = middle;
-        }
-    }
-    Some(Proved { value: high, by: Proof::Explicit })
-}
-
-/// True if no reaction of the net needs more micro-steps. None if that cannot be found out.
-fn stays_within(net: &Valid<Net>, limits: &Limits, limit: u32) -> Option<bool> {
-    let mut tighter = (**net).clone();
-    tighter.settings.evolution = Evolution::Stable { limit };
-    let tighter = grafsynth_ir::validate(tighter).ok()?;
-    let (_, ended) =
-        explore(&tighter, limits, Ticks::Any, &mut |_, seen| seen.row.fault.then_some(()));
-    match ended {
-        Ended::Complete => Some(true),
-        Ended::Stopped(()) => Some(false),
-        Ended::Open(_) => None,
-    }
-}
-
-/// True if queues of one event are enough.
-fn single_pending(net: &Valid<Net>, limits: &Limits) -> Option<Proved<bool>> {
-    if !raises_anything(net) {
-        return Some(Proved { value: true, by: Proof::Structural });
-    }
-    let mut tighter = (**net).clone();
-    tighter.settings.queue = Some(1);
-    let tighter = grafsynth_ir::validate(tighter).ok()?;
-    let (_, ended) = explore(&tighter, limits, Ticks::Any, &mut |_, seen| {
-        seen.simulator
-            .notes()
-            .iter()
-            .any(|(what, _)| matches!(what, Noticed::QueueFull(_)))
-            .then_some(())
-    });
-    match ended {
-        Ended::Complete => Some(Proved { value: true, by: Proof::Explicit }),
-        // The full queue may have been the external one.
-        Ended::Stopped(()) | Ended::Open(_) => None,
     }
 }
 

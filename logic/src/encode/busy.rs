@@ -101,17 +101,17 @@ pub(super) fn stepwise(net: &Net, program: &Program) -> Option<Stepwise> {
 
 /// The loop that moves the situation; other loops settle conflicts or order what is due.
 fn is_evolution(program: &Program, stmt: &Stmt) -> bool {
-    fn moves(program: &Program, block: &[Stmt]) -> bool {
-        block.iter().any(|stmt| match stmt {
-            Stmt::Store(cell, ..) => matches!(program.cells[*cell].origin, Origin::Step(_)),
-            Stmt::If(_, then, otherwise) => moves(program, then) || moves(program, otherwise),
-            Stmt::Repeat { body, .. } => moves(program, body),
-            Stmt::Set(..) | Stmt::Output(..) | Stmt::Call(..) | Stmt::Code(_) | Stmt::Fault(_) => {
-                false
-            }
-        })
-    }
     matches!(stmt, Stmt::Repeat { body, .. } if moves(program, body))
+}
+
+/// Some step may be stored.
+pub(super) fn moves(program: &Program, block: &[Stmt]) -> bool {
+    block.iter().any(|stmt| match stmt {
+        Stmt::Store(cell, ..) => matches!(program.cells[*cell].origin, Origin::Step(_)),
+        Stmt::If(_, then, otherwise) => moves(program, then) || moves(program, otherwise),
+        Stmt::Repeat { body, .. } => moves(program, body),
+        Stmt::Set(..) | Stmt::Output(..) | Stmt::Call(..) | Stmt::Code(_) | Stmt::Fault(_) => false,
+    })
 }
 
 /// Temporaries that are set once, to something that follows from inputs alone, and that `wanted` asks for, directly or through each other; and the

@@ -97,8 +97,11 @@ impl Encoder<'_> {
         }
     }
 
-    /// Evolution ends within the proved depth, and there is no queue to overflow.
+    /// No fault is proved outright; or evolution ends within the proved depth, and there is no queue to overflow.
     fn never_faults(&self) -> bool {
+        if self.facts.always_stable.is_some() {
+            return true;
+        }
         let Evolution::Stable { limit } = self.net.settings.evolution else { return false };
         self.net.settings.queue.is_none()
             && self.facts.stable_depth.as_ref().is_some_and(|depth| depth.value <= limit)
@@ -255,15 +258,10 @@ impl Encoder<'_> {
     /// Micro-steps in one clock: each round runs where its condition holds. A round that does not run leaves everything as it was, so the next
     /// condition is false too and needs no nesting.
     fn repeat(&mut self, limit: u32, condition: &Expr<Leaf>, body: &[Stmt], depth: u32) {
-        // A bound on the micro-steps bounds the rounds of the outermost loop of a stable chart, outside statecharts (there a round may also take an
-        // event from a queue). Loops inside it settle conflicts and have bounds of their own. One more round than steps: the last one may find that
-        // nothing fires.
-        let settings = &self.net.settings;
-        let is_evolution = depth == 0
-            && matches!(settings.evolution, Evolution::Stable { .. })
-            && !settings.policy.is_statechart();
-        let proved = self.facts.stable_depth.as_ref().filter(|_| is_evolution);
-        let rounds = proved.map_or(limit, |depth| limit.min(depth.value.saturating_add(1)));
+        // What is proved of the rounds is said of the outermost loop that moves the situation; loops inside it settle conflicts, and one beside it
+        // orders what is due; they have bounds of their own.
+        let is_evolution = depth == 0 && self.moves(body);
+        let rounds = limit.min(self.proved_rounds().filter(|_| is_evolution).unwrap_or(limit));
         for _ in 0..rounds {
             let Some(goes_on) = self.eval_bool(condition, false) else { return };
             if self.builder.as_constant(goes_on) == Some(false) || self.overflow.is_some() {
@@ -271,6 +269,21 @@ impl Encoder<'_> {
             }
             self.branch(goes_on, None, body, &[], depth);
         }
+    }
+
+    /// A proved bound on the rounds of the evolution. Outside statecharts one on the micro-steps is one on the rounds, and one more: the last one may
+    /// find that nothing fires.
+    fn proved_rounds(&self) -> Option<u32> {
+        let Evolution::Stable { .. } = self.net.settings.evolution else { return None };
+        let of_depth = self.facts.stable_depth.as_ref().map(|depth| depth.value.saturating_add(1));
+        let of_depth = of_depth.filter(|_| !self.net.settings.policy.is_statechart());
+        let of_rounds = self.facts.rounds.as_ref().map(|rounds| rounds.value);
+        of_rounds.into_iter().chain(of_depth).min()
+    }
+
+    /// Some step may be stored.
+    fn moves(&self, block: &[Stmt]) -> bool {
+        super::busy::moves(self.program, block)
     }
 
     pub(super) fn eval_bool(&mut self, expr: &Expr<Leaf>, after: bool) -> Option<NodeId> {
