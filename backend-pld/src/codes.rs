@@ -2,7 +2,7 @@
 
 use grafsynth_ir::Code;
 
-/// A sum needs more products than allowed.
+/// A table's function needs more products than allowed.
 pub const TOO_MANY_PRODUCTS: Code =
     Code { id: "G0710", title: "function too large for a sum of products" };
 /// The device has too few pins or macrocells.

@@ -11,17 +11,17 @@
 //! ```
 
 use crate::codes;
-use crate::device::{Clock, Device, Polarity, PowerUp};
+use crate::device::{Device, PowerUp};
+use crate::fit::form::{Form, FormChoice};
+use crate::fit::misfit::{Misfit, widest};
 use crate::{Dialect, EmitOptions, Named, Object};
-use grafsynth_ir::arena::IdMap;
 use grafsynth_ir::diag::{Diagnostic, nearest};
-use grafsynth_ir::logic::{
-    Flop, FlopId, Logic, NodeId, PinInput, PinInputId, PinOutput, PinOutputId, PinRole,
-};
+use grafsynth_ir::logic::{FlopId, Logic, NodeId, PinInputId, PinOutput, PinOutputId, PinRole};
 use grafsynth_ir::names::{CUPL, GALASM, Namer, PALASM, PALASM_CHIP};
 use grafsynth_ir::net::Meta;
-use grafsynth_logic::minimise::{Budget, Product, Refused, sum_of_products};
+use grafsynth_logic::split::{Wide, split};
 use grafsynth_logic::support::Var;
+use std::collections::BTreeMap;
 
 /// Names a signal of [`Equations`].
 pub type SignalIndex = usize;
@@ -41,6 +41,8 @@ pub struct Equations {
     pub equations: Vec<Equation>,
     /// Pins are numbered.
     pub has_pins: bool,
+    /// The longest chain of buried nodes; 0 if there are none.
+    pub depth: usize,
 }
 
 /// Something with a name, and with a pin where the design fits.
@@ -69,6 +71,8 @@ pub enum Source {
     Flop(FlopId),
     /// An output.
     Output(PinOutputId),
+    /// A part of a function that is too wide for one sum, by its place among them.
+    Buried(usize),
 }
 
 /// The function of a signal.
@@ -82,13 +86,6 @@ pub struct Equation {
     pub is_registered: bool,
     /// Sum of products; a product without literals is always true.
     pub products: Vec<Vec<(SignalIndex, bool)>>,
-}
-
-/// A sum in the polarity it is printed in.
-struct Form {
-    is_complemented: bool,
-    is_pin_inverted: bool,
-    products: Vec<Product>,
 }
 
 impl Equations {
@@ -109,68 +106,83 @@ impl Equations {
             Dialect::Cupl => &CUPL,
             Dialect::Galasm | Dialect::Verilog | Dialect::Blif => &GALASM,
         };
-        let mut signals = name_signals(logic, &mut Namer::new(target));
-        let place =
-            |source: Source| signals.iter().position(|signal| signal.source == source).unwrap_or(0);
-        // Signals lie in the order of their kinds, so the first of a kind gives the place of all.
-        let first_input = logic.inputs.ids().next().map_or(0, |id| place(Source::Input(id)));
-        let first_output = logic.outputs.ids().next().map_or(0, |id| place(Source::Output(id)));
-        let first_flop = logic.flops.ids().next().map_or(0, |id| place(Source::Flop(id)));
-        let inputs = IdMap::build(&logic.inputs, |id, _| first_input + id.index());
-        let outputs = IdMap::build(&logic.outputs, |id, _| first_output + id.index());
-        let flops = IdMap::build(&logic.flops, |id, _| first_flop + id.index());
-
-        let mut equations = Vec::new();
-        let mut large = Vec::new();
-        let budget = options.budget;
-        let forms = FormChoice { logic, device, budget, dont_cares: options.dont_cares };
-        for (id, flop) in logic.flops.iter() {
-            match forms.registered(flop.next, flop.init) {
-                Ok(form) => {
-                    equations.push(equation(&mut signals, flops[id], true, form, &inputs, &flops))
-                }
-                Err(why) => large.push(TooLarge {
-                    kind: "flip-flop",
-                    name: &flop.name,
-                    meta: &flop.meta,
-                    why,
-                }),
-            }
-        }
-        for (id, output) in logic.outputs.iter() {
-            let form = match output.registered {
-                Some(init) => {
-                    if device.power_up == PowerUp::PinsHigh && !init {
-                        findings.push(wakes_high(device, output));
-                        continue;
-                    }
-                    forms.registered(output.value, init)
-                }
-                None => forms.combinational(output.value),
-            };
-            let is_clocked = output.registered.is_some();
-            match form {
-                Ok(form) => equations.push(equation(
-                    &mut signals,
-                    outputs[id],
-                    is_clocked,
-                    form,
-                    &inputs,
-                    &flops,
-                )),
-                Err(why) => large.push(TooLarge {
-                    kind: "output",
-                    name: &output.name,
-                    meta: &output.meta,
-                    why,
-                }),
-            }
-        }
-        if !large.is_empty() {
-            findings.push(too_large(&large));
-        }
+        let mut namer = Namer::new(target);
+        let mut signals = name_signals(logic, &mut namer);
+        let first = FirstOfKind::of(&signals);
+        let functions = functions(logic, device, &mut findings);
         if !findings.is_empty() {
             return Err(findings);
+        }
+        let budget = options.budget;
+        let forms = FormChoice { logic, device, budget, dont_cares: options.dont_cares };
+        let mut equations = Vec::new();
+        let mut wide: Vec<&Function<'_>> = Vec::new();
+        for function in &functions {
+            match forms.of(function.node, function.init) {
+                Ok(form) => equations.push(first.equation(&mut signals, function, form, logic)),
+                Err(_) => wide.push(function),
+            }
+        }
+        let mut depth = 0;
+        if !wide.is_empty() {
+            let asked: Vec<Wide> = wide.iter().map(|function| function.wide(&forms)).collect();
+            let split = split(logic, &asked, widest(device));
+            let forms = FormChoice { logic: &split.logic, ..forms };
+            depth = split.depth;
+            let mut parts_of = BTreeMap::new();
+            for (index, node) in split.nodes.iter().enumerate() {
+                let name = if node.is_whole {
+                    namer.name(&node.name)
+                } else {
+                    let count = parts_of.entry(node.name.as_str()).or_insert(0_usize);
+                    *count += 1;
+                    namer.name_with_suffix(&node.name, &format!("_w{count}"))
+                };
+                signals.push(Signal {
+                    name,
+                    source: Source::Buried(index),
+                    pin: None,
+                    is_pin_inverted: false,
+                    meta: node.meta.clone(),
+                });
+            }
+            let places: BTreeMap<PinInputId, SignalIndex> = split
+                .nodes
+                .iter()
+                .enumerate()
+                .map(|(index, node)| (node.input, first.buried + index))
+                .collect();
+            let first = FirstOfKind { places, ..first };
+            let parts = split.nodes.iter().enumerate().map(|(index, node)| {
+                let function = Function {
+                    source: Source::Buried(index),
+                    node: node.value,
+                    init: None,
+                    name: &node.name,
+                    meta: &node.meta,
+                };
+                (function, &node.sum)
+            });
+            let wholes = wide.iter().zip(&split.wide).map(|(function, (node, sum))| {
+                (Function { node: *node, ..(*function).clone() }, sum)
+            });
+            // Minimising thousands of parts again saves little and takes long.
+            let is_small = split.nodes.len() <= 128;
+            for (function, sum) in parts.chain(wholes) {
+                let minimised = is_small.then(|| forms.of(function.node, function.init));
+                let form = match minimised.transpose().ok().flatten() {
+                    Some(form) if form.products.len() <= sum.products.len() => form,
+                    Some(_) | None => forms.of_sum(sum, function.init),
+                };
+                equations.push(first.equation(&mut signals, &function, form, logic));
+            }
+            let order = |equation: &Equation| match signals[equation.signal].source {
+                Source::Buried(index) => (2, index),
+                Source::Flop(id) => (0, id.index()),
+                Source::Output(id) => (1, id.index()),
+                Source::Clock | Source::Input(_) => (3, 0),
+            };
+            equations.sort_by_key(order);
         }
         let mut result = Equations {
             title: Namer::new(&PALASM_CHIP).name(&logic.name.text),
@@ -179,6 +191,7 @@ impl Equations {
             signals,
             equations,
             has_pins: false,
+            depth,
         };
         let misfit = result.assign_pins(logic, options, &mut findings);
         if let (Some(misfit), Dialect::Galasm) = (&misfit, dialect) {
@@ -187,7 +200,7 @@ impl Equations {
         if !findings.is_empty() {
             return Err(findings);
         }
-        result.head = head(logic, dialect, options, device, misfit.as_ref());
+        result.head = head(&result, logic, dialect, options, misfit.as_ref());
         Ok(result)
     }
 
@@ -202,6 +215,7 @@ impl Equations {
                     Source::Input(id) => Object::Input(logic.inputs[id].clone()),
                     Source::Flop(id) => Object::Flop(logic.flops[id].clone()),
                     Source::Output(id) => Object::Output(logic.outputs[id].clone()),
+                    Source::Buried(_) => Object::Buried,
                 };
                 Named { name: signal.name.clone(), pin: signal.pin, object }
             })
@@ -212,125 +226,6 @@ impl Equations {
     #[must_use]
     pub fn clock(&self) -> Option<&Signal> {
         self.signals.iter().find(|signal| signal.source == Source::Clock)
-    }
-
-    /// Numbers the pins; gives the reason where the design does not fit. Impossible wishes of the board are findings.
-    fn assign_pins(
-        &mut self,
-        logic: &Logic,
-        options: &EmitOptions,
-        findings: &mut Vec<Diagnostic>,
-    ) -> Option<Misfit> {
-        let device = self.device;
-        let mut free: Vec<u32> = (1..=device.n_pins)
-            .filter(|pin| *pin != device.gnd() && *pin != device.n_pins)
-            .collect();
-        let mut needs: Vec<(SignalIndex, Need)> = Vec::new();
-        let mut equation_of: Vec<Option<&Equation>> = vec![None; self.signals.len()];
-        for equation in &self.equations {
-            equation_of[equation.signal] = Some(equation);
-        }
-        for (index, signal) in self.signals.iter().enumerate() {
-            needs.push((
-                index,
-                match (signal.source, equation_of[index]) {
-                    (Source::Clock, _) => Need::Clock,
-                    (_, Some(equation)) => Need::Macrocell {
-                        terms: equation.products.len(),
-                        is_registered: equation.is_registered,
-                    },
-                    (Source::Input(_) | Source::Flop(_) | Source::Output(_), None) => Need::Input,
-                },
-            ));
-        }
-        let has_registers = self.equations.iter().any(|equation| equation.is_registered);
-        let before = findings.len();
-        for (name, pin) in &options.pins {
-            let Some(index) = self.find_source(logic, name) else {
-                let known = self.signals.iter().map(|signal| source_name(logic, signal.source));
-                let mut finding = Diagnostic::error(
-                    codes::BAD_PIN,
-                    format!(
-                        "the board gives pin {pin} to `{name}`, and the circuit has no such signal"
-                    ),
-                );
-                if let Some(near) = nearest(name, known) {
-                    finding = finding.help(format!("did you mean `{near}`?"));
-                }
-                findings.push(finding);
-                continue;
-            };
-            let need = needs[index].1;
-            if let Some(other) = self.signals.iter().find(|signal| signal.pin == Some(*pin)) {
-                let message = format!(
-                    "pin {pin} is given to `{}` and to `{name}`",
-                    source_name(logic, other.source)
-                );
-                findings.push(
-                    Diagnostic::error(codes::BAD_PIN, message)
-                        .help("give each signal a pin of its own"),
-                );
-            } else if let Some(reason) = need.refuses(device, has_registers, *pin) {
-                let message =
-                    format!("pin {pin} of a {} cannot be `{name}`: {reason}", device.name);
-                findings.push(
-                    Diagnostic::error(codes::BAD_PIN, message)
-                        .help(format!("possible pins: {}", need.possible(device, has_registers))),
-                );
-            } else {
-                free.retain(|other| other != pin);
-                self.signals[index].pin = Some(*pin);
-            }
-        }
-        if findings.len() > before {
-            return None;
-        }
-        // The widest sums choose first and take the narrowest macrocell that holds them; inputs take what only inputs can use.
-        needs.retain(|(index, _)| self.signals[*index].pin.is_none());
-        needs.sort_by_key(|(index, need)| match need {
-            Need::Clock => (0, 0, *index),
-            Need::Macrocell { terms, .. } => (1, usize::MAX - terms, *index),
-            Need::Input => (2, 0, *index),
-        });
-        let mut misfit = Misfit::default();
-        for (index, need) in needs {
-            let best = free
-                .iter()
-                .copied()
-                .filter(|pin| need.refuses(device, has_registers, *pin).is_none());
-            let rank = |pin: &u32| match (need, device.macrocell(*pin)) {
-                (Need::Macrocell { .. }, Some(cell)) => {
-                    (cell.registered_terms.max(cell.combinational_terms), *pin)
-                }
-                (Need::Macrocell { .. } | Need::Input | Need::Clock, None) => (0, *pin),
-                (Need::Input | Need::Clock, Some(_)) => {
-                    (u32::from(device.deaf_pins.contains(pin)) + 1, *pin)
-                }
-            };
-            match best.min_by_key(rank) {
-                Some(pin) => {
-                    free.retain(|other| *other != pin);
-                    self.signals[index].pin = Some(pin);
-                }
-                None => misfit.note(need, &self.signals[index], device),
-            }
-        }
-        if misfit.is_none() {
-            self.has_pins = true;
-            return None;
-        }
-        for signal in &mut self.signals {
-            signal.pin = options
-                .pins
-                .iter()
-                .find(|(name, _)| source_matches(logic, signal.source, name))
-                .map(|(_, pin)| *pin);
-        }
-        Some(misfit)
-    }
-
-    fn find_source(&self, logic: &Logic, name: &str) -> Option<SignalIndex> {
-        self.signals.iter().position(|signal| source_matches(logic, signal.source, name))
     }
 }
 
@@ -372,16 +267,18 @@ pub(crate) fn register_name(namer: &mut Namer, name: &str) -> String {
     if namer.is_taken(name) { namer.name_with_suffix(name, "_q") } else { namer.name(name) }
 }
 
-fn source_name(logic: &Logic, source: Source) -> &str {
+pub(crate) fn source_name(logic: &Logic, source: Source) -> &str {
     match source {
         Source::Clock => "clock",
         Source::Input(id) => &logic.inputs[id].name,
         Source::Flop(id) => &logic.flops[id].name,
         Source::Output(id) => &logic.outputs[id].name,
+        // It is named by us, so nobody knows it by another name than the one printed.
+        Source::Buried(_) => "",
     }
 }
 
-fn source_matches(logic: &Logic, source: Source, name: &str) -> bool {
+pub(crate) fn source_matches(logic: &Logic, source: Source, name: &str) -> bool {
     (source == Source::Clock && name == "clk") || source_name(logic, source) == name
 }
 
@@ -400,144 +297,115 @@ fn find_device(options: &EmitOptions, findings: &mut Vec<Diagnostic>) -> &'stati
     })
 }
 
-/// Which polarity a sum is printed in.
-struct FormChoice<'a> {
-    logic: &'a Logic,
-    device: &'static Device,
-    budget: Budget,
-    dont_cares: bool,
-}
-
-impl FormChoice<'_> {
-    fn sum(&self, node: NodeId, is_complemented: bool) -> Result<Vec<Product>, Refused> {
-        sum_of_products(self.logic, node, is_complemented, self.dont_cares, self.budget)
-    }
-
-    fn registered(&self, node: NodeId, init: bool) -> Result<Form, Refused> {
-        match self.device.power_up {
-            PowerUp::ByPolarity => Ok(Form {
-                is_complemented: init,
-                is_pin_inverted: false,
-                products: self.sum(node, init)?,
-            }),
-            // The pin is high at first; where its polarity is fixed, that of the sum is too.
-            PowerUp::PinsHigh => match self.device.polarity {
-                Polarity::Programmable => {
-                    Ok(Form { is_pin_inverted: !init, ..self.combinational(node)? })
-                }
-                Polarity::ActiveLow => Ok(Form {
-                    is_complemented: init,
-                    is_pin_inverted: !init,
-                    products: self.sum(node, init)?,
-                }),
-                Polarity::ActiveHigh => Ok(Form {
-                    is_complemented: !init,
-                    is_pin_inverted: !init,
-                    products: self.sum(node, !init)?,
-                }),
-            },
-        }
-    }
-
-    /// The shorter of both; the signal itself where they are equal.
-    fn combinational(&self, node: NodeId) -> Result<Form, Refused> {
-        let fixed = match self.device.polarity {
-            Polarity::Programmable => None,
-            Polarity::ActiveLow => Some(true),
-            Polarity::ActiveHigh => Some(false),
-        };
-        if let Some(is_complemented) = fixed {
-            let products = self.sum(node, is_complemented)?;
-            return Ok(Form { is_complemented, is_pin_inverted: false, products });
-        }
-        let cost =
-            |products: &[Product]| (products.len(), products.iter().map(Vec::len).sum::<usize>());
-        let plain = self.sum(node, false);
-        if let Ok(products) = &plain
-            && products.len() <= 1
-        {
-            return plain.map(|products| Form {
-                is_complemented: false,
-                is_pin_inverted: false,
-                products,
-            });
-        }
-        match (plain, self.sum(node, true)) {
-            (Ok(plain), Ok(complement)) if cost(&complement) >= cost(&plain) => {
-                Ok(Form { is_complemented: false, is_pin_inverted: false, products: plain })
-            }
-            (Ok(_) | Err(_), Ok(complement)) => {
-                Ok(Form { is_complemented: true, is_pin_inverted: false, products: complement })
-            }
-            (Ok(plain), Err(_)) => {
-                Ok(Form { is_complemented: false, is_pin_inverted: false, products: plain })
-            }
-            (Err(refused), Err(_)) => Err(refused),
-        }
-    }
-}
-
-fn equation(
-    signals: &mut [Signal],
-    signal: SignalIndex,
-    is_registered: bool,
-    form: Form,
-    inputs: &IdMap<PinInput, SignalIndex>,
-    flops: &IdMap<Flop, SignalIndex>,
-) -> Equation {
-    signals[signal].is_pin_inverted = form.is_pin_inverted;
-    let index = |var: Var| match var {
-        Var::Input(id) => inputs[id],
-        Var::Flop(id) => flops[id],
-    };
-    let products = form
-        .products
-        .into_iter()
-        .map(|product| product.into_iter().map(|(var, value)| (index(var), value)).collect());
-    Equation {
-        signal,
-        is_complemented: form.is_complemented,
-        is_registered,
-        products: products.collect(),
-    }
-}
-
-/// A function without a sum of products.
-struct TooLarge<'a> {
-    kind: &'static str,
+/// A function that needs an equation.
+#[derive(Debug, Clone)]
+struct Function<'a> {
+    source: Source,
+    node: NodeId,
+    /// The value after power-up, for a clocked one.
+    init: Option<bool>,
     name: &'a str,
     meta: &'a Meta,
-    why: Refused,
 }
 
-/// All functions that are too large, in one finding: they mostly have one cause.
-fn too_large(all: &[TooLarge<'_>]) -> Diagnostic {
-    const SHOWN: usize = 6;
-    let mut names: Vec<String> = all
-        .iter()
-        .take(SHOWN)
-        .map(|one| format!("{} `{}` ({})", one.kind, one.name, one.why))
-        .collect();
-    if all.len() > SHOWN {
-        names.push(format!("and {} more", all.len() - SHOWN));
-    }
-    let functions = if all.len() == 1 {
-        "1 function is".to_owned()
-    } else {
-        format!("{} functions are", all.len())
-    };
-    let mut finding = Diagnostic::error(
-        codes::TOO_MANY_PRODUCTS,
-        format!("{functions} too large for a sum of products: {}", names.join(", ")),
-    );
-    let mut spans: Vec<grafsynth_ir::Span> = Vec::new();
-    for one in all {
-        if !spans.contains(&one.meta.span) && spans.len() < SHOWN {
-            spans.push(one.meta.span);
-            finding = finding.at(one.meta.span, "declared here");
+impl Function<'_> {
+    fn wide(&self, forms: &FormChoice<'_>) -> Wide {
+        Wide {
+            node: self.node,
+            polarity: forms.polarity(self.init),
+            name: self.name.to_owned(),
+            meta: self.meta.clone(),
         }
     }
-    finding.help("build for `verilog` or `blif`, which keep functions factored, or narrow the ranges these functions are computed from")
+}
+
+/// All functions of a circuit, flip-flops first; a registered output that the device cannot wake up right is a finding.
+fn functions<'a>(
+    logic: &'a Logic,
+    device: &'static Device,
+    findings: &mut Vec<Diagnostic>,
+) -> Vec<Function<'a>> {
+    let mut functions: Vec<Function<'a>> = logic
+        .flops
+        .iter()
+        .map(|(id, flop)| Function {
+            source: Source::Flop(id),
+            node: flop.next,
+            init: Some(flop.init),
+            name: &flop.name,
+            meta: &flop.meta,
+        })
+        .collect();
+    for (id, output) in logic.outputs.iter() {
+        if device.power_up == PowerUp::PinsHigh && output.registered == Some(false) {
+            findings.push(wakes_high(device, output));
+        }
+        functions.push(Function {
+            source: Source::Output(id),
+            node: output.value,
+            init: output.registered,
+            name: &output.name,
+            meta: &output.meta,
+        });
+    }
+    functions
+}
+
+/// Where the signals of each kind begin: they lie in the order of their kinds.
+#[derive(Debug)]
+struct FirstOfKind {
+    input: SignalIndex,
+    output: SignalIndex,
+    flop: SignalIndex,
+    buried: SignalIndex,
+    /// The signals of buried nodes, by the input that stands for them.
+    places: BTreeMap<PinInputId, SignalIndex>,
+}
+
+impl FirstOfKind {
+    fn of(signals: &[Signal]) -> Self {
+        let first = |is_kind: fn(&Source) -> bool| {
+            signals.iter().position(|signal| is_kind(&signal.source)).unwrap_or(0)
+        };
+        FirstOfKind {
+            input: first(|source| matches!(source, Source::Input(_))),
+            output: first(|source| matches!(source, Source::Output(_))),
+            flop: first(|source| matches!(source, Source::Flop(_))),
+            buried: signals.len(),
+            places: BTreeMap::new(),
+        }
+    }
+
+    fn equation(
+        &self,
+        signals: &mut [Signal],
+        function: &Function<'_>,
+        form: Form,
+        logic: &Logic,
+    ) -> Equation {
+        let signal = match function.source {
+            Source::Flop(id) => self.flop + id.index(),
+            Source::Output(id) => self.output + id.index(),
+            Source::Buried(index) => self.buried + index,
+            Source::Clock | Source::Input(_) => unreachable!("they have no function"),
+        };
+        signals[signal].is_pin_inverted = form.is_pin_inverted;
+        let index = |var: Var| match var {
+            Var::Input(id) if id.index() < logic.inputs.len() => self.input + id.index(),
+            Var::Input(id) => self.places[&id],
+            Var::Flop(id) => self.flop + id.index(),
+        };
+        let products = form
+            .products
+            .into_iter()
+            .map(|product| product.into_iter().map(|(var, value)| (index(var), value)).collect());
+        Equation {
+            signal,
+            is_complemented: form.is_complemented,
+            is_registered: function.init.is_some(),
+            products: products.collect(),
+        }
+    }
 }
 
 fn wakes_high(device: &Device, output: &PinOutput) -> Diagnostic {
@@ -548,129 +416,6 @@ fn wakes_high(device: &Device, output: &PinOutput) -> Diagnostic {
     Diagnostic::error(codes::POWER_UP, message)
         .at(output.meta.span, "registered output")
         .help("make the output combinational, or take a gal22v10, whose pins wake by polarity")
-}
-
-/// What a signal needs of a pin.
-#[derive(Debug, Clone, Copy)]
-enum Need {
-    Clock,
-    Input,
-    Macrocell { terms: usize, is_registered: bool },
-}
-
-impl Need {
-    /// Why this pin will not do.
-    fn refuses(self, device: &Device, has_registers: bool, pin: u32) -> Option<String> {
-        if pin == 0 || pin > device.n_pins {
-            return Some(format!("it has {} pins", device.n_pins));
-        }
-        if pin == device.gnd() || pin == device.n_pins {
-            return Some("it is a supply pin".to_owned());
-        }
-        let is_clock_pin = device.clock == Clock::Pin(pin);
-        let is_reserved = device.control_pins.contains(&pin)
-            && (has_registers || !device.free_when_combinational);
-        match self {
-            Need::Clock => match device.clock {
-                Clock::Pin(own) => (own != pin).then(|| format!("its clock is pin {own}")),
-                Clock::Term => is_reserved.then(|| "it controls all outputs".to_owned()),
-                Clock::None => Some("the device has no flip-flops".to_owned()),
-            },
-            Need::Input if is_reserved => Some("it controls all registered outputs".to_owned()),
-            Need::Input => (is_clock_pin && has_registers).then(|| "it is the clock".to_owned()),
-            Need::Macrocell { terms, is_registered } => match device.macrocell(pin) {
-                None => Some("it has no output macrocell".to_owned()),
-                Some(cell) => {
-                    let limit = if is_registered {
-                        cell.registered_terms
-                    } else {
-                        cell.combinational_terms
-                    };
-                    if limit == 0 {
-                        let has = if is_registered { "no flip-flop" } else { "always a flip-flop" };
-                        return Some(format!("its macrocell has {has}"));
-                    }
-                    (terms > limit as usize).then(|| {
-                        format!("the function has {terms} product terms, the macrocell {limit}")
-                    })
-                }
-            },
-        }
-    }
-
-    fn possible(self, device: &Device, has_registers: bool) -> String {
-        let pins: Vec<String> = (1..=device.n_pins)
-            .filter(|pin| self.refuses(device, has_registers, *pin).is_none())
-            .map(|pin| pin.to_string())
-            .collect();
-        if pins.is_empty() { "none".to_owned() } else { pins.join(", ") }
-    }
-}
-
-/// What a device lacks.
-#[derive(Debug, Default)]
-struct Misfit {
-    inputs: usize,
-    macrocells: usize,
-    /// Signals whose sums are wider than any macrocell: name, terms, place.
-    wide: Vec<(String, usize, Meta)>,
-}
-
-impl Misfit {
-    fn is_none(&self) -> bool {
-        self.inputs + self.macrocells == 0 && self.wide.is_empty()
-    }
-
-    fn note(&mut self, need: Need, signal: &Signal, device: &Device) {
-        match need {
-            Need::Clock | Need::Input => self.inputs += 1,
-            Need::Macrocell { terms, .. } if terms > widest(device) => {
-                self.wide.push((signal.name.clone(), terms, signal.meta.clone()));
-            }
-            Need::Macrocell { .. } => self.macrocells += 1,
-        }
-    }
-
-    fn parts(&self, device: &Device) -> Vec<String> {
-        let mut parts = Vec::new();
-        if self.macrocells > 0 {
-            parts.push(format!(
-                "{} of its registers and outputs find no macrocell",
-                self.macrocells
-            ));
-        }
-        if self.inputs > 0 {
-            parts.push(format!("{} of its inputs find no pin", self.inputs));
-        }
-        for (name, terms, _) in &self.wide {
-            parts.push(format!(
-                "`{name}` needs {terms} product terms and the largest macrocell has {}",
-                widest(device)
-            ));
-        }
-        parts
-    }
-
-    fn diagnostic(&self, logic: &Logic, device: &Device) -> Diagnostic {
-        let message = format!(
-            "`{}` does not fit one {}: {}",
-            logic.name,
-            device.name,
-            self.parts(device).join("; ")
-        );
-        let mut finding =
-            Diagnostic::error(codes::DOES_NOT_FIT, message).at(logic.name.span, "this chart");
-        for (_, _, meta) in &self.wide {
-            finding = finding.at(meta.span, "too wide");
-        }
-        finding.help("take a larger device, split the chart, or build for `palasm` or `cupl`, which leave pins open")
-    }
-}
-
-fn widest(device: &Device) -> usize {
-    let terms =
-        |cell: &crate::device::Macrocell| cell.registered_terms.max(cell.combinational_terms);
-    device.macrocells.iter().map(terms).max().unwrap_or(0) as usize
 }
 
 /// The comment at the head.
@@ -684,12 +429,13 @@ pub(crate) fn busy_note(logic: &Logic) -> Option<String> {
 }
 
 fn head(
+    equations: &Equations,
     logic: &Logic,
     dialect: Dialect,
     options: &EmitOptions,
-    device: &Device,
     misfit: Option<&Misfit>,
 ) -> Vec<String> {
+    let device = equations.device;
     let mut head = vec![
         format!(
             "{} - equations made by grafsynth {}",
@@ -710,6 +456,14 @@ fn head(
             "does not fit one {}, so pins are left open: {}",
             device.name,
             misfit.parts(device).join("; ")
+        ));
+    }
+    if equations.depth > 0 {
+        let is_buried = |signal: &&Signal| matches!(signal.source, Source::Buried(_));
+        head.push(format!(
+            "{} parts of functions too wide for one sum are signals of their own: up to {} passes through the array more",
+            equations.signals.iter().filter(is_buried).count(),
+            equations.depth
         ));
     }
     if logic.outputs.values().any(|output| output.mealy) {

@@ -35,6 +35,7 @@ pub mod reset;
 pub mod synchronise;
 pub mod vectors;
 
+mod fit;
 pub mod fuse;
 mod rebind;
 #[cfg(test)]
@@ -169,6 +170,8 @@ pub enum Object {
     Flop(grafsynth_ir::logic::Flop),
     /// An output bit; its `value` means nothing here.
     Output(grafsynth_ir::logic::PinOutput),
+    /// A part of a function that is too wide for one sum: a signal of the text alone.
+    Buried,
 }
 
 /// One line of the text and the place it comes from.

@@ -45,17 +45,25 @@ pub fn rebind(logic: &mut Logic, emitted: &Emitted) -> Vec<Diagnostic> {
         let name = key(&named.name);
         match &named.object {
             Object::Clock => {}
+            // A pin shows it where it has one; the circuit has no such output.
+            Object::Buried => {
+                if let Some(&pin) = find_outputs.get(&name) {
+                    is_claimed[pin] = true;
+                }
+            }
             Object::Reset | Object::Input(_) => match find_inputs.get(&name) {
                 Some(&id) => {
                     let input = match &named.object {
                         Object::Input(input) => input.clone(),
-                        Object::Reset | Object::Clock | Object::Flop(_) | Object::Output(_) => {
-                            PinInput {
-                                name: named.name.clone(),
-                                role: PinRole::Reset,
-                                meta: Default::default(),
-                            }
-                        }
+                        Object::Reset
+                        | Object::Clock
+                        | Object::Flop(_)
+                        | Object::Output(_)
+                        | Object::Buried => PinInput {
+                            name: named.name.clone(),
+                            role: PinRole::Reset,
+                            meta: Default::default(),
+                        },
                     };
                     input_image[id] = Some(new.inputs.push(input));
                 }

@@ -1,5 +1,6 @@
 //! Whole circuits through every language.
 
+mod buried;
 mod foreign;
 mod pages;
 mod random;

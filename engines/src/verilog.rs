@@ -321,7 +321,7 @@ fn row(net: &Net, shown: &[&Named], input: &InputRow, bits: &[u8]) -> Result<Row
                         u64::from(is_one) << holds.bit.min(63);
                 }
             }
-            Object::Clock | Object::Reset | Object::Input(_) => {}
+            Object::Clock | Object::Reset | Object::Input(_) | Object::Buried => {}
         }
     }
     row.steps.sort_unstable();

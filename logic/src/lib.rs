@@ -19,6 +19,7 @@ pub mod encode;
 pub mod minimise;
 pub mod receptivity;
 pub mod sim;
+pub mod split;
 pub mod support;
 pub mod word;
 

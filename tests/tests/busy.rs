@@ -223,7 +223,7 @@ fn simulate_palasm(through: &Through) -> Result<usize, String> {
             Object::Output(_) => {
                 shown.insert(named.name.as_str(), (false, number(2)));
             }
-            Object::Clock | Object::Reset => {}
+            Object::Clock | Object::Reset | Object::Buried => {}
         }
     }
     let text = &through.emitted.text;

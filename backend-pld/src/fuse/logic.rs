@@ -140,7 +140,7 @@ impl Maker<'_> {
                     self.inputs.push((role.pin, id, role.is_inverted));
                 }
                 Object::Flop(flop) => self.flop(role.pin, flop.clone(), role.is_inverted),
-                Object::Clock | Object::Reset | Object::Output(_) => {}
+                Object::Clock | Object::Reset | Object::Output(_) | Object::Buried => {}
             }
         }
         for pin in 1..=self.placement.device.n_pins {

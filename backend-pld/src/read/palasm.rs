@@ -178,7 +178,7 @@ impl Parser<'_, '_> {
             pin += 1;
             let is_inverted = self.lexer.eat("/");
             let (span, token) = (self.lexer.span(), self.lexer.advance());
-            self.declare(token.text, span, Some(pin), is_inverted);
+            self.declare(token.text, span, Some(pin), is_inverted, Role::Pin);
         }
         if let (Some(device), true) = (self.device, pin > 0)
             && !(device.n_pins..=device.n_pins + 1).contains(&pin)
@@ -241,7 +241,8 @@ impl Parser<'_, '_> {
                 self.draft.report(finding);
             }
         }
-        self.declare(token.text, span, pin.filter(|_| !is_node), is_inverted);
+        let role = if is_node { Role::Internal } else { Role::Pin };
+        self.declare(token.text, span, pin.filter(|_| !is_node), is_inverted, role);
         while !self.lexer.token.is_first && self.lexer.token.kind != Kind::End {
             let token = self.lexer.token;
             let known =
@@ -257,11 +258,11 @@ impl Parser<'_, '_> {
         }
     }
 
-    fn declare(&mut self, name: &str, span: Span, pin: Option<u32>, is_inverted: bool) {
+    fn declare(&mut self, name: &str, span: Span, pin: Option<u32>, is_inverted: bool, role: Role) {
         if ["nc", "gnd", "vcc", "global"].iter().any(|word| name.eq_ignore_ascii_case(word)) {
             return;
         }
-        let id = self.draft.declare(name, span, Role::Pin);
+        let id = self.draft.declare(name, span, role);
         let signal = self.draft.at(id);
         signal.pin = pin;
         signal.is_pin_inverted = is_inverted;

@@ -7,6 +7,7 @@ use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::lower::program::{ProgramOptions, program};
 use grafsynth_ir::{FileId, text, validate};
+use grafsynth_logic::minimise::Budget;
 use grafsynth_logic::{EncodeOptions, encode};
 
 /// Builds a net's example with the options of its fence.
@@ -16,6 +17,11 @@ fn build(source: &str, words: &[&str]) -> Vec<Diagnostic> {
     let net = validate(net.unwrap()).unwrap();
     let program = program(&net, &ProgramOptions::default()).unwrap();
     let logic = encode(&net, &program, &Facts::default(), &EncodeOptions::default()).unwrap();
+    if words.first() == Some(&"convert") {
+        let mut found = crate::pla::table(&logic, Budget::default()).unwrap_err();
+        found.dedup_by_key(|finding| finding.code);
+        return found;
+    }
     let after =
         |option: &str| words.iter().position(|word| *word == option).map(|at| words[at + 1]);
     let dialect =

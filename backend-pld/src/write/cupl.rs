@@ -2,7 +2,7 @@
 
 use super::{Sheet, Signs};
 use crate::device::Clock;
-use crate::equations::{Equations, remark};
+use crate::equations::{Equations, Source, remark};
 
 const SIGNS: Signs = Signs { not: "!", and: " & ", or: "#", yes: "'b'1", no: "'b'0" };
 
@@ -33,7 +33,9 @@ pub(crate) fn write(equations: &Equations) -> Sheet {
             if signal.is_pin_inverted { format!("!{}", signal.name) } else { signal.name.clone() };
         let remark = remark(&signal.meta);
         let remark = if remark.is_empty() { remark } else { format!(" /* {remark} */") };
-        sheet.line_of(&format!("PIN {pin} = {name} ;{remark}"), &signal.name, &signal.meta);
+        let is_node = matches!(signal.source, Source::Buried(_)) && signal.pin.is_none();
+        let statement = if is_node { "PINNODE" } else { "PIN" };
+        sheet.line_of(&format!("{statement} {pin} = {name} ;{remark}"), &signal.name, &signal.meta);
     }
     sheet.line("");
     for equation in &equations.equations {

@@ -38,8 +38,10 @@ pub(crate) fn write(equations: &Equations, vectors: Option<&Vectors>) -> Sheet {
         let kind = if is_registered[index] { "REGISTERED" } else { "COMBINATORIAL" };
         let remark = remark(&signal.meta);
         let remark = if remark.is_empty() { remark } else { format!(" ; {remark}") };
+        let is_node = matches!(signal.source, Source::Buried(_)) && signal.pin.is_none();
+        let statement = if is_node { "NODE" } else { "PIN" };
         sheet.line_of(
-            &format!("PIN {pin:<3} {name:<15} {kind:<13}{remark}"),
+            &format!("{statement} {pin:<3} {name:<15} {kind:<13}{remark}"),
             &signal.name,
             &signal.meta,
         );
@@ -75,12 +77,14 @@ fn simulation(sheet: &mut Sheet, equations: &Equations, vectors: &Vectors) {
     let inputs: Vec<(usize, usize)> = (equations.signals.iter().enumerate())
         .filter_map(|(index, signal)| match signal.source {
             Source::Input(id) => Some((index, id.index())),
-            Source::Clock | Source::Flop(_) | Source::Output(_) => None,
+            Source::Clock | Source::Flop(_) | Source::Output(_) | Source::Buried(_) => None,
         })
         .collect();
     sheet.line("SIMULATION");
     sheet.line("");
-    let all: Vec<&str> = equations.signals.iter().map(|signal| signal.name.as_str()).collect();
+    let is_shown = |source: Source| !matches!(source, Source::Buried(_));
+    let shown = equations.signals.iter().filter(|signal| is_shown(signal.source));
+    let all: Vec<&str> = shown.map(|signal| signal.name.as_str()).collect();
     wrapped(sheet, "TRACE_ON", &all);
     let mut before: Option<Vec<bool>> = None;
     for row in &vectors.rows {
@@ -106,7 +110,11 @@ fn simulation(sheet: &mut Sheet, equations: &Equations, vectors: &Vectors) {
                         .copied()
                         .flatten()
                         .map(|value| literal(index, value)),
-                    Source::Output(_) | Source::Flop(_) | Source::Clock | Source::Input(_) => None,
+                    Source::Output(_)
+                    | Source::Flop(_)
+                    | Source::Clock
+                    | Source::Input(_)
+                    | Source::Buried(_) => None,
                 })
                 .collect()
         };

@@ -1,0 +1,125 @@
+//! The choice of form: in which polarity a function is a sum.
+
+use crate::device::{Device, Polarity, PowerUp};
+use grafsynth_ir::logic::{Logic, NodeId};
+use grafsynth_logic::minimise::{Budget, Product, Refused, sum_of_products};
+use grafsynth_logic::split::NarrowSum;
+
+/// A sum in the polarity it is printed in.
+pub(crate) struct Form {
+    pub(crate) is_complemented: bool,
+    pub(crate) is_pin_inverted: bool,
+    pub(crate) products: Vec<Product>,
+}
+
+/// Which polarity a sum is printed in.
+#[derive(Clone, Copy)]
+pub(crate) struct FormChoice<'a> {
+    pub(crate) logic: &'a Logic,
+    pub(crate) device: &'static Device,
+    pub(crate) budget: Budget,
+    pub(crate) dont_cares: bool,
+}
+
+impl FormChoice<'_> {
+    /// Where the device has no choice: its sums give the complement of the pin, or the pin.
+    fn fixed(&self) -> Option<bool> {
+        match self.device.polarity {
+            Polarity::Programmable => None,
+            Polarity::ActiveLow => Some(true),
+            Polarity::ActiveHigh => Some(false),
+        }
+    }
+
+    /// The polarity in which a function must be written (true: as it is); none: either. `init` is the value that a clocked one wakes with.
+    pub(crate) fn polarity(&self, init: Option<bool>) -> Option<bool> {
+        match (init, self.device.power_up) {
+            (None, _) => self.fixed().map(|is_low| !is_low),
+            (Some(init), PowerUp::ByPolarity) => Some(!init),
+            (Some(init), PowerUp::PinsHigh) => self.fixed().map(|is_low| is_low != init),
+        }
+    }
+
+    /// The form of a function: of a clocked one with the value it wakes with, or of a combinational one.
+    pub(crate) fn of(&self, node: NodeId, init: Option<bool>) -> Result<Form, Refused> {
+        match init {
+            Some(init) => self.registered(node, init),
+            None => self.combinational(node),
+        }
+    }
+
+    /// The form that a sum of the right polarity has which was found otherwise.
+    pub(crate) fn of_sum(&self, sum: &NarrowSum, init: Option<bool>) -> Form {
+        let is_pin_inverted = match (init, self.device.power_up) {
+            (Some(init), PowerUp::PinsHigh) => !init,
+            (Some(_), PowerUp::ByPolarity) => false,
+            // A part in the polarity that the device lacks is shown by its pin the other way round.
+            (None, _) => self.fixed().is_some_and(|is_low| is_low != sum.is_complemented),
+        };
+        Form {
+            is_complemented: sum.is_complemented,
+            is_pin_inverted,
+            products: sum.products.clone(),
+        }
+    }
+
+    fn sum(&self, node: NodeId, is_complemented: bool) -> Result<Vec<Product>, Refused> {
+        sum_of_products(self.logic, node, is_complemented, self.dont_cares, self.budget)
+    }
+
+    /// The function of a flip-flop that wakes with this value.
+    fn registered(&self, node: NodeId, init: bool) -> Result<Form, Refused> {
+        match self.device.power_up {
+            PowerUp::ByPolarity => Ok(Form {
+                is_complemented: init,
+                is_pin_inverted: false,
+                products: self.sum(node, init)?,
+            }),
+            // The pin is high at first; where its polarity is fixed, that of the sum is too.
+            PowerUp::PinsHigh => match self.fixed() {
+                None => Ok(Form { is_pin_inverted: !init, ..self.combinational(node)? }),
+                Some(is_low) => {
+                    let is_complemented = is_low == init;
+                    let products = self.sum(node, is_complemented)?;
+                    Ok(Form { is_complemented, is_pin_inverted: !init, products })
+                }
+            },
+        }
+    }
+
+    /// The shorter of both; the signal itself where they are equal.
+    fn combinational(&self, node: NodeId) -> Result<Form, Refused> {
+        if let Some(is_complemented) = self.fixed() {
+            let products = self.sum(node, is_complemented)?;
+            return Ok(Form { is_complemented, is_pin_inverted: false, products });
+        }
+        let cost =
+            |products: &[Product]| (products.len(), products.iter().map(Vec::len).sum::<usize>());
+        let plain = self.sum(node, false);
+        if let Ok(products) = &plain
+            && products.len() <= 1
+        {
+            return plain.map(|products| Form {
+                is_complemented: false,
+                is_pin_inverted: false,
+                products,
+            });
+        }
+        if let Err(refused @ (Refused::Nodes(_) | Refused::Variables(_))) = plain {
+            // The complement has the same diagram.
+            return Err(refused);
+        }
+        match (plain, self.sum(node, true)) {
+            (Ok(plain), Ok(complement)) if cost(&complement) >= cost(&plain) => {
+                Ok(Form { is_complemented: false, is_pin_inverted: false, products: plain })
+            }
+            (Ok(_) | Err(_), Ok(complement)) => {
+                Ok(Form { is_complemented: true, is_pin_inverted: false, products: complement })
+            }
+            (Ok(plain), Err(_)) => {
+                Ok(Form { is_complemented: false, is_pin_inverted: false, products: plain })
+            }
+            (Err(refused), Err(_)) => Err(refused),
+        }
+    }
+}

@@ -1,0 +1,11 @@
+//! The decisions between a circuit and its equations: the form of each function, the pin of each signal, and what to say where that does not fit.
+//!
+//! ```text
+//! Logic ─ form    polarity of each sum ─┐
+//!   └──── logic::split  where a sum is too wide: buried nodes ─ pins  matched to macrocells ─ Equations
+//!                                                                  └─ misfit  what is missing, why, and what would help
+//! ```
+
+pub(crate) mod form;
+pub(crate) mod misfit;
+pub(crate) mod pins;
