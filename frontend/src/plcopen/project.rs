@@ -306,7 +306,8 @@ impl<'t> Reader<'_, 't> {
             let Some(name) = self.name(node, "name") else { continue };
             let Some(body) = child(node, "body") else { continue };
             let body = self.list(body, unit);
-            actions.push(Action { name, body, label: String::new(), span: self.span(node) });
+            let label = sfc::documentation(node);
+            actions.push(Action { name, body, label, span: self.span(node) });
         }
         actions
     }

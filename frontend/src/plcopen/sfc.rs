@@ -172,7 +172,8 @@ fn transition_name(reader: &Reader<'_, '_>, node: Node<'_, '_>) -> Option<Name> 
     })
 }
 
-fn documentation(node: Node<'_, '_>) -> String {
+/// The comment of an element, on one line.
+pub(super) fn documentation(node: Node<'_, '_>) -> String {
     child(node, "documentation")
         .map(|one| {
             let words: Vec<&str> = one

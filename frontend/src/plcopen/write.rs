@@ -25,8 +25,7 @@ fn attribute(value: &str) -> String {
 
 /// The project of a net, and what of it the project does not hold.
 pub(super) fn net(net: &Net) -> Result<(String, Vec<Diagnostic>), Vec<Diagnostic>> {
-    let design = crate::from_net::design(net)?;
-    let Programs { programs, lost, findings, tick_ns } = items::programs(&design, "PLCopen XML");
+    let Programs { programs, lost, findings, tick_ns } = items::programs_of(net, "PLCopen XML")?;
     if !findings.is_empty() {
         return Err(findings);
     }
@@ -90,9 +89,10 @@ fn pou(out: &mut String, program: &Program) {
         for action in &program.actions {
             let _ = writeln!(
                 out,
-                "          <action name={}><body>{}</body></action>",
+                "          <action name={}><body>{}</body>{}</action>",
                 attribute(&action.name),
-                structured(&action.body)
+                structured(&action.body),
+                documentation(&action.label)
             );
         }
         out.push_str("        </actions>\n");
@@ -112,10 +112,19 @@ fn pou(out: &mut String, program: &Program) {
     out.push_str("      </pou>\n");
 }
 
+/// What a comment of the chart becomes, at the end of its element.
+fn documentation(label: &str) -> String {
+    if label.is_empty() {
+        return String::new();
+    }
+    format!("<documentation><xhtml:p>{}</xhtml:p></documentation>", text(label))
+}
+
 fn variable(out: &mut String, var: &Var) {
-    let base = match var.ty {
-        Type::Bool => "<BOOL/>".to_owned(),
-        Type::Int { lo, hi } => format!(
+    let base = match (var.ty, &var.block) {
+        (_, Some(block)) => format!("<derived name={}/>", attribute(block)),
+        (Type::Bool, None) => "<BOOL/>".to_owned(),
+        (Type::Int { lo, hi }, None) => format!(
             "<subrangeSigned><range lower=\"{lo}\" upper=\"{hi}\"/><baseType><DINT/></baseType></subrangeSigned>"
         ),
     };
@@ -129,6 +138,10 @@ fn variable(out: &mut String, var: &Var) {
     let simple = |value: &str| format!("<simpleValue value={}/>", attribute(value));
     let init = match (var.init.as_slice(), var.len) {
         ([], _) => String::new(),
+        ([one], _) if var.block.is_some() => format!(
+            "<initialValue><structValue><value member=\"PT\">{}</value></structValue></initialValue>",
+            simple(one)
+        ),
         ([one], None) => format!("<initialValue>{}</initialValue>", simple(one)),
         (values, len) => {
             let repeated = len.filter(|_| values.len() == 1);
@@ -145,11 +158,7 @@ fn variable(out: &mut String, var: &Var) {
     };
     let address =
         var.address.as_ref().map_or(String::new(), |one| format!(" address={}", attribute(one)));
-    let label = if var.label.is_empty() {
-        String::new()
-    } else {
-        format!("<documentation><xhtml:p>{}</xhtml:p></documentation>", text(&var.label))
-    };
+    let label = documentation(&var.label);
     let _ = writeln!(
         out,
         "            <variable name={}{address}><type>{ty}</type>{init}{label}</variable>",
@@ -289,11 +298,12 @@ fn chart(out: &mut String, program: &Program) {
         let initial = if step.is_initial { " initialStep=\"true\"" } else { "" };
         let _ = writeln!(
             out,
-            "            <step localId=\"{}\" height=\"30\" width=\"100\" name={}{initial}><position x=\"{}\" y=\"{}\"/>{before}<connectionPointOut formalParameter=\"\"/><connectionPointOutAction formalParameter=\"\"/></step>",
+            "            <step localId=\"{}\" height=\"30\" width=\"100\" name={}{initial}><position x=\"{}\" y=\"{}\"/>{before}<connectionPointOut formalParameter=\"\"/><connectionPointOutAction formalParameter=\"\"/>{}</step>",
             index + 1,
             attribute(&step.name),
             column * COLUMN,
-            row * ROW
+            row * ROW,
+            documentation(&step.label)
         );
         if !step.uses.is_empty() {
             let id = page.number();
@@ -312,13 +322,14 @@ fn chart(out: &mut String, program: &Program) {
         let condition = [transition.condition.clone()];
         let _ = writeln!(
             out,
-            "            <transition localId=\"{}\" height=\"2\" width=\"20\"{priority}><position x=\"{}\" y=\"{}\"/>{}<connectionPointOut/><condition><inline name={}>{}</inline></condition></transition>",
+            "            <transition localId=\"{}\" height=\"2\" width=\"20\"{priority}><position x=\"{}\" y=\"{}\"/>{}<connectionPointOut/><condition><inline name={}>{}</inline></condition>{}</transition>",
             transition_id(index),
             column * COLUMN + place * 40,
             row * ROW + 100,
             point(port),
             attribute(name),
-            structured(&condition)
+            structured(&condition),
+            documentation(&transition.label)
         );
     }
     for (port, target, column, row) in jumps {

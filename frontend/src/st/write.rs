@@ -3,7 +3,9 @@
 //! What reads back as the same net: steps, transitions with priorities, Boolean actions and actions with lists in all qualifiers, integers (as subranges,
 //! which do not wrap), arrays, settings (in pragmas). A continuous output becomes the action of its steps, which has the same value in every row.
 
+mod flat;
 pub(crate) mod items;
+mod lists;
 pub(crate) mod text;
 
 use std::fmt::Write;
@@ -15,9 +17,8 @@ use items::{Program, Programs};
 
 /// The text of a net, and what of it the text does not hold.
 pub(super) fn net(net: &Net) -> Result<(String, Vec<Diagnostic>), Vec<Diagnostic>> {
-    let design = crate::from_net::design(net)?;
     let Programs { programs, lost, findings, tick_ns } =
-        items::programs(&design, "structured text");
+        items::programs_of(net, "structured text")?;
     if !findings.is_empty() {
         return Err(findings);
     }
@@ -59,6 +60,7 @@ fn write_program(out: &mut String, program: &Program) {
             let address = var.address.as_ref().map_or(String::new(), |one| format!(" AT {one}"));
             let init = match var.init.as_slice() {
                 [] => String::new(),
+                [one] if var.block.is_some() => format!(" := (PT := {one})"),
                 [one] if var.len.is_none() => format!(" := {one}"),
                 [one] => format!(" := [{}({one})]", var.len.unwrap_or(1)),
                 many => format!(" := [{}]", many.join(", ")),

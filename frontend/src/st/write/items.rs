@@ -8,7 +8,7 @@ use grafsynth_ir::chart::{
 };
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::expr::{ExprKind, Type};
-use grafsynth_ir::net::{Meta, Policy, Qualifier};
+use grafsynth_ir::net::{Meta, Net, Policy, Qualifier};
 use grafsynth_ir::{Name, Span};
 
 use super::text::{self, Names, duration};
@@ -42,6 +42,8 @@ pub(crate) struct Var {
     pub(crate) name: String,
     pub(crate) ty: Type,
     pub(crate) len: Option<u32>,
+    /// The function block that it is an instance of; then `init` is its PT.
+    pub(crate) block: Option<String>,
     pub(crate) init: Vec<String>,
     pub(crate) address: Option<String>,
     pub(crate) label: String,
@@ -49,6 +51,9 @@ pub(crate) struct Var {
 
 impl Var {
     pub(crate) fn ty_text(&self) -> String {
+        if let Some(block) = &self.block {
+            return block.clone();
+        }
         let ty = match self.ty {
             Type::Bool => "BOOL".to_owned(),
             Type::Int { lo, hi } => format!("DINT ({lo}..{hi})"),
@@ -99,6 +104,13 @@ struct Maker<'a> {
     /// Actions with lists: programs cannot ask for their Q.
     lists: BTreeSet<&'a str>,
     leaving: BTreeSet<String>,
+    /// Why lists of steps and free timers would not run as they do, if they would not.
+    unordered: Option<&'static str>,
+    /// Lists that run when steps are left and entered, in the order of the steps.
+    exits: Vec<Action>,
+    entries: Vec<Action>,
+    /// Calls of the timers.
+    timers: Vec<String>,
 }
 
 impl Names for Maker<'_> {
@@ -123,8 +135,20 @@ impl Names for Maker<'_> {
     }
 }
 
+/// The programs of a net, its macro-steps written out.
+///
+/// # Errors
+/// What no chart says.
+pub(crate) fn programs_of(net: &Net, target: &'static str) -> Result<Programs, Vec<Diagnostic>> {
+    let (net, lost) = super::flat::flat(net);
+    let design = crate::from_net::design(&net)?;
+    let mut made = programs(&design, target);
+    made.lost.splice(0..0, lost);
+    Ok(made)
+}
+
 /// The programs of a design, for a target that messages name so.
-pub(crate) fn programs(design: &Design, target: &'static str) -> Programs {
+fn programs(design: &Design, target: &'static str) -> Programs {
     let mut all =
         Programs { programs: Vec::new(), lost: Vec::new(), findings: Vec::new(), tick_ns: None };
     let mut taken_charts = BTreeSet::new();
@@ -138,6 +162,10 @@ pub(crate) fn programs(design: &Design, target: &'static str) -> Programs {
             steps: BTreeSet::new(),
             lists: BTreeSet::new(),
             leaving: BTreeSet::new(),
+            unordered: (design.charts.len() > 1).then_some("in one of several charts"),
+            exits: Vec::new(),
+            entries: Vec::new(),
+            timers: Vec::new(),
         };
         let mut program = maker.program(chart, &mut all.tick_ns);
         let mut name = identifier(&chart.name.text);
@@ -247,6 +275,7 @@ impl<'a> Maker<'a> {
                             name,
                             ty: Type::Bool,
                             len: None,
+                            block: None,
                             init: Vec::new(),
                             address,
                             label,
@@ -258,7 +287,10 @@ impl<'a> Maker<'a> {
                     SettingKind::Conflict(Policy::Priority) => priority = true,
                     SettingKind::ActionsIec => iec = true,
                     SettingKind::EvolutionSingle => {}
-                    SettingKind::FinalScan => program.pragmas.push("final scan".to_owned()),
+                    SettingKind::FinalScan => {
+                        self.unordered = Some("beside a final scan");
+                        program.pragmas.push("final scan".to_owned());
+                    }
                     SettingKind::Conflict(policy) if policy.is_statechart() => {
                         self.cannot("statecharts", setting.span);
                     }
@@ -270,6 +302,11 @@ impl<'a> Maker<'a> {
                     | SettingKind::Queue(_)
                     | SettingKind::EventsExclusive
                     | SettingKind::Priority(_) => {
+                        if let SettingKind::EvolutionStable(_) = setting.kind {
+                            self.unordered = Some("in a chart that evolves until it is stable");
+                        } else if let SettingKind::AssignSimultaneous(_) = setting.kind {
+                            self.unordered = Some("with simultaneous assignments");
+                        }
                         let text = setting_text(setting);
                         self.lost.push(
                             Diagnostic::warning(codes::ST_LOST, format!("`{text}` stands in a pragma"))
@@ -302,8 +339,96 @@ impl<'a> Maker<'a> {
             program.pragmas.push("conflict all".to_owned());
         }
         self.bodies(chart, iec, &mut program);
+        self.lists_and_timers(chart, *tick, &mut program, &mut vars);
         program.sections = vec![("VAR_INPUT", inputs), ("VAR_OUTPUT", outputs), ("VAR", vars)];
         program
+    }
+
+    /// Puts the lists of steps before all other actions and the calls of timers behind them.
+    fn lists_and_timers(
+        &mut self,
+        chart: &'a Chart,
+        tick: Option<u64>,
+        program: &mut Program,
+        vars: &mut Vec<Var>,
+    ) {
+        let first = self.exits.drain(..).chain(self.entries.drain(..)).collect::<Vec<_>>();
+        program.actions.splice(0..0, first);
+        // A clock of a TON stands still at PT, so that must lie behind all that it is compared with.
+        let preset = super::lists::longest(chart).saturating_add(tick.unwrap_or(10_000_000));
+        for item in &chart.items {
+            let Item::Declaration(declaration) = item else { continue };
+            let DeclarationKind::Timer { condition } = &declaration.kind else { continue };
+            let span = declaration.name.span;
+            self.ordered("free timers", span);
+            let Some(clock) = self.names.get(declaration.name.text.as_str()).cloned() else {
+                continue;
+            };
+            let name = clock.trim_end_matches(".ET").to_owned();
+            let written = text::expr(self, condition);
+            let input = self.said(written);
+            self.timers.push(format!("{name}(IN := {input});"));
+            let label = self.label(&declaration.meta);
+            vars.push(Var {
+                name,
+                ty: Type::Bool,
+                len: None,
+                block: Some("TON".to_owned()),
+                init: vec![duration(preset)],
+                address: None,
+                label,
+            });
+        }
+        if self.timers.is_empty() {
+            return;
+        }
+        let name = self.free("timers");
+        let body = std::mem::take(&mut self.timers);
+        program.actions.push(Action { name: name.clone(), body, label: String::new() });
+        let qualifier = "S".to_owned();
+        match program.steps.iter_mut().find(|step| step.is_initial) {
+            Some(step) => step.uses.push(Use { action: name, qualifier, duration: None }),
+            None => self.cannot("free timers in a chart without an initial step", chart.span),
+        }
+    }
+
+    /// A list or timer runs in its order, or is reported.
+    fn ordered(&mut self, what: &str, span: Span) {
+        if let Some(why) = self.unordered {
+            self.cannot(format!("{what} {why}"), span);
+        }
+    }
+
+    /// A list of a step as an action of its own.
+    fn list_of(
+        &mut self,
+        step: &Name,
+        which: &str,
+        list: &grafsynth_ir::chart::Block,
+        span: Span,
+    ) -> Action {
+        self.ordered("lists that run at changes of steps", span);
+        if super::lists::asks_for_steps(list) {
+            self.cannot("lists that run at changes of steps and ask for steps", span);
+        }
+        let mut body = Vec::new();
+        if let Err((what, span)) = text::block(self, list, 0, &mut body) {
+            self.cannot(what, span);
+        }
+        let step = self.names.get(step.text.as_str()).cloned().unwrap_or_default();
+        let name = self.free(&format!("{step}_{which}"));
+        Action { name, body, label: String::new() }
+    }
+
+    /// A name that nothing has.
+    fn free(&mut self, base: &str) -> String {
+        let mut name = base.to_owned();
+        let mut n = 2;
+        while !self.taken.insert(name.to_uppercase()) {
+            name = format!("{base}_{n}");
+            n += 1;
+        }
+        name
     }
 
     fn bodies(&mut self, chart: &'a Chart, iec: bool, program: &mut Program) {
@@ -393,7 +518,10 @@ impl<'a> Maker<'a> {
                 return None;
             }
             DeclarationKind::Timer { .. } => {
-                self.cannot(format!("free timers: {}", declaration.name), span);
+                // Its clock is that of an on-delay.
+                let name = self.declare(&declaration.name);
+                self.names.insert(&declaration.name.text, format!("{name}.ET"));
+                self.lose(format!("the timer {name} is an instance of TON"), span);
                 return None;
             }
             DeclarationKind::ExternCondition { .. } | DeclarationKind::ExternAction { .. } => {
@@ -408,7 +536,7 @@ impl<'a> Maker<'a> {
         let name = self.declare(&declaration.name);
         let label = self.label(&declaration.meta);
         let (address, label) = address(&label);
-        Some((section, Var { name, ty, len, init, address, label }))
+        Some((section, Var { name, ty, len, block: None, init, address, label }))
     }
 
     fn step(
@@ -456,8 +584,16 @@ impl<'a> Maker<'a> {
                 StepItemKind::Action { target, .. } => {
                     self.cannot(format!("actions under a condition: {target}"), span);
                 }
-                StepItemKind::Entry(_) => self.cannot("lists that run at an activation", span),
-                StepItemKind::Exit(_) => self.cannot("lists that run at a deactivation", span),
+                StepItemKind::Entry(list) => {
+                    let action = self.list_of(&step.name, "entry", list, span);
+                    uses.push(pulse(&action, "P1"));
+                    self.entries.push(action);
+                }
+                StepItemKind::Exit(list) => {
+                    let action = self.list_of(&step.name, "exit", list, span);
+                    uses.push(pulse(&action, "P0"));
+                    self.exits.push(action);
+                }
                 StepItemKind::On { .. } => self.cannot("reactions of steps", span),
                 StepItemKind::Priority(_) => self.cannot("priorities of steps", span),
                 StepItemKind::Budget(_) | StepItemKind::Task { .. } => self.cannot("tasks", span),
@@ -537,6 +673,10 @@ impl<'a> Maker<'a> {
         let label = self.label(&transition.meta);
         Some(Transition { name, from, to, priority: transition.priority, condition, label })
     }
+}
+
+fn pulse(action: &Action, qualifier: &str) -> Use {
+    Use { action: action.name.clone(), qualifier: qualifier.to_owned(), duration: None }
 }
 
 /// An address at the beginning of a label, and the rest.

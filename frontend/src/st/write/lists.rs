@@ -1,0 +1,93 @@
+//! Lists that run at activations and deactivations, and free timers, in the words of the standard.
+//!
+//! ```text
+//! step s { entry { n := n + 1 } }     STEP s: s_entry(P1); END_STEP      ACTION s_entry: n := n + 1; END_ACTION
+//! timer t while a                     t : TON := (PT := T#..)            ACTION timers: t(IN := a); END_ACTION, stored by an initial step
+//! ```
+//! Actions run after all transitions of a scan, in the order in which they are declared: first all lists of steps that are left, then those of steps that
+//! are entered, then what the chart has of actions, and the timers at last. That is the order of semantics §3.3, §3.5 and §7 as long as no list asks for
+//! steps, which change one after the other there.
+
+use grafsynth_ir::chart::{
+    Block, Chart, DeclarationKind, Expr, Item, Leaf, StepItemKind, StmtKind,
+};
+
+/// Calls `visit` on every expression of a list.
+fn of_block(block: &Block, visit: &mut dyn FnMut(&Expr)) {
+    for stmt in block {
+        match &stmt.kind {
+            StmtKind::Assign { index, value, .. } => {
+                index.iter().for_each(&mut *visit);
+                visit(value);
+            }
+            StmtKind::If { condition, then, otherwise } => {
+                visit(condition);
+                of_block(then, visit);
+                of_block(otherwise, visit);
+            }
+            StmtKind::Call { arguments, .. } => arguments.iter().for_each(&mut *visit),
+            StmtKind::Raise(_)
+            | StmtKind::Send { .. }
+            | StmtKind::Cancel(_)
+            | StmtKind::Code(_) => {}
+        }
+    }
+}
+
+/// True when a list asks whether a step is active or for how long.
+pub(super) fn asks_for_steps(block: &Block) -> bool {
+    let mut asks = false;
+    of_block(block, &mut |expr| {
+        expr.for_each_leaf(&mut |leaf| {
+            if let Leaf::Name(path) = leaf {
+                asks |= path.names.len() > 1
+                    && path
+                        .names
+                        .last()
+                        .is_some_and(|last| matches!(last.text.as_str(), "active" | "t" | "T"));
+            }
+        });
+    });
+    asks
+}
+
+/// The longest time that anything of a chart is compared with, in nanoseconds.
+pub(super) fn longest(chart: &Chart) -> u64 {
+    let mut longest = 0;
+    let mut visit = |expr: &Expr| {
+        expr.for_each_leaf(&mut |leaf| {
+            if let Leaf::Duration(ns) = leaf {
+                longest = longest.max(*ns);
+            }
+        });
+    };
+    for item in &chart.items {
+        match item {
+            Item::Transition(transition) => transition.guard.iter().for_each(&mut visit),
+            Item::Action(action) => of_block(&action.body, &mut visit),
+            Item::Step(step) => {
+                for one in &step.body {
+                    if let StepItemKind::Entry(list) | StepItemKind::Exit(list) = &one.kind {
+                        of_block(list, &mut visit);
+                    }
+                }
+            }
+            Item::Declaration(declaration) => {
+                if let DeclarationKind::Timer { condition } = &declaration.kind {
+                    visit(condition);
+                }
+            }
+            // None of these can be written.
+            Item::Setting(_)
+            | Item::Macro(_)
+            | Item::MacroStep(_)
+            | Item::Enclosing(_)
+            | Item::State(_)
+            | Item::Use(_)
+            | Item::Property(_)
+            | Item::Place(_)
+            | Item::Board(_) => {}
+        }
+    }
+    longest
+}
