@@ -94,7 +94,7 @@ pub(crate) enum Verb {
 /// The design that a verb works on.
 #[derive(Debug, Args)]
 pub(crate) struct Input {
-    /// A chart (.graf .rules .c .net) or logic (.pds .pld .v .blif .pla); `-` is standard input.
+    /// A chart (.graf .rules .scxml .st .c .kiss2 .net) or logic (.pds .pld .v .blif .pla); `-` is standard input.
     pub(crate) file: String,
     /// The format, where the file's name does not say it.
     #[arg(long, value_name = "FORMAT")]

@@ -16,6 +16,8 @@ pub const LIBRARY_FILE: Code = Code { id: "G0010", title: "file of library chart
 pub const CERTIFICATE: Code = Code { id: "G0011", title: "certificate of a library chart" };
 /// A stimulus whose answers cannot be told row by row.
 pub const NO_BENCH: Code = Code { id: "G0019", title: "no bench for this circuit" };
+/// A chart that is no finite table of bits.
+pub const NO_TABLE: Code = Code { id: "G0012", title: "no state table of this chart" };
 /// All of them.
 pub const ALL: &[Code] = &[
     UNKNOWN_FORMAT,
@@ -25,4 +27,5 @@ pub const ALL: &[Code] = &[
     LIBRARY_FILE,
     CERTIFICATE,
     NO_BENCH,
+    NO_TABLE,
 ];

@@ -1,5 +1,6 @@
 //! One format to another, and the canonical form.
 
+use crate::automaton;
 use crate::codes;
 use crate::format::Format;
 use crate::pipeline;
@@ -72,6 +73,10 @@ fn plain(design: &Design, to: Format) -> Result<String, Vec<Diagnostic>> {
             let options = grafsynth_backend_pld::EmitOptions::default();
             Ok(grafsynth_backend_pld::emit(logic.circuit()?, dialect(to), &options)?.text)
         }
+        (Design::Net(design), Format::Kiss2) => {
+            let machine = automaton::machine(&design.net)?;
+            Ok(grafsynth_frontend::kiss2::write(&machine))
+        }
         (Design::Net(design), Format::Pla) => {
             let facts = pipeline::facts(&design.net, &Limits::default());
             table(&pipeline::logic(&design.net, &facts)?)
@@ -88,6 +93,7 @@ fn plain(design: &Design, to: Format) -> Result<String, Vec<Diagnostic>> {
             | Format::Scxml
             | Format::St
             | Format::Plcopen
+            | Format::Kiss2
             | Format::Net,
         ) => Err(vec![
             Diagnostic::error(

@@ -16,12 +16,13 @@ pub enum Format {
     Verilog,
     Blif,
     Pla,
+    Kiss2,
     C,
 }
 
 impl Format {
     /// All of them with their name on the command line and their file extension.
-    pub const ALL: [(Format, &'static str, &'static str); 13] = [
+    pub const ALL: [(Format, &'static str, &'static str); 14] = [
         (Format::Graf, "graf", "graf"),
         (Format::Rules, "rules", "rules"),
         (Format::Scxml, "scxml", "scxml"),
@@ -34,6 +35,7 @@ impl Format {
         (Format::Verilog, "verilog", "v"),
         (Format::Blif, "blif", "blif"),
         (Format::Pla, "pla", "pla"),
+        (Format::Kiss2, "kiss2", "kiss2"),
         (Format::C, "c", "c"),
     ];
 
@@ -51,6 +53,9 @@ impl Format {
                     && !word.contains('=')
             });
             return Some(if is_galasm { Format::Galasm } else { Format::Cupl });
+        }
+        if extension == "kiss" {
+            return Some(Format::Kiss2);
         }
         // IEC 61131-3 exports by other tools.
         if extension == "exp" {
@@ -91,6 +96,7 @@ impl Format {
                 | Format::St
                 | Format::Plcopen
                 | Format::Net
+                | Format::Kiss2
                 | Format::C
         )
     }

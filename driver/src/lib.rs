@@ -6,6 +6,7 @@
 //! let built = pipeline::build(&net, &facts, &targets, &options);     // texts, each read back and proved
 //! ```
 
+pub mod automaton;
 pub mod certify;
 pub mod codes;
 pub mod compare;

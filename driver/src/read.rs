@@ -132,6 +132,22 @@ pub fn read(
             found.extend(parsed.diagnostics);
             chart_design(sources, texts, limits, parsed.design, &mut found)
         }
+        Format::Kiss2 => {
+            let (machine, more) =
+                grafsynth_frontend::kiss2::parse_within(texts.main, &source.text, &limits.front());
+            found.extend(more);
+            let stem = source.path.rsplit(['/', '\\']).next().unwrap_or_default();
+            let stem = stem.rsplit_once('.').map_or(stem, |(stem, _)| stem);
+            let net = machine.map(|machine| grafsynth_frontend::kiss2::net(&machine, stem));
+            match net.map(validate) {
+                Some(Ok(net)) => with_properties(sources, texts, limits, None, net, &mut found),
+                Some(Err(more)) => {
+                    found.extend(more);
+                    None
+                }
+                None => None,
+            }
+        }
         Format::Net => {
             let (net, more) = text::parse(texts.main, &source.text);
             found.extend(more);
@@ -225,6 +241,7 @@ pub(crate) fn dialect(format: Format) -> Dialect {
         | Format::Plcopen
         | Format::Net
         | Format::Pla
+        | Format::Kiss2
         | Format::C => Dialect::Palasm,
     }
 }

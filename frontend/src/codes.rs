@@ -167,6 +167,15 @@ pub const PLC_PROJECT: Code = Code { id: "G0461", title: "no PLCopen project" };
 /// A chart of a project that does not hang together.
 pub const PLC_CHART: Code = Code { id: "G0462", title: "chart of a PLCopen project" };
 
+/// A KISS2 table whose lines do not follow the format.
+pub const KISS2_SYNTAX: Code = Code { id: "G0131", title: "state table that does not parse" };
+/// Rows of a KISS2 table that exclude each other.
+pub const KISS2_CONTRADICTION: Code =
+    Code { id: "G0132", title: "rows of a state table contradict each other" };
+/// The head of a KISS2 table counts otherwise than its rows.
+pub const KISS2_COUNT: Code =
+    Code { id: "G0133", title: "state table with another size than its head says" };
+
 /// Every code of this crate.
 pub const ALL: &[Code] = &[
     UNEXPECTED,
@@ -247,4 +256,7 @@ pub const ALL: &[Code] = &[
     ST_LOST,
     PLC_PROJECT,
     PLC_CHART,
+    KISS2_SYNTAX,
+    KISS2_CONTRADICTION,
+    KISS2_COUNT,
 ];

@@ -8,6 +8,7 @@ pub mod c;
 pub mod codes;
 mod from_net;
 pub mod graf;
+pub mod kiss2;
 pub mod plcopen;
 pub mod props;
 pub mod rules;

@@ -3,7 +3,7 @@
 
 use grafsynth_ir::{FileId, lower};
 
-use crate::{c, codes, graf, plcopen, rules, scxml, st};
+use crate::{c, codes, graf, kiss2, plcopen, rules, scxml, st};
 
 /// Language, options and text of a page's example.
 fn example(page: &str) -> (String, Vec<String>, String) {
@@ -38,6 +38,12 @@ fn every_code_has_a_page_whose_example_triggers_it() {
             let parsed = c::parse_within(FileId(0), &text, &limits, &c::Options::default());
             let findings = parsed.diagnostics;
             assert!(findings.iter().any(|finding| finding.code == *code), "{path}: {findings:#?}");
+            assert!(findings.iter().all(|finding| finding.code == *code), "{path}: {findings:#?}");
+            continue;
+        }
+        if language == "kiss2" {
+            let findings = kiss2::parse_within(FileId(0), &text, &limits).1;
+            assert!(!findings.is_empty(), "{path}");
             assert!(findings.iter().all(|finding| finding.code == *code), "{path}: {findings:#?}");
             continue;
         }

@@ -40,6 +40,9 @@ const SOURCES: [&str; 3] = [
     include_str!("../cases/c/statements.c"),
 ];
 
+const MACHINES: [&str; 2] =
+    [include_str!("../cases/kiss2/lamp.kiss2"), include_str!("../cases/kiss2/truck.kiss2")];
+
 const TABLES: [&str; 2] = [
     ".i 4\n.o 2\n.ilb a b c d\n.ob x y\n.type fd\n.p 3\n1--0 1-\n-11- 01\n0001 -1\n.e\n",
     "# a table\n.i 3\n.o 3\n.phase 101\n.type fdr\n000 1~0\n1-1 -01\n01- 010\n.end\n",
@@ -85,6 +88,7 @@ fn sound(format: Format) -> Vec<String> {
         Format::Galasm => equations(Dialect::Galasm),
         Format::Verilog => equations(Dialect::Verilog),
         Format::Blif => equations(Dialect::Blif),
+        Format::Kiss2 => MACHINES.iter().map(|text| (*text).to_owned()).collect(),
         Format::Pla => TABLES.iter().map(|text| (*text).to_owned()).collect(),
         Format::C => SOURCES.iter().map(|text| (*text).to_owned()).collect(),
     }

@@ -1,0 +1,243 @@
+//! The reachable product automaton of a chart: one state for each state that the chart can be in, one row for each input (seed 000, Fig. 3: the
+//! equivalent finite-state machine).
+//!
+//! Outputs are those of the reaction: what a row of the trace shows. A machine that is read back has them as mealy outputs, so its trace is that of the
+//! chart from row 1 on; row 0, before any reaction, shows what the first reaction would give with all inputs 0.
+
+use crate::codes::NO_TABLE;
+use crate::rows;
+use grafsynth_frontend::kiss2::{self, Machine, Trit};
+use grafsynth_ir::net::{Driver, InputId, InputKind, Net, OutputId};
+use grafsynth_ir::span::Span;
+use grafsynth_ir::{Diagnostic, Valid};
+use grafsynth_sim::{InputRow, Row, Simulator, State};
+use indexmap::IndexMap;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Inputs that are enumerated, the tick among them.
+const MAX_INPUTS: usize = 14;
+/// States that a table may have.
+const MAX_STATES: usize = 10_000;
+/// Reactions that are run by [`machine`].
+const MAX_REACTIONS: usize = 1 << 21;
+
+/// What happens in a state under an input.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+struct Answer {
+    to: Option<usize>,
+    outputs: Vec<Trit>,
+}
+
+/// The state table of a net. An input `tick` is added where the net keeps a time.
+///
+/// Inputs that break an assumption have no row, so they are open; so is what the net leaves open.
+///
+/// # Errors
+/// What is no bit, or how large the table would be.
+pub fn machine(net: &Valid<Net>) -> Result<Machine, Vec<Diagnostic>> {
+    machine_within(net, MAX_REACTIONS)
+}
+
+/// As [`machine`], running at most so many reactions.
+///
+/// # Errors
+/// As [`machine`].
+pub fn machine_within(net: &Valid<Net>, max_reactions: usize) -> Result<Machine, Vec<Diagnostic>> {
+    let mut found = Vec::new();
+    let mut refuse = |span: Span, message: String| {
+        found.push(
+            Diagnostic::error(NO_TABLE, message)
+                .at(span, "")
+                .help("a state table has bits for inputs and outputs"),
+        );
+    };
+    let mut inputs: Vec<InputId> = Vec::new();
+    for (id, input) in net.inputs.iter().filter(|(_, input)| input.kind != InputKind::InternalEvent)
+    {
+        if !input.ty.is_bool() {
+            refuse(input.meta.span, format!("the input `{}` is a number", input.name));
+        }
+        inputs.push(id);
+    }
+    let mut outputs: Vec<OutputId> = Vec::new();
+    for (id, output) in net.outputs.iter() {
+        if matches!(output.driver, Driver::Extern { .. }) {
+            refuse(output.meta.span, format!("the chart calls `{}`", output.name));
+        } else if !output.ty.is_bool() {
+            refuse(output.meta.span, format!("the output `{}` is a number", output.name));
+        }
+        outputs.push(id);
+    }
+    if !found.is_empty() {
+        return Err(found);
+    }
+    let has_time = rows::uses_time(net);
+    let n_inputs = inputs.len() + usize::from(has_time);
+    let too_large = |message: String| {
+        vec![
+            Diagnostic::error(NO_TABLE, message)
+                .at(net.name.span, "")
+                .help("convert a part of the chart, or write it as blif, net or graf"),
+        ]
+    };
+    if n_inputs > MAX_INPUTS {
+        return Err(too_large(format!(
+            "the table would have 2^{n_inputs} inputs in each state, and at most 2^{MAX_INPUTS} are written"
+        )));
+    }
+    let mut simulator = Simulator::new(net);
+    simulator.reset();
+    let mut states: IndexMap<State, String> = IndexMap::new();
+    states.insert(simulator.state().clone(), name(net, simulator.row()));
+    let mut table = Machine {
+        name: net.name.text.clone(),
+        inputs: inputs.iter().map(|id| net.inputs[*id].name.text.clone()).collect(),
+        outputs: outputs.iter().map(|id| net.outputs[*id].name.text.clone()).collect(),
+        ..Machine::default()
+    };
+    if has_time {
+        table.inputs.push("tick".to_owned());
+    }
+    let mut answers: BTreeMap<Answer, BTreeSet<u32>> = BTreeMap::new();
+    let mut n_reactions = 0;
+    let mut at = 0;
+    while let Some((state, _)) = states.get_index(at) {
+        let state = state.clone();
+        answers.clear();
+        for code in 0..1_u32 << n_inputs {
+            let tick = !has_time || code >> inputs.len() & 1 == 1;
+            let mut row = InputRow { dt: u32::from(tick), ..InputRow::zero(net) };
+            for (bit, input) in inputs.iter().enumerate() {
+                row = row.with(*input, i64::from(code >> bit & 1));
+            }
+            let n_events = inputs
+                .iter()
+                .filter(|id| net.inputs[**id].kind.is_event() && row.value(**id) != 0)
+                .count();
+            if grafsynth_sim::breaks_assumption(net, &row)
+                || net.settings.events_exclusive && n_events > 1
+            {
+                continue;
+            }
+            n_reactions += 1;
+            if n_reactions > max_reactions {
+                return Err(too_large(format!(
+                    "the table would have more than {max_reactions} entries"
+                )));
+            }
+            simulator.set_state(&state);
+            let shown = simulator.step(&row).clone();
+            let is_open = |output: &OutputId| {
+                shown.open.row
+                    || shown.open.outputs.contains(output)
+                    || shown.open.next && !shown.open.fixed.contains(output)
+            };
+            let cells = outputs.iter().map(|output| match shown.outputs[output.index()] {
+                _ if is_open(output) => Trit::Any,
+                0 => Trit::Low,
+                _ => Trit::High,
+            });
+            let cells = cells.collect();
+            let to = if shown.open.next || shown.open.row {
+                None
+            } else {
+                let entry = states.entry(simulator.state().clone());
+                let index = entry.index();
+                entry.or_insert_with(|| name(net, &shown));
+                Some(index)
+            };
+            if states.len() > MAX_STATES {
+                return Err(too_large(format!(
+                    "the table would have more than {MAX_STATES} states"
+                )));
+            }
+            answers.entry(Answer { to, outputs: cells }).or_default().insert(code);
+        }
+        for (answer, codes) in &answers {
+            if answer.to.is_none() && answer.outputs.iter().all(|trit| *trit == Trit::Any) {
+                continue;
+            }
+            for cube in cubes(codes, n_inputs) {
+                table.rows.push(kiss2::Row {
+                    inputs: cube,
+                    from: Some(at),
+                    to: answer.to,
+                    outputs: answer.outputs.clone(),
+                    span: Span::default(),
+                });
+            }
+        }
+        at += 1;
+    }
+    let mut taken = BTreeSet::new();
+    for name in states.values() {
+        let mut own = name.clone();
+        let mut copy = 1;
+        while !taken.insert(own.clone()) {
+            copy += 1;
+            own = format!("{name}_{copy}");
+        }
+        table.states.push(kiss2::State { name: own, span: Span::default() });
+    }
+    Ok(table)
+}
+
+/// The active steps, as a name.
+fn name(net: &Net, row: &Row) -> String {
+    let steps = row.steps.iter().filter(|step| !net.steps[**step].hidden);
+    let names: Vec<&str> = steps.map(|step| net.steps[*step].name.text.as_str()).collect();
+    if names.is_empty() { "empty".to_owned() } else { names.join("+") }
+}
+
+/// Few cubes that cover exactly these points: each point that none covers yet is widened column by column, as long as all points are among them.
+fn cubes(codes: &BTreeSet<u32>, n_inputs: usize) -> Vec<Vec<Trit>> {
+    let mut covered: BTreeSet<u32> = BTreeSet::new();
+    let mut cubes = Vec::new();
+    for code in codes {
+        if covered.contains(code) {
+            continue;
+        }
+        let mut points = vec![*code];
+        let mut free = 0_u32;
+        for bit in 0..n_inputs {
+            let flipped: Vec<u32> = points.iter().map(|point| point ^ (1 << bit)).collect();
+            if flipped.iter().all(|point| codes.contains(point)) {
+                points.extend(flipped);
+                free |= 1 << bit;
+            }
+        }
+        covered.extend(points);
+        let trit = |bit: usize| match (free >> bit & 1, code >> bit & 1) {
+            (1, _) => Trit::Any,
+            (_, 1) => Trit::High,
+            (_, _) => Trit::Low,
+        };
+        cubes.push((0..n_inputs).map(trit).collect());
+    }
+    cubes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::cubes;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn cubes_cover_the_points_and_no_other() {
+        for set in 0..1_u32 << 8 {
+            let codes: BTreeSet<u32> = (0..8).filter(|code| set >> code & 1 == 1).collect();
+            let cubes = cubes(&codes, 3);
+            for point in 0..8_u32 {
+                let is_in = cubes.iter().any(|cube| {
+                    use grafsynth_frontend::kiss2::Trit;
+                    cube.iter().enumerate().all(|(bit, trit)| match trit {
+                        Trit::Any => true,
+                        Trit::High => point >> bit & 1 == 1,
+                        Trit::Low => point >> bit & 1 == 0,
+                    })
+                });
+                assert_eq!(is_in, codes.contains(&point), "{set:b}");
+            }
+        }
+    }
+}
