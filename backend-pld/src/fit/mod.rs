@@ -3,9 +3,11 @@
 //! ```text
 //! Logic ─ form    polarity of each sum ─┐
 //!   └──── logic::split  where a sum is too wide: buried nodes ─ pins  matched to macrocells ─ Equations
-//!                                                                  └─ misfit  what is missing, why, and what would help
+//!                                          │                       └─ misfit  what is missing, why, and what would help
+//!                                          └─ place  the macrocells of the device, for the fuse mapper
 //! ```
 
 pub(crate) mod form;
 pub(crate) mod misfit;
 pub(crate) mod pins;
+mod place;

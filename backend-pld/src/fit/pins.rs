@@ -7,6 +7,7 @@ use crate::device::{Clock, Device};
 use crate::equations::{Equation, Equations, SignalIndex, Source, source_matches, source_name};
 use grafsynth_ir::diag::{Diagnostic, nearest};
 use grafsynth_ir::logic::Logic;
+use std::collections::{BTreeMap, BTreeSet};
 
 impl Equations {
     /// Numbers the pins; gives the reason where the design does not fit. Impossible wishes of the board are findings.
@@ -91,27 +92,14 @@ impl Equations {
             Need::Input => (2, 0, *index),
         });
         let mut misfit = Misfit::default();
+        let mut matching = Matching { device, has_registers, free, taken: BTreeMap::new() };
         for (index, need) in needs {
-            let best = free
-                .iter()
-                .copied()
-                .filter(|pin| need.refuses(device, has_registers, *pin).is_none());
-            let rank = |pin: &u32| match (need, device.macrocell(*pin)) {
-                (Need::Macrocell { .. }, Some(cell)) => {
-                    (cell.registered_terms.max(cell.combinational_terms), *pin)
-                }
-                (Need::Macrocell { .. } | Need::Input | Need::Clock, None) => (0, *pin),
-                (Need::Input | Need::Clock, Some(_)) => {
-                    (u32::from(device.deaf_pins.contains(pin)) + 1, *pin)
-                }
-            };
-            match best.min_by_key(rank) {
-                Some(pin) => {
-                    free.retain(|other| *other != pin);
-                    self.signals[index].pin = Some(pin);
-                }
-                None => misfit.note(need, &self.signals[index], device),
+            if !matching.place(index, need, &mut BTreeSet::new()) {
+                misfit.note(need, &self.signals[index], device);
             }
+        }
+        for (pin, (index, _)) in &matching.taken {
+            self.signals[*index].pin = Some(*pin);
         }
         if misfit.is_none() {
             self.has_pins = true;
@@ -129,6 +117,52 @@ impl Equations {
 
     fn find_source(&self, logic: &Logic, name: &str) -> Option<SignalIndex> {
         self.signals.iter().position(|signal| source_matches(logic, signal.source, name))
+    }
+}
+
+/// Signals to pins: each takes the pin that is of least use to others; where none is left, one that has another possibility makes room. So everything
+/// finds a pin that can, whatever the order.
+struct Matching {
+    device: &'static Device,
+    has_registers: bool,
+    free: Vec<u32>,
+    taken: BTreeMap<u32, (SignalIndex, Need)>,
+}
+
+impl Matching {
+    /// Finds a pin, not one of `tried`. The recursion is bounded by the number of pins.
+    fn place(&mut self, index: SignalIndex, need: Need, tried: &mut BTreeSet<u32>) -> bool {
+        let mut possible: Vec<u32> = (1..=self.device.n_pins)
+            .filter(|pin| self.free.contains(pin) || self.taken.contains_key(pin))
+            .filter(|pin| need.refuses(self.device, self.has_registers, *pin).is_none())
+            .collect();
+        possible.sort_by_key(|pin| self.rank(need, *pin));
+        if let Some(pin) = possible.iter().copied().find(|pin| self.free.contains(pin)) {
+            self.free.retain(|other| *other != pin);
+            self.taken.insert(pin, (index, need));
+            return true;
+        }
+        for pin in possible {
+            let Some(&(other, others_need)) = self.taken.get(&pin) else { continue };
+            if tried.insert(pin) && self.place(other, others_need, tried) {
+                self.taken.insert(pin, (index, need));
+                return true;
+            }
+        }
+        false
+    }
+
+    /// The narrowest macrocell that holds a sum; for an input what only inputs can use.
+    fn rank(&self, need: Need, pin: u32) -> (u32, u32) {
+        match (need, self.device.macrocell(pin)) {
+            (Need::Macrocell { .. }, Some(cell)) => {
+                (cell.registered_terms.max(cell.combinational_terms), pin)
+            }
+            (Need::Macrocell { .. } | Need::Input | Need::Clock, None) => (0, pin),
+            (Need::Input | Need::Clock, Some(_)) => {
+                (u32::from(self.device.deaf_pins.contains(&pin)) + 1, pin)
+            }
+        }
     }
 }
 

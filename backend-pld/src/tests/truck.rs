@@ -253,3 +253,20 @@ fn words(text: &str) -> Vec<(usize, &str)> {
     }
     found
 }
+
+/// The fuses say what was placed, and that is the truck.
+#[test]
+fn the_macrocells_of_the_truck_are_the_truck() {
+    let logic = truck();
+    for device in ["gal16v8", "gal20v8", "gal22v10", "gal20ra10"] {
+        let options = EmitOptions { device: Some(device.into()), ..EmitOptions::default() };
+        let equations =
+            crate::equations::Equations::new(&logic, Dialect::Galasm, &options).unwrap();
+        let placement = equations.placement().expect("the truck fits");
+        let map = crate::fuse::map(&placement).unwrap();
+        let said = crate::fuse::decode(&map).unwrap();
+        assert_eq!(crate::fuse::differences(&placement, &said), Vec::<String>::new(), "{device}");
+        let back = crate::fuse::logic(&placement, &equations.roles(&logic)).unwrap();
+        super::same_behaviour(&logic, &back, 200);
+    }
+}
