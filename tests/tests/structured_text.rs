@@ -317,3 +317,68 @@ fn loops_in_loops_are_counted_before_they_are_written_out() {
     let found = refusals(&text);
     assert_eq!(found.iter().map(|(code, _)| *code).collect::<Vec<_>>(), ["G0455"], "{found:?}");
 }
+
+/// A block with a chart gives in a program that calls it, in the same scan, what it gives as a design of its own.
+#[test]
+fn blocks_with_charts_do_in_a_program_what_they_do_alone() {
+    let block = "FUNCTION_BLOCK lights
+         VAR_INPUT on, ask : BOOL; n_long : INT (0..3); END_VAR
+         VAR_OUTPUT red, green, late : BOOL; rounds : INT (0..99); END_VAR
+         VAR asked : BOOL; END_VAR
+         INITIAL_STEP off: END_STEP
+         TRANSITION FROM off TO stop := on; END_TRANSITION
+         STEP stop: red(N); late(S); END_STEP
+         TRANSITION t1 FROM stop TO go := stop.T >= T#30ms; END_TRANSITION
+         TRANSITION FROM stop TO off := NOT on; END_TRANSITION
+         STEP go: green(N); late(R); count(P1); watch(N); END_STEP
+         TRANSITION FROM go TO stop := asked AND n_long < 2; END_TRANSITION
+         TRANSITION FROM go TO off := NOT on; END_TRANSITION
+         ACTION count: rounds := rounds + 1; asked := FALSE; END_ACTION
+         ACTION watch: asked := asked OR ask; END_ACTION
+         END_FUNCTION_BLOCK\n";
+    let alone = net_of(block);
+    let program = |body: &str| {
+        format!(
+            "{block}PROGRAM p VAR_INPUT on, ask : BOOL; n_long : INT (0..3); END_VAR
+             VAR_OUTPUT red, green, late, both : BOOL; rounds, before : INT; END_VAR VAR a, b : lights; END_VAR
+             {body} END_PROGRAM"
+        )
+    };
+    let net = net_of(&program(
+        "before := a.rounds; a(on := on, ask := ask, n_long := n_long, red => red, NOT green => both);
+         b(on, TRUE, 1); green := a.green; late := a.late; rounds := a.rounds; both := both AND b.green;",
+    ));
+    let mut random = Random::new(3);
+    let mut csv = String::from("on,ask,n_long\n");
+    for _ in 0..rounds(300, 5_000) {
+        csv.push_str(&format!(
+            "{},{},{}\n",
+            u8::from(random.below(8) > 0),
+            random.below(2),
+            random.below(4)
+        ));
+    }
+    let (expected, got) = (trace_of(&alone, &csv), trace_of(&net, &csv));
+    for name in ["red", "green", "late", "rounds"] {
+        assert_eq!(column(&expected, name), column(&got, name), "{name}");
+    }
+    let counted = column(&got, "rounds");
+    assert!(counted.last().is_some_and(|n| *n > 20), "{counted:?}");
+    // What stands before the call sees the block of the scan before.
+    assert_eq!(column(&got, "before")[1..], counted[..counted.len() - 1]);
+    assert!(column(&got, "both").contains(&1));
+    for (body, what) in [
+        ("red := NOT on; a(on := red);", "on of a as an expression that changes within a scan"),
+        ("IF ask THEN a(on := on); END_IF;", "a call of lights here"),
+        ("a(on := on); a(on := ask);", "a second call of a function block with a chart"),
+        ("a.on := ask; a(ask := ask);", "assignments to variables of a"),
+        ("IF ask THEN RETURN; END_IF; a(on := on);", "a call of lights here"),
+    ] {
+        // The block alone is the design then, and the refusals are warnings (G0451).
+        let mut sources = Sources::default();
+        let main = sources.add("a.st", program(body));
+        let (_, found) = read(&sources, &Texts { main, ..Texts::default() }, ReadLimits::default());
+        assert!(found.iter().any(|one| one.message.contains(what)), "{body}: {found:#?}");
+        assert!(found.iter().any(|one| one.code.id == "G0451"), "{body}: {found:#?}");
+    }
+}

@@ -5,7 +5,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use grafsynth_ir::Name;
+use grafsynth_ir::{Name, Span};
 use roxmltree::Node;
 
 use super::project::{Reader, Unit, child, children, constant, tag};
@@ -53,6 +53,20 @@ impl<'a, 'd: 'a> Network<'a, 'd> {
             open: BTreeSet::new(),
             budget: LEAST_BUDGET + body.range().len() / 16,
         }
+    }
+
+    /// Goes into an element; refused where that is being read already, for a wire back to where it came from would never end.
+    fn enter(&mut self, node: Node<'_, '_>, span: Span, unit: &mut Unit) -> Option<()> {
+        let id = node.attribute("localId").unwrap_or("").to_owned();
+        if self.open.insert(id) {
+            return Some(());
+        }
+        unit.refuse("a wire that goes round in a circle", span, "cut it with a variable");
+        None
+    }
+
+    fn leave(&mut self, node: Node<'_, '_>) {
+        self.open.remove(node.attribute("localId").unwrap_or(""));
     }
 
     /// The element of that number.
@@ -276,17 +290,12 @@ fn output(
         if is_negated { Expr::new(ExprKind::Not(Box::new(value)), span) } else { value }
     };
     let is_negated = node.attribute("negated") == Some("true");
-    let id = node.attribute("localId").unwrap_or("").to_owned();
     match tag(node) {
         "leftPowerRail" => Some(constant(true, span)),
         "contact" => {
-            // A wire back to where it came from would never end.
-            if !network.open.insert(id.clone()) {
-                unit.refuse("a wire that goes round in a circle", span, "cut it with a variable");
-                return None;
-            }
+            network.enter(node, span, unit)?;
             let before = incoming(reader, network, node, unit, list);
-            network.open.remove(&id);
+            network.leave(node);
             let variable =
                 child(node, "variable").and_then(|one| reader.expression_in(one, unit))?;
             let value = with_edge(reader, node, "edge", variable, unit, list);
@@ -302,12 +311,9 @@ fn output(
             }
         }
         "coil" => {
-            if !network.open.insert(id.clone()) {
-                unit.refuse("a wire that goes round in a circle", span, "cut it with a variable");
-                return None;
-            }
+            network.enter(node, span, unit)?;
             let value = incoming(reader, network, node, unit, list);
-            network.open.remove(&id);
+            network.leave(node);
             value
         }
         "inVariable" | "inOutVariable" => {
@@ -327,12 +333,9 @@ fn output(
                 );
                 return None;
             };
-            if !network.open.insert(id.clone()) {
-                unit.refuse("a wire that goes round in a circle", span, "cut it with a variable");
-                return None;
-            }
+            network.enter(node, span, unit)?;
             let value = incoming(reader, network, connector, unit, list);
-            network.open.remove(&id);
+            network.leave(node);
             value
         }
         "block" => block_output(reader, network, node, parameter, unit, list),
@@ -373,13 +376,9 @@ fn block_output(
             Expr::new(ExprKind::Field(Box::new(Expr::name(instance)), Name::new(field, span)), span)
         }
         None => {
-            let id = node.attribute("localId").unwrap_or("").to_owned();
-            if !network.open.insert(id.clone()) {
-                unit.refuse("a wire that goes round in a circle", span, "cut it with a variable");
-                return None;
-            }
+            network.enter(node, span, unit)?;
             let arguments = arguments(reader, network, node, false, unit, list);
-            network.open.remove(&id);
+            network.leave(node);
             let name = reader.name(node, "typeName")?;
             Expr::new(ExprKind::Call(name, arguments?), span)
         }

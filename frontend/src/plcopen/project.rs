@@ -277,7 +277,7 @@ impl<'t> Reader<'_, 't> {
                 }
             }
         }
-        let actions = self.actions(node, &mut unit);
+        let mut actions = self.actions(node, &mut unit);
         // CODESYS and TwinCAT run each action once more when it ends.
         let final_scan =
             node.descendants().any(|one| one.is_element() && tag(one) == "SFCSettings");
@@ -291,11 +291,11 @@ impl<'t> Reader<'_, 't> {
             options.settings = found.settings;
         }
         let body = match child(node, "body") {
-            Some(body) => self.body(node, body, actions, &mut unit),
+            Some(body) => self.body(node, body, &mut actions, &mut unit),
             None => Body::Statements(Vec::new()),
         };
         vars.append(&mut unit.vars);
-        Some(Pou { kind, name, vars, body, options, refused: unit.refused })
+        Some(Pou { kind, name, vars, body, actions, options, refused: unit.refused })
     }
 
     /// Named actions of a unit; CODESYS keeps them in data of its own.
@@ -305,7 +305,18 @@ impl<'t> Reader<'_, 't> {
         for node in lists.flat_map(|list| list.children().filter(Node::is_element)) {
             let Some(name) = self.name(node, "name") else { continue };
             let Some(body) = child(node, "body") else { continue };
-            let body = self.list(body, unit);
+            let body = match child(body, "SFC") {
+                Some(chart) => {
+                    let span = self.span(chart);
+                    unit.refuse(
+                        format!("the action {name}, a chart of its own"),
+                        span,
+                        "make it a program that runs beside this one, or a macro-step",
+                    );
+                    Vec::new()
+                }
+                None => self.list(body, unit),
+            };
             let label = sfc::documentation(node);
             actions.push(Action { name, body, label, span: self.span(node) });
         }
@@ -347,13 +358,13 @@ impl<'t> Reader<'_, 't> {
         &mut self,
         pou: Node<'_, '_>,
         body: Node<'_, '_>,
-        actions: Vec<Action>,
+        actions: &mut Vec<Action>,
         unit: &mut Unit,
     ) -> Body {
         match child(body, "SFC") {
             Some(drawn) => {
                 let mut chart = sfc::chart(self, pou, drawn, unit);
-                chart.actions.splice(0..0, actions);
+                chart.actions.splice(0..0, actions.drain(..));
                 Body::Sfc(chart)
             }
             None => {

@@ -142,3 +142,29 @@ fn instruction_lists_of_any_length_are_read_or_refused() {
     list("i", "ADD i\n", 250, "ST n\n", 1);
     list("i", "ADD i\n", 255, "ST n\n", 1);
 }
+
+/// A block with an action of its own, called from a program by the name of the instance; a block's action that is a chart is refused by its name.
+#[test]
+fn actions_of_blocks_are_called_or_refused_by_name() {
+    let project = |action: &str| {
+        let variables = "<inputVars><variable name=\"step\"><type><INT/></type></variable></inputVars>\
+             <outputVars><variable name=\"n\"><type><INT/></type></variable></outputVars>";
+        let program = "<interface><outputVars><variable name=\"q\"><type><INT/></type></variable></outputVars>\
+             <localVars><variable name=\"c\"><type><derived name=\"counter\"/></type></variable></localVars></interface>\
+             <body><ST>c.step := 2; c.reset(); c.up(); c.up(); q := c.n;</ST></body>";
+        format!(
+            "<project><types><pous><pou name=\"counter\" pouType=\"functionBlock\"><interface>{variables}</interface><actions>\
+             <action name=\"up\"><body>{action}</body></action>\
+             <action name=\"reset\"><body><ST>n := 0; IF step = 0 THEN RETURN; END_IF; up();</ST></body></action>\
+             </actions><body><ST>;</ST></body></pou><pou name=\"p\" pouType=\"program\">{program}</pou></pous></types></project>"
+        )
+    };
+    let text = project("<ST>n := n + step;</ST>");
+    let parsed = parse(FileId(0), &text);
+    assert!(!any_error(&parsed.diagnostics), "{:#?}", parsed.diagnostics);
+    let (net, found) = lower::lower(&parsed.design.expect("it was read"));
+    assert!(net.is_some(), "{found:#?}");
+    let found = parse(FileId(0), &project("<SFC/>")).diagnostics;
+    let messages: Vec<&str> = found.iter().map(|one| one.message.as_str()).collect();
+    assert_eq!(messages, ["the action up, a chart of its own is not read"]);
+}

@@ -47,6 +47,8 @@ pub(crate) struct Pou {
     pub(crate) name: Name,
     pub(crate) vars: Vec<Var>,
     pub(crate) body: Body,
+    /// Actions of a unit that has no chart (PLCopen only): lists that its statements and others call by name.
+    pub(crate) actions: Vec<Action>,
     /// What pragmas in it ask for.
     pub(crate) options: Options,
     /// What of it this version does not read.

@@ -434,7 +434,7 @@ impl<'a> Parser<'a> {
         let to = self.list.tokens.get(self.at.saturating_sub(1)).map_or(from, |token| token.end);
         let options = self.options(from, to);
         let refused = self.refused.split_off(first_refused);
-        Ok(Pou { kind, name, vars, body, options, refused })
+        Ok(Pou { kind, name, vars, body, actions: Vec::new(), options, refused })
     }
 
     fn body(&mut self, end: &str) -> Body {

@@ -155,3 +155,12 @@ fn calls_in_calls_stay_within_the_budget() {
         assert!(!is_read(&program(&body)), "{body}");
     }
 }
+
+/// Two blocks that know each other by their in-out parameters, and call each other in a circle once both are bound.
+#[test]
+fn blocks_that_call_each_other_in_a_circle_are_refused() {
+    let text = "FUNCTION_BLOCK f VAR_IN_OUT y : g; END_VAR VAR n : INT; END_VAR n := n + 1; y(); END_FUNCTION_BLOCK
+         FUNCTION_BLOCK g VAR_IN_OUT x : f; END_VAR VAR n : INT; END_VAR n := n + 1; x(); END_FUNCTION_BLOCK
+         PROGRAM p VAR a : f; b : g; END_VAR b(x := a); a(y := b); b(x := a); END_PROGRAM";
+    assert!(findings(text).contains(&"G0448"), "{:?}", findings(text));
+}

@@ -257,7 +257,8 @@ impl<'a> Elaborator<'a> {
             Ty::User(pou) => {
                 let library = self.library;
                 let pou = &library.pous[*pou];
-                if matches!(pou.body, Body::Sfc(_)) {
+                let is_called = self.may_call_charts && depth == 0 && outer != self.globals;
+                if matches!(pou.body, Body::Sfc(_)) && !is_called {
                     // Its call is refused; what reads its variables is no second mistake.
                     for var in &pou.vars {
                         self.frames[frame].names.insert(upper(&var.name.text), Binding::Broken);

@@ -8,6 +8,7 @@
 
 mod bits;
 mod blocks;
+mod charts;
 mod declare;
 mod functions;
 mod leave;
@@ -20,10 +21,7 @@ mod value;
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use grafsynth_ir::chart::{
-    Action, ActionHow, Chart, Design, Item, Path, Setting, SettingKind, Step, StepItem,
-    StepItemKind, StepRole,
-};
+use grafsynth_ir::chart::{Chart, Design, Item, Path, Setting, SettingKind};
 use grafsynth_ir::diag::{Diagnostic, Severity, nearest};
 use grafsynth_ir::net::{Meta, Policy};
 use grafsynth_ir::{Name, Span};
@@ -126,7 +124,12 @@ struct Elaborator<'a> {
     flags: BTreeMap<String, String>,
     /// Bodies of actions that statements may call.
     bodies: BTreeMap<String, Vec<super::ast::Stmt>>,
-    open_bodies: Vec<String>,
+    /// Bodies that are being written out: whose variables, and the name in capitals; none for the unit's own.
+    open_bodies: Vec<(FrameId, String)>,
+    /// In front of the names of steps, transitions and actions: the instance whose chart is being written out.
+    prefix: String,
+    /// The present unit is a program without a chart, which may call blocks with charts.
+    may_call_charts: bool,
     /// Steps that the present transition leaves.
     leaving: BTreeSet<String>,
     /// Functions being run.
@@ -135,6 +138,11 @@ struct Elaborator<'a> {
     /// Values of TIME variables that get constants only, in nanoseconds, by chart and name in capitals.
     time_values: BTreeMap<(usize, String), BTreeSet<i64>>,
     spent: usize,
+}
+
+/// What may be called of a unit, by name in capitals.
+fn bodies_of(actions: &[super::ast::Action]) -> BTreeMap<String, Vec<super::ast::Stmt>> {
+    actions.iter().map(|action| (upper(&action.name.text), action.body.clone())).collect()
 }
 
 /// Elements of an array.
@@ -183,6 +191,8 @@ impl<'a> Elaborator<'a> {
             flags: BTreeMap::new(),
             bodies: BTreeMap::new(),
             open_bodies: Vec::new(),
+            prefix: String::new(),
+            may_call_charts: false,
             leaving: BTreeSet::new(),
             calls: Vec::new(),
             narrowed: BTreeSet::new(),
@@ -639,6 +649,7 @@ impl<'a> Elaborator<'a> {
             self.refused(&refusal.what, refusal.span, &refusal.help);
         }
         let frame = self.new_frame(Some(self.globals));
+        self.may_call_charts = matches!(pou.body, Body::Statements(_));
         let mut seen = BTreeSet::new();
         for var in &pou.vars {
             if !seen.insert(upper(&var.name.text)) {
@@ -675,7 +686,7 @@ impl<'a> Elaborator<'a> {
                 }
                 self.sfc(frame, chart)
             }
-            Body::Statements(list) => self.one_step(frame, pou, list),
+            Body::Statements(list) => self.one_step(frame, pou, list, usage),
         };
         items.append(&mut self.items);
         items.extend(behaviour);
@@ -727,28 +738,5 @@ impl<'a> Elaborator<'a> {
             });
             kinds.push(kind);
         }
-    }
-
-    /// A program without a chart: one step whose action runs in every scan.
-    fn one_step(&mut self, frame: FrameId, pou: &Pou, list: &[super::ast::Stmt]) -> Vec<Item> {
-        let span = pou.name.span;
-        let mut body = Vec::new();
-        self.body(frame, list, span, &mut body);
-        let action = Name::new(self.free_name("scan_body"), span);
-        let step = Name::new(self.free_name("running"), span);
-        let meta = Meta { span, ..Meta::default() };
-        let target = action.clone();
-        let kind =
-            StepItemKind::Action { target, arguments: None, how: ActionHow::Bare, condition: None };
-        vec![
-            Item::Action(Action { name: action, body, meta: meta.clone() }),
-            Item::Step(Step {
-                name: step,
-                role: StepRole::Initial,
-                body: vec![StepItem { kind, span }],
-                meta,
-                ..Step::default()
-            }),
-        ]
     }
 }

@@ -60,15 +60,11 @@ impl Elaborator<'_> {
         self.declare_steps(&mut build, sfc);
         for action in &sfc.actions {
             let key = upper(&action.name.text);
-            if build.actions.insert(key, action.name.text.clone()).is_some() {
+            if build.actions.insert(key, self.full(&action.name).text).is_some() {
                 self.twice("action", &action.name);
             }
         }
-        self.bodies = sfc
-            .actions
-            .iter()
-            .map(|action| (upper(&action.name.text), action.body.clone()))
-            .collect();
+        self.bodies = super::bodies_of(&sfc.actions);
         // Writes of Booleans that are actions come first, then the bodies, as the standard has it.
         let mut first = Vec::new();
         let mut always = Vec::new();
@@ -76,11 +72,11 @@ impl Elaborator<'_> {
         let mut actions = Vec::new();
         for action in &sfc.actions {
             let mut body = Vec::new();
-            self.open_bodies.push(upper(&action.name.text));
+            self.open_bodies.push((frame, upper(&action.name.text)));
             self.body(frame, &action.body, action.name.span, &mut body);
             self.open_bodies.pop();
             let meta = Meta { span: action.span, label: action.label.clone(), ..Meta::default() };
-            actions.push(Item::Action(Action { name: action.name.clone(), body, meta }));
+            actions.push(Item::Action(Action { name: self.full(&action.name), body, meta }));
         }
         self.list(frame, &sfc.always, &mut always);
         let mut items = first;
@@ -93,6 +89,11 @@ impl Elaborator<'_> {
         items.extend(actions);
         self.elements(&build, sfc, &mut items);
         items
+    }
+
+    /// The name of a step, action or transition in the chart.
+    fn full(&self, name: &Name) -> Name {
+        Name::new(format!("{}{name}", self.prefix), name.span)
     }
 
     fn twice(&mut self, what: &str, name: &Name) {
@@ -114,13 +115,14 @@ impl Elaborator<'_> {
                 Element::Transition(_) => continue,
             };
             let key = upper(&name.text);
-            if build.steps.insert(key.clone(), name.clone()).is_some() {
+            let full = self.full(name);
+            if build.steps.insert(key.clone(), full.clone()).is_some() {
                 self.twice("step", name);
                 continue;
             }
             let names = &mut self.frames[build.frame].names;
             if let Entry::Vacant(free) = names.entry(key) {
-                free.insert(Binding::Step(name.clone()));
+                free.insert(Binding::Step(full));
             } else {
                 self.twice("step", name);
             }
@@ -209,7 +211,9 @@ impl Elaborator<'_> {
             }
         };
         let span = name.span;
-        self.report(
+        // A variable of an instance is no action by itself, however it is used.
+        if self.prefix.is_empty() {
+            self.report(
             Diagnostic::warning(
                 codes::ST_MIXED,
                 format!("{name} is an action of steps and assigned by statements"),
@@ -217,6 +221,7 @@ impl Elaborator<'_> {
             .at(span, "used as an action")
             .help("S and R write it in each scan in which their step is active, then the statements of actions do"),
         );
+        }
         let base = &place.name.text;
         let set = self.free_name(&format!("{base}.set"));
         let reset = self.free_name(&format!("{base}.reset"));
@@ -289,8 +294,8 @@ impl Elaborator<'_> {
                     }
                 }
                 Element::Macro(step) => {
-                    let body =
-                        Name::new(self.free_name(&format!("{}_body", step.name)), step.name.span);
+                    let body = self.free_name(&format!("{}{}_body", self.prefix, step.name));
+                    let body = Name::new(body, step.name.span);
                     let meta = Meta { span: step.span, ..Meta::default() };
                     let mut inner = Vec::new();
                     self.elements(build, &step.body, &mut inner);
@@ -300,7 +305,7 @@ impl Elaborator<'_> {
                         meta: meta.clone(),
                     }));
                     items.push(Item::MacroStep(MacroStep {
-                        name: step.name.clone(),
+                        name: self.full(&step.name),
                         body,
                         is_initial: false,
                         priority: None,
@@ -330,7 +335,7 @@ impl Elaborator<'_> {
             Role::EntryExit => StepRole::MacroEntryExit,
         };
         let meta = Meta { span: step.span, label: step.label.clone(), ..Meta::default() };
-        Step { name: step.name.clone(), role, body, meta, ..Step::default() }
+        Step { name: self.full(&step.name), role, body, meta, ..Step::default() }
     }
 
     fn action_use(&mut self, build: &Build, one: &ast::Use, body: &mut Vec<StepItem>) {
@@ -433,7 +438,7 @@ impl Elaborator<'_> {
             paths
         };
         let (sources, targets) = (side(self, &transition.from), side(self, &transition.to));
-        self.leaving = transition.from.iter().map(|name| upper(&name.text)).collect();
+        self.leaving = transition.from.iter().map(|name| upper(&self.full(name).text)).collect();
         let condition = self.condition(build.frame, &transition.condition);
         self.leaving.clear();
         if sources.len() != transition.from.len() || targets.len() != transition.to.len() {
@@ -443,7 +448,7 @@ impl Elaborator<'_> {
         let meta =
             Meta { span: transition.span, label: transition.label.clone(), ..Meta::default() };
         Some(Transition {
-            name: transition.name.clone(),
+            name: transition.name.as_ref().map(|name| self.full(name)),
             sources,
             targets,
             guard: (!condition.is_true()).then_some(condition),

@@ -34,7 +34,12 @@ impl Elaborator<'_> {
         }
     }
 
-    fn stmt(&mut self, frame: FrameId, stmt: &ast::Stmt, out: &mut Block) -> Outcome<()> {
+    pub(super) fn stmt(
+        &mut self,
+        frame: FrameId,
+        stmt: &ast::Stmt,
+        out: &mut Block,
+    ) -> Outcome<()> {
         let span = stmt.span;
         self.spend(span, 1)?;
         match &stmt.kind {
@@ -478,6 +483,11 @@ impl Elaborator<'_> {
         {
             return self.call_by_name(frame, name, arguments, span, out);
         }
+        if let ast::ExprKind::Field(inner, name) = &target.kind
+            && let Some(done) = self.call_action_of(frame, inner, name, arguments, span, out)
+        {
+            return done;
+        }
         let Access::Object(object) = self.access(frame, target)? else {
             return Err(self.report(
                 Diagnostic::error(codes::ST_CALL, "this is no function block")
@@ -533,6 +543,72 @@ impl Elaborator<'_> {
         Ok(())
     }
 
+    /// `instance.action();` runs a list of the instance's block on its variables. None where the block has no such action.
+    fn call_action_of(
+        &mut self,
+        frame: FrameId,
+        instance: &ast::Expr,
+        name: &Name,
+        arguments: &[Arg],
+        span: Span,
+        out: &mut Block,
+    ) -> Option<Outcome<()>> {
+        let key = upper(&name.text);
+        let root = instance.root()?;
+        let Some(Binding::Object(_)) = self.lookup(frame, &root.text) else { return None };
+        let Ok(Access::Object(object)) = self.access(frame, instance) else { return None };
+        let ObjectKind::User(index) = self.objects[object].kind else { return None };
+        let pou = &self.library.pous[index];
+        let in_chart = match &pou.body {
+            Body::Sfc(chart) => chart.actions.as_slice(),
+            Body::Statements(_) => &[],
+        };
+        if in_chart.iter().any(|one| upper(&one.name.text) == key) {
+            return Some(Err(self.refused(
+                &format!("a call of {name}, an action of a function block with a chart"),
+                span,
+                "let the block be the design, or make it a program that runs side by side",
+            )));
+        }
+        let action = pou.actions.iter().find(|one| upper(&one.name.text) == key)?;
+        if !arguments.is_empty() {
+            return Some(Err(self.refused(
+                &format!("arguments in a call of the action {name}"),
+                span,
+                "actions take none; assign to variables of the block before",
+            )));
+        }
+        let inside = self.objects[object].frame;
+        let outside = std::mem::replace(&mut self.bodies, super::bodies_of(&pou.actions));
+        let done = self.call_body(inside, &key, name, &action.body, span, out);
+        self.bodies = outside;
+        Some(done)
+    }
+
+    /// The list of an action where it is called.
+    fn call_body(
+        &mut self,
+        frame: FrameId,
+        key: &str,
+        name: &Name,
+        list: &[ast::Stmt],
+        span: Span,
+        out: &mut Block,
+    ) -> Outcome<()> {
+        // A body that calls itself would never end.
+        let key = (frame, key.to_owned());
+        if self.open_bodies.contains(&key) {
+            return Err(self.report(
+                Diagnostic::error(codes::ST_CALL, format!("{name} calls itself")).at(span, ""),
+            ));
+        }
+        self.spend(span, 1)?;
+        self.open_bodies.push(key);
+        self.body(frame, list, span, out);
+        self.open_bodies.pop();
+        Ok(())
+    }
+
     /// A call of something that is no instance: an action of the unit, a function for its effects, another program.
     fn call_by_name(
         &mut self,
@@ -546,17 +622,7 @@ impl Elaborator<'_> {
         if let Some(list) = self.bodies.get(&key).cloned()
             && arguments.is_empty()
         {
-            // A body that calls itself would never end.
-            if self.open_bodies.contains(&key) {
-                return Err(self.report(
-                    Diagnostic::error(codes::ST_CALL, format!("action {name} calls itself"))
-                        .at(span, ""),
-                ));
-            }
-            self.open_bodies.push(key);
-            self.body(frame, &list, span, out);
-            self.open_bodies.pop();
-            return Ok(());
+            return self.call_body(frame, &key, name, &list, span, out);
         }
         if self.functions.contains_key(&key) {
             // Its value is not used; its arguments may still be wrong.
@@ -580,7 +646,7 @@ impl Elaborator<'_> {
     }
 
     /// Arguments without names get those of the parameters.
-    fn named_arguments(
+    pub(super) fn named_arguments(
         &mut self,
         kind: ObjectKind,
         arguments: &[Arg],
@@ -629,7 +695,7 @@ impl Elaborator<'_> {
     }
 
     /// Every argument names a parameter.
-    fn check_arguments(&mut self, object: usize, arguments: &[Arg]) -> Outcome<()> {
+    pub(super) fn check_arguments(&mut self, object: usize, arguments: &[Arg]) -> Outcome<()> {
         let kind = self.objects[object].kind;
         let mut failed = Ok(());
         for argument in arguments {
@@ -675,7 +741,7 @@ impl Elaborator<'_> {
         failed
     }
 
-    fn output_of(&mut self, object: usize, name: &Name) -> Outcome<Value> {
+    pub(super) fn output_of(&mut self, object: usize, name: &Name) -> Outcome<Value> {
         let frame = self.objects[object].frame;
         if let Some(value) = self.block_field(object, &upper(&name.text), name.span) {
             return value;
@@ -701,9 +767,9 @@ impl Elaborator<'_> {
         let pou = &library.pous[index];
         let Body::Statements(body) = &pou.body else {
             return Err(self.refused(
-                &format!("a call of {}, a function block with a chart of its own", pou.name),
+                &format!("a call of {} here, a function block with a chart of its own", pou.name),
                 span,
-                "let the block be the design, or make it a program that runs side by side",
+                "call it once in each scan, in a program that has no chart, RETURN or condition around the call; or make it a program that runs side by side",
             ));
         };
         let inside = self.objects[object].frame;
@@ -800,8 +866,10 @@ impl Elaborator<'_> {
                 self.assign(&place, value, span, out)?;
             }
         }
-        self.body(inside, body, pou.name.span, out);
-        Ok(())
+        let outside = std::mem::replace(&mut self.bodies, super::bodies_of(&pou.actions));
+        let done = self.call_body(inside, "", &pou.name, body, span, out);
+        self.bodies = outside;
+        done
     }
 
     /// True for a value that nothing changes within a scan: constants, inputs, steps.

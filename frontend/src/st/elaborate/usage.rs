@@ -32,7 +32,10 @@ pub(super) type Params = Vec<(String, bool)>;
 pub(super) fn of(pou: &Pou, params: &dyn Fn(&str) -> Params) -> Usage {
     let mut walk = Walk { usage: Usage::default(), params };
     match &pou.body {
-        Body::Statements(list) => walk.list(list),
+        Body::Statements(list) => {
+            walk.list(list);
+            pou.actions.iter().for_each(|action| walk.list(&action.body));
+        }
         Body::Sfc(sfc) => walk.sfc(sfc),
     }
     for var in &pou.vars {
@@ -128,6 +131,13 @@ impl Walk<'_> {
                     self.usage.read.insert(root.clone());
                     self.usage.calls.entry(root).or_default().push(names);
                 } else {
+                    // An action of an instance: it reads the inputs that a call of the instance would have left.
+                    if let ExprKind::Field(inner, _) = &target.kind
+                        && let ExprKind::Name(instance) = &inner.kind
+                    {
+                        let none = Some(BTreeSet::new());
+                        self.usage.calls.entry(upper(&instance.text)).or_default().push(none);
+                    }
                     self.expr(target);
                 }
             }

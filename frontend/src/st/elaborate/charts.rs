@@ -1,0 +1,220 @@
+//! Function blocks with charts, called by a program that has none of its own.
+//!
+//! ```text
+//! PROGRAM p                          action scan_body      limit := limit AND hot;
+//!   limit := limit AND hot;          the actions of the block's chart, its variables and steps under `lights.`
+//!   lights(ON := switch);            action scan_body_2    lamp := lights.GREEN;
+//!   lamp := lights.GREEN;
+//! END_PROGRAM
+//! ```
+//! On a controller such a chart takes its step where it is called. In a net all charts take theirs at the beginning of the reaction, which is the same as long
+//! as the block is called once in every scan and its conditions read nothing that the program changes before the call: inputs of the program, constants,
+//! and what the block itself remembers. Everything else is refused.
+
+use grafsynth_ir::chart::{Action, ActionHow, Block, Item, Step, StepItem, StepItemKind, StepRole};
+use grafsynth_ir::net::Meta;
+use grafsynth_ir::{Name, Span};
+
+use super::usage::{Usage, upper};
+use super::value::Value;
+use super::{Binding, Elaborator, FrameId, ObjectKind, Outcome};
+use crate::st::ast::{self, Arg, Body, Pou, Section, StmtKind};
+
+/// What a program without a chart becomes, piece by piece.
+struct Pieces {
+    items: Vec<Item>,
+    /// Of the actions that hold its statements.
+    names: Vec<Name>,
+    /// Statements that stand in no action yet.
+    open: Block,
+}
+
+impl<'a> Elaborator<'a> {
+    /// A program without a chart: one step whose actions run in every scan, with the charts of the blocks that it calls between them.
+    pub(super) fn one_step(
+        &mut self,
+        frame: FrameId,
+        pou: &'a Pou,
+        list: &'a [ast::Stmt],
+        usage: &Usage,
+    ) -> Vec<Item> {
+        let span = pou.name.span;
+        self.bodies = super::bodies_of(&pou.actions);
+        let mut pieces = Pieces { items: Vec::new(), names: Vec::new(), open: Block::new() };
+        let calls: Vec<Option<(usize, usize)>> =
+            list.iter().map(|stmt| self.calls_chart(frame, stmt)).collect();
+        let leaves = super::leave::has(list, super::leave::Leaves::Return);
+        if leaves || calls.iter().all(Option::is_none) {
+            self.body(frame, list, span, &mut pieces.open);
+        } else {
+            let mut seen = Vec::new();
+            for (stmt, call) in list.iter().zip(calls) {
+                let (StmtKind::Call { arguments, .. }, Some((object, index))) = (&stmt.kind, call)
+                else {
+                    let _ = self.stmt(frame, stmt, &mut pieces.open);
+                    continue;
+                };
+                if seen.contains(&object) {
+                    self.refused(
+                        "a second call of a function block with a chart",
+                        stmt.span,
+                        "call it once in each scan, or declare two instances",
+                    );
+                    continue;
+                }
+                seen.push(object);
+                self.close(&mut pieces, span);
+                let called = (object, index, arguments.as_slice());
+                let _ = self.call_chart(frame, called, usage, stmt.span, &mut pieces);
+            }
+        }
+        if !pieces.open.is_empty() || pieces.names.is_empty() {
+            self.close_always(&mut pieces, span);
+        }
+        let step = Name::new(self.free_name("running"), span);
+        let uses = pieces.names.into_iter().map(|target| {
+            let how = ActionHow::Bare;
+            let kind = StepItemKind::Action { target, arguments: None, how, condition: None };
+            StepItem { kind, span }
+        });
+        let mut items = pieces.items;
+        items.push(Item::Step(Step {
+            name: step,
+            role: StepRole::Initial,
+            body: uses.collect(),
+            meta: Meta { span, ..Meta::default() },
+            ..Step::default()
+        }));
+        items
+    }
+
+    /// An action of the statements up to here, if there are any.
+    fn close(&mut self, pieces: &mut Pieces, span: Span) {
+        if !pieces.open.is_empty() {
+            self.close_always(pieces, span);
+        }
+    }
+
+    fn close_always(&mut self, pieces: &mut Pieces, span: Span) {
+        let name = Name::new(self.free_name("scan_body"), span);
+        let body = std::mem::take(&mut pieces.open);
+        let meta = Meta { span, ..Meta::default() };
+        pieces.items.push(Item::Action(Action { name: name.clone(), body, meta }));
+        pieces.names.push(name);
+    }
+
+    /// The instance and the unit of a call of a block with a chart.
+    fn calls_chart(&self, frame: FrameId, stmt: &ast::Stmt) -> Option<(usize, usize)> {
+        let StmtKind::Call { target, .. } = &stmt.kind else { return None };
+        let ast::ExprKind::Name(name) = &target.kind else { return None };
+        let Some(Binding::Object(object)) = self.lookup(frame, &name.text) else { return None };
+        let ObjectKind::User(index) = self.objects[object].kind else { return None };
+        matches!(self.library.pous[index].body, Body::Sfc(_)).then_some((object, index))
+    }
+
+    /// The chart of a block beside the program's own step.
+    fn call_chart(
+        &mut self,
+        frame: FrameId,
+        (object, index, arguments): (usize, usize, &[Arg]),
+        usage: &Usage,
+        span: Span,
+        pieces: &mut Pieces,
+    ) -> Outcome<()> {
+        let library = self.library;
+        let pou = &library.pous[index];
+        let Body::Sfc(chart) = &pou.body else { return Err(super::Told) };
+        let arguments = self.named_arguments(ObjectKind::User(index), arguments, span)?;
+        self.check_arguments(object, &arguments)?;
+        if pou.options != ast::Options::default() {
+            return Err(self.refused(
+                &format!("a call of {}, a block whose chart has settings of its own", pou.name),
+                span,
+                "let the block be the design, or give the settings to the program",
+            ));
+        }
+        let prefix = self.objects[object].prefix.clone();
+        if usage.assigned.contains(&upper(&prefix)) {
+            return Err(self.refused(
+                &format!("assignments to variables of {prefix}, a block with a chart"),
+                span,
+                "give them as inputs in the call",
+            ));
+        }
+        let inner = self.usage(pou);
+        let is_own = |name: &str| {
+            let mut vars = pou.vars.iter().filter(|var| var.section != Section::External);
+            vars.any(|var| upper(&var.name.text) == name)
+        };
+        let shared = library.globals.iter().map(|var| upper(&var.name.text)).find(|name| {
+            !is_own(name) && inner.read.contains(name) && usage.assigned.contains(name)
+        });
+        if let Some(shared) = shared {
+            return Err(self.refused(
+                &format!(
+                    "a call of {}, whose chart reads {shared}, which the program changes",
+                    pou.name
+                ),
+                span,
+                "give it as an input, or make the block a program that runs side by side",
+            ));
+        }
+        let inside = self.objects[object].frame;
+        for var in &pou.vars {
+            let key = upper(&var.name.text);
+            let given = arguments.iter().find(|one| {
+                one.name.as_ref().is_some_and(|name| upper(&name.text) == key)
+                    && (!one.is_output || var.section == Section::InOut)
+            });
+            let Some(argument) = given else { continue };
+            if var.section == Section::InOut {
+                return Err(self.refused(
+                    "in-out parameters of blocks with charts",
+                    argument.value.span,
+                    "use inputs and outputs",
+                ));
+            }
+            let value = self.value(frame, &argument.value)?;
+            let ty = self.ty(inside, &var.ty);
+            let value = self.fit(value, &ty, &var.name.text)?;
+            let is_bound =
+                matches!(self.frames[inside].names.get(&key), None | Some(Binding::Value(_)));
+            if !is_bound || !self.is_input(&value) {
+                return Err(self.refused(
+                    &format!("{} of {prefix} as an expression that changes within a scan", var.name),
+                    argument.value.span,
+                    "a chart takes its step at the beginning of the scan: give it inputs of the program and constants",
+                ));
+            }
+            self.frames[inside].names.insert(key, Binding::Value(value));
+        }
+        let outside = std::mem::take(&mut self.bodies);
+        let before = std::mem::replace(&mut self.prefix, format!("{prefix}."));
+        let items = self.sfc(inside, chart);
+        (self.bodies, self.prefix) = (outside, before);
+        pieces.items.extend(items);
+        for argument in arguments.iter().filter(|one| one.is_output) {
+            let Some(name) = &argument.name else { continue };
+            let value = self.output_of(object, name)?;
+            let value = if argument.is_negated { Value::bool(value.expr.not()) } else { value };
+            let place = self.place(frame, &argument.value)?;
+            self.assign(&place, value, argument.value.span, &mut pieces.open)?;
+        }
+        Ok(())
+    }
+
+    /// True for a value of inputs and constants alone, which is the same from the beginning of a scan to its end.
+    fn is_input(&self, value: &Value) -> bool {
+        let mut is_input = true;
+        value.expr.for_each_leaf(&mut |leaf| {
+            if let grafsynth_ir::chart::Leaf::Name(path) = leaf {
+                let [name] = path.names.as_slice() else {
+                    is_input = false;
+                    return;
+                };
+                is_input &= self.inputs.contains(&upper(&name.text));
+            }
+        });
+        is_input
+    }
+}
