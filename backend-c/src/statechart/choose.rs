@@ -6,7 +6,8 @@
 //! parallel state, and whether something *left* it. Such flags exist only where a transition on this event leaves a parallel state or stands around one.
 
 use super::Emit;
-use super::text::{Case, Function, switch};
+use super::tables::Row;
+use super::text::{Case, Function, merged, switch};
 use crate::Object;
 use crate::cexpr::CExpr;
 use crate::ctext::Node;
@@ -14,8 +15,11 @@ use crate::names::namer;
 use grafsynth_ir::net::{Policy, StepId, TransitionId};
 use std::collections::{BTreeMap, BTreeSet};
 
+/// So many states that offer one transition each on an event share a table.
+const TABLE: usize = 8;
+
 /// The transitions of a region on one event that can be fireable at all, by source.
-type Candidates = BTreeMap<StepId, Vec<TransitionId>>;
+pub(super) type Candidates = BTreeMap<StepId, Vec<TransitionId>>;
 
 /// One check for one event.
 struct Check {
@@ -65,7 +69,7 @@ impl Emit<'_> {
         Some(self.define("move", "bool", false, &own, body))
     }
 
-    fn candidates(&self, region: usize, event: usize) -> Candidates {
+    pub(super) fn candidates(&self, region: usize, event: usize) -> Candidates {
         let wanted = self.event_name(event);
         let mut found = Candidates::new();
         let mut all = self.plan.regions[region].transitions.clone();
@@ -104,10 +108,37 @@ impl Emit<'_> {
         }
         let mut body = Vec::new();
         let mut is_done = false;
-        for sources in order {
+        let n_passes = order.len();
+        for (pass, sources) in order.into_iter().enumerate() {
             let mut cases = Vec::new();
+            let table = self.table_of_firsts(region, event, &sources, candidates);
+            if let (Some(table), Some(variable), true) =
+                (&table, self.variables[region].clone(), pass + 1 == n_passes)
+            {
+                // What is left for the last pass falls through to the table; there the others find 0.
+                let number = format!("{table}[self->{variable}]");
+                for source in sources {
+                    let ids = &candidates[&source];
+                    let labels = self.labels(region, source);
+                    let body = match ids.as_slice() {
+                        [only] => self.unless(*only),
+                        _ => self.first_of(ids).0,
+                    };
+                    cases.push(Case { labels, body, returns: false });
+                }
+                body.extend(switch(&format!("self->{variable}"), merged(cases)));
+                body.push(Node::line(format!("return {number};")));
+                is_done = true;
+                break;
+            }
             for source in sources {
-                let (nodes, returns) = self.first_of(&candidates[&source]);
+                let (nodes, returns) = match (&table, &self.variables[region]) {
+                    (Some(table), Some(variable)) if candidates[&source].len() == 1 => {
+                        let number = format!("{table}[self->{variable}]");
+                        self.first_by(&candidates[&source], |_| number.clone())
+                    }
+                    _ => self.first_of(&candidates[&source]),
+                };
                 let labels = self.labels(region, source);
                 cases.push(Case { labels, body: nodes, returns });
             }
@@ -121,7 +152,10 @@ impl Emit<'_> {
                     is_done = only.returns;
                     body.extend(only.body.clone());
                 }
-                (_, Some(variable)) => body.extend(switch(&format!("self->{variable}"), cases)),
+                (_, Some(variable)) => {
+                    let cases = if table.is_some() { merged(cases) } else { cases };
+                    body.extend(switch(&format!("self->{variable}"), cases));
+                }
                 (_, None) => {}
             }
             if is_done {
@@ -135,13 +169,63 @@ impl Emit<'_> {
         self.define(&wanted, self.number_type(region), true, &[], body)
     }
 
+    /// A table of the one transition that each of some states offers on an event, by the active state; none where few do.
+    fn table_of_firsts(
+        &mut self,
+        region: usize,
+        event: usize,
+        sources: &[StepId],
+        candidates: &Candidates,
+    ) -> Option<String> {
+        let data = &self.plan.regions[region];
+        let mut rows = vec![Row::none(); data.terminals.len() + 1];
+        let mut n_sources = 0;
+        for source in sources {
+            let [only] = candidates[source].as_slice() else { continue };
+            let value = data.transitions.iter().position(|id| id == only)? + 1;
+            n_sources += 1;
+            let (first, last) = self.plan.range[*source];
+            for row in rows.iter_mut().take(last + 1).skip(first) {
+                *row = Row { value, text: self.fires[*only].clone(), about: Some(*only) };
+            }
+        }
+        if n_sources < TABLE || self.variables[region].is_none() {
+            return None;
+        }
+        let wanted = format!("{}_first_{}", self.region_word(region), self.event_word(event));
+        let note = "the transition that each state offers";
+        Some(self.table(&wanted, self.number_type(region), note, &rows))
+    }
+
+    /// Gives up where the guard of a transition is false.
+    fn unless(&mut self, id: TransitionId) -> Vec<Node> {
+        let guard: CExpr = self.statements.expr(&self.pieces.transitions[id].guard);
+        if guard.is_true() {
+            return Vec::new();
+        }
+        vec![Node::when(&guard.not().text, vec![Node::line("return 0;")])]
+    }
+
     /// The first fireable of some transitions, and whether one of them always is.
     fn first_of(&mut self, ids: &[TransitionId]) -> (Vec<Node>, bool) {
+        let names: Vec<(TransitionId, String)> =
+            ids.iter().map(|id| (*id, self.fires[*id].clone())).collect();
+        self.first_by(ids, |id| {
+            names.iter().find(|(it, _)| *it == id).map_or_else(String::new, |it| it.1.clone())
+        })
+    }
+
+    /// As [`Emit::first_of`], with another way to write the numbers.
+    fn first_by(
+        &mut self,
+        ids: &[TransitionId],
+        number: impl Fn(TransitionId) -> String,
+    ) -> (Vec<Node>, bool) {
         let mut nodes = Vec::new();
         for id in ids {
             let guard: CExpr = self.statements.expr(&self.pieces.transitions[*id].guard);
             let take =
-                Node::line(format!("return {};", self.fires[*id])).about(Object::Transition(*id));
+                Node::line(format!("return {};", number(*id))).about(Object::Transition(*id));
             if guard.is_true() {
                 nodes.push(take);
                 return (nodes, true);
@@ -454,7 +538,13 @@ impl Emit<'_> {
                 let domain = emit.plan.routes[id].and_then(|route| route.domain);
                 domain.is_some_and(|(to, depth)| emit.has_exits(to, depth))
             });
-            if leaves {
+            if !leaves {
+                continue;
+            }
+            let (local, ids) = (&check.taken[&region], ids_of(check, region));
+            if let Some(leave) = self.leave_at_once(region, &ids) {
+                body.push(Node::when(&self.moves_condition(region, local), vec![leave]));
+            } else {
                 let function = phases.leave.entry(region).or_insert_with(|| self.leave(region));
                 call(function.as_ref(), &check.taken[&region], body);
             }
@@ -472,12 +562,23 @@ impl Emit<'_> {
         }
         for region in taken.iter().copied() {
             let enters = of(self, region, &|emit, id| !emit.net.transitions[id].enters.is_empty());
-            if enters {
+            if !enters {
+                continue;
+            }
+            let (local, ids) = (&check.taken[&region], ids_of(check, region));
+            if let Some(enter) = self.enter_at_once(region, &ids, local) {
+                body.push(Node::when(&self.moves_condition(region, local), enter));
+            } else {
                 let function = phases.enter.entry(region).or_insert_with(|| self.enter(region));
                 call(function.as_ref(), &check.taken[&region], body);
             }
         }
     }
+}
+
+/// The transitions of a region that one check may take.
+fn ids_of(check: &Check, region: usize) -> Vec<TransitionId> {
+    check.candidates[&region].values().flatten().copied().collect()
 }
 
 fn call(function: Option<&Function>, taken: &str, body: &mut Vec<Node>) {

@@ -2,11 +2,12 @@
 
 use super::Emit;
 use super::plan::Memory;
-use super::text::{Case, Function, lines};
+use super::tables::Row;
+use super::text::{Case, Function, lines, merged, replace};
 use crate::Object;
 use crate::ctext::{Kind, Node};
 use crate::times::count_type;
-use grafsynth_ir::net::{Enter, HistoryId, StepId, StepKind};
+use grafsynth_ir::net::{Enter, HistoryId, StepId, StepKind, TransitionId};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// An entry list of so many lines becomes a function.
@@ -15,8 +16,38 @@ const LONG_LIST: usize = 4;
 /// So many states that are entered together, in more than one place, become a function.
 const MANY_STATES: usize = 3;
 
+/// Stands for the state that a transition leads to until its table has a name; no name of C.
+const TO: &str = "@to";
+
 /// So many transitions that only give the variable a new value share a table.
 const TABLE: usize = 4;
+
+/// What the transitions of a region enter.
+#[derive(Debug, Clone)]
+pub(super) struct Entries {
+    /// One for each transition, in their order.
+    cases: Vec<Case>,
+    /// What gives the variable its value after those whose case is empty.
+    plain: Vec<Node>,
+    ids: Vec<TransitionId>,
+}
+
+impl Entries {
+    /// What each of these does, if all that do anything do the same, in a few lines.
+    fn alike(&self, ids: &[TransitionId]) -> Option<&[Node]> {
+        let of = |id: &TransitionId| self.ids.iter().position(|it| it == id);
+        let cases: Vec<Case> = ids
+            .iter()
+            .filter_map(|id| self.cases.get(of(id)?))
+            .filter(|case| !case.body.is_empty())
+            .cloned()
+            .collect();
+        let index =
+            ids.iter().find_map(|id| of(id).filter(|at| !self.cases[*at].body.is_empty()))?;
+        let body = &self.cases[index].body;
+        (merged(cases).len() == 1 && lines(body) <= LONG_LIST).then_some(body)
+    }
+}
 
 impl Emit<'_> {
     /// What is entered together with a state in more than one place.
@@ -112,6 +143,8 @@ impl Emit<'_> {
         if let Some(function) = self.enters.get(&key) {
             return function.clone();
         }
+        // What a function of its own enters does not depend on the transition that calls it.
+        let target = self.target.take();
         let mut body = self.enter_state(key.0);
         let mut list = vec![Enter::Step(key.0)];
         list.extend(&key.1);
@@ -119,6 +152,7 @@ impl Emit<'_> {
         self.shared.remove(&key);
         let mut whole = self.enter_all(&list);
         self.shared.insert(key.clone());
+        self.target = target;
         body.clear();
         body.append(&mut whole);
         let wanted = format!("enter_{}", self.names.steps[key.0]);
@@ -150,12 +184,14 @@ impl Emit<'_> {
         let function = match self.paths.get(&region) {
             Some(function) => function.clone(),
             None => {
+                let target = self.target.take();
                 let function = self.define_path(region);
+                self.target = target;
                 self.paths.insert(region, function.clone());
                 function
             }
         };
-        let to = self.terminal(region, self.plan.range[last].0);
+        let to = self.entered(region, self.plan.range[last].0);
         let depth = format!("{}U", self.plan.depth[first] - 1);
         let call = function.call(&[("to", &to), ("depth", &depth)]);
         Some((length, Node::line(format!("{call};")).about(Object::Step(last))))
@@ -198,9 +234,17 @@ impl Emit<'_> {
         self.define(&format!("{word}_enter_to"), "void", false, &own, body)
     }
 
+    /// What stands for the atomic state of a region that is entered.
+    fn entered(&self, region: usize, number: usize) -> String {
+        match &self.target {
+            Some((here, text)) if *here == region => text.clone(),
+            Some(_) | None => self.terminal(region, number),
+        }
+    }
+
     /// A `switch` over the number of a state; without one what all states do.
     fn on_value(&mut self, word: &str, subject: &str, n: usize, cases: Vec<Case>) -> Vec<Node> {
-        let cases = super::text::merged(cases);
+        let cases = merged(cases);
         match cases.as_slice() {
             [only] if only.labels.len() == n => only.body.clone(),
             _ => {
@@ -217,7 +261,7 @@ impl Emit<'_> {
         if self.net.steps[step].kind != StepKind::Composite
             && let Some(variable) = &self.variables[region]
         {
-            let value = self.terminal(region, self.plan.range[step].0);
+            let value = self.entered(region, self.plan.range[step].0);
             nodes
                 .push(Node::line(format!("self->{variable} = {value};")).about(Object::Step(step)));
         }
@@ -241,67 +285,172 @@ impl Emit<'_> {
         nodes
     }
 
-    /// The function that enters what the transition of a region leads to.
-    pub(super) fn enter(&mut self, region: usize) -> Option<Function> {
+    /// What each transition of a region enters: one case for each, and the table of those that only give the variable another value, where there is one.
+    fn entries(&mut self, region: usize) -> Entries {
+        if let Some(entries) = self.entries.get(&region) {
+            return entries.clone();
+        }
         let data = &self.plan.regions[region];
         let mut cases = Vec::new();
-        let mut targets = vec![String::new(); data.transitions.len() + 1];
-        for (at, id) in data.transitions.iter().enumerate() {
-            let body = self.enter_all(&self.net.transitions[*id].enters);
-            let plain = self.variables[region].as_ref().and_then(|variable| {
-                let [Node { kind: Kind::Line(text), .. }] = body.as_slice() else { return None };
-                let value = text.strip_prefix(&format!("self->{variable} = "))?;
-                value.strip_suffix(';').map(str::to_owned)
+        let mut targets = vec![Row::none()];
+        for id in data.transitions.iter().copied() {
+            let body = self.enter_all(&self.net.transitions[id].enters);
+            let plain = self.variables[region].as_ref().is_some_and(|variable| {
+                let [Node { kind: Kind::Line(text), .. }] = body.as_slice() else { return false };
+                text.starts_with(&format!("self->{variable} = "))
             });
-            targets[at + 1] = plain.unwrap_or_default();
-            cases.push(Case { labels: vec![self.fires[*id].clone()], body, returns: false });
+            let value = self.target_of(region, id).filter(|_| plain);
+            targets.push(match value {
+                Some(value) => {
+                    let text = self.terminal(region, value);
+                    Row { value, text, about: Some(id) }
+                }
+                None => Row { about: Some(id), ..Row::none() },
+            });
+            cases.push(Case { labels: vec![self.fires[id].clone()], body, returns: false });
         }
-        let word = self.region_word(region);
-        let n_plain = targets.iter().filter(|target| !target.is_empty()).count();
-        let mut body = Vec::new();
+        let n_plain = targets.iter().filter(|target| target.value != 0).count();
+        let mut entries = Entries { cases, plain: Vec::new(), ids: data.transitions.clone() };
         if n_plain >= TABLE
             && let Some(variable) = self.variables[region].clone()
         {
-            let table = self.table_of_targets(region, &targets);
-            let mut kept = targets.iter().skip(1);
-            cases.retain(|_| kept.next().is_some_and(String::is_empty));
-            let set = Node::line(format!("self->{variable} = {table}[taken];"));
-            if cases.iter().all(|case| case.body.is_empty()) && n_plain + 1 == targets.len() {
-                body.push(Node::when("taken != 0", vec![set]));
-            } else {
-                body.push(Node::when(&format!("{table}[taken] != 0"), vec![set]));
+            let note = "where each transition leads that does no more than that";
+            let table = self.table_of_targets(region, "targets", note, &targets);
+            for (case, target) in entries.cases.iter_mut().zip(&targets[1..]) {
+                if target.value != 0 {
+                    case.body.clear();
+                }
             }
+            let set = Node::line(format!("self->{variable} = {table}[taken];"));
+            let is_all = entries.cases.iter().all(|case| case.body.is_empty())
+                && n_plain + 1 == targets.len();
+            let condition =
+                if is_all { "taken != 0".to_owned() } else { format!("{table}[taken] != 0") };
+            entries.plain.push(Node::when(&condition, vec![set]));
+        } else {
+            entries.cases = self.with_table(region, entries.cases);
         }
-        let wanted = format!("{word}_enter");
+        self.entries.insert(region, entries.clone());
+        entries
+    }
+
+    /// The function that enters what the transition of a region leads to.
+    pub(super) fn enter(&mut self, region: usize) -> Option<Function> {
+        let entries = self.entries(region);
+        let wanted = format!("{}_enter", self.region_word(region));
         let own = [(self.number_type(region), "taken")];
-        body.extend(self.switch(&wanted, "taken", &own, cases));
+        let mut body = entries.plain;
+        body.extend(self.switch(&wanted, "taken", &own, entries.cases));
         (!body.is_empty()).then(|| self.define(&wanted, "void", false, &own, body))
     }
 
-    /// For each transition of a region that does nothing but lead to another of its states, that state.
-    fn table_of_targets(&mut self, region: usize, targets: &[String]) -> String {
-        let data = &self.plan.regions[region];
-        let name = format!(
-            "{}_{}",
-            self.names.prefix,
-            self.taken.name(&format!("{}_targets", self.region_word(region)))
-        );
-        let ty = count_type(i64::try_from(data.terminals.len()).unwrap_or(i64::MAX));
-        let mut rows = Vec::new();
-        for (at, target) in targets.iter().enumerate() {
-            let comma = if at + 1 == targets.len() { "" } else { "," };
-            let value = if target.is_empty() { "0" } else { target };
-            let row = Node::line(format!("{value}{comma}"));
-            rows.push(match at.checked_sub(1).and_then(|at| data.transitions.get(at)) {
-                Some(id) => row.note(self.transition_note(*id)).about(Object::Transition(*id)),
-                None => row,
-            });
+    /// What all of some transitions enter alike, for the one that was taken; none where they differ, or where it is as short to call [`Emit::enter`].
+    pub(super) fn enter_at_once(
+        &mut self,
+        region: usize,
+        ids: &[TransitionId],
+        taken: &str,
+    ) -> Option<Vec<Node>> {
+        let entries = self.entries(region);
+        if !entries.plain.is_empty() || merged(entries.cases.clone()).len() < 2 {
+            return None;
         }
-        let head = format!("static {}_ROM {ty} {name}[{}] =", self.names.upper, targets.len());
-        let node: Node = Kind::Braces(head, rows, ";".to_owned()).into();
-        self.functions.push(node.note("where each transition leads that does no more than that"));
-        self.functions.push(Node::blank());
-        name
+        // Those that enter something are told from the others by their numbers.
+        let is_empty = |id: &TransitionId| {
+            entries
+                .ids
+                .iter()
+                .zip(&entries.cases)
+                .any(|(it, case)| it == id && case.body.is_empty())
+        };
+        if ids.iter().any(|id| is_empty(id) && !self.net.transitions[*id].enters.is_empty()) {
+            return None;
+        }
+        let mut body = entries.alike(ids)?.to_vec();
+        // Elsewhere they must not differ either, or not be there: a function that nobody calls is none.
+        let mut is_whole = true;
+        let mut reached = BTreeSet::new();
+        for event in 0..=self.pieces.events.len() {
+            let others: Vec<TransitionId> =
+                self.candidates(region, event).into_values().flatten().collect();
+            is_whole &= others.is_empty() || entries.alike(&others).is_some();
+            reached.extend(others);
+        }
+        let is_reached =
+            |(id, case): (&TransitionId, &Case)| case.body.is_empty() || reached.contains(id);
+        if is_whole && !entries.ids.iter().zip(&entries.cases).all(is_reached) {
+            return None;
+        }
+        replace(&mut body, "[taken]", &format!("[{taken}]"));
+        Some(body)
+    }
+
+    /// The same cases, one for each transition of the region, with the state that is entered taken from a table, where that makes at most half as many
+    /// different ones of them.
+    fn with_table(&mut self, region: usize, cases: Vec<Case>) -> Vec<Case> {
+        let ids = &self.plan.regions[region].transitions;
+        let mut rows = vec![Row::none()];
+        rows.extend(ids.iter().map(|id| match self.target_of(region, *id) {
+            Some(value) => Row { value, text: self.terminal(region, value), about: Some(*id) },
+            None => Row { about: Some(*id), ..Row::none() },
+        }));
+        let n_rows = rows.iter().filter(|row| row.value != 0).count();
+        if n_rows < TABLE || self.variables[region].is_none() {
+            return cases;
+        }
+        // What is printed first decides whether there is a table: its name stands for itself till then.
+        let mut others = Vec::new();
+        for (id, case) in ids.iter().copied().zip(&cases) {
+            if self.target_of(region, id).is_none() {
+                others.push(case.clone());
+                continue;
+            }
+            self.target = Some((region, TO.to_owned()));
+            let body = self.enter_all(&self.net.transitions[id].enters);
+            self.target = None;
+            others.push(Case { body, ..case.clone() });
+        }
+        let (before, after) = (merged(cases.clone()).len(), merged(others.clone()).len());
+        if after * 2 > before {
+            return cases;
+        }
+        let note = "the state that each transition leads to";
+        let table = self.table_of_targets(region, "to", note, &rows);
+        let word = format!("{table}[taken]");
+        others.iter_mut().for_each(|case| replace(&mut case.body, TO, &word));
+        others
+    }
+
+    /// The table of the states that transitions of a region lead to, by the transitions' numbers.
+    fn table_of_targets(&mut self, region: usize, word: &str, note: &str, rows: &[Row]) -> String {
+        let n = self.plan.regions[region].terminals.len();
+        let ty = count_type(i64::try_from(n).unwrap_or(i64::MAX));
+        let wanted = format!("{}_{word}", self.region_word(region));
+        self.table(&wanted, ty, note, rows)
+    }
+
+    /// The number of the one atomic or parallel state of its region that a transition enters; none for several, or where a history says which.
+    fn target_of(&self, region: usize, id: TransitionId) -> Option<usize> {
+        let mut found = None;
+        for enter in &self.net.transitions[id].enters {
+            match *enter {
+                Enter::Step(step)
+                    if self.plan.region_of[step] == region
+                        && self.net.steps[step].kind != StepKind::Composite =>
+                {
+                    if found.replace(self.plan.range[step].0).is_some() {
+                        return None;
+                    }
+                }
+                Enter::Step(_) | Enter::InitialContent(_) => {}
+                Enter::History(history) => {
+                    if self.plan.region_of[self.net.histories[history].owner] == region {
+                        return None;
+                    }
+                }
+            }
+        }
+        found
     }
 
     // --- histories -------------------------------------------------------------------------------------------------------------------------
@@ -311,6 +460,7 @@ impl Emit<'_> {
         if let Some(function) = self.restores.get(&id) {
             return function.clone();
         }
+        let target = self.target.take();
         let history = &self.net.histories[id];
         let word = crate::names::identifier(&history.name.text);
         let content = self.list(&self.pieces.default_content[id]);
@@ -370,6 +520,7 @@ impl Emit<'_> {
         };
         let own = [("bool", "is_entered")];
         let function = self.define(&format!("restore_{word}"), "void", false, &own, body);
+        self.target = target;
         self.restores.insert(id, function.clone());
         function
     }

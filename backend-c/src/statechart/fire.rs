@@ -2,10 +2,14 @@
 
 use super::Emit;
 use super::plan::{Memory, Route};
+use super::tables::Row;
 use super::text::{Case, Function};
 use crate::ctext::Node;
-use grafsynth_ir::net::{StepId, StepKind};
+use grafsynth_ir::net::{StepId, StepKind, TransitionId};
 use std::collections::{BTreeMap, BTreeSet};
+
+/// So many transitions that leave to several depths have those in a table.
+const TABLE: usize = 8;
 
 /// The function that leaves what is deeper in a region than some depth.
 #[derive(Debug, Clone)]
@@ -196,6 +200,11 @@ impl Emit<'_> {
             return None;
         }
         let n_moving = data.transitions.len() - data.n_still;
+        let number = self.number_type(region);
+        if let Some(body) = self.leave_by_table(region, &groups) {
+            let wanted = format!("{}_leave", self.region_word(region));
+            return Some(self.define(&wanted, "void", false, &[(number, "taken")], body));
+        }
         let mut cases = Vec::new();
         for ((to, depth), labels) in groups {
             let Some(exit) = self.exits.get(&to) else { continue };
@@ -216,6 +225,53 @@ impl Emit<'_> {
         let wanted = format!("{}_leave", self.region_word(region));
         let ty = self.number_type(region);
         Some(self.define(&wanted, "void", false, &[(ty, "taken")], body))
+    }
+
+    /// Leaves what all of some transitions leave alike, where others of the region leave something else.
+    pub(super) fn leave_at_once(&mut self, region: usize, ids: &[TransitionId]) -> Option<Node> {
+        let domain = |id: &TransitionId| self.plan.routes[*id].and_then(|route| route.domain);
+        let exits = |it: &(usize, u32)| self.has_exits(it.0, it.1);
+        let all: BTreeSet<(usize, u32)> =
+            self.plan.regions[region].transitions.iter().filter_map(domain).filter(exits).collect();
+        let moving: BTreeSet<(usize, u32)> = ids.iter().filter_map(domain).collect();
+        let (to, depth) = *moving.first()?;
+        if all.len() < 2 || moving.len() > 1 || !self.has_exits(to, depth) {
+            return None;
+        }
+        let call = self.exits.get(&to)?.function.call(&[("depth", &format!("{depth}U"))]);
+        Some(Node::line(format!("{call};")))
+    }
+
+    /// The depths that transitions of one region leave to from a table, where many do so to several depths.
+    fn leave_by_table(
+        &mut self,
+        region: usize,
+        groups: &BTreeMap<(usize, u32), Vec<String>>,
+    ) -> Option<Vec<Node>> {
+        let ((to, _), _) = groups.first_key_value()?;
+        let n_labels: usize = groups.values().map(Vec::len).sum();
+        if groups.len() < 2 || n_labels < TABLE || groups.keys().any(|(other, _)| other != to) {
+            return None;
+        }
+        let exit = self.exits.get(to)?.clone();
+        let mut rows = vec![Row::none()];
+        let mut highest = 0;
+        for id in &self.plan.regions[region].transitions {
+            let label = &self.fires[*id];
+            let depth = groups.iter().find(|(_, labels)| labels.contains(label));
+            let value = depth.map_or(0, |((_, depth), _)| *depth + 1);
+            highest = highest.max(value);
+            let value = usize::try_from(value).unwrap_or(usize::MAX);
+            rows.push(Row { value, text: value.to_string(), about: Some(*id) });
+        }
+        let ty = crate::times::count_type(i64::from(highest));
+        let wanted = format!("{}_depths", self.region_word(region));
+        let note =
+            "one more than the depth that each transition leaves to, 0 where it leaves nothing";
+        let table = self.table(&wanted, ty, note, &rows);
+        let depth = format!("{table}[taken] - 1U");
+        let call = Node::line(format!("{};", exit.function.call(&[("depth", &depth)])));
+        Some(vec![Node::when(&format!("{table}[taken] != 0"), vec![call])])
     }
 
     /// The function that runs the actions of a transition; none where there are none.

@@ -17,6 +17,7 @@ mod choose;
 mod enter;
 mod fire;
 mod plan;
+mod tables;
 mod text;
 
 use crate::bits::Emit as Statements;
@@ -107,6 +108,9 @@ pub(crate) fn program(
         paths: BTreeMap::new(),
         entry_lists: BTreeMap::new(),
         restores: BTreeMap::new(),
+        tables: BTreeMap::new(),
+        target: None,
+        entries: BTreeMap::new(),
     };
     emit.keep_elsewhere();
     let after = main.split_off(n_before + 1);
@@ -253,6 +257,12 @@ pub(super) struct Emit<'a> {
     entry_lists: BTreeMap<StepId, text::Function>,
     /// Functions that enter what a history stands for.
     restores: BTreeMap<HistoryId, text::Function>,
+    /// Constant tables by type and numbers.
+    tables: BTreeMap<(&'static str, Vec<usize>), tables::Table>,
+    /// While what a transition enters is printed: what stands for the atomic state in its region instead of that state's constant.
+    target: Option<(usize, String)>,
+    /// What the transitions of each region enter.
+    entries: BTreeMap<usize, enter::Entries>,
 }
 
 impl Emit<'_> {

@@ -191,3 +191,23 @@ pub(super) fn lines(nodes: &[Node]) -> usize {
         })
         .sum()
 }
+
+/// Puts another text in the place of one, in all lines.
+pub(super) fn replace(nodes: &mut [Node], old: &str, new: &str) {
+    for node in nodes {
+        match &mut node.kind {
+            Kind::Line(text) => *text = text.replace(old, new),
+            Kind::Blank | Kind::Comment(_) | Kind::Verbatim(_) | Kind::Directive(_) => {}
+            Kind::Block(arms) => {
+                for arm in arms {
+                    arm.head = arm.head.replace(old, new);
+                    replace(&mut arm.body, old, new);
+                }
+            }
+            Kind::Case(_, body)
+            | Kind::Nested(body)
+            | Kind::Function(_, body)
+            | Kind::Braces(_, body, _) => replace(body, old, new),
+        }
+    }
+}
