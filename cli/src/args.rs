@@ -137,6 +137,33 @@ pub(crate) struct COptions {
     /// Elements of an array parameter whose length is not written.
     #[arg(long, value_name = "N")]
     pub(crate) array_length: Option<u32>,
+    /// A name that stands for a number, 1 without `=VALUE`; may be given several times.
+    #[arg(short = 'D', value_name = "NAME[=VALUE]", value_parser = constant)]
+    pub(crate) define: Vec<(String, i64)>,
+}
+
+/// `NAME`, `NAME=5`, `NAME=-0x10`.
+fn constant(text: &str) -> Result<(String, i64), String> {
+    let (name, value) = text.split_once('=').unwrap_or((text, "1"));
+    let is_name = name.starts_with(|first: char| first.is_ascii_alphabetic() || first == '_')
+        && name.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_');
+    if !is_name {
+        return Err(format!("`{name}` is no name of C"));
+    }
+    let (sign, digits) = match value.trim().strip_prefix('-') {
+        Some(digits) => (-1, digits),
+        None => (1, value.trim()),
+    };
+    let number = match digits.strip_prefix("0x").or_else(|| digits.strip_prefix("0X")) {
+        Some(digits) => i64::from_str_radix(digits, 16),
+        None => digits.parse(),
+    };
+    match number {
+        Ok(number) => Ok((name.to_owned(), sign * number)),
+        Err(_) => Err(format!(
+            "`{value}` is no number; a name stands for a decimal number or one in 0x.."
+        )),
+    }
 }
 
 impl COptions {
@@ -161,6 +188,7 @@ impl COptions {
             },
             entry: self.entry.clone(),
             array_length: self.array_length.unwrap_or(default.array_length),
+            defines: self.define.clone(),
         }
     }
 }

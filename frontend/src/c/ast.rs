@@ -10,6 +10,8 @@ pub(super) struct Source {
     pub(super) comments: Vec<Span>,
     /// `#define NAME constant`.
     pub(super) constants: Vec<(Name, i64)>,
+    /// Constants that whoever reads the source gives, as `-D` does.
+    pub(super) given: Vec<(String, i64)>,
     /// Lines that a library needs word for word: includes, and defines that are no constants.
     pub(super) lines: Vec<Span>,
     /// Names of the defines that are no constants.

@@ -281,6 +281,9 @@ pub(super) fn write(
     ));
     line(format_args!("#include \"{chart}_user.h\""));
     line(format_args!("#include <string.h>"));
+    for (name, value) in &program.source.given {
+        line(format_args!("#ifndef {name}\n#define {name} ({value})\n#endif"));
+    }
     for directive in &program.source.lines {
         line(format_args!("{}", program.text_of(*directive)));
     }

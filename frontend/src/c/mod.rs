@@ -25,6 +25,7 @@ mod ast;
 mod calls;
 mod constant;
 mod declarations;
+mod directives;
 mod draw;
 mod flow;
 mod frame;
@@ -91,6 +92,8 @@ pub struct Options {
     pub entry: Option<String>,
     /// Elements of an array parameter whose length nothing says.
     pub array_length: u32,
+    /// Names that stand for a number, as `-D NAME=VALUE` gives them to a compiler.
+    pub defines: Vec<(String, i64)>,
 }
 
 impl Default for Options {
@@ -104,6 +107,7 @@ impl Default for Options {
             calls: Calls::Copy,
             entry: None,
             array_length: 16,
+            defines: Vec::new(),
         }
     }
 }
@@ -131,7 +135,8 @@ pub fn parse_within(file: FileId, text: &str, limits: &Limits, options: &Options
     if let Some(finding) = graf::too_large(file, text, limits) {
         return Parsed { diagnostics: vec![finding], ..Parsed::default() };
     }
-    let (source, mut findings) = parser::parse(file, text, limits, options.is_unsigned_char);
+    let (source, mut findings) =
+        parser::parse(file, text, limits, options.is_unsigned_char, &options.defines);
     if any_error(&findings.kept) {
         return Parsed { diagnostics: graf::sorted(findings.finish()), ..Parsed::default() };
     }

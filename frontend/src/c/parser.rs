@@ -2,11 +2,10 @@
 
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::{FileId, Name, Span};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::ast::{Base, Declaration, External, Function, Param, Source, Stmt, StmtKind};
-use super::constant;
-use super::lexer::{self, Kind, Line, Token};
+use super::lexer::{self, Kind, Token};
 use crate::codes;
 use crate::graf::Limits;
 use crate::graf::parser::Findings;
@@ -72,6 +71,8 @@ pub(super) struct Parser<'t> {
     pub(super) is_unsigned_char: bool,
     /// What a name means where an expression or a declaration begins: constants of `#define` and `enum`.
     pub(super) constants: BTreeMap<String, i64>,
+    /// Names that `#ifdef` finds.
+    pub(super) defined: BTreeSet<String>,
     pub(super) typedefs: BTreeMap<String, Base>,
     pub(super) source: Source,
 }
@@ -82,6 +83,7 @@ pub(super) fn parse(
     text: &str,
     limits: &Limits,
     is_unsigned_char: bool,
+    defines: &[(String, i64)],
 ) -> (Source, Findings) {
     let mut findings = Findings { kept: Vec::new(), limit: limits.diagnostics, rest: 0 };
     let lexed = lexer::lex(file, text, 0..text.len(), is_unsigned_char, &mut findings);
@@ -96,12 +98,11 @@ pub(super) fn parse(
         nesting: limits.nesting,
         is_unsigned_char,
         constants: BTreeMap::new(),
+        defined: BTreeSet::new(),
         typedefs: BTreeMap::new(),
         source: Source { comments: lexed.comments, ..Source::default() },
     };
-    for line in lexed.lines {
-        parser.directive(line);
-    }
+    parser.directives(&lexed.lines, defines);
     parser.file();
     (parser.source, parser.findings)
 }
@@ -241,93 +242,6 @@ impl<'t> Parser<'t> {
             }
             self.take();
         }
-    }
-
-    // Lines of the preprocessor
-
-    fn directive(&mut self, line: Line) {
-        let text = self.text.get(line.span.range()).unwrap_or("");
-        let body = text.trim_start_matches('#').trim_start();
-        let offset = line.span.start as usize + (text.len() - body.len());
-        let word: String = body.chars().take_while(char::is_ascii_alphanumeric).collect();
-        match word.as_str() {
-            "include" => {
-                self.source.lines.push(line.span);
-                let name = body["include".len()..].trim().to_owned();
-                if !["<stdbool.h>", "<stdint.h>", "<limits.h>", "<stddef.h>"]
-                    .contains(&name.as_str())
-                {
-                    self.findings.report(|| {
-                        Diagnostic::note(codes::C_INCLUDE, format!("{name} is not read"))
-                            .at(line.span, "what it declares is not known here")
-                            .help("declare in this file what it uses of it, or hand over the output of `cc -E`")
-                    });
-                }
-            }
-            "define" => self.define(line, offset + "define".len()),
-            // Line markers of a preprocessor's output, an empty directive, and what only a compiler heeds.
-            "" | "pragma" | "line" | "ident" | "error" | "warning" if word != "error" => {}
-            _ if word.bytes().all(|byte| byte.is_ascii_digit()) => {}
-            _ => self.findings.report(|| {
-                Diagnostic::error(codes::C_DIRECTIVE, format!("#{word} is not read"))
-                    .at(line.span, "")
-                    .help("hand over the output of `cc -E`, in which such lines are done")
-            }),
-        }
-    }
-
-    /// `#define NAME constant`; anything else is kept as text for the library, and is opaque where it is used.
-    fn define(&mut self, line: Line, from: usize) {
-        let lexed = lexer::lex(
-            self.file,
-            self.text,
-            from..line.span.end as usize,
-            self.is_unsigned_char,
-            &mut self.findings,
-        );
-        let tokens = std::mem::replace(&mut self.tokens, lexed.tokens);
-        let at = std::mem::take(&mut self.at);
-        let name = self.here();
-        if self.is_name(name) {
-            self.take();
-            let text = self.word_of(name).to_owned();
-            // The bracket of a parameter list touches the name.
-            let is_function = self.is("(") && self.here().span.start == name.span.end;
-            let is_empty = self.here().kind == Kind::End;
-            let value = (!is_function && !is_empty && self.here().kind != Kind::Text)
-                .then(|| {
-                    self.quietly(|p| {
-                        let value = p.expression()?;
-                        if p.here().kind == Kind::End { Ok(value) } else { Err(Failed) }
-                    })
-                })
-                .flatten();
-            match value.and_then(|value| constant::value(&value, &self.constants).ok()) {
-                Some(value) => {
-                    self.constants.insert(text.clone(), value);
-                    self.source.constants.push((Name::new(text, name.span), value));
-                }
-                None => {
-                    if !is_empty {
-                        self.source.opaque_macros.push(text);
-                    }
-                    self.source.lines.push(line.span);
-                }
-            }
-        } else {
-            let _: Read<()> = self.unexpected("the name to define");
-        }
-        self.tokens = tokens;
-        self.at = at;
-    }
-
-    /// Runs `read` without keeping what it reports.
-    fn quietly<T>(&mut self, read: impl FnOnce(&mut Self) -> Read<T>) -> Option<T> {
-        let (kept, rest) = (self.findings.kept.len(), self.findings.rest);
-        let result = read(self).ok();
-        self.findings.kept.truncate(kept);
-        self.findings.rest = rest;
-        result
     }
 
     // The file

@@ -106,3 +106,56 @@ fn errors_of_all_kinds_are_found_at_once() {
     let text = "int f(int a) { break; goto nowhere; }";
     assert_eq!(findings(text).len(), 2, "{:?}", findings(text));
 }
+
+#[test]
+fn conditions_leave_text_out() {
+    let text = "#ifndef LIMIT
+#define LIMIT 5
+#endif
+#define HAS_FAN
+#if LIMIT > 8 && defined(HAS_FAN) /* said */
+int f(int a) { return a + 1; }
+#elif LIMIT == 5
+#  ifdef HAS_PUMP
+it isn't C
+#  else
+int f(int a) { return a + 2; }
+#  endif
+#else
+#error never
+#endif
+#undef HAS_FAN
+#ifdef HAS_FAN
+int f(int a) { return a + 3; }
+#endif
+";
+    assert_eq!(findings(text), [""; 0]);
+    let plain = chart(text, &Options::default());
+    assert!(plain.contains(" + 2") && !plain.contains(" + 1"), "{plain}");
+    let given = Options { defines: vec![("LIMIT".to_owned(), 9)], ..Options::default() };
+    let other = chart(text, &given);
+    assert!(other.contains(" + 1") && !other.contains(" + 2"), "{other}");
+}
+
+#[test]
+fn conditions_without_a_value_or_an_end_are_findings() {
+    let end = "int f(int a) { return a; }\n";
+    let of = |text: &str| findings(&format!("{text}\n{end}"));
+    assert_eq!(of("#if FAST\n#endif"), ["G0488 FAST is not defined, so it is 0 in this condition"]);
+    assert_eq!(of("#if defined FAST && FAST > 2\n#endif"), [""; 0]);
+    assert_eq!(of("#endif"), ["G0483 #endif without a condition before it"]);
+    assert_eq!(of("#else"), ["G0483 #else without a condition before it"]);
+    assert_eq!(
+        of("#if 0\n#else\n#else\n#endif"),
+        ["G0483 #else stands behind the `#else` of its condition"]
+    );
+    assert_eq!(of("#if 1"), ["G0483 this condition has no `#endif`"]);
+    assert_eq!(of("#define N 1 +\n#if N\n#endif"), ["G0483 the condition has no value here"]);
+    assert_eq!(of("#if 1 / 0\n#endif"), ["G0483 the condition has no value here"]);
+    assert_eq!(of("#error too old"), ["G0483 #error: too old"]);
+    assert_eq!(of("#define N 1\n#define N 2"), ["G0483 N is defined again, as 2 instead of 1"]);
+    assert_eq!(of("#define N 1\n#undef N\n#define N 1"), [""; 0]);
+    assert_eq!(of("#if\n#endif"), ["G0483 no condition stands here"]);
+    let deep = format!("{}{}", "#if 1\n".repeat(400), "#endif\n".repeat(400));
+    assert_eq!(of(&deep), ["G0107 conditions lie more than 256 deep in each other"]);
+}
