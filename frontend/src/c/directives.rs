@@ -35,6 +35,7 @@ impl Parser<'_> {
         for (name, value) in defines {
             self.constants.insert(name.clone(), *value);
             self.defined.insert(name.clone());
+            self.source.constants.push((Name::new(name.clone(), Span::default()), *value));
             self.source.given.push((name.clone(), *value));
         }
         let mut open: Vec<Open> = Vec::new();
