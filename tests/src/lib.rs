@@ -6,6 +6,8 @@ pub mod large_chart;
 pub mod random_c;
 pub mod random_net;
 
+use grafsynth_driver::read::{Design, ReadLimits, Texts, read};
+use grafsynth_driver::source::Sources;
 use grafsynth_ir::Valid;
 use grafsynth_ir::net::Net;
 
@@ -16,6 +18,20 @@ pub fn rounds(few: u64, many: u64) -> u64 {
         many
     } else {
         few
+    }
+}
+
+/// The net of a text; the extension of `name` says its language.
+///
+/// # Panics
+/// Where the text has an error: it is part of a test.
+#[must_use]
+pub fn chart(name: &str, text: &str) -> Valid<Net> {
+    let mut sources = Sources::default();
+    let main = sources.add(name, text);
+    match read(&sources, &Texts { main, ..Texts::default() }, ReadLimits::default()) {
+        (Some(Design::Net(design)), _) => design.net,
+        (Some(Design::Logic(_)) | None, found) => panic!("{name}: {found:#?}"),
     }
 }
 

@@ -8,9 +8,7 @@
 
 use grafsynth_backend_pld::{Dialect, Object};
 use grafsynth_driver::pipeline::{self, Through};
-use grafsynth_driver::read::{Design, ReadLimits, Texts, read};
 use grafsynth_driver::run::{logic_trace, net_trace};
-use grafsynth_driver::source::Sources;
 use grafsynth_engines::tools;
 use grafsynth_ir::Valid;
 use grafsynth_ir::arena::Id;
@@ -22,7 +20,7 @@ use grafsynth_logic::sim::LogicSim;
 use grafsynth_logic::{BusyMode, EncodeOptions};
 use grafsynth_sim::{Difference, Stimulus, compare};
 use grafsynth_tests::random_net::{Features, random_net, shrink};
-use grafsynth_tests::{readable, rounds};
+use grafsynth_tests::{chart, readable, rounds};
 use grafsynth_verify::equiv::{by_chance, by_enumeration, by_induction};
 use grafsynth_verify::{Limits, Verdict, structural_facts};
 use std::collections::BTreeMap;
@@ -288,17 +286,6 @@ fn the_simulation_section_waits_for_busy() {
     assert!(n_run > 0 && n_checks > 50 * n_run, "{n_run} sections, {n_checks} checks");
 }
 
-fn chart(text: &str) -> Valid<Net> {
-    let mut sources = Sources::default();
-    let main = sources.add("chart.graf", text);
-    let (design, found) =
-        read(&sources, &Texts { main, ..Texts::default() }, ReadLimits::default());
-    match design {
-        Some(Design::Net(design)) => design.net,
-        Some(Design::Logic(_)) | None => panic!("{found:?}"),
-    }
-}
-
 /// Runs for three micro-steps after `go`; E counts wherever it is.
 const WALK: &str = "chart walk {
     evolution stable limit 8
@@ -320,7 +307,7 @@ const WALK: &str = "chart walk {
 /// The protocol of semantics.md §9, clock by clock: outside the contract of rows, so it is tried on the circuit itself.
 #[test]
 fn what_arrives_while_busy_waits_for_the_next_reaction() {
-    let net = chart(WALK);
+    let net = chart("chart.graf", WALK);
     let logic = clocked(&net).expect("a circuit");
     let (there, n) = (Id::from_index(0), Id::from_index(0));
     let (go, event) = ([1, 0], [0, 1]);
@@ -372,7 +359,7 @@ fn what_arrives_while_busy_waits_for_the_next_reaction() {
 #[test]
 fn a_tick_while_busy_is_counted_later() {
     let timed = WALK.replace("p0 on E do", "p0 when p3.t >= 20 ms do");
-    let net = chart(&timed);
+    let net = chart("chart.graf", &timed);
     let logic = clocked(&net).expect("a circuit");
     let n = Id::from_index(0);
     let mut chip = ChipSim::new(&net, &logic);
@@ -391,6 +378,7 @@ fn a_tick_while_busy_is_counted_later() {
 #[test]
 fn a_livelock_faults_and_a_hang_is_found() {
     let net = chart(
+        "chart.graf",
         "chart swing {
     evolution stable limit 5
     input go
@@ -425,7 +413,7 @@ fn a_livelock_faults_and_a_hang_is_found() {
 /// Which form a chart gets: one clock where the depth is proved, unless that is too large; else several.
 #[test]
 fn the_form_follows_the_proof_and_the_size() {
-    let net = chart(WALK);
+    let net = chart("chart.graf", WALK);
     let proved = pipeline::facts(&net, &Limits::default());
     let unknown = structural_facts(&net);
     assert_eq!(proved.stable_depth.as_ref().map(|depth| depth.value), Some(3));
@@ -503,6 +491,7 @@ fn as_many_rounds_as_proved_and_no_fewer() {
 #[test]
 fn a_deep_search_with_wide_arithmetic_is_a_circuit() {
     let net = chart(
+        "chart.graf",
         "chart wide {
     evolution stable limit 4000
     input go

@@ -4,9 +4,12 @@ use crate::exit::Exit;
 use grafsynth_engines::{Availability, tools};
 
 /// Programs that make something possible, with what that is.
-const TOOLS: [(&[&str], &str); 5] = [
+const TOOLS: [(&[&str], &str); 8] = [
     (&["cc", "gcc", "clang"], "engine c; build compares the emitted C with the chart exhaustively"),
     (&["iverilog"], "engine verilog: the emitted Verilog in an independent simulator"),
+    (&["verilator"], "a second simulator and lint for the emitted Verilog (the tests use it)"),
+    (&["yosys"], "target ice40: synthesis of the emitted Verilog"),
+    (&["nextpnr-ice40"], "target ice40: the bitstream, with icepack"),
     (&["avr-gcc"], "the emitted C for AVR"),
     (&["arm-none-eabi-gcc"], "the emitted C for Cortex-M"),
     (&["make"], "the Makefile of `grafsynth new`"),
