@@ -12,6 +12,7 @@ mod galasm;
 mod lexer;
 mod palasm;
 mod place;
+mod sets;
 mod verilog;
 
 use crate::Dialect;

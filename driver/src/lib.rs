@@ -23,4 +23,5 @@ pub mod report;
 pub mod rows;
 pub mod run;
 pub mod source;
+pub mod state_table;
 pub mod target;

@@ -1,43 +1,13 @@
-//! CUPL: header, pins, equations.
+//! CUPL: header, pins, fields, equations (also of lists), `APPEND`, and `$DEFINE` of expressions. State machines and tables are refused by name.
 
 use super::draft::{Definition, Draft, Role, SignalId};
-use super::equation::{Grammar, sum};
 use super::lexer::{Comments, Kind, Lexer};
 use super::palasm::{clock_of, enable, find_device, finish, one_clock, preset};
+use super::sets::{self, Fields};
 use crate::codes;
 use crate::device::Device;
-use grafsynth_ir::diag::{Diagnostic, Severity};
+use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::span::{Name, Span};
-
-const GRAMMAR: Grammar = Grammar {
-    not: "!",
-    and: &["&"],
-    or: &["#"],
-    xor: &["$"],
-    parens: true,
-    constant,
-    lone_constants: false,
-};
-
-/// `'b'0`, `'h'1` and so on: one bit.
-fn constant(lexer: &mut Lexer<'_>) -> Option<bool> {
-    let token = lexer.token;
-    if token.kind != Kind::Quoted
-        || !["'b'", "'d'", "'h'", "'o'"].iter().any(|base| token.text.eq_ignore_ascii_case(base))
-    {
-        return None;
-    }
-    let mut ahead = lexer.clone();
-    ahead.advance();
-    let value = match ahead.token.text {
-        "0" => false,
-        "1" => true,
-        _ => return None,
-    };
-    ahead.advance();
-    *lexer = ahead;
-    Some(value)
-}
 
 /// Fields of the header; their text ends with `;`.
 const HEADER: [&str; 12] = [
@@ -47,8 +17,14 @@ const HEADER: [&str; 12] = [
 
 pub(crate) fn parse(text: &str, draft: &mut Draft) {
     let lexer = Lexer::new(text, draft.file, Comments::Block, true);
-    let mut parser =
-        Parser { lexer, draft, device: None, clock: None, clock_span: Span::default() };
+    let mut parser = Parser {
+        lexer,
+        draft,
+        device: None,
+        clock: None,
+        clock_span: Span::default(),
+        fields: Fields::new(),
+    };
     parser.file();
     let (device, clock) = (parser.device, parser.clock);
     finish(draft, device, clock);
@@ -60,6 +36,7 @@ struct Parser<'a, 'd> {
     device: Option<&'static Device>,
     clock: Option<SignalId>,
     clock_span: Span,
+    fields: Fields,
 }
 
 impl Parser<'_, '_> {
@@ -75,35 +52,152 @@ impl Parser<'_, '_> {
                 self.device()
             } else if token.is_word("pin") || token.is_word("pinnode") || token.is_word("node") {
                 self.pin()
-            } else if [
-                "field",
-                "sequence",
-                "table",
-                "condition",
-                "function",
-                "append",
-                "group",
-                "min",
-                "fuse",
-                "property",
-            ]
-            .iter()
-            .any(|word| token.is_word(word))
-                || token.is("$")
+            } else if token.is_word("field") {
+                self.field()
+            } else if token.is_word("append") {
+                self.lexer.advance();
+                self.equation(true)
+            } else if ["min", "group", "property", "fuse", "loc"]
+                .iter()
+                .any(|word| token.is_word(word))
             {
-                let message = format!(
-                    "`{}` is not supported by this reader yet: write equations",
-                    token.text
-                );
-                self.draft.error(codes::UNSUPPORTED, self.lexer.span(), message);
-                None
+                self.left_out()
+            } else if ["sequence", "sequenced", "sequencejk", "table", "condition", "function"]
+                .iter()
+                .any(|word| token.is_word(word))
+            {
+                self.refuse_block()
+            } else if token.is("$") {
+                self.directive()
             } else {
-                self.equation()
+                self.equation(false)
             };
             if done.is_none() {
                 self.recover(before);
             }
         }
+    }
+
+    /// `SEQUENCE f { .. }` and its like.
+    fn refuse_block(&mut self) -> Option<()> {
+        let token = self.lexer.token;
+        let message = format!("`{}` is not read: write its functions as equations", token.text);
+        self.draft.report(
+            Diagnostic::error(codes::UNSUPPORTED, message)
+                .at(self.lexer.span(), "")
+                .help("CUPL's own listing (.doc) has the equations that it makes of them"),
+        );
+        let mut depth = 0_u32;
+        while self.lexer.token.kind != Kind::End {
+            let token = self.lexer.advance();
+            if token.is("{") {
+                depth = depth.saturating_add(1);
+            } else if token.is("}") {
+                depth = depth.saturating_sub(1);
+                if depth == 0 {
+                    break;
+                }
+            } else if token.is(";") && depth == 0 {
+                break;
+            }
+        }
+        Some(())
+    }
+
+    /// Wishes about the minimiser and the fitter say nothing about what the circuit does.
+    fn left_out(&mut self) -> Option<()> {
+        let (span, token) = (self.lexer.span(), self.lexer.token);
+        let message =
+            format!("`{}` is left out: it says nothing about what the circuit does", token.text);
+        self.draft.report(Diagnostic::warning(codes::TAKEN_AS, message).at(span, "this statement"));
+        while self.lexer.token.kind != Kind::End && !self.lexer.eat(";") {
+            self.lexer.advance();
+        }
+        Some(())
+    }
+
+    /// `FIELD name = [A7..0] ;`
+    fn field(&mut self) -> Option<()> {
+        self.lexer.advance();
+        let (span, name) = (self.lexer.span(), self.lexer.token);
+        if name.kind != Kind::Word {
+            self.draft.error(
+                codes::SYNTAX,
+                span,
+                format!("expected the field's name, found {}", name.shown()),
+            );
+            return None;
+        }
+        self.lexer.advance();
+        if !self.lexer.eat("=") || !self.lexer.token.is("[") {
+            let message = format!("expected `= [`, found {}", self.lexer.token.shown());
+            self.draft.error(codes::SYNTAX, self.lexer.span(), message);
+            return None;
+        }
+        let signals = sets::list(&mut self.lexer, self.draft)?;
+        self.semicolon()?;
+        let signals = signals.into_iter().map(|(signal, _)| signal).collect();
+        if self.fields.insert(name.text.to_ascii_lowercase(), signals).is_some() {
+            self.draft.error(
+                codes::DEFINED_TWICE,
+                span,
+                format!("the field `{}` is declared twice", name.text),
+            );
+        }
+        Some(())
+    }
+
+    /// `$DEFINE name expression`: the same as a variable in between. Other directives are refused by name.
+    fn directive(&mut self) -> Option<()> {
+        let start = self.lexer.token.start;
+        self.lexer.advance();
+        let (span, word) = (self.lexer.span(), self.lexer.token);
+        if word.is_word("define") && !word.is_first {
+            self.lexer.advance();
+            let (span, name) = (self.lexer.span(), self.lexer.token);
+            if name.kind != Kind::Word || name.is_first {
+                self.draft.error(
+                    codes::UNSUPPORTED,
+                    span,
+                    "`$DEFINE` of a sign is not read: write the sign itself",
+                );
+                self.lexer.advance();
+                self.lexer.skip_line();
+                return Some(());
+            }
+            self.lexer.advance();
+            let value = sets::expression(&mut self.lexer, self.draft, &self.fields)?;
+            let id = self.draft.declare(name.text, span, Role::Internal);
+            let whole = self.lexer.span_from(start);
+            if !self.lexer.token.is_first || value.len() != 1 {
+                self.draft.error(
+                    codes::UNSUPPORTED,
+                    whole,
+                    "`$DEFINE` is read for one expression of one bit",
+                );
+                self.lexer.skip_line();
+                return Some(());
+            }
+            let definition = Definition {
+                value: value[0],
+                sum: value[0],
+                is_registered: false,
+                is_complemented: false,
+                init: false,
+                span: whole,
+                terms: 0,
+            };
+            self.draft.define(id, definition);
+            return Some(());
+        }
+        let message =
+            format!("`${}` is not read: run the text through CUPL's preprocessor first", word.text);
+        self.draft.error(codes::UNSUPPORTED, span, message);
+        self.lexer.advance();
+        if !self.lexer.token.is_first {
+            self.lexer.skip_line();
+        }
+        Some(())
     }
 
     /// After an error: past the next `;` (and at least one token on).
@@ -152,9 +246,17 @@ impl Parser<'_, '_> {
             return None;
         }
         let is_all_inverted = self.lexer.eat("!");
-        let is_list = self.lexer.eat("[");
-        let mut count = 0;
-        loop {
+        let mut names = Vec::new();
+        if self.lexer.token.is("[") {
+            let mut ahead = self.lexer.clone();
+            ahead.advance();
+            if ahead.token.is("!") {
+                names = self.inverted_names(is_all_inverted)?;
+            } else {
+                let plain = sets::names(&mut self.lexer, self.draft)?;
+                names.extend(plain.into_iter().map(|(name, span)| (name, span, is_all_inverted)));
+            }
+        } else {
             let is_inverted = self.lexer.eat("!") != is_all_inverted;
             let (span, token) = (self.lexer.span(), self.lexer.token);
             if token.kind != Kind::Word {
@@ -166,12 +268,13 @@ impl Parser<'_, '_> {
                 return None;
             }
             self.lexer.advance();
-            let id = self.draft.declare(
-                token.text,
-                span,
-                if is_node { Role::Internal } else { Role::Pin },
-            );
-            let number = numbers.get(count).copied();
+            names.push((token.text.to_owned(), span, is_inverted));
+        }
+        let count = names.len();
+        for (at, (name, span, is_inverted)) in names.into_iter().enumerate() {
+            let id =
+                self.draft.declare(&name, span, if is_node { Role::Internal } else { Role::Pin });
+            let number = numbers.get(at).copied();
             if let (Some(number), Some(device), false) = (number, self.device, is_node)
                 && (number == 0 || number > device.n_pins)
             {
@@ -192,12 +295,30 @@ impl Parser<'_, '_> {
             let signal = self.draft.at(id);
             signal.pin = number.filter(|_| !is_node);
             signal.is_pin_inverted = is_inverted;
-            count += 1;
-            if !is_list {
-                break;
+        }
+        if !numbers.is_empty() && numbers.len() != count {
+            let message = format!("{} pin numbers and {count} names", numbers.len());
+            self.draft.error(codes::SYNTAX, self.lexer.span_from(self.lexer.end), message);
+        }
+        self.semicolon()
+    }
+
+    /// `[!a, b, !c]`: a list in which single names are inverted.
+    fn inverted_names(&mut self, is_all_inverted: bool) -> Option<Vec<(String, Span, bool)>> {
+        self.lexer.advance();
+        let mut names = Vec::new();
+        loop {
+            let is_inverted = self.lexer.eat("!") != is_all_inverted;
+            let (span, token) = (self.lexer.span(), self.lexer.token);
+            if token.kind != Kind::Word {
+                let message = format!("expected a pin's name, found {}", token.shown());
+                self.draft.error(codes::SYNTAX, span, message);
+                return None;
             }
+            self.lexer.advance();
+            names.push((token.text.to_owned(), span, is_inverted));
             if self.lexer.eat("]") {
-                break;
+                return Some(names);
             }
             if !self.lexer.eat(",") {
                 let message = format!("expected `,` or `]`, found {}", self.lexer.token.shown());
@@ -205,11 +326,6 @@ impl Parser<'_, '_> {
                 return None;
             }
         }
-        if !numbers.is_empty() && numbers.len() != count {
-            let message = format!("{} pin numbers and {count} names", numbers.len());
-            self.draft.error(codes::SYNTAX, self.lexer.span_from(self.lexer.end), message);
-        }
-        self.semicolon()
     }
 
     fn numbers(&mut self) -> Option<Vec<u32>> {
@@ -258,19 +374,28 @@ impl Parser<'_, '_> {
         }
     }
 
-    fn equation(&mut self) -> Option<()> {
+    /// `!x.d = expression ;`, with a list or a field on the left too.
+    fn equation(&mut self, is_append: bool) -> Option<()> {
         let start = self.lexer.token.start;
         let is_complemented = self.lexer.eat("!");
         let (span, name) = (self.lexer.span(), self.lexer.token);
-        if name.kind != Kind::Word {
+        let mut targets: Vec<(SignalId, Span)> = Vec::new();
+        if name.is("[") {
+            targets = sets::list(&mut self.lexer, self.draft)?;
+        } else if name.kind != Kind::Word {
             self.draft.error(
                 codes::SYNTAX,
                 span,
                 format!("expected the name of an output, found {}", name.shown()),
             );
             return None;
+        } else {
+            self.lexer.advance();
+            match self.fields.get(&name.text.to_ascii_lowercase()) {
+                Some(field) => targets.extend(field.iter().map(|signal| (*signal, span))),
+                None => targets.push((self.draft.signal(name.text, span), span)),
+            }
         }
-        self.lexer.advance();
         let extension = if self.lexer.eat(".") {
             Some((self.lexer.span(), self.lexer.advance().text.to_ascii_lowercase()))
         } else {
@@ -281,19 +406,40 @@ impl Parser<'_, '_> {
             self.draft.error(codes::SYNTAX, self.lexer.span(), message);
             return None;
         }
-        let read = sum(&mut self.lexer, self.draft, &GRAMMAR)?;
+        let values = sets::expression(&mut self.lexer, self.draft, &self.fields)?;
         self.semicolon()?;
-        let id = self.draft.signal(name.text, span);
-        let mut definition = Definition {
-            value: read.value,
-            sum: read.value,
-            is_registered: false,
-            is_complemented: false,
-            init: false,
-            span: self.lexer.span_from(start),
-            terms: read.terms,
-        };
-        match extension.as_ref().map(|(_, text)| text.as_str()) {
+        if values.len() != 1 && values.len() != targets.len() {
+            let message = format!("{} bits for {} signals", values.len(), targets.len());
+            self.draft.error(codes::SYNTAX, self.lexer.span_from(start), message);
+            return Some(());
+        }
+        for (at, (id, span)) in targets.into_iter().enumerate() {
+            let value = if values.len() == 1 { values[0] } else { values[at] };
+            let definition = Definition {
+                value,
+                sum: value,
+                is_registered: false,
+                is_complemented: false,
+                init: false,
+                span: self.lexer.span_from(start),
+                terms: 0,
+            };
+            let extension = extension.as_ref().map(|(span, text)| (*span, text.as_str()));
+            self.assign(id, span, is_complemented, is_append, extension, definition);
+        }
+        Some(())
+    }
+
+    fn assign(
+        &mut self,
+        id: SignalId,
+        span: Span,
+        is_complemented: bool,
+        is_append: bool,
+        extension: Option<(Span, &str)>,
+        mut definition: Definition,
+    ) {
+        match extension.map(|(_, text)| text) {
             None | Some("d") => {
                 definition.is_registered = extension.is_some();
                 definition.is_complemented = is_complemented;
@@ -310,11 +456,31 @@ impl Parser<'_, '_> {
                 {
                     let message = format!(
                         "`{}` is pin {pin} of a {}, which is no output",
-                        name.text, device.name
+                        self.draft.signals[id as usize].name, device.name
                     );
                     self.draft.error(codes::DEVICE_LIMIT, span, message);
                 }
-                self.draft.define(id, definition);
+                match self.draft.at(id).definition {
+                    Some(first) if is_append => {
+                        if first.is_complemented != is_complemented
+                            || first.is_registered != definition.is_registered
+                        {
+                            let name = &self.draft.signals[id as usize].name;
+                            let message = format!(
+                                "`APPEND` adds to `{name}` in another form than its first equation"
+                            );
+                            let finding = Diagnostic::error(codes::DEFINED_TWICE, message)
+                                .at(definition.span, "here")
+                                .at(first.span, "the first one");
+                            self.draft.report(finding);
+                            return;
+                        }
+                        let sum = self.draft.list(&[first.sum, definition.sum], false);
+                        let value = if is_complemented { self.draft.not(sum) } else { sum };
+                        self.draft.at(id).definition = Some(Definition { sum, value, ..first });
+                    }
+                    Some(_) | None => self.draft.define(id, definition),
+                }
             }
             Some("oe") => enable(self.draft, id, definition),
             Some("ck") => {
@@ -332,16 +498,9 @@ impl Parser<'_, '_> {
             Some("ar") => preset(self.draft, Some(id), false, definition),
             Some("sp") => {
                 // Synchronous here, so nothing is lost.
-                let before = self.draft.findings.len();
+                let before = self.draft.beyond.len();
                 preset(self.draft, Some(id), true, definition);
-                if self
-                    .draft
-                    .findings
-                    .get(before)
-                    .is_some_and(|finding| finding.severity == Severity::Warning)
-                {
-                    self.draft.findings.remove(before);
-                }
+                self.draft.beyond.truncate(before);
             }
             Some(other) => {
                 let message = format!(
@@ -351,7 +510,6 @@ impl Parser<'_, '_> {
                 self.draft.error(codes::UNSUPPORTED, at, message);
             }
         }
-        Some(())
     }
 
     fn semicolon(&mut self) -> Option<()> {

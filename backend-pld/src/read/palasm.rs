@@ -1,4 +1,6 @@
-//! PALASM 2 and 4: `PIN` statements or the positional list of the older form, `STRING`, `EQUATIONS`; a simulation section is skipped.
+//! PALASM. Of versions 2 and 4: `PIN` statements or the positional list of the older form, `STRING`, `EQUATIONS`; a simulation section is skipped. Of
+//! version 1: the device in the first line, three lines of titles, the list of pins, then equations, with `IF (condition) Y = ..` for outputs that are
+//! switched; `FUNCTION TABLE` and `DESCRIPTION` are skipped.
 
 use super::draft::{Definition, Draft, Role, SignalId};
 use super::equation::{Grammar, Sum, sum, supply};
@@ -20,9 +22,19 @@ const GRAMMAR: Grammar = Grammar {
 
 pub(crate) fn parse(text: &str, draft: &mut Draft) {
     let lexer = Lexer::new(text, draft.file, Comments::Semicolon, true);
-    let mut parser =
-        Parser { lexer, draft, device: None, clock: None, clock_span: Span::default() };
-    parser.file();
+    let mut parser = Parser {
+        lexer,
+        draft,
+        device: None,
+        clock: None,
+        clock_span: Span::default(),
+        globals: vec!["global".to_owned()],
+        is_first_version: false,
+    };
+    match first_version(text) {
+        Some(device) => parser.old_file(text, device),
+        None => parser.file(),
+    }
     let (device, clock) = (parser.device, parser.clock);
     finish(draft, device, clock);
 }
@@ -77,19 +89,37 @@ pub(crate) fn find_device(draft: &mut Draft, name: &str, span: Span) -> Option<&
     device
 }
 
+/// The device of a text of the first version: the first word of its first line that is neither empty nor a comment, where no `CHIP` follows.
+fn first_version(text: &str) -> Option<&str> {
+    let mut lines = text.lines().map(|line| line.split(';').next().unwrap_or_default().trim());
+    let word = lines.by_ref().find(|line| !line.is_empty())?.split_whitespace().next()?;
+    let upper = word.to_ascii_uppercase();
+    let is_device = upper.contains("PAL")
+        && upper.bytes().any(|byte| byte.is_ascii_digit())
+        && upper.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'-');
+    let has_chip = lines.any(|line| {
+        line.split_whitespace().next().is_some_and(|word| word.eq_ignore_ascii_case("chip"))
+    });
+    (is_device && !has_chip).then_some(word)
+}
+
 struct Parser<'a, 'd> {
     lexer: Lexer<'a>,
     draft: &'d mut Draft,
     device: Option<&'static Device>,
     clock: Option<SignalId>,
     clock_span: Span,
+    /// Names of the node that sets and resets all registers, in small letters.
+    globals: Vec<String>,
+    /// The text is one of version 1.
+    is_first_version: bool,
 }
 
 /// Words that begin a section or a statement of the declarations.
 const SECTIONS: [&str; 8] =
     ["equations", "simulation", "string", "pin", "node", "state", "conditions", "group"];
 
-impl Parser<'_, '_> {
+impl<'a> Parser<'a, '_> {
     fn file(&mut self) {
         while self.lexer.token.kind != Kind::End && !self.draft.is_hopeless() {
             let token = self.lexer.token;
@@ -115,7 +145,7 @@ impl Parser<'_, '_> {
                 "simulation" => return,
                 "state" | "conditions" => {
                     let message = format!(
-                        "the {} section is not supported by this reader yet: write its functions as equations",
+                        "the {} section is not read: write its functions as equations",
                         token.text
                     );
                     self.draft.error(codes::UNSUPPORTED, span, message);
@@ -132,6 +162,52 @@ impl Parser<'_, '_> {
                 }
             }
         }
+    }
+
+    /// A text of version 1: device, three lines of titles, pins, equations.
+    fn old_file(&mut self, text: &'a str, device: &str) {
+        self.is_first_version = true;
+        let start = text.find(device).unwrap_or(0);
+        let span = Span::new(self.draft.file, start, start + device.len());
+        let name = device.split('-').next().unwrap_or(device);
+        self.device = find_device(self.draft, name, span);
+        let mut at = start;
+        for line in 0..4 {
+            let rest = text.get(at..).unwrap_or_default();
+            let length = rest.find('\n').map_or(rest.len(), |length| length + 1);
+            if line == 1 {
+                let title = rest.get(..length).unwrap_or_default().trim();
+                self.draft.name =
+                    Name::new(title, Span::new(self.draft.file, at, at + title.len()));
+            }
+            at += length;
+        }
+        self.lexer = Lexer::starting_at(text, self.draft.file, Comments::Semicolon, false, at);
+        // The list ends where an equation begins: with a name and an equals sign, or with `IF`.
+        let mut pin = 0;
+        let most = self.device.map_or(64, |device| device.n_pins);
+        while pin < most && self.is_pin_name() {
+            pin += 1;
+            let is_inverted = self.lexer.eat("/");
+            let (span, token) = (self.lexer.span(), self.lexer.advance());
+            self.declare(token.text, span, Some(pin), is_inverted, Role::Pin);
+        }
+        if let Some(device) = self.device
+            && pin != device.n_pins
+        {
+            let message =
+                format!("{pin} pins are named, and a {} has {}", device.name, device.n_pins);
+            self.draft.error(codes::DEVICE_LIMIT, self.lexer.span(), message);
+        }
+        self.equations();
+    }
+
+    /// A section of version 1 that says nothing about the circuit, or the end.
+    fn is_old_end(&self) -> bool {
+        let token = self.lexer.token;
+        self.is_first_version
+            && token.is_first
+            && (token.is_word("description") || token.is_word("function"))
     }
 
     fn skip_section(&mut self) {
@@ -178,7 +254,11 @@ impl Parser<'_, '_> {
             pin += 1;
             let is_inverted = self.lexer.eat("/");
             let (span, token) = (self.lexer.span(), self.lexer.advance());
-            self.declare(token.text, span, Some(pin), is_inverted, Role::Pin);
+            if self.device.is_some_and(|device| device.has_global_reset && pin > device.n_pins) {
+                self.globals.push(token.text.to_ascii_lowercase());
+            } else {
+                self.declare(token.text, span, Some(pin), is_inverted, Role::Pin);
+            }
         }
         if let (Some(device), true) = (self.device, pin > 0)
             && !(device.n_pins..=device.n_pins + 1).contains(&pin)
@@ -242,7 +322,12 @@ impl Parser<'_, '_> {
             }
         }
         let role = if is_node { Role::Internal } else { Role::Pin };
-        self.declare(token.text, span, pin.filter(|_| !is_node), is_inverted, role);
+        if is_node && pin == Some(1) && self.device.is_some_and(|device| device.has_global_reset) {
+            // The only node of a 22V10: set and reset of all its registers.
+            self.globals.push(token.text.to_ascii_lowercase());
+        } else {
+            self.declare(token.text, span, pin.filter(|_| !is_node), is_inverted, role);
+        }
         while !self.lexer.token.is_first && self.lexer.token.kind != Kind::End {
             let token = self.lexer.token;
             let known =
@@ -334,6 +419,9 @@ impl Parser<'_, '_> {
     fn equations(&mut self) {
         while self.lexer.token.kind != Kind::End && !self.draft.is_hopeless() {
             let token = self.lexer.token;
+            if self.is_old_end() {
+                return;
+            }
             if token.is_first
                 && (token.is_word("simulation")
                     || token.is_word("state")
@@ -358,6 +446,7 @@ impl Parser<'_, '_> {
 
     fn equation(&mut self) -> Option<()> {
         let start = self.lexer.token.start;
+        let condition = self.condition()?;
         let is_complemented = self.lexer.eat("/");
         let (span, name) = (self.lexer.span(), self.lexer.token);
         if name.kind != Kind::Word {
@@ -372,7 +461,7 @@ impl Parser<'_, '_> {
             self.draft.error(
                 codes::UNSUPPORTED,
                 span,
-                "`IF` and `CASE` are not supported by this reader yet: write sums of products",
+                "`IF` and `CASE` of PALASM 4 are not read: write sums of products",
             );
             return None;
         }
@@ -406,7 +495,40 @@ impl Parser<'_, '_> {
         let whole = self.lexer.span_from(start);
         self.check_output(id, span);
         self.define(id, read, is_complemented, is_registered, whole);
+        if let Some(condition) = condition {
+            enable(self.draft, id, condition);
+        }
         Some(())
+    }
+
+    /// `IF (condition)` of version 1 before an equation: the output is driven while it holds. None after an error.
+    #[expect(clippy::option_option, reason = "an error, no condition, or one")]
+    fn condition(&mut self) -> Option<Option<Definition>> {
+        if !self.is_first_version || !self.lexer.token.is_word("if") {
+            return Some(None);
+        }
+        let start = self.lexer.token.start;
+        self.lexer.advance();
+        if !self.lexer.eat("(") {
+            let message = format!("expected `(` after `IF`, found {}", self.lexer.token.shown());
+            self.draft.error(codes::SYNTAX, self.lexer.span(), message);
+            return None;
+        }
+        let read = sum(&mut self.lexer, self.draft, &GRAMMAR)?;
+        if !self.lexer.eat(")") {
+            let message = format!("expected `)`, found {}", self.lexer.token.shown());
+            self.draft.error(codes::SYNTAX, self.lexer.span(), message);
+            return None;
+        }
+        Some(Some(Definition {
+            value: read.value,
+            sum: read.value,
+            is_registered: false,
+            is_complemented: false,
+            init: false,
+            span: self.lexer.span_from(start),
+            terms: read.terms,
+        }))
     }
 
     fn check_output(&mut self, id: SignalId, span: Span) {
@@ -446,7 +568,7 @@ impl Parser<'_, '_> {
         let read = sum(&mut self.lexer, self.draft, &GRAMMAR)?;
         self.end_of_statement()?;
         let whole = self.lexer.span_from(start);
-        let of = if name.eq_ignore_ascii_case("global") {
+        let of = if self.globals.contains(&name.to_ascii_lowercase()) {
             None
         } else {
             Some(self.draft.signal(name, span))
@@ -461,6 +583,11 @@ impl Parser<'_, '_> {
             terms: read.terms,
         };
         match (suffix.text.to_ascii_lowercase().as_str(), of) {
+            ("cmbf", Some(_)) => {
+                let message =
+                    "`.CMBF` is not supported by this reader: a pin is registered or it is not";
+                self.draft.error(codes::UNSUPPORTED, suffix_span, message);
+            }
             ("trst", Some(id)) => enable(self.draft, id, definition),
             ("clkf", of) => {
                 if let Some(id) = of {

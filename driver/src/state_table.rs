@@ -1,0 +1,278 @@
+//! A state table as the functions that a chip needs, with one flip-flop for each state or with codes; and codes that need few products.
+//!
+//! What the machine leaves open is free, and so is every code of the flip-flops that no state has.
+
+use grafsynth_backend_pld::pla::{Kind, Pla};
+use grafsynth_frontend::kiss2::{Machine, Trit};
+use grafsynth_logic::minimise::{Effort, Function, Outcome, Refused, Shape, Terms, shared};
+use grafsynth_sim::Random;
+use std::collections::BTreeSet;
+
+/// How flip-flops hold the state.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Coding {
+    /// One flip-flop for each state.
+    OneHot,
+    /// A code for each state, in its order, and how many bits the codes have (at most 20).
+    Codes(Vec<u32>, usize),
+}
+
+impl Coding {
+    /// The number of the state as its code.
+    #[must_use]
+    pub fn binary(machine: &Machine) -> Self {
+        let n_states = machine.states.len();
+        let n_bits = bits_of(n_states);
+        Coding::Codes((0..).take(n_states).collect(), n_bits)
+    }
+
+    /// The number of flip-flops.
+    #[must_use]
+    pub fn n_bits(&self, machine: &Machine) -> usize {
+        match self {
+            Coding::OneHot => machine.states.len(),
+            Coding::Codes(_, n_bits) => *n_bits,
+        }
+    }
+
+    fn bit(&self, state: usize, bit: usize) -> bool {
+        match self {
+            Coding::OneHot => state == bit,
+            Coding::Codes(codes, _) => codes[state] >> bit & 1 == 1,
+        }
+    }
+}
+
+/// The fewest bits that tell so many states apart.
+fn bits_of(n_states: usize) -> usize {
+    (usize::BITS - n_states.saturating_sub(1).leading_zeros()) as usize
+}
+
+/// The functions of a machine: its inputs, then the flip-flops, on the left; what the flip-flops take, then its outputs, on the right. On and off are
+/// said, the rest is free.
+#[must_use]
+pub fn table(machine: &Machine, coding: &Coding) -> Pla {
+    let (n_inputs, n_bits) = (machine.inputs.len(), coding.n_bits(machine));
+    let shape = Shape::new(n_inputs + n_bits, n_bits + machine.outputs.len());
+    let mut table = Pla::new(Kind::Fr, shape);
+    let bits = |what: &str| (0..n_bits).map(|bit| format!("{what}{bit}")).collect::<Vec<_>>();
+    table.inputs = Some(machine.inputs.iter().cloned().chain(bits("q")).collect());
+    table.outputs = Some(bits("d").into_iter().chain(machine.outputs.iter().cloned()).collect());
+    for (state, rows) in machine.rows_by_state().iter().enumerate() {
+        for row in rows {
+            let inputs = row.inputs.iter().enumerate().filter_map(|(input, trit)| match trit {
+                Trit::Low => Some((input, false)),
+                Trit::High => Some((input, true)),
+                Trit::Any => None,
+            });
+            let present = (0..n_bits).map(|bit| (n_inputs + bit, coding.bit(state, bit)));
+            let literals: Vec<(usize, bool)> = inputs.chain(present).collect();
+            let (mut on, mut off) = (Vec::new(), Vec::new());
+            if let Some(next) = row.to {
+                for bit in 0..n_bits {
+                    if coding.bit(next, bit) { on.push(bit) } else { off.push(bit) }
+                }
+            }
+            for (output, trit) in row.outputs.iter().enumerate() {
+                match trit {
+                    Trit::High => on.push(n_bits + output),
+                    Trit::Low => off.push(n_bits + output),
+                    Trit::Any => {}
+                }
+            }
+            if !on.is_empty() {
+                table.on.add(literals.iter().copied(), on);
+            }
+            if !off.is_empty() {
+                table.off.add(literals.iter().copied(), off);
+            }
+        }
+    }
+    table
+}
+
+/// The functions of a table of [`table`], ready to be minimised.
+///
+/// # Errors
+/// When the diagrams need more than `nodes` nodes.
+pub fn function(table: &Pla, nodes: usize) -> Result<Function, Refused> {
+    Function::new(&table.on, &Terms::new(table.shape()), Some(&table.off), nodes)
+}
+
+/// What a search for codes may spend.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Search {
+    /// Codings that are minimised.
+    pub tries: u64,
+    /// The seed of the moves.
+    pub seed: u64,
+}
+
+/// Codes with the fewest bits whose shared sum of products is small: from the binary codes on, two states change their codes, or one takes a free one,
+/// as long as that needs no more products. Gives the codes and their sum.
+///
+/// # Errors
+/// When the diagrams of the first codes are too large.
+pub fn few_products(
+    machine: &Machine,
+    search: Search,
+    effort: &Effort,
+) -> Result<(Coding, Outcome), Refused> {
+    let quick = Effort { exact: false, ..*effort };
+    let n_states = machine.states.len();
+    let n_bits = bits_of(n_states);
+    let cost = |codes: &[u32]| -> Result<(usize, Outcome), Refused> {
+        let table = table(machine, &Coding::Codes(codes.to_vec(), n_bits));
+        let outcome = shared(&function(&table, quick.nodes)?, &quick)?;
+        Ok((outcome.terms.len(), outcome))
+    };
+    let mut random = Random::new(search.seed);
+    let mut best: Option<(usize, Vec<u32>, Outcome)> = None;
+    for start in starts(machine, n_bits) {
+        let (mut products, outcome) = cost(&start)?;
+        let mut codes = start;
+        if best.as_ref().is_none_or(|(least, ..)| products < *least) {
+            best = Some((products, codes.clone(), outcome));
+        }
+        for _ in 0..search.tries / 3 {
+            let mut moved = codes.clone();
+            let state = random.below(n_states);
+            let code = u32::try_from(random.below(1 << n_bits)).unwrap_or(0);
+            if let Some(other) = codes.iter().position(|known| *known == code) {
+                moved[other] = codes[state];
+            }
+            moved[state] = code;
+            if moved == codes {
+                continue;
+            }
+            let Ok((now, outcome)) = cost(&moved) else { continue };
+            if now <= products {
+                (products, codes) = (now, moved);
+                if best.as_ref().is_none_or(|(least, ..)| now < *least) {
+                    best = Some((now, codes.clone(), outcome));
+                }
+            }
+        }
+    }
+    let Some((_, codes, _)) = best else { unreachable!("there is always a first coding") };
+    let coding = Coding::Codes(codes, n_bits);
+    let outcome = shared(&function(&table(machine, &coding), effort.nodes)?, effort)?;
+    Ok((coding, outcome))
+}
+
+/// Codes to start from: by number, by a walk in which a state's code is near those that it comes from, and with the state that most rows lead to at 0.
+fn starts(machine: &Machine, n_bits: usize) -> Vec<Vec<u32>> {
+    let n_states = machine.states.len();
+    let binary: Vec<u32> = (0..).take(n_states).collect();
+    // How much two states have in common: rows with one next state, and rows from one state.
+    let mut weight = vec![vec![0_u32; n_states]; n_states];
+    let mut join = |a: usize, b: usize, by: u32| {
+        if a != b {
+            weight[a][b] += by;
+            weight[b][a] += by;
+        }
+    };
+    let rows = machine.rows_by_state();
+    for (a, ours) in rows.iter().enumerate() {
+        for (b, theirs) in rows.iter().enumerate().take(a) {
+            for row in ours.iter().take(200) {
+                for other in theirs.iter().take(200).filter(|other| row.meets(other)) {
+                    let same = row
+                        .outputs
+                        .iter()
+                        .zip(&other.outputs)
+                        .filter(|(x, y)| x == y && **x == Trit::High);
+                    let next = if row.to.is_some() && row.to == other.to { 3 } else { 0 };
+                    join(a, b, next + u32::try_from(same.count()).unwrap_or(0));
+                }
+            }
+        }
+    }
+    for ours in &rows {
+        for (at, row) in ours.iter().enumerate().take(100) {
+            for other in &ours[..at] {
+                if let (Some(a), Some(b)) = (row.to, other.to) {
+                    join(a, b, 1);
+                }
+            }
+        }
+    }
+    let n_codes = 1_u32 << n_bits;
+    let mut near: Vec<Option<u32>> = vec![None; n_states];
+    let mut taken = BTreeSet::new();
+    for _ in 0..n_states {
+        let pull = |state: usize| -> u32 {
+            (0..n_states)
+                .filter(|other| near[*other].is_some())
+                .map(|other| weight[state][other])
+                .sum()
+        };
+        let open = (0..n_states).filter(|state| near[*state].is_none());
+        let Some(state) = open.max_by_key(|state| (pull(*state), std::cmp::Reverse(*state))) else {
+            break;
+        };
+        let distance = |code: u32| -> u32 {
+            (0..n_states)
+                .filter_map(|other| Some(weight[state][other] * (near[other]? ^ code).count_ones()))
+                .sum()
+        };
+        let code = (0..n_codes)
+            .filter(|code| !taken.contains(code))
+            .min_by_key(|code| (distance(*code), *code));
+        near[state] = code;
+        taken.extend(code);
+    }
+    let near: Vec<u32> = near.into_iter().map(Option::unwrap_or_default).collect();
+    let entries = |state: usize| machine.rows.iter().filter(|row| row.to == Some(state)).count();
+    let most =
+        (0..n_states).max_by_key(|state| (entries(*state), std::cmp::Reverse(*state))).unwrap_or(0);
+    let mut zero = near.clone();
+    // Codes may all be flipped alike; a state at 0 needs no product for its bits.
+    let mask = near.get(most).copied().unwrap_or(0);
+    zero.iter_mut().for_each(|code| *code ^= mask);
+    vec![binary, near, zero]
+}
+
+/// A macrocell for each function: true if sums with these numbers of products can be put on macrocells with these numbers of product terms.
+#[must_use]
+pub fn fits(sums: &[usize], cells: &[usize]) -> bool {
+    let sorted = |numbers: &[usize]| {
+        let mut numbers = numbers.to_vec();
+        numbers.sort_unstable_by(|a, b| b.cmp(a));
+        numbers
+    };
+    sums.len() <= cells.len()
+        && sorted(sums).iter().zip(&sorted(cells)).all(|(sum, cell)| sum <= cell)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Coding, Search, few_products, fits, function, table};
+    use grafsynth_frontend::kiss2;
+    use grafsynth_ir::FileId;
+    use grafsynth_logic::minimise::{Effort, shared};
+
+    const RING: &str =
+        ".i 1\n.o 1\n1 a b 0\n0 a a 0\n1 b c 0\n0 b b 0\n1 c d 0\n0 c c 0\n1 d a 1\n0 d d 1\n.e\n";
+
+    #[test]
+    fn a_ring_needs_two_products_a_state_and_few_with_codes() {
+        let machine = kiss2::parse(FileId(0), RING).0.expect("a table");
+        let effort = Effort::of_level(1, true);
+        let hot = table(&machine, &Coding::OneHot);
+        let outcome =
+            shared(&function(&hot, effort.nodes).expect("small"), &effort).expect("small");
+        assert_eq!(outcome.terms.len(), 8, "each state stays or is entered");
+        let (coding, outcome) =
+            few_products(&machine, Search { tries: 60, seed: 1 }, &effort).expect("small");
+        assert!(matches!(&coding, Coding::Codes(codes, 2) if codes.len() == 4), "{coding:?}");
+        assert!(outcome.terms.len() <= 5, "{}", outcome.terms.len());
+    }
+
+    #[test]
+    fn sums_are_put_on_cells_by_size() {
+        assert!(fits(&[7, 12], &[8, 12, 8]));
+        assert!(!fits(&[9, 12], &[8, 12, 8]));
+        assert!(!fits(&[1, 1], &[8]));
+    }
+}

@@ -1,0 +1,94 @@
+//! Counts the product terms of state tables: `kiss2_counts FOLDER [TRIES]` prints a row for each `.kiss2` of a folder, as docs/benchmarks.md has them.
+
+#![allow(clippy::print_stdout, clippy::print_stderr, reason = "it is an example that prints")]
+#![allow(clippy::disallowed_methods, reason = "it reads files and its arguments")]
+
+use grafsynth_driver::state_table::{Coding, Search, few_products, fits, function, table};
+use grafsynth_frontend::kiss2::{self, Machine};
+use grafsynth_ir::FileId;
+use grafsynth_logic::minimise::{Effort, Minimum, OneOutput, Refused, per_output, shared};
+
+/// Product terms of a GAL22V10's macrocells, and its pins that are inputs beside the clock.
+const CELLS: [usize; 10] = [8, 10, 12, 14, 16, 16, 14, 12, 10, 8];
+const INPUTS: usize = 11;
+
+fn main() {
+    let mut words = std::env::args().skip(1);
+    let Some(folder) = words.next() else {
+        eprintln!("skipped: no folder with tables given (kiss2_counts FOLDER [TRIES])");
+        return;
+    };
+    let tries = words.next().and_then(|word| word.parse().ok()).unwrap_or(300);
+    let Ok(entries) = std::fs::read_dir(&folder) else {
+        eprintln!("skipped: {folder} is no folder");
+        return;
+    };
+    let mut paths: Vec<_> = entries.flatten().map(|entry| entry.path()).collect();
+    paths.retain(|path| path.extension().is_some_and(|extension| extension == "kiss2"));
+    paths.sort();
+    println!(
+        "| machine | in/out/states | one-hot shared | one-hot per output (most) | binary | compact | per output (most) | one 22V10 |"
+    );
+    println!("|---|---|---|---|---|---|---|---|");
+    for path in paths {
+        let Ok(text) = std::fs::read_to_string(&path) else { continue };
+        let Some(machine) = kiss2::parse(FileId(0), &text).0 else { continue };
+        let name = path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
+        match row(&machine, tries) {
+            Ok(row) => println!("| {} | {row} |", name.unwrap_or_default()),
+            Err(why) => println!("| {} | {why} |", name.unwrap_or_default()),
+        }
+    }
+}
+
+fn mark(n: usize, minimum: Minimum) -> String {
+    match minimum {
+        Minimum::Exact => format!("{n} ="),
+        Minimum::Between { .. } => n.to_string(),
+    }
+}
+
+fn sizes(outputs: &[OneOutput]) -> Vec<usize> {
+    outputs.iter().map(|output| output.outcome.terms.len()).collect()
+}
+
+fn row(machine: &Machine, tries: u64) -> Result<String, Refused> {
+    let (n_inputs, n_outputs, n_states) =
+        (machine.inputs.len(), machine.outputs.len(), machine.states.len());
+    // Proofs are for machines that are small enough for them to end soon.
+    let level = if machine.rows.len() > 400 { 0 } else { 1 };
+    let effort = Effort::of_level(level, machine.rows.len() <= 400);
+    let hot = function(&table(machine, &Coding::OneHot), 1 << 25)?;
+    let together = shared(&hot, &effort)?;
+    let single = sizes(&per_output(&hot, false, &effort)?);
+    let is_large = machine.rows.len() > 400 || n_states > 64;
+    let search = Search { tries: if is_large { 0 } else { tries }, seed: 1 };
+    let binary = shared(&function(&table(machine, &Coding::binary(machine)), 1 << 25)?, &effort)?;
+    let (coding, compact) = few_products(machine, search, &effort)?;
+    let free = sizes(&per_output(&function(&table(machine, &coding), 1 << 25)?, true, &effort)?);
+    let n_bits = coding.n_bits(machine);
+    let hot_free = sizes(&per_output(&hot, true, &effort)?);
+    // Macrocells that hold nothing are inputs.
+    let has_pins =
+        |n_cells: usize| n_cells <= CELLS.len() && n_inputs <= INPUTS + CELLS.len() - n_cells;
+    let verdict = if has_pins(n_states + n_outputs) && fits(&hot_free, &CELLS) {
+        "one-hot"
+    } else if !has_pins(n_bits + n_outputs) {
+        "no: pins"
+    } else if fits(&free, &CELLS) {
+        "compact"
+    } else {
+        "no: terms"
+    };
+    let most = |sizes: &[usize]| sizes.iter().copied().max().unwrap_or(0);
+    Ok(format!(
+        "{n_inputs}/{n_outputs}/{n_states} | {} | {} ({}) | {} | {} | {} ({}) | {verdict}",
+        mark(together.terms.len(), together.minimum),
+        single.iter().sum::<usize>(),
+        most(&single),
+        mark(binary.terms.len(), binary.minimum),
+        mark(compact.terms.len(), compact.minimum),
+        free.iter().sum::<usize>(),
+        most(&free),
+    ))
+}
