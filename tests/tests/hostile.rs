@@ -28,10 +28,11 @@ const SCXML: [&str; 2] =
 const PROJECTS: [&str; 2] =
     [include_str!("../cases/plcopen/press.xml"), include_str!("../cases/plcopen/parallel.xml")];
 
-const STRUCTURED: [&str; 3] = [
+const STRUCTURED: [&str; 4] = [
     include_str!("../cases/st/blocks.st"),
     include_str!("../cases/st/qualifiers.st"),
     include_str!("../cases/st/early.st"),
+    include_str!("../cases/st/called.st"),
 ];
 
 const SOURCES: [&str; 3] = [

@@ -340,13 +340,13 @@ fn blocks_with_charts_do_in_a_program_what_they_do_alone() {
     let program = |body: &str| {
         format!(
             "{block}PROGRAM p VAR_INPUT on, ask : BOOL; n_long : INT (0..3); END_VAR
-             VAR_OUTPUT red, green, late, both : BOOL; rounds, before : INT; END_VAR VAR a, b : lights; END_VAR
+             VAR_OUTPUT red, green, late, both, seen : BOOL; rounds, before : INT; END_VAR VAR a, b : lights; END_VAR
              {body} END_PROGRAM"
         )
     };
     let net = net_of(&program(
         "before := a.rounds; a(on := on, ask := ask, n_long := n_long, red => red, NOT green => both);
-         b(on, TRUE, 1); green := a.green; late := a.late; rounds := a.rounds; both := both AND b.green;",
+         b(on, TRUE, 1); green := a.green; late := a.late; rounds := a.rounds; both := both AND b.green; seen := a.go.X AND a.go.T >= T#0ms;",
     ));
     let mut random = Random::new(3);
     let mut csv = String::from("on,ask,n_long\n");
@@ -362,6 +362,7 @@ fn blocks_with_charts_do_in_a_program_what_they_do_alone() {
     for name in ["red", "green", "late", "rounds"] {
         assert_eq!(column(&expected, name), column(&got, name), "{name}");
     }
+    assert_eq!(column(&got, "seen"), column(&got, "green"));
     let counted = column(&got, "rounds");
     assert!(counted.last().is_some_and(|n| *n > 20), "{counted:?}");
     // What stands before the call sees the block of the scan before.

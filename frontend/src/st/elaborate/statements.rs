@@ -573,7 +573,7 @@ impl Elaborator<'_> {
         let action = pou.actions.iter().find(|one| upper(&one.name.text) == key)?;
         if !arguments.is_empty() {
             return Some(Err(self.refused(
-                &format!("arguments in a call of the action {name}"),
+                &format!("a call of the action {name} with arguments"),
                 span,
                 "actions take none; assign to variables of the block before",
             )));

@@ -623,7 +623,9 @@ impl Elaborator<'_> {
             Some(Binding::Value(value)) => Ok(Access::Value(value)),
             Some(Binding::Object(inner)) => Ok(Access::Object(inner)),
             Some(Binding::Broken) => Err(Told),
-            Some(Binding::Step(_)) | None => {
+            // Of a chart that was called above.
+            Some(Binding::Step(step)) => Ok(Access::Step(step)),
+            None => {
                 let known: Vec<String> = self.frames[frame].names.keys().cloned().collect();
                 let what = match self.objects[object].kind {
                     ObjectKind::Struct => "field",
