@@ -173,3 +173,101 @@ fn charts_with_hierarchy_are_drawn_again() {
     assert!(n_drawn as usize > n_assertions, "{n_drawn} drawn, {n_assertions} assertions");
     assert!(n_states > 20 && n_enclosing > 2, "{n_states} {n_enclosing}");
 }
+
+/// Delays and the outer state first have no words in SCXML; the document says the same in others.
+#[test]
+fn delays_and_the_outer_state_first_in_scxml() {
+    let charts = [
+        "chart c { conflict outer-first tick 10 ms event E, F, G
+            output R
+            var n: int 0..9
+            initial state p {
+                on G when n > 4 { n := 0 }
+                initial state q { initial step a step b { R } a -> b on E, F do { n := n + 1 } b -> a on E, G do { n := n + 2 } in b on F do { n := n + 1 } }
+                step r
+                q -> r on E when n > 3
+                r -> q on F
+                q -> q on G when n = 2
+            }
+            parallel s { region x { step u step v u -> v on E v -> u on E do { n := n + 1 } } region y { step w step z w -> z on F z -> w on E } }
+            p -> s on F when n > 2
+            s -> p on E when n > 6
+            s -> p on G
+        }",
+        "chart c { conflict inner-first tick 10 ms event E, F
+            output R
+            var n: int 0..9
+            initial state p {
+                initial step a { R }
+                step b
+                a -> b after 50 ms
+                b -> a on E after 20 ms do { n := n + 1 }
+                b -> b on F
+            }
+            step r
+            p -> r after 120 ms
+            r -> p on F
+        }",
+        "chart c { conflict outer-first tick 10 ms event E, F
+            var n: int 0..9
+            initial state p {
+                initial step a
+                step b
+                a -> b on E
+                b -> a on E when n < 5 after 30 ms do { n := n + 1 }
+            }
+            step r
+            p -> r on E when n > 2 after 40 ms do { n := 0 }
+            r -> p on F
+        }",
+    ];
+    for (at, chart) in charts.iter().enumerate() {
+        let design = design_of("c.graf", chart).unwrap_or_else(|| panic!("chart {at}"));
+        let drawn = design.chart.as_ref().expect("it was drawn");
+        let (text, lost) = grafsynth_frontend::scxml::write_design(drawn, &design.net)
+            .unwrap_or_else(|found| panic!("chart {at}: {found:#?}"));
+        assert!(!lost.is_empty(), "chart {at}");
+        let again = design_of("c.scxml", &text).unwrap_or_else(|| panic!("chart {at}\n{text}"));
+        for seed in 0..20 {
+            let stimulus = Stimulus::random(&design.net, 100, seed, 3);
+            let csv = stimulus.to_csv(&design.net);
+            let rows = Stimulus::parse_csv(&again.net, FileId(0), &csv).0.expect("the same inputs");
+            let cells = |net: &Valid<Net>, rows: &Stimulus| -> Vec<String> {
+                let csv = run(net, rows).to_csv();
+                let head: Vec<String> =
+                    csv.lines().next().unwrap_or("").split(',').map(str::to_owned).collect();
+                // What stands for a delay has a column of its own.
+                let kept = |at: usize| !head[at].ends_with("_is_over");
+                csv.lines()
+                    .map(|line| {
+                        let cells = line.split(',').enumerate().filter(|(at, _)| kept(*at));
+                        cells.map(|(_, cell)| cell).collect::<Vec<_>>().join(",")
+                    })
+                    .collect()
+            };
+            let sorted = |lines: Vec<String>| -> Vec<Vec<String>> {
+                // Outputs and variables may change places.
+                let head: Vec<String> = lines[0].split(',').map(str::to_owned).collect();
+                let mut order: Vec<usize> = (0..head.len()).collect();
+                order.sort_by(|a, b| head[*a].cmp(&head[*b]));
+                lines
+                    .iter()
+                    .map(|line| {
+                        let cells: Vec<&str> = line.split(',').collect();
+                        order.iter().map(|at| cells[*at].to_owned()).collect()
+                    })
+                    .collect()
+            };
+            let (expected, got) =
+                (sorted(cells(&design.net, &stimulus)), sorted(cells(&again.net, &rows)));
+            let differs = expected.iter().zip(&got).position(|(a, b)| a != b);
+            assert_eq!(
+                differs,
+                None,
+                "chart {at}, seed {seed}: {:?} {:?}\n{text}",
+                differs.map(|row| &expected[row]),
+                differs.map(|row| &got[row])
+            );
+        }
+    }
+}

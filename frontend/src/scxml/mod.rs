@@ -22,6 +22,7 @@ mod expr;
 mod mentions;
 mod names;
 mod read;
+mod sayable;
 mod time;
 mod tree;
 mod values;

@@ -149,6 +149,99 @@ fn long_chains_are_refused_before_they_cost_a_stack() {
     net(&document(data, &format!("<transition cond='{wide}' target='r'/>")));
 }
 
+/// What may stand in each element, and which attributes it may have (SCXML 1.0, the tables of sections 3 to 6); `!` marks a required one.
+const STRUCTURE: [(&str, &str, &str); 18] = [
+    ("scxml", "state parallel final datamodel", "initial name version! datamodel binding"),
+    (
+        "state",
+        "onentry onexit transition initial state parallel final history datamodel",
+        "id initial",
+    ),
+    ("parallel", "onentry onexit transition state parallel history datamodel", "id"),
+    ("transition", "raise if assign send cancel", "event cond target type"),
+    ("initial", "transition", ""),
+    ("final", "onentry onexit", "id"),
+    ("history", "transition", "id type"),
+    ("onentry", "raise if assign send cancel", ""),
+    ("onexit", "raise if assign send cancel", ""),
+    ("datamodel", "data", ""),
+    ("data", "", "id! expr"),
+    ("if", "elseif else raise if assign send cancel", "cond!"),
+    ("elseif", "", "cond!"),
+    ("else", "", ""),
+    ("raise", "", "event!"),
+    ("assign", "", "location! expr"),
+    ("send", "", "event id delay"),
+    ("cancel", "", "sendid!"),
+];
+
+/// A document that breaks none of the recommendation's rules about elements, attributes, identifiers and targets.
+fn assert_structure(text: &str) {
+    let document = roxmltree::Document::parse(text).unwrap();
+    let ids: Vec<&str> = document
+        .descendants()
+        .filter(|node| !matches!(node.tag_name().name(), "data" | "send"))
+        .filter_map(|node| node.attribute("id"))
+        .collect();
+    for (at, id) in ids.iter().enumerate() {
+        assert!(!ids[..at].contains(id), "{id} twice in\n{text}");
+    }
+    for node in document.descendants().filter(roxmltree::Node::is_element) {
+        let name = node.tag_name().name();
+        assert_eq!(node.tag_name().namespace(), Some(super::SCXML), "{name} in\n{text}");
+        let (_, children, attributes) =
+            STRUCTURE.iter().find(|(known, ..)| *known == name).unwrap_or_else(|| panic!("{name}"));
+        for child in node.children().filter(roxmltree::Node::is_element) {
+            let child = child.tag_name().name();
+            assert!(children.split(' ').any(|it| it == child), "{child} in {name}\n{text}");
+        }
+        for attribute in node.attributes().filter(|it| it.namespace().is_none()) {
+            let known = |it: &str| it.trim_end_matches('!') == attribute.name();
+            assert!(attributes.split(' ').any(known), "{} of {name}\n{text}", attribute.name());
+        }
+        for required in attributes.split(' ').filter_map(|it| it.strip_suffix('!')) {
+            assert!(node.has_attribute(required), "{name} without {required}\n{text}");
+        }
+        let n =
+            |word: &str| node.children().filter(|it| it.has_tag_name((super::SCXML, word))).count();
+        assert!(n("initial") <= 1 && (n("initial") == 0 || node.attribute("initial").is_none()));
+        if matches!(name, "initial" | "history") {
+            let transition = node.children().find(roxmltree::Node::is_element).unwrap();
+            assert!(n("transition") == 1 && transition.has_attribute("target"), "{name}\n{text}");
+            assert!(!transition.has_attribute("event") && !transition.has_attribute("cond"));
+        }
+        if name == "transition" && node.attributes().all(|it| it.name() == "type") {
+            panic!("a transition needs an event, a condition or a target\n{text}");
+        }
+        for targets in [node.attribute("target"), node.attribute("initial")].into_iter().flatten() {
+            assert!(targets.split(' ').all(|it| ids.contains(&it)), "{targets} in\n{text}");
+        }
+    }
+}
+
+#[test]
+fn what_is_written_is_a_document_of_the_recommendation() {
+    let chart = "chart c { conflict outer-first queue 2 event E, F\ninternal event G\noutput R
+        var n: int 0..9
+        initial state p {
+            initial -> b do { n := 1 }
+            history h -> a
+            step a { R }
+            step b { entry { if n > 3 { raise G } else { n := n + 1 } } }
+            a -> b after 2 s
+            b -> a on E when n > 2 after 1 s
+        }
+        final state f
+        p -> f on F
+        p -> p.h on G }";
+    let design = crate::graf::parse(FileId(0), chart).design.unwrap();
+    let lowered = grafsynth_ir::lower::lower(&design).0.unwrap();
+    let (written, lost) = write_design(&design, &lowered).unwrap();
+    assert_eq!(lost.len(), 4, "{lost:#?}");
+    assert_structure(&written);
+    net(&written);
+}
+
 #[test]
 fn what_is_written_is_read_as_it_was() {
     let folder = format!("{}/../tests/scxml/w3c", env!("CARGO_MANIFEST_DIR"));
@@ -161,6 +254,7 @@ fn what_is_written_is_read_as_it_was() {
         let before = net(&source);
         let (written, lost) = write_design(&design, &before).unwrap();
         assert!(lost.is_empty(), "{path:?}: {lost:#?}");
+        assert_structure(&written);
         let after = net(&written);
         assert_eq!(text::print(&before), text::print(&after), "{path:?}\n{written}");
         let design = parse(FileId(0), &written).design.unwrap();

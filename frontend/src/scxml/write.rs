@@ -14,9 +14,10 @@ use grafsynth_ir::chart::{
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::expr::{ArithOp, CompareOp, ExprKind, Type};
 use grafsynth_ir::net::{Driver, InputKind, Net, Policy};
-use grafsynth_ir::{Name, Span};
+use grafsynth_ir::{Name, Span, lower};
 
 use super::mentions::{Leaving, Mentions, marked};
+use super::sayable::sayable;
 use super::time;
 use super::{GRAFSYNTH, SCXML};
 use crate::codes;
@@ -33,6 +34,19 @@ pub fn write_design(
     let [chart] = design.charts.as_slice() else {
         return Err(vec![cannot("a file with several charts", Span::default())]);
     };
+    let Some((chart, notes)) = sayable(chart).map_err(|finding| vec![*finding])? else {
+        return write_chart(chart, net);
+    };
+    let design = Design { charts: vec![chart], ..design.clone() };
+    let (Some(net), chart) = (lower::lower(&design).0, &design.charts[0]) else {
+        return Err(vec![cannot("this chart", design.charts[0].name.span)]);
+    };
+    let (text, mut lost) = write_chart(chart, &net)?;
+    lost.extend(notes);
+    Ok((text, lost))
+}
+
+fn write_chart(chart: &Chart, net: &Net) -> Result<(String, Vec<Diagnostic>), Vec<Diagnostic>> {
     let mut writer = Writer::new(net);
     writer.chart(chart);
     if writer.errors.is_empty() { Ok((writer.out, writer.lost)) } else { Err(writer.errors) }
