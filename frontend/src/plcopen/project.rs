@@ -309,7 +309,7 @@ impl<'t> Reader<'_, 't> {
                 Some(chart) => {
                     let span = self.span(chart);
                     unit.refuse(
-                        format!("the action {name}, a chart of its own"),
+                        format!("the action {name} with a chart of its own"),
                         span,
                         "make it a program that runs beside this one, or a macro-step",
                     );
