@@ -6,7 +6,7 @@
 use crate::codes;
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::logic::{Logic, PinRole};
-use grafsynth_ir::net::Net;
+use grafsynth_ir::net::{Net, StepId};
 use grafsynth_ir::program::Origin;
 use grafsynth_logic::chip::{ChipSim, NoRow, most_clocks};
 
@@ -129,8 +129,17 @@ impl Vectors {
             };
             let flops = logic.flops.values().map(|flop| {
                 let holds = flop.holds?;
-                let Origin::Step(step) = holds.origin else { return None };
-                row.steps.get(step.index()).map(|&is_active| is_active != holds.inverted)
+                let is_active = |step: StepId| row.steps.get(step.index()).copied();
+                let bit = if let Origin::Step(step) = holds.origin {
+                    is_active(step)
+                } else if let Origin::Region(step) = holds.origin {
+                    // What the register of a region that is left keeps, no row shows.
+                    let parent = net.steps.get(step)?.parent?;
+                    is_active(parent).filter(|is_active| *is_active).and(is_active(step))
+                } else {
+                    None
+                };
+                bit.map(|bit| bit != holds.inverted)
             });
             let clocks = match &mut chip {
                 _ if index == 0 => 0,

@@ -6,7 +6,7 @@ use crate::tools;
 use crate::{Availability, Engine, EngineError, Job};
 use grafsynth_backend_pld::{Dialect, Named, Object};
 use grafsynth_driver::pipeline;
-use grafsynth_ir::logic::PinRole;
+use grafsynth_ir::logic::{PinRole, shown_by};
 use grafsynth_ir::net::{Driver, Net};
 use grafsynth_ir::program::Origin;
 use grafsynth_logic::chip::most_clocks;
@@ -291,6 +291,7 @@ fn row(net: &Net, shown: &[&Named], input: &InputRow, bits: &[u8]) -> Result<Row
     row.inputs.clone_from(&input.values);
     let mut outputs: BTreeMap<usize, u64> = BTreeMap::new();
     let mut vars: BTreeMap<(usize, u32), u64> = BTreeMap::new();
+    let mut states: BTreeMap<Origin, bool> = BTreeMap::new();
     for (named, bit) in shown.iter().zip(bits) {
         let is_one = match bit {
             b'0' => false,
@@ -312,10 +313,8 @@ fn row(net: &Net, shown: &[&Named], input: &InputRow, bits: &[u8]) -> Result<Row
             Object::Flop(flop) => {
                 let Some(holds) = flop.holds else { continue };
                 let is_one = is_one != holds.inverted;
-                if let Origin::Step(step) = holds.origin {
-                    if is_one {
-                        row.steps.push(step);
-                    }
+                if let Origin::Step(_) | Origin::Region(_) = holds.origin {
+                    states.insert(holds.origin, is_one);
                 } else if let Origin::Var(var) = holds.origin {
                     *vars.entry((var.index(), holds.element)).or_default() |=
                         u64::from(is_one) << holds.bit.min(63);
@@ -324,7 +323,11 @@ fn row(net: &Net, shown: &[&Named], input: &InputRow, bits: &[u8]) -> Result<Row
             Object::Clock | Object::Reset | Object::Input(_) | Object::Buried => {}
         }
     }
-    row.steps.sort_unstable();
+    for (step, bits) in shown_by(net, |origin| states.contains_key(&origin)).iter() {
+        if !bits.is_empty() && bits.iter().all(|bit| states.get(bit) == Some(&true)) {
+            row.steps.push(step);
+        }
+    }
     let mut place = 0;
     for (id, var) in net.vars.iter() {
         for element in 0..var.len.unwrap_or(1) {

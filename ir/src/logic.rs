@@ -3,8 +3,8 @@
 //! Functions are nodes of one shared graph; a node names only earlier nodes, so there is no combinational loop. The encodings produce it, the
 //! equation writers and the minimiser read it, and every reader of equations gives it back.
 
-use crate::arena::{Arena, Id};
-use crate::net::Meta;
+use crate::arena::{Arena, Id, IdMap};
+use crate::net::{Meta, Net, Step, StepKind};
 use crate::program::Origin;
 use crate::span::Name;
 
@@ -93,6 +93,32 @@ pub struct FlopBit {
     pub bit: u32,
     /// The flip-flop holds the complement.
     pub inverted: bool,
+}
+
+/// How a circuit shows which steps are active: of each step the bits that are all set while it is, as [`Origin::Step`] or [`Origin::Region`]; none where
+/// nothing shows it. `is_held` says which bits the circuit has.
+///
+/// A step has a bit of its own; or a bit in the register of its region, and is active where its parent is too; or, if it is a region of a parallel state,
+/// no bit at all, for it is active when its parent is.
+#[must_use]
+pub fn shown_by(net: &Net, is_held: impl Fn(Origin) -> bool) -> IdMap<Step, Vec<Origin>> {
+    let mut shown: IdMap<Step, Vec<Origin>> = IdMap::filled(&net.steps, Vec::new());
+    // Parents are declared before children.
+    for (id, step) in net.steps.iter() {
+        if is_held(Origin::Step(id)) {
+            shown[id] = vec![Origin::Step(id)];
+            continue;
+        }
+        let Some(parent) = step.parent.filter(|parent| parent.index() < id.index()) else {
+            continue;
+        };
+        let own = is_held(Origin::Region(id)).then_some(Origin::Region(id));
+        let follows = net.steps[parent].kind == StepKind::Parallel;
+        if !shown[parent].is_empty() && (own.is_some() || follows) {
+            shown[id] = own.into_iter().chain(shown[parent].iter().copied()).collect();
+        }
+    }
+    shown
 }
 
 /// An output bit.

@@ -66,6 +66,9 @@ pub struct Cell {
 pub enum Origin {
     /// The step's bit.
     Step(StepId),
+    /// The bit of a state in the register of the region that it belongs to, on a chip: the state is active if this is set and its parent is active.
+    /// While the parent is not, the register keeps what it was when the parent was left, which is what a history records.
+    Region(StepId),
     /// `s.t`, saturated one above the largest constant it is compared with.
     Elapsed(StepId),
     /// `s.T`.

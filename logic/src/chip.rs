@@ -2,8 +2,8 @@
 
 use crate::sim::LogicSim;
 use grafsynth_ir::arena::IdMap;
-use grafsynth_ir::logic::{FlopBit, FlopId, Logic, PinInputId, PinOutputId, PinRole};
-use grafsynth_ir::net::{Evolution, InputId, Net, Output, OutputId, StepId, VarId};
+use grafsynth_ir::logic::{FlopBit, FlopId, Logic, PinInputId, PinOutputId, PinRole, shown_by};
+use grafsynth_ir::net::{Evolution, InputId, Net, Output, OutputId, Step, StepId, VarId};
 use grafsynth_ir::program::Origin;
 use std::collections::BTreeMap;
 
@@ -24,6 +24,8 @@ pub struct ChipSim<'a> {
     patience: u64,
     /// Flip-flops of each thing and element.
     holders: BTreeMap<(Origin, u32), Vec<Holder>>,
+    /// The bits that are all set while a step is active.
+    shown: IdMap<Step, Vec<Origin>>,
     sampled: IdMap<Output, Option<i64>>,
 }
 
@@ -116,6 +118,7 @@ impl<'a> ChipSim<'a> {
             faults,
             busy,
             patience: most_clocks(net),
+            shown: shown_by(net, |origin| holders.contains_key(&(origin, 0))),
             holders,
             sampled,
         };
@@ -221,7 +224,9 @@ impl<'a> ChipSim<'a> {
     /// Whether the step is active; none if no flip-flop says so.
     #[must_use]
     pub fn is_active(&self, step: StepId) -> Option<bool> {
-        self.code(Origin::Step(step), 0).map(|code| code & 1 == 1)
+        let bits = &self.shown[step];
+        (!bits.is_empty())
+            .then(|| bits.iter().all(|bit| self.code(*bit, 0).is_some_and(|code| code & 1 == 1)))
     }
 
     /// The value of an element of a variable (element 0 of a plain one). One with a single possible value needs no flip-flop.

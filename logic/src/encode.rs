@@ -4,6 +4,8 @@
 //! lower bound), one for each element of an array and each pair of ages. The program's statements are then run once over nodes instead of values;
 //! what a cell holds at the end is its D function. A transition of a plain net costs a handful of nodes, so the cost is linear in the program.
 //!
+//! States of statecharts with a history around them are coded by the registers of their regions, which keep the history: see the module `regions`.
+//!
 //! # Outputs
 //! A pin is sampled after the clock with the row's inputs still held (semantics.md §9), so a continuous output is wanted as a function of the *new*
 //! situation. Each value is therefore followed twice: as a function of the old state, and, as long as it reads only cells that are not stored any
@@ -12,6 +14,7 @@
 //! A `mealy` output is combinational in the old state, and sampled before the clock.
 
 mod busy;
+mod regions;
 mod run;
 
 use crate::build::Builder;
@@ -30,6 +33,8 @@ use grafsynth_ir::net::{
 };
 use grafsynth_ir::program::{CellId, Leaf, Origin, Program, ResetEffect, Stmt};
 use grafsynth_ir::{Span, Valid};
+use regions::Regions;
+pub use regions::kept_apart;
 use std::collections::BTreeMap;
 
 /// What the caller may choose.
@@ -84,7 +89,7 @@ pub fn is_depth_proved(net: &Net, facts: &Facts) -> bool {
     }
 }
 
-/// One flip-flop per step; see the module.
+/// One flip-flop per step, or per child of a region; see the module.
 ///
 /// A chart that evolves until it is stable is composed into one clock: its micro-steps are unrolled as often as [`Facts::stable_depth`] proves to be
 /// enough, else as often as the chart's limit allows; or, as [`EncodeOptions::busy`] says, each of them gets a clock of its own.
@@ -134,7 +139,10 @@ fn composed(
     max_nodes: usize,
     registers: Option<&Registers>,
 ) -> Result<Logic, Vec<Diagnostic>> {
+    let regions = regions::regions(net, program);
+    let program = regions.as_ref().map_or(program, |regions| &regions.program);
     let mut encoder = Encoder::new(net, program, facts, options);
+    encoder.regions = regions.as_ref();
     encoder.max_nodes = max_nodes;
     encoder.stepwise = registers;
     encoder.refuse_reset_effects();
@@ -184,6 +192,8 @@ struct Encoder<'a> {
     max_nodes: usize,
     /// The cells behind pins, where the program is one clock of several.
     stepwise: Option<&'a Registers>,
+    /// States that are coded by the register of their region.
+    regions: Option<&'a Regions>,
     builder: Builder,
     diagnostics: Vec<Diagnostic>,
     overflow: Option<Diagnostic>,
@@ -282,6 +292,7 @@ impl<'a> Encoder<'a> {
             options,
             max_nodes: options.max_nodes,
             stepwise: None,
+            regions: None,
             builder,
             diagnostics: Vec::new(),
             overflow: None,
@@ -637,6 +648,7 @@ fn to_bits(builder: &mut Builder, value: Value, ty: Type) -> Vec<NodeId> {
 fn meta_of(net: &Net, origin: Origin) -> Meta {
     match origin {
         Origin::Step(step)
+        | Origin::Region(step)
         | Origin::Elapsed(step)
         | Origin::LastElapsed(step)
         | Origin::TaskIndex(step)

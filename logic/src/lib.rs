@@ -23,4 +23,4 @@ pub mod split;
 pub mod support;
 pub mod word;
 
-pub use encode::{BusyMode, EncodeOptions, encode, is_depth_proved};
+pub use encode::{BusyMode, EncodeOptions, encode, is_depth_proved, kept_apart};

@@ -669,6 +669,7 @@ fn width(cell: &Cell) -> usize {
 fn objects_of(origin: Origin) -> Vec<Object> {
     match origin {
         Origin::Step(step)
+        | Origin::Region(step)
         | Origin::Elapsed(step)
         | Origin::LastElapsed(step)
         | Origin::TaskIndex(step)

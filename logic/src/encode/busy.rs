@@ -110,7 +110,9 @@ pub(super) fn moves(program: &Program, block: &[Stmt]) -> bool {
         Stmt::Store(cell, ..) => matches!(program.cells[*cell].origin, Origin::Step(_)),
         Stmt::If(_, then, otherwise) => moves(program, then) || moves(program, otherwise),
         Stmt::Repeat { body, .. } => moves(program, body),
-        Stmt::Set(..) | Stmt::Output(..) | Stmt::Call(..) | Stmt::Code(_) | Stmt::Fault(_) => false,
+        // A state that is coded by its region moves as a temporary.
+        Stmt::Set(temp, _) => matches!(program.temps[*temp].role, TempRole::NextActive(_)),
+        Stmt::Output(..) | Stmt::Call(..) | Stmt::Code(_) | Stmt::Fault(_) => false,
     })
 }
 

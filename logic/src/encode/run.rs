@@ -8,6 +8,7 @@ use crate::support::Functions;
 use crate::word::{self, Word};
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::expr::{Expr, ExprKind, Type};
+use grafsynth_ir::facts::Invariant;
 use grafsynth_ir::logic::{NodeId, Wire};
 use grafsynth_ir::net::Evolution;
 use grafsynth_ir::program::{CellId, Leaf, Origin, Stmt, TempId, TempRole};
@@ -29,6 +30,24 @@ impl Encoder<'_> {
                 return;
             }
             self.stmt(stmt, depth);
+            if depth == 0 {
+                self.note_packed();
+            }
+        }
+    }
+
+    /// Once the registers of regions hold what the reaction leaves, whether a state is active is a function of the new state too.
+    fn note_packed(&mut self) {
+        let Some(regions) = self.regions.filter(|regions| regions.packed_at == self.now) else {
+            return;
+        };
+        for gated in &regions.gated {
+            let Some(parent) = self.leaf(gated.parent, true) else { continue };
+            let parent = self.as_bool(parent);
+            let register = gated.register.map(|cell| self.registers[self.places[cell]].clone());
+            let all = register.map(|own| self.as_bool(own)).into_iter().chain([parent]);
+            let active = self.builder.and(all.collect::<Vec<_>>());
+            self.after[gated.active.index()] = Some(Value::Bool(active));
         }
     }
 
@@ -429,7 +448,14 @@ impl Encoder<'_> {
                 };
                 self.builder.logic.flops.iter().find(|(_, flop)| holds(flop)).map(|(id, _)| id)
             };
+            // A state that is coded by its region has no flip-flop that tells it alone.
+            let is_told = |invariant: &Invariant| {
+                invariant.steps.iter().all(|&step| step_flop(step).is_some())
+            };
             for invariant in self.facts.invariants.iter().filter(|invariant| invariant.count == 1) {
+                if !is_told(invariant) {
+                    continue;
+                }
                 let mut none = crate::bdd::Ref::TRUE;
                 let mut one = crate::bdd::Ref::FALSE;
                 for flop in invariant.steps.iter().filter_map(|&step| step_flop(step)) {

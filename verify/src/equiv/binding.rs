@@ -1,6 +1,8 @@
 //! Which pin and which flip-flop stands for what of the net.
 
-use grafsynth_ir::logic::{FlopId, Logic, PinInputId, PinOutputId, PinRole};
+use std::collections::BTreeMap;
+
+use grafsynth_ir::logic::{FlopId, Logic, PinInputId, PinOutputId, PinRole, shown_by};
 use grafsynth_ir::net::{Driver, InputId, InputKind, Net, OutputId, StepId, VarId};
 use grafsynth_ir::program::Origin;
 use grafsynth_sim::{Effect, InputRow, Row};
@@ -25,6 +27,8 @@ pub(crate) enum Shown {
     Pin { pin: PinOutputId, mealy: bool },
     /// A flip-flop, which may hold the complement.
     Flop { flop: FlopId, inverted: bool },
+    /// All the flip-flops of a step in [`Binding::active`].
+    Active(StepId),
 }
 
 /// One bit to compare.
@@ -42,6 +46,8 @@ pub(crate) struct Binding {
     pub(crate) ticks: Vec<PinInputId>,
     pub(crate) busy: Option<PinOutputId>,
     pub(crate) compared: Vec<Compared>,
+    /// The flip-flops that are all set while a step is active, each with whether it holds the complement; for steps that have more than one, or share it.
+    pub(crate) active: BTreeMap<StepId, Vec<(FlopId, bool)>>,
     /// The place of each variable's first element in [`Row::vars`].
     var_places: Vec<usize>,
 }
@@ -115,6 +121,20 @@ impl Binding {
                 ));
             }
         }
+        let mut bits: BTreeMap<Origin, (FlopId, bool)> = BTreeMap::new();
+        for (flop, data) in logic.flops.iter() {
+            if let Some(holds) = data.holds {
+                bits.insert(holds.origin, (flop, holds.inverted));
+            }
+        }
+        for (step, origins) in shown_by(net, |origin| bits.contains_key(&origin)).iter() {
+            if origins.is_empty() || origins == &[Origin::Step(step)] {
+                continue;
+            }
+            binding.active.insert(step, origins.iter().map(|origin| bits[origin]).collect());
+            let shown = Shown::Active(step);
+            binding.compared.push(Compared { what: What::Step(step), bit: 0, shown });
+        }
         for (flop, data) in logic.flops.iter() {
             let Some(holds) = data.holds else { continue };
             let shown = Shown::Flop { flop, inverted: holds.inverted };
@@ -129,6 +149,7 @@ impl Binding {
                     What::Var(var, holds.element)
                 }
                 Origin::Step(_)
+                | Origin::Region(_)
                 | Origin::Var(_)
                 | Origin::Elapsed(_)
                 | Origin::LastElapsed(_)
@@ -233,6 +254,7 @@ impl Binding {
             What::Fault => match compared.shown {
                 Shown::Pin { .. } => "fault".to_owned(),
                 Shown::Flop { flop, .. } => logic.flops[flop].name.clone(),
+                Shown::Active(step) => net.steps[step].name.text.clone(),
             },
         }
     }

@@ -137,7 +137,13 @@ impl<'a> Lanes<'a> {
                 Shown::Flop { flop, inverted } if !want_mealy => {
                     self.sim.flop(flop) ^ if inverted { !0 } else { 0 }
                 }
-                Shown::Pin { .. } | Shown::Flop { .. } => continue,
+                Shown::Active(step) if !want_mealy => {
+                    let flops = self.binding.active.get(&step).map_or(&[][..], Vec::as_slice);
+                    flops.iter().fold(!0, |all, (flop, inverted)| {
+                        all & (self.sim.flop(*flop) ^ if *inverted { !0 } else { 0 })
+                    })
+                }
+                Shown::Pin { .. } | Shown::Flop { .. } | Shown::Active(_) => continue,
             };
             self.bits[at] = word;
         }

@@ -52,7 +52,7 @@ pub(super) fn order(
     for word in words.keys() {
         if let Word::State(origin, _) = word {
             let own = match origin {
-                Origin::Step(step) => Some((*step, 1)),
+                Origin::Step(step) | Origin::Region(step) => Some((*step, 1)),
                 Origin::Elapsed(step) | Origin::LastElapsed(step) | Origin::TaskIndex(step) => {
                     Some((*step, 2))
                 }

@@ -281,6 +281,7 @@ impl Shape {
                 }
                 Origin::Timer(timer) if net.timers[timer].starts_expired => ty.bounds().1,
                 Origin::Step(_)
+                | Origin::Region(_)
                 | Origin::Elapsed(_)
                 | Origin::LastElapsed(_)
                 | Origin::Edge(_)
