@@ -8,6 +8,7 @@
 
 mod bits;
 mod blocks;
+mod calls;
 mod charts;
 mod declare;
 mod functions;
