@@ -8,12 +8,11 @@
 //! Parameters are latched when the macro-step is entered; every `return` leads to its one exit step.
 
 use super::ast::External;
-use super::flow::{
-    self, Context, Externs, Graph, Names, Next, NodeId, Question, comment_text, one_line,
-};
+use super::flow::{self, Context, Externs, Graph, Names, Next, NodeId, Question};
 use super::frame::{comment_at, frame, globals};
 use super::resolve::{FunctionId, Home, Program, VarId};
 use super::shorten::{self, successors};
+use super::texts::{comment_text, one_line};
 use super::{Calls, library};
 use crate::graf::parser::Findings;
 use grafsynth_ir::chart::{

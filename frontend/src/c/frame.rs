@@ -2,8 +2,9 @@
 
 use super::ast::{ExprKind, Init};
 use super::draw::{declaration, meta};
-use super::flow::{Names, comment_text};
+use super::flow::Names;
 use super::resolve::{FunctionId, Home, Program, Reference, VarId};
+use super::texts::comment_text;
 use super::types::{Scalar, Type};
 use super::{ast, constant, lexer, value};
 use crate::codes;

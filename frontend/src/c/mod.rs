@@ -37,6 +37,7 @@ mod parser;
 mod resolve;
 mod sequence;
 mod shorten;
+mod texts;
 mod types;
 mod units;
 mod value;

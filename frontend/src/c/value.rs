@@ -1,10 +1,11 @@
 //! Expressions of C as expressions of the net, and what their evaluation does as statements of the present node.
 
 use super::ast::{BinaryOp, Expr, ExprKind, Init, UnaryOp};
-use super::flow::{CallSite, Flow, one_line};
+use super::flow::{CallSite, Flow};
 use super::lexer;
 use super::operators::{Num, Repr, Value, loaded};
 use super::resolve::{FunctionId, Home, Program, Reference, VarId};
+use super::texts::one_line;
 use super::types::{self, Scalar, Type};
 use crate::codes;
 use grafsynth_ir::chart::{self, Leaf, Path, StmtKind};
