@@ -234,6 +234,9 @@ pub(crate) struct Build {
     /// The device family that equations are for.
     #[arg(long, value_name = "DEVICE")]
     pub(crate) device: Option<String>,
+    /// Logic by others: make its functions small and give it pins anew, on another device too, instead of burning it as written.
+    #[arg(long)]
+    pub(crate) refit: bool,
     /// C: `auto`, `switch`, `tables` or `bits`.
     #[arg(long, value_name = "STYLE", default_value = "auto")]
     pub(crate) style: String,

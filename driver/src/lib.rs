@@ -19,6 +19,7 @@ pub mod minimise;
 pub mod pages;
 pub mod pipeline;
 pub mod read;
+pub mod refit;
 pub mod report;
 pub mod rows;
 pub mod run;

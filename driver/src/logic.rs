@@ -373,8 +373,18 @@ pub fn prove_with_logic(
 ) -> Result<Judged, Vec<Diagnostic>> {
     let ours = left.circuit()?;
     let bound = bind(&left.interface, right, renames)?;
-    let pairs = pairs(ours, &bound.logic, renames);
-    Ok(match circuits(ours, &bound.logic, &pairs, limits) {
+    Ok(judge_as(ours, &bound.logic, renames, limits))
+}
+
+/// The same for two circuits whose pins have the roles of one net.
+#[must_use]
+pub fn judge(left: &Logic, right: &Logic, limits: &Limits) -> Judged {
+    judge_as(left, right, &Renames::default(), limits)
+}
+
+fn judge_as(ours: &Logic, theirs: &Logic, renames: &Renames, limits: &Limits) -> Judged {
+    let pairs = pairs(ours, theirs, renames);
+    match circuits(ours, theirs, &pairs, limits) {
         Equality::Enumerated { states, outputs } => Judged::Equal(format!(
             "proved by enumeration: {states} states, {outputs} outputs compared under every input"
         )),
@@ -383,7 +393,7 @@ pub fn prove_with_logic(
         }
         Equality::Different(apart) => Judged::Different(describe(ours, &pairs, &apart)),
         Equality::Open(why) => Judged::Open(why),
-    })
+    }
 }
 
 fn pairs(left: &Logic, right: &Logic, renames: &Renames) -> Pairs {

@@ -1,4 +1,4 @@
-//! Counts the product terms of state tables: `kiss2_counts FOLDER [TRIES]` prints a row for each `.kiss2` of a folder, as docs/benchmarks.md has them.
+//! Counts the product terms of state tables: `kiss2_counts FOLDER [TRIES [LEVEL [NAME]]]` prints a row for each `.kiss2` of a folder, as docs/benchmarks.md has them.
 
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "it is an example that prints")]
 #![allow(clippy::disallowed_methods, reason = "it reads files and its arguments")]
@@ -19,6 +19,8 @@ fn main() {
         return;
     };
     let tries = words.next().and_then(|word| word.parse().ok()).unwrap_or(300);
+    let level = words.next().and_then(|word| word.parse().ok()).unwrap_or(1);
+    let only = words.next();
     let Ok(entries) = std::fs::read_dir(&folder) else {
         eprintln!("skipped: {folder} is no folder");
         return;
@@ -34,7 +36,10 @@ fn main() {
         let Ok(text) = std::fs::read_to_string(&path) else { continue };
         let Some(machine) = kiss2::parse(FileId(0), &text).0 else { continue };
         let name = path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
-        match row(&machine, tries) {
+        if only.is_some() && only != name {
+            continue;
+        }
+        match row(&machine, tries, level) {
             Ok(row) => println!("| {} | {row} |", name.unwrap_or_default()),
             Err(why) => println!("| {} | {why} |", name.unwrap_or_default()),
         }
@@ -52,12 +57,15 @@ fn sizes(outputs: &[OneOutput]) -> Vec<usize> {
     outputs.iter().map(|output| output.outcome.terms.len()).collect()
 }
 
-fn row(machine: &Machine, tries: u64) -> Result<String, Refused> {
+fn row(machine: &Machine, tries: u64, level: u32) -> Result<String, Refused> {
     let (n_inputs, n_outputs, n_states) =
         (machine.inputs.len(), machine.outputs.len(), machine.states.len());
     // Proofs are for machines that are small enough for them to end soon.
-    let level = if machine.rows.len() > 400 { 0 } else { 1 };
-    let effort = Effort::of_level(level, machine.rows.len() <= 400);
+    let effort = if machine.rows.len() > 400 {
+        Effort::of_level(0, false)
+    } else {
+        Effort::of_level(level, true)
+    };
     let hot = function(&table(machine, &Coding::OneHot), 1 << 25)?;
     let together = shared(&hot, &effort)?;
     let single = sizes(&per_output(&hot, false, &effort)?);

@@ -8,6 +8,7 @@ use grafsynth_backend_c::Style;
 use grafsynth_driver::pipeline::{
     self, BuildOptions, Built, BusyMode, MapEntry, Reset, ResetStyle,
 };
+use grafsynth_driver::read::Design;
 use grafsynth_driver::report::{Line, Outcome};
 use grafsynth_driver::target::Target;
 use grafsynth_engines::exhaustive;
@@ -25,6 +26,19 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
         crate::print(&list);
         return Ok(Exit::Done);
     }
+    let (design, mut found) = session.design(&arguments.input)?;
+    let design = match design {
+        Design::Net(design) => design,
+        Design::Logic(design) => {
+            session.show(&found);
+            return super::refit::run(session, arguments, &design);
+        }
+    };
+    if arguments.refit {
+        return Err(Stop::Usage(
+            "--refit is for logic by others: a chart is always fitted".to_owned(),
+        ));
+    }
     let targets = targets(&arguments.target)?;
     let style = Style::from_name(&arguments.style).ok_or_else(|| {
         Stop::Usage(format!(
@@ -32,7 +46,6 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
             arguments.style
         ))
     })?;
-    let (design, mut found) = session.net(&arguments.input)?;
     let net = &design.net;
     let limits = Limits { pairs: arguments.limits.proof_limit, ..Limits::default() };
     let stimulus = match &arguments.stimulus {

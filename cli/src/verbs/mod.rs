@@ -11,4 +11,5 @@ pub(crate) mod fmt;
 pub(crate) mod manual;
 pub(crate) mod minimise;
 pub(crate) mod new;
+mod refit;
 pub(crate) mod sim;

@@ -1,0 +1,176 @@
+//! Logic by others to files: burned as written, or made small and moved to another device or language.
+//!
+//! ```text
+//! as written   Placement ── map ──► fuses ── write ──► .jed ── read, decode ──► the same products in the same macrocells
+//! refit        circuit ── emit ──► equations with pins ── read ──► circuit, proved equal ──► Placement ── as written
+//! ```
+
+use crate::logic::{Judged, LogicDesign, judge};
+use crate::pipeline::OutputFile;
+use crate::report::Line;
+use grafsynth_backend_pld::fuse::{codes::NOT_AS_MEANT, decode, differences, map, vectors};
+use grafsynth_backend_pld::jedec::{self, Head};
+use grafsynth_backend_pld::placement::Placement;
+use grafsynth_backend_pld::{Dialect, EmitOptions, emit, read_text, rebind};
+use grafsynth_ir::diag::any_error;
+use grafsynth_ir::logic::Node;
+use grafsynth_ir::{Diagnostic, FileId};
+use grafsynth_verify::Limits;
+
+/// What to write.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Wanted {
+    /// Equations or a netlist, made small.
+    Text(Dialect),
+    /// A fuse map of the macrocells as written.
+    AsWritten,
+    /// A fuse map of the circuit, made small and given pins anew.
+    Refit,
+}
+
+/// A file and what was proved of it.
+#[derive(Debug, Clone)]
+pub struct Made {
+    /// The file.
+    pub file: OutputFile,
+    /// What was proved, or why nothing was.
+    pub line: Line,
+}
+
+/// Makes a file of a design, called `stem` with the extension of its kind. `device` is for what is fitted anew; none is the one that the text names, or the default.
+///
+/// # Errors
+/// What the device or the language cannot hold, or why there is no circuit or no placement.
+pub fn make(
+    design: &LogicDesign,
+    wanted: Wanted,
+    device: Option<&str>,
+    stem: &str,
+    limits: &Limits,
+) -> Result<Made, Vec<Diagnostic>> {
+    match wanted {
+        Wanted::AsWritten => {
+            let placement = design.placement.as_ref().map_err(Clone::clone)?;
+            let name = format!("{stem}.jed");
+            let text = burn(placement)?;
+            let line = Line::proved(
+                &name,
+                "read back and decoded: the same products in the same macrocells",
+            );
+            Ok(Made { file: file(name, text), line })
+        }
+        Wanted::Text(dialect) => {
+            let name = match dialect {
+                Dialect::Cupl => format!("{stem}.cupl.pld"),
+                Dialect::Galasm => format!("{stem}.galasm.pld"),
+                Dialect::Palasm | Dialect::Verilog | Dialect::Blif => {
+                    format!("{stem}.{}", dialect.extension())
+                }
+            };
+            let (text, _, judged) = fitted(design, dialect, device, limits)?;
+            let line = line(&name, judged);
+            Ok(Made { file: file(name, text), line })
+        }
+        Wanted::Refit => {
+            let name = format!("{stem}.jed");
+            let (_, placement, judged) = fitted(design, Dialect::Palasm, device, limits)?;
+            let text = burn(&placement?)?;
+            let line = line(&name, judged);
+            Ok(Made { file: file(name, text), line })
+        }
+    }
+}
+
+fn file(name: String, text: String) -> OutputFile {
+    OutputFile { name, text, keep_existing: false, map: Vec::new() }
+}
+
+fn line(name: &str, judged: Judged) -> Line {
+    match judged {
+        Judged::Equal(how) => Line::proved(name, format!("read back and {how}")),
+        Judged::Different(how) => Line::refuted(name, format!("differs from the text: {how}")),
+        Judged::Open(why) => Line::open(name, format!("read back; not proved: {why}")),
+    }
+}
+
+type Fitted = (String, Result<Placement, Vec<Diagnostic>>, Judged);
+
+/// The circuit in a language, small, with pins; what a stranger reads in that text; and whether both are equal.
+fn fitted(
+    design: &LogicDesign,
+    dialect: Dialect,
+    device: Option<&str>,
+    limits: &Limits,
+) -> Result<Fitted, Vec<Diagnostic>> {
+    let circuit = design.circuit()?;
+    let own = design.placement.as_ref().ok();
+    // Pins stay where they are as long as the device is the same.
+    let same =
+        own.filter(|own| device.is_none_or(|name| name.eq_ignore_ascii_case(own.device.name)));
+    let is_signal = |name: &str| {
+        let is_read = |id| circuit.nodes.values().any(|node| *node == Node::Input(id));
+        circuit.outputs.values().any(|output| output.name == name)
+            || circuit.inputs.iter().any(|(id, input)| input.name == name && is_read(id))
+    };
+    let kept = same.map(|own| {
+        let named = own.pins.iter().filter(|named| is_signal(&named.name));
+        named.map(|named| (named.name.clone(), named.pin)).collect()
+    });
+    let mut options = EmitOptions {
+        device: device.map(str::to_owned).or_else(|| own.map(|own| own.device.name.to_owned())),
+        pins: kept.unwrap_or_default(),
+        ..EmitOptions::default()
+    };
+    let emitted = match emit(circuit, dialect, &options) {
+        Err(_) if !options.pins.is_empty() => {
+            options.pins = Vec::new();
+            emit(circuit, dialect, &options)?
+        }
+        emitted => emitted?,
+    };
+    let said = read_text(dialect, FileId(u32::MAX), &emitted.text);
+    let Some(mut back) = said.logic else {
+        return Err(said.findings.into_iter().chain(said.beyond).collect());
+    };
+    let found = rebind(&mut back, &emitted);
+    if any_error(&found) {
+        return Err(found);
+    }
+    let judged = judge(circuit, &back, limits);
+    Ok((emitted.text, said.placement, judged))
+}
+
+/// The JEDEC file of a placement with test vectors, read back and decoded.
+fn burn(placement: &Placement) -> Result<String, Vec<Diagnostic>> {
+    let fuses = map(placement)?;
+    let one = |finding: Box<Diagnostic>| vec![*finding];
+    let tests =
+        vectors::vectors(&fuses, placement, &[], vectors::enough(placement)).map_err(one)?;
+    let head = Head {
+        lines: vec![
+            format!(
+                "{} - fuse map made by grafsynth {}",
+                placement.title,
+                env!("CARGO_PKG_VERSION")
+            ),
+            format!("Device: {}", placement.device.name),
+        ],
+        pins: placement.pins.clone(),
+    };
+    let text = jedec::write(&fuses, &head, &tests);
+    let (file, found) = jedec::read(FileId(u32::MAX), &text);
+    let Some(file) = file.filter(|_| !any_error(&found)) else { return Err(found) };
+    let said = decode(&file.fuse_map(Some(placement.device)).map_err(one)?)?;
+    let differences = differences(placement, &said);
+    if differences.is_empty() {
+        return Ok(text);
+    }
+    let message = format!(
+        "the fuse map that was made says something else than was meant: {}",
+        differences.join(", ")
+    );
+    Err(vec![
+        Diagnostic::error(NOT_AS_MEANT, message)
+            .help("this is a fault of the tool: please report it with the text"),
+    ])
+}
