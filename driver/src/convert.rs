@@ -66,6 +66,11 @@ fn plain(design: &Design, to: Format) -> Result<String, Vec<Diagnostic>> {
             let options = pipeline::emit_options(net, None, None);
             Ok(pipeline::through(&logic, dialect(to), &options)?.emitted.text)
         }
+        // What was read from fuses is written product by product, whatever its clocks.
+        (Design::Logic(logic), Format::Palasm) if logic.fuses.is_some() => {
+            let placement = logic.placement.as_ref().map_err(Clone::clone)?;
+            Ok(grafsynth_backend_pld::fuse::palasm(placement))
+        }
         (
             Design::Logic(logic),
             Format::Palasm | Format::Cupl | Format::Galasm | Format::Verilog | Format::Blif,
@@ -82,6 +87,14 @@ fn plain(design: &Design, to: Format) -> Result<String, Vec<Diagnostic>> {
             table(&pipeline::logic(&design.net, &facts)?)
         }
         (Design::Logic(logic), Format::Pla) => table(logic.circuit()?),
+        (Design::Net(design), Format::Jedec) => {
+            let facts = pipeline::facts(&design.net, &Limits::default());
+            let logic = pipeline::logic(&design.net, &facts)?;
+            Ok(crate::jedec::burn(&design.net, &logic, None, None, None)?.text)
+        }
+        (Design::Logic(logic), Format::Jedec) => {
+            crate::jedec::as_written(logic.placement.as_ref().map_err(Clone::clone)?)
+        }
         (_, Format::C) => Err(vec![
             Diagnostic::error(codes::WRITES_C, "C is not one text: it has a header and more")
                 .help("`build FILE --target c -o FOLDER` writes it, read back and compared with the chart"),

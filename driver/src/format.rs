@@ -17,12 +17,13 @@ pub enum Format {
     Blif,
     Pla,
     Kiss2,
+    Jedec,
     C,
 }
 
 impl Format {
     /// All of them with their name on the command line and their file extension.
-    pub const ALL: [(Format, &'static str, &'static str); 14] = [
+    pub const ALL: [(Format, &'static str, &'static str); 15] = [
         (Format::Graf, "graf", "graf"),
         (Format::Rules, "rules", "rules"),
         (Format::Scxml, "scxml", "scxml"),
@@ -36,6 +37,7 @@ impl Format {
         (Format::Blif, "blif", "blif"),
         (Format::Pla, "pla", "pla"),
         (Format::Kiss2, "kiss2", "kiss2"),
+        (Format::Jedec, "jedec", "jed"),
         (Format::C, "c", "c"),
     ];
 

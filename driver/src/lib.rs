@@ -13,6 +13,7 @@ pub mod compare;
 pub mod convert;
 pub mod diff;
 pub mod format;
+pub mod jedec;
 pub mod libraries;
 pub mod logic;
 pub mod minimise;

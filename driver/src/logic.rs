@@ -7,6 +7,7 @@ use crate::codes;
 use crate::compare::{Outcome, nothing_in_common};
 use crate::run::{logic_trace, net_trace};
 use grafsynth_backend_pld::codes::{TAKEN_AS, UNSUPPORTED};
+use grafsynth_backend_pld::fuse::{FuseMap, Role};
 use grafsynth_backend_pld::placement::Placement;
 use grafsynth_backend_pld::read::Text;
 use grafsynth_ir::diag::Severity;
@@ -33,6 +34,19 @@ pub struct LogicDesign {
     pub placement: Result<Placement, Vec<Diagnostic>>,
     /// The columns of stimuli and traces.
     pub interface: Valid<Net>,
+    /// The fuses that it was read from; it is then simulated fuse by fuse.
+    pub fuses: Option<Fuses>,
+}
+
+/// A fuse map by others.
+#[derive(Debug, Clone)]
+pub struct Fuses {
+    /// The fuses.
+    pub map: FuseMap,
+    /// Inputs, outputs and flip-flops, with the roles of [`LogicDesign::interface`].
+    pub parts: Logic,
+    /// Which pin is which part.
+    pub roles: Vec<Role>,
 }
 
 impl LogicDesign {
@@ -55,7 +69,7 @@ impl LogicDesign {
     ) -> Result<Self, Vec<Diagnostic>> {
         let mut none = Logic::default();
         let interface = validate(interface(logic.as_mut().unwrap_or(&mut none)))?;
-        Ok(LogicDesign { logic, beyond, placement, interface })
+        Ok(LogicDesign { logic, beyond, placement, interface, fuses: None })
     }
 
     /// The circuit.
@@ -80,8 +94,12 @@ impl LogicDesign {
             if self.placement.is_ok() && finding.severity == Severity::Error {
                 finding.severity = Severity::Warning;
                 finding.code = TAKEN_AS;
-                finding.message =
-                    format!("{}; it can be burned as written, and not simulated", finding.message);
+                let how = if self.fuses.is_some() {
+                    "it is simulated fuse by fuse, and not compared with a proof"
+                } else {
+                    "it can be burned as written, and not simulated"
+                };
+                finding.message = format!("{}; {how}", finding.message);
             }
             finding
         };

@@ -29,6 +29,7 @@ pub fn codes() -> Vec<Code> {
         grafsynth_logic::codes::ALL,
         grafsynth_backend_pld::codes::ALL,
         grafsynth_backend_pld::pla::codes::ALL,
+        grafsynth_backend_pld::fuse::codes::ALL,
         grafsynth_verify::codes::ALL,
         crate::codes::ALL,
     ]

@@ -5,7 +5,7 @@
 //! program    ir::lower::program           one reaction as a bounded program
 //! logic      logic::encode                one flip-flop per step
 //! synchronise  backend_pld::synchronise   flip-flops in front of inputs, if asked for
-//! emit       backend_pld::emit            names, products, pins, then text
+//! emit       backend_pld::emit            names, products, pins, then text; for a fuse map see crate::jedec
 //! read       backend_pld::read, rebind    the text as a stranger sees it
 //! strip      reset, synchronise           what the chart does not know, seen to do nothing else
 //! prove      verify::equiv                equal to the net, for every reachable state
@@ -121,7 +121,8 @@ pub fn facts(net: &Valid<Net>, limits: &Limits) -> Facts {
 #[must_use]
 pub fn build(net: &Valid<Net>, facts: &Facts, targets: &[Target], options: &BuildOptions) -> Built {
     let mut built = Built::default();
-    let needs_logic = targets.iter().any(|target| target.dialect().is_some());
+    let needs_logic =
+        targets.iter().any(|target| target.dialect().is_some() || *target == Target::Jedec);
     let logic = needs_logic.then(|| logic_as(net, facts, options.busy));
     if let Some(Err(found)) = &logic {
         built.found.extend(found.iter().cloned());
@@ -131,7 +132,11 @@ pub fn build(net: &Valid<Net>, facts: &Facts, targets: &[Target], options: &Buil
             (_, Some(dialect), Some(Ok(logic))) => {
                 equations(net, facts, logic, dialect, options, &mut built);
             }
-            (_, Some(_), _) => {}
+            (Target::Jedec, None, Some(Ok(logic))) => {
+                crate::jedec::build(net, facts, logic, options, &mut built);
+            }
+            // Why there is no circuit was said.
+            (_, Some(_), _) | (Target::Jedec, None, _) => {}
             (Target::C(style), None, _) => {
                 let mut c = options.c.clone();
                 if let Some(style) = style {
@@ -258,7 +263,7 @@ pub fn synchronised(net: &Net, logic: Logic, stages: u32) -> (Logic, Vec<synchro
 }
 
 /// The vectors of a circuit behind synchronisers: what its pins show comes as many clocks earlier as there are stages.
-fn delayed_vectors(
+pub(crate) fn delayed_vectors(
     net: &Valid<Net>,
     logic: &Logic,
     circuit: &Logic,

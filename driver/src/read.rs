@@ -164,6 +164,20 @@ pub fn read(
             let said = grafsynth_backend_pld::read_text(dialect(format), texts.main, &source.text);
             logic_design(said, &mut found)
         }
+        Format::Jedec => {
+            let (file, more) = grafsynth_backend_pld::jedec::read(texts.main, &source.text);
+            found.extend(more);
+            file.and_then(|file| match crate::jedec::design(&file, texts.main) {
+                Ok((design, more)) => {
+                    found.extend(more);
+                    Some(Design::Logic(Box::new(design)))
+                }
+                Err(more) => {
+                    found.extend(more);
+                    None
+                }
+            })
+        }
         Format::Pla => {
             let (table, more) = grafsynth_backend_pld::pla::read(texts.main, &source.text);
             found.extend(more);
@@ -241,6 +255,7 @@ pub(crate) fn dialect(format: Format) -> Dialect {
         | Format::Plcopen
         | Format::Net
         | Format::Pla
+        | Format::Jedec
         | Format::Kiss2
         | Format::C => Dialect::Palasm,
     }

@@ -1,9 +1,12 @@
 //! Designs run in this process: the reference simulator, and circuits as the net they were made from.
 
+use crate::logic::LogicDesign;
+use grafsynth_backend_pld::fuse::run::Burned;
+use grafsynth_backend_pld::fuse::{FuseMap, Role};
 use grafsynth_ir::logic::Logic;
 use grafsynth_ir::net::{Driver, Net};
 use grafsynth_ir::{Diagnostic, Valid};
-use grafsynth_logic::chip::{ChipSim, NoRow};
+use grafsynth_logic::chip::{ChipSim, NoRow, Parts};
 use grafsynth_sim::{Effect, InputRow, Row, Stimulus, Trace, TraceLayout};
 
 /// The trace of the reference simulator.
@@ -25,10 +28,49 @@ pub fn logic_trace(
     if let Some(diagnostic) = stimulus.check_for_chip() {
         return Err(vec![diagnostic]);
     }
-    let layout = TraceLayout::of(net);
-    let mut trace = Trace::new(layout);
     let mut chip = ChipSim::new(net, logic);
-    let first = chip_row(net, &mut chip, InputRow { dt: 0, ..InputRow::zero(net) });
+    Ok(chip_trace(net, &mut chip, stimulus))
+}
+
+/// The trace of a burned device that stands for a circuit, run fuse by fuse.
+///
+/// # Errors
+/// A stimulus that a chip cannot run, and a device that the simulator cannot.
+pub fn device_trace(
+    net: &Net,
+    map: &FuseMap,
+    logic: &Logic,
+    roles: &[Role],
+    stimulus: &Stimulus,
+) -> Result<Trace, Vec<Diagnostic>> {
+    if let Some(diagnostic) = stimulus.check_for_chip() {
+        return Err(vec![diagnostic]);
+    }
+    let device = Burned::new(map, logic, roles).map_err(|finding| vec![*finding])?;
+    let mut chip = ChipSim::over(net, logic, device);
+    let trace = chip_trace(net, &mut chip, stimulus);
+    match chip.sim().trouble() {
+        Some(trouble) => Err(vec![trouble.clone()]),
+        None => Ok(trace),
+    }
+}
+
+/// The trace of logic by others: fuse by fuse where it was read from fuses, else as a circuit.
+///
+/// # Errors
+/// A stimulus that a chip cannot run; a text that no circuit with one clock is.
+pub fn design_trace(design: &LogicDesign, stimulus: &Stimulus) -> Result<Trace, Vec<Diagnostic>> {
+    match &design.fuses {
+        Some(fuses) => {
+            device_trace(&design.interface, &fuses.map, &fuses.parts, &fuses.roles, stimulus)
+        }
+        None => logic_trace(&design.interface, design.circuit()?, stimulus),
+    }
+}
+
+fn chip_trace<S: Parts>(net: &Net, chip: &mut ChipSim<'_, S>, stimulus: &Stimulus) -> Trace {
+    let mut trace = Trace::new(TraceLayout::of(net));
+    let first = chip_row(net, chip, InputRow { dt: 0, ..InputRow::zero(net) });
     trace.push(trace.layout.row(&first));
     for input in stimulus.rows() {
         match chip.react(&input.values, u64::from(input.dt)) {
@@ -38,13 +80,13 @@ pub fn logic_trace(
                 unreachable!("the stimulus was checked for ticks")
             }
         }
-        let row = chip_row(net, &mut chip, input);
+        let row = chip_row(net, chip, input);
         trace.push(trace.layout.row(&row));
     }
-    Ok(trace)
+    trace
 }
 
-fn chip_row(net: &Net, chip: &mut ChipSim<'_>, input: InputRow) -> Row {
+fn chip_row<S: Parts>(net: &Net, chip: &mut ChipSim<'_, S>, input: InputRow) -> Row {
     let mut row = Row::zero(net);
     row.dt = input.dt;
     row.inputs = input.values;

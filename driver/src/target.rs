@@ -10,13 +10,15 @@ pub enum Target {
     C(Option<Style>),
     /// A language of logic.
     Logic(Dialect),
+    /// A fuse map for a device programmer.
+    Jedec,
     /// The net's text form.
     Net,
 }
 
 impl Target {
     /// All targets with their names and what they are.
-    pub const ALL: [(Target, &'static str, &'static str); 10] = [
+    pub const ALL: [(Target, &'static str, &'static str); 11] = [
         (Target::C(None), "c", "C99: one instance structure, init, step, stop and getters"),
         (
             Target::C(Some(Style::Switch)),
@@ -38,6 +40,7 @@ impl Target {
             "Verilog-2001, with a test bench where a stimulus is given",
         ),
         (Target::Logic(Dialect::Blif), "blif", "Berkeley Logic Interchange Format"),
+        (Target::Jedec, "jedec", "the fuse map of a GAL, with test vectors (.jed)"),
         (Target::Net, "net", "the net itself, as text"),
     ];
 
@@ -52,7 +55,7 @@ impl Target {
     pub fn dialect(self) -> Option<Dialect> {
         match self {
             Target::Logic(dialect) => Some(dialect),
-            Target::C(_) | Target::Net => None,
+            Target::C(_) | Target::Jedec | Target::Net => None,
         }
     }
 }

@@ -8,11 +8,12 @@
 //! ```
 //!
 //! `ir` is the reference simulator, `c` the emitted C compiled by the host's compiler, `equations` the circuit before any text, `palasm`, `cupl`, `galasm`,
-//! `blif` and `netlist` the emitted texts read back, `verilog` the emitted Verilog run by Icarus Verilog. This crate is the only one that starts
+//! `blif` and `netlist` the emitted texts read back, `jedec` the fuse map of a GAL run fuse by fuse, `verilog` the emitted Verilog run by Icarus Verilog. This crate is the only one that starts
 //! processes.
 
 pub mod c;
 mod circuit;
+mod device;
 pub mod exhaustive;
 pub mod tools;
 mod verilog;
@@ -24,6 +25,7 @@ use grafsynth_sim::{Stimulus, Trace};
 
 pub use c::CEngine;
 pub use circuit::CircuitEngine;
+pub use device::DeviceEngine;
 pub use verilog::VerilogEngine;
 
 /// What an engine is asked to run.
@@ -104,6 +106,7 @@ pub fn all() -> Vec<Box<dyn Engine>> {
     let mut engines: Vec<Box<dyn Engine>> =
         vec![Box::new(ReferenceEngine), Box::new(CEngine::default())];
     engines.extend(CircuitEngine::ALL.map(|engine| Box::new(engine) as Box<dyn Engine>));
+    engines.push(Box::new(DeviceEngine { device: None }));
     engines.push(Box::new(VerilogEngine));
     engines
 }

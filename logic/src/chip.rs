@@ -7,14 +7,51 @@ use grafsynth_ir::net::{Evolution, InputId, Net, Output, OutputId, Step, StepId,
 use grafsynth_ir::program::Origin;
 use std::collections::BTreeMap;
 
+/// What a circuit does, by the pins and flip-flops of a [`Logic`]: the circuit itself, or a device that stands for it.
+pub trait Parts {
+    /// Puts a value on an input.
+    fn set_input(&mut self, input: PinInputId, value: u64);
+    /// What an output shows now; only the lowest bit is looked at.
+    fn output(&mut self, output: PinOutputId) -> u64;
+    /// What a flip-flop holds; only the lowest bit is looked at.
+    fn flop(&self, flop: FlopId) -> u64;
+    /// One clock.
+    fn clock(&mut self);
+    /// Power-up.
+    fn reset(&mut self);
+}
+
+impl Parts for LogicSim<'_> {
+    fn set_input(&mut self, input: PinInputId, value: u64) {
+        LogicSim::set_input(self, input, value);
+    }
+
+    fn output(&mut self, output: PinOutputId) -> u64 {
+        LogicSim::output(self, output)
+    }
+
+    fn flop(&self, flop: FlopId) -> u64 {
+        LogicSim::flop(self, flop)
+    }
+
+    fn clock(&mut self) {
+        LogicSim::clock(self);
+    }
+
+    fn reset(&mut self) {
+        LogicSim::reset(self);
+    }
+}
+
 /// The circuit executes one reaction a clock, or clocks until its `busy` pin is 0; inputs go in and outputs, steps and variables come out as numbers of the net.
 ///
 /// Pins and flip-flops are found by their roles ([`PinRole`], [`FlopBit`]), so a circuit that was read from a text needs them put back first. A pin is
 /// sampled as semantics.md §9 says: after the clock with the row's inputs still held, a `mealy` one just before it.
 #[derive(Debug, Clone)]
-pub struct ChipSim<'a> {
+pub struct ChipSim<'a, S = LogicSim<'a>> {
     net: &'a Net,
-    sim: LogicSim<'a>,
+    logic: &'a Logic,
+    sim: S,
     inputs: Vec<(PinInputId, InputId, u32)>,
     ticks: Vec<PinInputId>,
     outputs: BTreeMap<OutputId, Vec<(PinOutputId, u32)>>,
@@ -74,6 +111,14 @@ impl<'a> ChipSim<'a> {
     /// The circuit after power-up.
     #[must_use]
     pub fn new(net: &'a Net, logic: &'a Logic) -> Self {
+        Self::over(net, logic, LogicSim::new(logic))
+    }
+}
+
+impl<'a, S: Parts> ChipSim<'a, S> {
+    /// Something that stands for a circuit, after power-up.
+    #[must_use]
+    pub fn over(net: &'a Net, logic: &'a Logic, sim: S) -> Self {
         let mut inputs = Vec::new();
         let mut ticks = Vec::new();
         for (pin, input) in logic.inputs.iter() {
@@ -111,7 +156,8 @@ impl<'a> ChipSim<'a> {
         let sampled = IdMap::filled(&net.outputs, None);
         let mut chip = ChipSim {
             net,
-            sim: LogicSim::new(logic),
+            logic,
+            sim,
             inputs,
             ticks,
             outputs,
@@ -201,7 +247,7 @@ impl<'a> ChipSim<'a> {
     }
 
     fn sample(&mut self, mealy: bool) {
-        let logic = self.sim.logic();
+        let logic = self.logic;
         for (&output, pins) in &self.outputs {
             let mut code: u64 = 0;
             let mut is_own = true;
@@ -255,9 +301,9 @@ impl<'a> ChipSim<'a> {
         }))
     }
 
-    /// The circuit underneath.
+    /// What runs underneath.
     #[must_use]
-    pub fn sim(&self) -> &LogicSim<'a> {
+    pub fn sim(&self) -> &S {
         &self.sim
     }
 }

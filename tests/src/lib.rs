@@ -35,6 +35,9 @@ pub fn chart(name: &str, text: &str) -> Valid<Net> {
     }
 }
 
+/// The codes by which a device refuses a design: what it has too little of, and what it cannot wake with.
+pub const DEVICE_LIMITS: [&str; 3] = ["G0710", "G0711", "G0713"];
+
 /// A net as its reader would like to see it: `.graf` where that can say it, else `.net`.
 #[must_use]
 pub fn readable(net: &Valid<Net>) -> String {

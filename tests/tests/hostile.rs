@@ -44,6 +44,11 @@ const SOURCES: [&str; 3] = [
 const MACHINES: [&str; 2] =
     [include_str!("../cases/kiss2/lamp.kiss2"), include_str!("../cases/kiss2/truck.kiss2")];
 
+const FUSES: [&str; 2] = [
+    "\u{2}two gates\n*N PINS a:2 b:3 y:12 z:13*QP20*QF2194*QV1*F0*G0*L1792 01111111111111111111111111111111*L1536 11110111111111111111111111111111*L2048 00000011*L2128 1111111111111111111111111111111111111111111111111111111111111111*L2192 10*V1 N01XXXXXXNXLHXXXXXXN*\u{3}0000",
+    "*QF5892*F0*L5808 01*K0044 FFFFFFFFFFF*L0088 11110111111111111111111111111111111111111111*",
+];
+
 const TABLES: [&str; 2] = [
     ".i 4\n.o 2\n.ilb a b c d\n.ob x y\n.type fd\n.p 3\n1--0 1-\n-11- 01\n0001 -1\n.e\n",
     "# a table\n.i 3\n.o 3\n.phase 101\n.type fdr\n000 1~0\n1-1 -01\n01- 010\n.end\n",
@@ -90,6 +95,7 @@ fn sound(format: Format) -> Vec<String> {
         Format::Verilog => equations(Dialect::Verilog),
         Format::Blif => equations(Dialect::Blif),
         Format::Kiss2 => MACHINES.iter().map(|text| (*text).to_owned()).collect(),
+        Format::Jedec => FUSES.iter().map(|text| (*text).to_owned()).collect(),
         Format::Pla => TABLES.iter().map(|text| (*text).to_owned()).collect(),
         Format::C => SOURCES.iter().map(|text| (*text).to_owned()).collect(),
     }

@@ -3,6 +3,7 @@
 //! One file a family. Each device lists its figures with their sources ([`Figure`]): what was read, and where; what is remembered. A fuse map is
 //! written only for devices whose map was read ([`Device::layout`]), and a fit that rests on a remembered figure says so.
 
+mod atf;
 pub mod layout;
 mod pal20;
 mod ra10;
@@ -120,6 +121,7 @@ pub static DEVICES: &[Device] = &[
     v8::GAL16V8,
     v8::GAL20V8,
     ra10::GAL20RA10,
+    atf::ATF750C,
     pal20::PAL16L8,
     pal20::PAL16R4,
     pal20::PAL16R6,
@@ -160,6 +162,8 @@ const ALIASES: &[(&str, &str)] = &[
     ("pal20ra10", "gal20ra10"),
     ("palce20ra10", "gal20ra10"),
     ("p20ra10", "gal20ra10"),
+    ("atf750", "atf750c"),
+    ("v750", "atf750c"),
     ("pal20l8", "gal20v8"),
     ("pal20r4", "gal20v8"),
     ("pal20r6", "gal20v8"),

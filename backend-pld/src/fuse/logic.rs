@@ -21,13 +21,20 @@ pub struct Role {
     pub is_inverted: bool,
 }
 
-/// The circuit of a placement. Pins with roles become what those say, in their order; the others become inputs, flip-flops and outputs under the
-/// names that the placement has for them. The values after power-up follow from the device.
+/// The circuit of a placement. Pins with roles become what those say, in their order; the others become inputs and flip-flops under the names that the
+/// placement has for them, where somebody reads them. No roles: [`own_roles`]. The values after power-up follow from the device.
 ///
 /// # Errors
 /// What one clock cannot say: several clocks, asynchronous resets and presets, outputs that are not always driven where they are read or have a role,
 /// combinational loops.
 pub fn logic(placement: &Placement, roles: &[Role]) -> Result<Logic, Vec<Diagnostic>> {
+    let own;
+    let roles = if roles.is_empty() {
+        own = own_roles(placement);
+        &own
+    } else {
+        roles
+    };
     let clock = clock(placement)?;
     let mut maker = Maker {
         placement,
@@ -49,6 +56,92 @@ pub fn logic(placement: &Placement, roles: &[Role]) -> Result<Logic, Vec<Diagnos
         maker.builder.logic.outputs.push(output);
     }
     Ok(maker.builder.finish())
+}
+
+/// What the pins of a placement stand for when nobody says: every macrocell's pin is an output, a registered one a flip-flop too, and every other pin
+/// that is read an input, under the names of the placement.
+#[must_use]
+pub fn own_roles(placement: &Placement) -> Vec<Role> {
+    let clock = clock(placement).ok().flatten();
+    let mut roles: Vec<Role> = Vec::new();
+    let mut add = |pin, object| roles.push(Role { pin, object, is_inverted: false });
+    let name = |pin| placement.name(pin).map_or_else(|| format!("pin{pin}"), str::to_owned);
+    for pin in 1..=placement.device.n_pins {
+        let is_read = placement.products().any(|product| product.literal(pin).is_some());
+        match placement.cell(pin) {
+            None if clock == Some(pin) => add(pin, Object::Clock),
+            None if is_read => {
+                let input =
+                    PinInput { name: name(pin), role: PinRole::Unknown, meta: Meta::default() };
+                add(pin, Object::Input(input));
+            }
+            None => {}
+            Some(cell) => {
+                if cell.kind == CellKind::Registered {
+                    add(pin, Object::Flop(idle_flop(name(pin))));
+                }
+                // A pin that is switched off for good shows nothing.
+                if cell.enable.as_ref().is_none_or(|enable| !enable.is_never()) {
+                    add(pin, Object::Output(idle_output(name(pin))));
+                }
+            }
+        }
+    }
+    roles
+}
+
+/// The pins of a device that is no circuit with one clock: every pin that is read from outside is an input, clocks too, and every macrocell an output.
+/// The functions mean nothing; the roles say which pin is which.
+#[must_use]
+pub fn shell(placement: &Placement) -> (Logic, Vec<Role>) {
+    let mut builder = Builder::default();
+    builder.logic.name = Name::new(&placement.title, Span::default());
+    let mut roles = own_roles(placement);
+    roles.retain(|role| !matches!(role.object, Object::Flop(_)));
+    for role in &mut roles {
+        if matches!(role.object, Object::Clock) {
+            let name = placement.name(role.pin).map_or_else(|| "clk".to_owned(), str::to_owned);
+            let input = PinInput { name, role: PinRole::Unknown, meta: Meta::default() };
+            role.object = Object::Input(input);
+        }
+    }
+    if let Clock::Pin(pin) = placement.device.clock
+        && placement.cells.iter().any(|cell| cell.kind == CellKind::Registered)
+        && roles.iter().all(|role| role.pin != pin)
+    {
+        let name = placement.name(pin).map_or_else(|| "clk".to_owned(), str::to_owned);
+        let input = PinInput { name, role: PinRole::Unknown, meta: Meta::default() };
+        roles.insert(0, Role { pin, object: Object::Input(input), is_inverted: false });
+    }
+    let nothing = builder.constant(false);
+    for role in &roles {
+        match &role.object {
+            Object::Input(input) => {
+                builder.logic.inputs.push(input.clone());
+            }
+            Object::Output(output) => {
+                builder.logic.outputs.push(PinOutput { value: nothing, ..output.clone() });
+            }
+            Object::Clock | Object::Reset | Object::Flop(_) | Object::Buried => {}
+        }
+    }
+    (builder.finish(), roles)
+}
+
+fn idle_flop(name: String) -> Flop {
+    let next = NodeId::from_index(0);
+    Flop { name, init: false, next, holds: None, meta: Meta::default() }
+}
+
+fn idle_output(name: String) -> PinOutput {
+    PinOutput {
+        name,
+        role: PinRole::Unknown,
+        value: NodeId::from_index(0),
+        registered: None,
+        mealy: false,
+        meta: Meta::default(),
+    }
 }
 
 /// The pin that clocks all flip-flops; none where there is no flip-flop.
@@ -147,16 +240,10 @@ impl Maker<'_> {
             let cell = self.placement.cell(pin);
             match cell.map(|cell| cell.kind) {
                 Some(CellKind::Registered) => {
-                    // A registered output that nobody reads needs no flip-flop of the state.
-                    let is_output = roles.iter().any(|role| role.pin == pin) && !self.is_read(pin);
-                    if self.flops.iter().all(|(known, _, _)| *known != pin) && !is_output {
-                        let flop = Flop {
-                            name: self.name(pin),
-                            init: false,
-                            next: self.builder.constant(false),
-                            holds: None,
-                            meta: Meta::default(),
-                        };
+                    // A register without a role that nobody reads is an output's, or an idle macrocell that cannot be switched off.
+                    let is_needed = self.is_read(pin);
+                    if self.flops.iter().all(|(known, _, _)| *known != pin) && is_needed {
+                        let flop = idle_flop(self.name(pin));
                         self.flop(pin, flop, false);
                     }
                 }
@@ -176,6 +263,8 @@ impl Maker<'_> {
     }
 
     fn flop(&mut self, pin: u32, mut flop: Flop, is_inverted: bool) {
+        // Its function follows when all flip-flops are known.
+        flop.next = self.builder.constant(false);
         let Some(cell) = self.placement.cell(pin) else {
             let message = format!("pin {pin} was to hold `{}` and has no flip-flop", flop.name);
             self.found.push(Diagnostic::error(codes::NOT_AS_MEANT, message));
@@ -274,20 +363,6 @@ impl Maker<'_> {
             output.value = self.inverted(node, role.is_inverted);
             output.registered = is_registered.then(|| self.first_level(&cell) != role.is_inverted);
             outputs.push(output);
-        }
-        for cell in &self.placement.cells {
-            // Without roles every pin that is driven is an output; a switched-off one is not.
-            if !roles.is_empty() || cell.enable.as_ref().is_some_and(|p| !p.0.is_empty()) {
-                continue;
-            }
-            outputs.push(PinOutput {
-                name: self.name(cell.pin),
-                role: PinRole::Unknown,
-                value: self.level(cell.pin),
-                registered: None,
-                mealy: false,
-                meta: Meta::default(),
-            });
         }
         outputs
     }

@@ -12,6 +12,9 @@ pub mod codes;
 mod decode;
 mod logic;
 mod map;
+mod palasm;
+mod place;
+pub mod run;
 pub mod sim;
 pub mod vectors;
 
@@ -19,9 +22,11 @@ pub mod vectors;
 mod tests;
 
 pub use decode::{decode, differences};
-pub use logic::{Role, logic};
+pub use logic::{Role, logic, own_roles, shell};
 pub use map::map;
 pub(crate) use map::no_map;
+pub use palasm::palasm;
+pub use place::place;
 
 use crate::device::Device;
 

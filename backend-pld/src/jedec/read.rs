@@ -179,9 +179,8 @@ impl<'a> Reader<'a> {
             'N' => self.jedec.notes.push(body.text.trim().to_owned()),
             'Q' => self.quantity(body),
             'F' => {
-                if let Some(bit) = self.bit(body, "the default of all fuses") {
-                    self.default = Some(bit);
-                }
+                // After an error the rest is read on as if 0 had stood there.
+                self.default = Some(self.bit(body, "the default of all fuses").unwrap_or(false));
             }
             'G' => {
                 if let Some(bit) = self.bit(body, "the security fuse") {

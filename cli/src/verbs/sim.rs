@@ -27,7 +27,10 @@ pub(crate) fn run(session: &mut Session, arguments: &Sim) -> Result<Exit, Stop> 
     let design = match design {
         Design::Net(design) => design,
         Design::Logic(design) => {
-            found.extend(design.beyond.iter().cloned());
+            // Fuses run whatever their clocks are.
+            if design.fuses.is_none() {
+                found.extend(design.beyond.iter().cloned());
+            }
             session.show(&found);
             return logic(session, &design, arguments);
         }
@@ -86,13 +89,15 @@ fn logic(session: &mut Session, design: &LogicDesign, arguments: &Sim) -> Result
     if arguments.restore.is_some() || arguments.save.is_some() {
         return Err(Stop::Usage("the state of logic has no names to be saved by".to_owned()));
     }
-    if arguments.engine != "ir" && arguments.engine != "equations" {
+    if !["ir", "equations", "jedec"].contains(&arguments.engine.as_str()) {
         return Err(Stop::Usage(format!(
             "engine {} runs charts; logic is simulated as it stands (leave --engine out)",
             arguments.engine
         )));
     }
-    let Ok(circuit) = design.circuit() else { return Err(Stop::Errors) };
+    if design.fuses.is_none() && design.circuit().is_err() {
+        return Err(Stop::Errors);
+    }
     let Some(stimulus) = stimulus(
         session,
         &design.interface,
@@ -104,7 +109,7 @@ fn logic(session: &mut Session, design: &LogicDesign, arguments: &Sim) -> Result
     else {
         return Ok(Exit::Usage);
     };
-    match grafsynth_driver::run::logic_trace(&design.interface, circuit, &stimulus) {
+    match grafsynth_driver::run::design_trace(design, &stimulus) {
         Ok(trace) => write(&trace, arguments),
         Err(found) => {
             session.show(&found);

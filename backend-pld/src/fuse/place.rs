@@ -1,0 +1,40 @@
+//! A circuit in the macrocells of a device, under the names of its source.
+
+use super::{Role, codes};
+use crate::equations::Equations;
+use crate::placement::Placement;
+use crate::{Dialect, EmitOptions, Object};
+use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::logic::Logic;
+
+/// Chooses forms and pins for a circuit and puts each function into its macrocell; gives what each pin stands for too.
+///
+/// # Errors
+/// What the device cannot hold, and devices without a fuse map.
+pub fn place(
+    logic: &Logic,
+    options: &EmitOptions,
+) -> Result<(Placement, Vec<Role>), Vec<Diagnostic>> {
+    // This language needs every pin, so that a design that does not fit is refused.
+    let equations = Equations::new(logic, Dialect::Galasm, options)?;
+    if equations.device.layout.is_none() {
+        return Err(vec![super::no_map(equations.device)]);
+    }
+    let Some(mut placement) = equations.placement() else {
+        let message = format!("not every signal has a pin of the {}", equations.device.name);
+        return Err(vec![Diagnostic::error(codes::CANNOT_HOLD, message)]);
+    };
+    let roles = equations.roles(logic);
+    // Equation languages have short names; a file for a programmer takes those of the source.
+    for named in &mut placement.pins {
+        let role = roles.iter().find(|role| role.pin == named.pin);
+        match role.map(|role| &role.object) {
+            Some(Object::Input(input)) => named.name.clone_from(&input.name),
+            Some(Object::Flop(flop)) => named.name.clone_from(&flop.name),
+            Some(Object::Output(output)) => named.name.clone_from(&output.name),
+            Some(Object::Clock | Object::Reset | Object::Buried) | None => {}
+        }
+    }
+    placement.cells.sort_by_key(|cell| cell.pin);
+    Ok((placement, roles))
+}

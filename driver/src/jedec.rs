@@ -1,0 +1,307 @@
+//! A circuit burned into a device: forms and pins, fuses, test vectors, file; and all of it read back.
+//!
+//! ```text
+//! place       backend_pld::fuse::place     forms and pins, each function in its macrocell
+//! map         backend_pld::fuse::map       fuses
+//! vectors     backend_pld::fuse::vectors   what the programmer tests, by the simulator of the fuses
+//! write       backend_pld::jedec::write    the file
+//! read        backend_pld::jedec::read     the file as a stranger sees it; both checksums
+//! decode      backend_pld::fuse::decode    every product of every macrocell as it was meant
+//! run         backend_pld::fuse::run       the simulator of the fuses beside the decoded circuit
+//! prove       verify::equiv                the decoded circuit equal to the net, from power-up
+//! ```
+
+use crate::logic::{Fuses, LogicDesign};
+use crate::pipeline::{self, BuildOptions, Built, OutputFile};
+use crate::report::{Line, Outcome};
+use grafsynth_backend_pld::fuse::vectors::{self, Vector};
+use grafsynth_backend_pld::fuse::{self, FuseMap, Role};
+use grafsynth_backend_pld::jedec::{self, Head, Jedec};
+use grafsynth_backend_pld::placement::{PinName, Placement};
+use grafsynth_backend_pld::{Object, Vectors, synchronise};
+use grafsynth_ir::diag::any_error;
+use grafsynth_ir::facts::Facts;
+use grafsynth_ir::logic::Logic;
+use grafsynth_ir::net::Net;
+use grafsynth_ir::{Diagnostic, FileId, Span, Valid, validate};
+
+/// Clocks that the device is run beside the decoded circuit, 64 runs side by side.
+const CLOCKS: usize = 64;
+
+/// A device ready to be burned, and what a stranger reads in its file.
+#[derive(Debug, Clone)]
+pub struct Burned {
+    /// The file.
+    pub text: String,
+    /// The fuses of the file.
+    pub map: FuseMap,
+    /// What was meant.
+    pub placement: Placement,
+    /// What each pin stands for.
+    pub roles: Vec<Role>,
+    /// The circuit that the fuses are.
+    pub logic: Logic,
+    /// The test vectors of the file.
+    pub vectors: Vec<Vector>,
+}
+
+/// The signature of a net: a hash of its text form (64 bits, FNV-1a), so that a device in a drawer tells which chart it holds.
+#[must_use]
+pub fn signature(net: &Net) -> [u8; 8] {
+    let text = grafsynth_ir::text::print(net);
+    let hash = text.bytes().fold(0xCBF2_9CE4_8422_2325_u64, |hash, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01B3)
+    });
+    hash.to_be_bytes()
+}
+
+/// Burns a circuit of a net: the file is made, read back, decoded, compared with what was meant product by product, and run beside the circuit that was
+/// decoded. That this circuit is the net is left to the caller. `n_vectors`: so many test vectors; none takes a good number for the design.
+///
+/// # Errors
+/// What does not fit the device; a device whose fuse map is not known.
+pub fn burn(
+    net: &Net,
+    circuit: &Logic,
+    device: Option<&str>,
+    stimulus: Option<&Vectors>,
+    n_vectors: Option<usize>,
+) -> Result<Burned, Vec<Diagnostic>> {
+    let options = pipeline::emit_options(net, device, None);
+    let (mut placement, roles) = fuse::place(circuit, &options)?;
+    placement.title.clone_from(&net.name.text);
+    placement.signature = signature(net).to_vec();
+    let map = fuse::map(&placement)?;
+    let one = |finding: Box<Diagnostic>| vec![*finding];
+    let first = stimulus.map(|stimulus| levels(circuit, &roles, stimulus)).unwrap_or_default();
+    let n_vectors = n_vectors.unwrap_or_else(|| vectors::enough(&placement));
+    let vectors = vectors::vectors(&map, &placement, &first, n_vectors).map_err(one)?;
+    let text = jedec::write(&map, &head(&placement, &options.notes), &vectors);
+    // From here on only the text counts. It is no file of the user's, so its findings must not point into one.
+    let (file, found) = jedec::read(FileId(u32::MAX), &text);
+    let Some(file) = file.filter(|_| !any_error(&found)) else { return Err(found) };
+    let read = file.fuse_map(Some(placement.device)).map_err(one)?;
+    let mut said = fuse::decode(&read)?;
+    let differences = fuse::differences(&placement, &said);
+    if !differences.is_empty() {
+        return Err(vec![not_as_meant(&differences.join(", "))]);
+    }
+    said.title.clone_from(&placement.title);
+    said.pins.clone_from(&placement.pins);
+    let logic = fuse::logic(&said, &roles)?;
+    if let Some((at, pin, _)) =
+        vectors::failures(&read, &file.vectors, 1).map_err(one)?.into_iter().next()
+    {
+        return Err(vec![not_as_meant(&format!("pin {pin} in test vector {}", at + 1))]);
+    }
+    if let Some(difference) = fuse::run::difference(&read, &logic, &roles, CLOCKS).map_err(one)? {
+        return Err(vec![not_as_meant(&difference)]);
+    }
+    Ok(Burned { text, map: read, placement, roles, logic, vectors: file.vectors })
+}
+
+fn not_as_meant(what: &str) -> Diagnostic {
+    Diagnostic::error(
+        fuse::codes::NOT_AS_MEANT,
+        format!("the fuse map that was made says something else than was meant: {what}"),
+    )
+    .help("this is a fault of the tool: please report it with the chart")
+}
+
+fn head(placement: &Placement, notes: &[String]) -> Head {
+    let device = placement.device;
+    let mut lines = vec![
+        format!("{} - fuse map made by grafsynth {}", placement.title, env!("CARGO_PKG_VERSION")),
+        // The word by which other tools and people find it.
+        format!("Device: {}", device.burned_as),
+    ];
+    if !device.burned_as.eq_ignore_ascii_case(device.name) {
+        lines.push(format!("in the place of a {}", device.palasm));
+    }
+    lines.extend(notes.iter().cloned());
+    Head { lines, pins: placement.pins.clone() }
+}
+
+/// The rows of a stimulus as levels of pins.
+fn levels(circuit: &Logic, roles: &[Role], stimulus: &Vectors) -> Vec<Vec<(u32, bool)>> {
+    let names: Vec<&str> = circuit.inputs.values().map(|input| input.name.as_str()).collect();
+    let row = |inputs: &[bool]| {
+        roles
+            .iter()
+            .filter_map(|role| {
+                let Object::Input(input) = &role.object else { return None };
+                let at = names.iter().position(|name| *name == input.name)?;
+                Some((role.pin, *inputs.get(at)? != role.is_inverted))
+            })
+            .collect()
+    };
+    // Row 0 is the state after power-up; a circuit that is busy needs clocks of its own, and the walk gives it those.
+    if stimulus.busy.is_some() {
+        return Vec::new();
+    }
+    stimulus.rows.iter().skip(1).map(|vector| row(&vector.inputs)).collect()
+}
+
+/// The command that burns a file, where the programmer is known to have the device.
+#[must_use]
+pub fn command(placement: &Placement, file: &str) -> Option<String> {
+    placement.device.programmer.map(|name| format!("minipro -p {name} -w {file}"))
+}
+
+/// Builds the fuse map of a net; it is written only if it is not refuted.
+pub(crate) fn build(
+    net: &Valid<Net>,
+    facts: &Facts,
+    logic: &Logic,
+    options: &BuildOptions,
+    built: &mut Built,
+) {
+    let (circuit, chains) = pipeline::synchronised(net, logic.clone(), options.synchronise);
+    let stimulus = options
+        .stimulus
+        .as_ref()
+        .map(|stimulus| pipeline::delayed_vectors(net, logic, &circuit, &chains, stimulus));
+    let burned = stimulus.transpose().and_then(|stimulus| {
+        let burned = burn(net, &circuit, options.device.as_deref(), stimulus.as_ref(), None)?;
+        let read_back = synchronise::strip(burned.logic.clone(), &chains)?;
+        Ok((burned, read_back))
+    });
+    let (burned, read_back) = match burned {
+        Ok(burned) => burned,
+        Err(found) => {
+            built.found.extend(found);
+            return;
+        }
+    };
+    let name = format!("{}.jed", pipeline::file_stem(net));
+    let mut line = if options.prove {
+        Line::of_verdict(&name, &grafsynth_verify::equiv(net, facts, &read_back, &options.limits))
+    } else {
+        Line::open(&name, "read back; not proved, as asked")
+    };
+    let is_refuted = line.outcome == Outcome::Refuted;
+    line.text += &said(&burned, &name);
+    if let Some(form) = pipeline::form(net, facts, logic, options.busy) {
+        line.text = format!("{}; {form}", line.text);
+    }
+    if let Some(chain) = chains.first() {
+        let (pins, stages) = (chains.len(), chain.flops.len());
+        line.text =
+            format!("{}; {pins} inputs arrive {stages} clocks later, by synchronisers", line.text);
+    }
+    built.lines.push(line);
+    if !is_refuted {
+        built.files.push(OutputFile {
+            name,
+            text: burned.text,
+            keep_existing: false,
+            map: Vec::new(),
+        });
+    }
+}
+
+/// What is said of a fuse map beside its proof.
+fn said(burned: &Burned, file: &str) -> String {
+    let device = burned.placement.device;
+    let terms: usize = burned.placement.cells.iter().map(|cell| cell.sum.len()).sum();
+    let mut text = format!(
+        "; {} macrocells with {terms} product terms of a {}, fuse by fuse as meant, {} test vectors",
+        burned.placement.cells.len(),
+        device.name,
+        burned.vectors.len()
+    );
+    match command(&burned.placement, file) {
+        Some(command) => text += &format!("; burn it with `{command}`"),
+        None => text += "; no programmer is known to us for it",
+    }
+    let remembered: Vec<&str> = device.remembered().map(|figure| figure.what).collect();
+    if !remembered.is_empty() {
+        text +=
+            &format!("; rests on what is remembered of the data sheet: {}", remembered.join(", "));
+    }
+    text
+}
+
+/// A file as a design of its own: its macrocells, its circuit where it is one, and what is to be said of it.
+///
+/// # Errors
+/// A device whose fuse map is not known, and fuses that no data sheet describes.
+pub fn design(file: &Jedec, id: FileId) -> Result<(LogicDesign, Vec<Diagnostic>), Vec<Diagnostic>> {
+    let start = Span::new(id, 0, 0);
+    let placed = |finding: Diagnostic| {
+        if finding.labels.is_empty() { finding.at(start, "this file") } else { finding }
+    };
+    let all = |found: Vec<Diagnostic>| found.into_iter().map(placed).collect::<Vec<_>>();
+    let map = file.fuse_map(None).map_err(|finding| all(vec![*finding]))?;
+    let mut placement = fuse::decode(&map).map_err(all)?;
+    placement.title = title(file).unwrap_or_else(|| map.device.name.to_owned());
+    let supplies = [0, map.device.gnd(), map.device.n_pins];
+    placement.pins = file
+        .pins()
+        .into_iter()
+        .filter(|(pin, _)| *pin < map.device.n_pins && !supplies.contains(pin))
+        .map(|(pin, name)| PinName { pin, name })
+        .collect();
+    placement.pins.sort_by_key(|named| named.pin);
+    placement.pins.dedup_by_key(|named| named.pin);
+    if !placement.pins.is_empty() {
+        // Where the file names its pins, a constant on a pin without a name is a macrocell that the device cannot switch off.
+        let whole = placement.clone();
+        placement.cells.retain(|cell| {
+            let is_read = whole.products().any(|product| product.literal(cell.pin).is_some());
+            is_read || !cell.sum.is_empty() || whole.name(cell.pin).is_some()
+        });
+    }
+    let mut found = Vec::new();
+    match vectors::failures(&map, &file.vectors, 6) {
+        Ok(failures) => {
+            for (at, pin, level) in failures {
+                let wanted = file.vectors[at].get(pin as usize - 1).map_or('X', |own| own.letter());
+                let message = format!(
+                    "test vector {} wants {wanted} at pin {pin}, and the fuses give {}",
+                    at + 1,
+                    level.letter()
+                );
+                found.push(placed(Diagnostic::warning(fuse::codes::VECTOR_FAILS, message)));
+            }
+        }
+        Err(finding) => found.push(placed(*finding)),
+    }
+    if any_error(&found) {
+        return Err(found);
+    }
+    let (circuit, beyond) = match fuse::logic(&placement, &[]) {
+        Ok(circuit) => (Some(circuit), Vec::new()),
+        Err(why) => (None, all(why)),
+    };
+    let (mut parts, roles) = match &circuit {
+        Some(circuit) => (circuit.clone(), fuse::own_roles(&placement)),
+        None => fuse::shell(&placement),
+    };
+    let interface = validate(crate::logic::interface(&mut parts))?;
+    let logic = circuit.map(|_| parts.clone());
+    let fuses = Some(Fuses { map, parts, roles });
+    Ok((LogicDesign { logic, beyond, placement: Ok(placement), interface, fuses }, found))
+}
+
+/// The name at the head of a file of ours.
+fn title(file: &Jedec) -> Option<String> {
+    let (title, _) = file.head.lines().next()?.split_once(" - fuse map made by")?;
+    Some(title.to_owned())
+}
+
+/// The file of a design as it was written: its own products in its own macrocells, nothing minimised and nothing moved.
+///
+/// # Errors
+/// What the device cannot hold; a device whose fuse map is not known.
+pub fn as_written(placement: &Placement) -> Result<String, Vec<Diagnostic>> {
+    let map = fuse::map(placement)?;
+    let said = fuse::decode(&map)?;
+    let differences = fuse::differences(placement, &said);
+    if !differences.is_empty() {
+        return Err(vec![not_as_meant(&differences.join(", "))]);
+    }
+    let n = vectors::enough(placement);
+    let vectors = vectors::vectors(&map, placement, &[], n).map_err(|finding| vec![*finding])?;
+    Ok(jedec::write(&map, &head(placement, &[]), &vectors))
+}

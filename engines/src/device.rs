@@ -1,0 +1,38 @@
+//! A burned device, run fuse by fuse.
+
+use crate::{Engine, EngineError, Job};
+use grafsynth_driver::run::device_trace;
+use grafsynth_driver::{jedec, pipeline};
+use grafsynth_sim::Trace;
+
+/// The fuse map of a net in the simulator of fuses. What no device can hold is refused.
+#[derive(Debug, Clone, Copy)]
+pub struct DeviceEngine {
+    /// The device; none takes that of the net's board, or the default.
+    pub device: Option<&'static str>,
+}
+
+impl Engine for DeviceEngine {
+    fn name(&self) -> &'static str {
+        "jedec"
+    }
+
+    fn about(&self) -> &'static str {
+        "the fuse map of a GAL, fuse by fuse"
+    }
+
+    fn is_chip(&self) -> bool {
+        true
+    }
+
+    fn run(&self, job: &Job<'_>) -> Result<Trace, EngineError> {
+        if let Some(diagnostic) = job.stimulus.check_for_chip() {
+            return Err(EngineError::Refused(vec![diagnostic]));
+        }
+        let logic = pipeline::logic(job.net, job.facts).map_err(EngineError::Refused)?;
+        let burned = jedec::burn(job.net, &logic, self.device, None, Some(1))
+            .map_err(EngineError::Refused)?;
+        device_trace(job.net, &burned.map, &burned.logic, &burned.roles, job.stimulus)
+            .map_err(EngineError::Refused)
+    }
+}

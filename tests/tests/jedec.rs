@@ -1,0 +1,319 @@
+//! Charts burned into devices: random ones against the reference, and the truck with each of its fuses flipped.
+
+#![allow(clippy::print_stdout, reason = "tests say what they count")]
+#![allow(clippy::disallowed_methods, reason = "tests read files")]
+
+use grafsynth_backend_pld::Object;
+use grafsynth_backend_pld::device::layout::Layout;
+use grafsynth_backend_pld::fuse::sim::Chip;
+use grafsynth_backend_pld::fuse::vectors::failures;
+use grafsynth_backend_pld::fuse::{FuseMap, decode, differences, logic as circuit_of};
+use grafsynth_driver::jedec::{Burned, burn};
+use grafsynth_driver::pipeline;
+use grafsynth_driver::run::{device_trace, net_trace};
+use grafsynth_frontend::graf;
+use grafsynth_ir::logic::Logic;
+use grafsynth_ir::net::{Net, Policy};
+use grafsynth_ir::{FileId, Valid, lower};
+use grafsynth_logic::sim::LogicSim;
+use grafsynth_sim::{Stimulus, compare};
+use grafsynth_tests::random_net::{Features, random_net};
+use grafsynth_tests::{DEVICE_LIMITS, readable, rounds};
+use grafsynth_verify::{Limits, Verdict};
+use std::collections::BTreeSet;
+
+const ROWS: usize = 60;
+
+/// Small charts with everything that a flip-flop and a gate can hold.
+fn features(max_steps: usize) -> Features {
+    Features {
+        policies: vec![Policy::All, Policy::Priority],
+        max_steps,
+        odd_shapes: true,
+        edges: true,
+        stored_outputs: true,
+        mealy: true,
+        assumptions: true,
+        ..Features::plain()
+    }
+}
+
+/// Random charts through one device until so many fit.
+fn charts_on(device: &str, wanted: u64, max_steps: usize) {
+    let (mut n_burned, mut n_refused) = (0, 0);
+    for seed in 0..wanted * 20 {
+        if n_burned == wanted {
+            break;
+        }
+        let net = random_net(seed, &features(max_steps));
+        let facts = pipeline::facts(&net, &Limits { pairs: 2_000, ..Limits::default() });
+        let Ok(logic) = pipeline::logic(&net, &facts) else { continue };
+        let burned = match burn(&net, &logic, Some(device), None, Some(1)) {
+            Ok(burned) => burned,
+            Err(found) => {
+                assert!(
+                    found.iter().all(|one| DEVICE_LIMITS.contains(&one.code.id)),
+                    "seed {seed}: {found:#?}\n{}",
+                    readable(&net)
+                );
+                n_refused += 1;
+                continue;
+            }
+        };
+        n_burned += 1;
+        let stimulus = Stimulus::random(&net, ROWS, seed, 1);
+        let got = device_trace(&net, &burned.map, &burned.logic, &burned.roles, &stimulus)
+            .unwrap_or_else(|found| panic!("seed {seed}: {found:#?}"));
+        let difference = compare(&net_trace(&net, &stimulus), &got);
+        assert!(difference.is_none(), "seed {seed}: {difference:?}\n{}", readable(&net));
+    }
+    println!("{device}: {n_burned} charts burned and run, {n_refused} too large for it");
+    assert_eq!(n_burned, wanted, "{device}");
+}
+
+#[test]
+fn random_charts_on_a_22v10() {
+    charts_on("gal22v10", rounds(30, 1_000), 5);
+}
+
+#[test]
+fn random_charts_on_a_16v8() {
+    charts_on("gal16v8", rounds(30, 1_000), 4);
+}
+
+#[test]
+fn random_charts_on_a_20v8() {
+    charts_on("gal20v8", rounds(30, 1_000), 4);
+}
+
+#[test]
+fn random_charts_on_a_20ra10() {
+    charts_on("gal20ra10", rounds(30, 1_000), 4);
+}
+
+#[test]
+fn random_charts_in_place_of_a_pal16r4() {
+    charts_on("pal16r4", rounds(10, 100), 3);
+}
+
+fn truck() -> Valid<Net> {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../examples/truck/truck.graf");
+    let text = std::fs::read_to_string(path).expect("the example");
+    let parsed = graf::parse(FileId(0), &text);
+    let (net, found) = lower::lower(&parsed.design.expect("a chart"));
+    net.unwrap_or_else(|| panic!("{found:?}"))
+}
+
+/// The fuses that make the design: rows in use, and the polarity and kind of macrocells in use; those that choose the mode of the whole device.
+fn live_fuses(burned: &Burned, layout: &Layout) -> Vec<u32> {
+    let map = &burned.map;
+    // A row in use has a fuse that is 1; idle rows are all 0.
+    let is_used = |row: &u32| {
+        let first = row * layout.n_columns;
+        (first..first + layout.n_columns).any(|fuse| map.get(fuse))
+    };
+    let mut live: Vec<u32> = (0..layout.n_rows())
+        .filter(is_used)
+        .flat_map(|row| row * layout.n_columns..(row + 1) * layout.n_columns)
+        .collect();
+    for cell in &burned.placement.cells {
+        let fuses = layout.cell(cell.pin).expect("a macrocell");
+        live.push(fuses.polarity);
+        live.extend(fuses.kind);
+    }
+    live.extend(layout.modes[0].fuses.iter().map(|(fuse, _)| *fuse));
+    live
+}
+
+/// What a flip does to the pins of the design over all situations that can be reached, over random inputs; the others apart.
+#[derive(Debug, PartialEq, Eq, PartialOrd, Ord, Clone, Copy)]
+enum Effect {
+    /// The device cannot be decoded or is no synchronous circuit any more.
+    Broken,
+    /// Another value after power-up.
+    PowerUp,
+    /// Another output or next state in a situation that can be reached.
+    Behaviour,
+    /// Nothing that can be reached.
+    Hidden,
+}
+
+fn effect(burned: &Burned, wanted: &Logic, flipped: &FuseMap) -> Effect {
+    let Ok(mut said) = decode(flipped) else { return Effect::Broken };
+    said.pins.clone_from(&burned.placement.pins);
+    let Ok(other) = circuit_of(&said, &burned.roles) else { return Effect::Broken };
+    let first = |logic: &Logic| logic.flops.values().map(|flop| flop.init).collect::<Vec<_>>();
+    if first(&burned.logic) != first(&other) {
+        return Effect::PowerUp;
+    }
+    let n_own = burned.logic.inputs.len();
+    let mut states: BTreeSet<Vec<bool>> = BTreeSet::new();
+    let mut open = vec![first(&burned.logic)];
+    // Unknown inputs of the flipped device are pins that nobody uses: both levels of all of them are tried.
+    let n_inputs = other.inputs.len();
+    assert!(n_inputs <= n_own + 1);
+    while let Some(state) = open.pop() {
+        if !states.insert(state.clone()) {
+            continue;
+        }
+        for row in 0..1u64 << n_inputs {
+            // What the chart assumes of its inputs is not tried.
+            let mut judge = LogicSim::new(wanted);
+            for (at, id) in wanted.inputs.ids().enumerate() {
+                judge.set_input(id, row >> at & 1);
+            }
+            if wanted.never.iter().any(|node| judge.node(*node) & 1 == 1) {
+                continue;
+            }
+            let (mut a, mut b) = (LogicSim::new(&burned.logic), LogicSim::new(&other));
+            let ids: Vec<_> = burned.logic.flops.ids().collect();
+            for (at, id) in ids.iter().enumerate() {
+                a.set_flop(*id, u64::from(state[at]));
+                b.set_flop(*id, u64::from(state[at]));
+            }
+            for (at, id) in other.inputs.ids().enumerate() {
+                if at < n_own {
+                    a.set_input(id, row >> at & 1);
+                }
+                b.set_input(id, row >> at & 1);
+            }
+            for id in burned.logic.outputs.ids() {
+                if (a.output(id) ^ b.output(id)) & 1 == 1 {
+                    return Effect::Behaviour;
+                }
+            }
+            a.clock();
+            b.clock();
+            let next: Vec<bool> = ids.iter().map(|id| a.flop(*id) & 1 == 1).collect();
+            if ids.iter().any(|id| (a.flop(*id) ^ b.flop(*id)) & 1 == 1) {
+                return Effect::Behaviour;
+            }
+            open.push(next);
+        }
+    }
+    Effect::Hidden
+}
+
+/// Whether two devices show or drive anything else at the pins of the design, in 64 runs of 100 clocks side by side: for flips that leave no circuit with
+/// one clock. All pins that nobody drives are inputs then; what the chart assumes is kept.
+fn shows_at_the_pins(burned: &Burned, wanted: &Logic, flipped: &FuseMap) -> bool {
+    let mut own = Chip::new(&burned.map).expect("it runs");
+    let Ok(mut other) = Chip::new(flipped) else { return true };
+    let clocks: Vec<u32> = (burned.roles.iter())
+        .filter(|role| matches!(role.object, Object::Clock))
+        .map(|role| role.pin)
+        .collect();
+    let device = burned.map.device;
+    let mut fixed: Vec<(u32, u64)> = clocks.iter().map(|pin| (*pin, 0)).collect();
+    fixed.extend(own.enable_pins().iter().map(|pin| (*pin, 0)));
+    let is_free = |pin: &u32| {
+        burned.placement.cell(*pin).is_none()
+            && *pin != device.gnd()
+            && !fixed.iter().any(|(known, _)| known == pin)
+    };
+    let free: Vec<u32> = (1..device.n_pins).filter(is_free).collect();
+    for chip in [&mut own, &mut other] {
+        if chip.put(&fixed).and_then(|()| chip.power_up()).is_err() {
+            return true;
+        }
+    }
+    let mut random = 0x9E37_79B9_7F4A_7C15_u64;
+    for _ in 0..100 {
+        let mut judge = LogicSim::new(wanted);
+        let mut levels = Vec::new();
+        for pin in &free {
+            random ^= random << 13;
+            random ^= random >> 7;
+            random ^= random << 17;
+            levels.push((*pin, random));
+        }
+        for (id, input) in wanted.inputs.iter() {
+            let role = burned
+                .roles
+                .iter()
+                .find(|role| matches!(&role.object, Object::Input(own) if own.name == input.name));
+            let pin = role.expect("a pin").pin;
+            let level = levels.iter().find(|(known, _)| *known == pin).expect("free").1;
+            judge.set_input(id, level);
+        }
+        let broken = wanted.never.iter().fold(0, |all, node| all | judge.node(*node));
+        for (_, level) in &mut levels {
+            *level &= !broken;
+        }
+        for chip in [&mut own, &mut other] {
+            let mut outcome = chip.put(&levels);
+            for pin in &clocks {
+                outcome = outcome.and_then(|()| chip.pulse(*pin));
+            }
+            if outcome.is_err() {
+                return true;
+            }
+        }
+        let differs = |cell: &grafsynth_backend_pld::placement::Cell| {
+            own.level(cell.pin) != other.level(cell.pin)
+                || own.drives(cell.pin) != other.drives(cell.pin)
+        };
+        if burned.placement.cells.iter().any(differs) {
+            return true;
+        }
+    }
+    false
+}
+
+/// Every single live fuse of the truck: the proof sees each flip, and the test vectors nearly all that change what the device does.
+#[test]
+fn each_flipped_fuse_of_the_truck_is_caught() {
+    let net = truck();
+    let facts = pipeline::facts(&net, &Limits::default());
+    let logic = pipeline::logic(&net, &facts).expect("a circuit");
+    for device in ["gal22v10", "gal16v8", "gal20v8", "gal20ra10"] {
+        let burned = burn(&net, &logic, Some(device), None, None).expect("it fits");
+        let verdict = grafsynth_verify::equiv(&net, &facts, &burned.logic, &Limits::default());
+        assert!(matches!(verdict, Verdict::Proved(_)), "{verdict:?}");
+        assert_eq!(failures(&burned.map, &burned.vectors, 1).expect("it runs"), []);
+        let layout = burned.map.device.layout.expect("a map");
+        let live = live_fuses(&burned, layout);
+        let (mut n_by_logic, mut n_other, mut n_changed, mut n_tested) = (0, 0, 0, 0);
+        let mut n_of = [0; 4];
+        for &fuse in &live {
+            let mut flipped = burned.map.clone();
+            flipped.fuses[fuse as usize] ^= true;
+            // The proof: every product as it was meant, then the circuit equal to the net.
+            let said = decode(&flipped);
+            let is_seen = match &said {
+                Err(_) => true,
+                Ok(said) => !differences(&burned.placement, said).is_empty(),
+            };
+            assert!(is_seen, "{device}: a flip of fuse {fuse} is not seen");
+            let effect = effect(&burned, &logic, &flipped);
+            n_of[effect as usize] += 1;
+            let is_changed = effect == Effect::Behaviour
+                || effect == Effect::Broken && shows_at_the_pins(&burned, &logic, &flipped);
+            if is_changed {
+                n_changed += 1;
+                let failures = failures(&flipped, &burned.vectors, 1);
+                let is_tested = !matches!(failures, Ok(none) if none.is_empty());
+                n_tested += u64::from(is_tested);
+            }
+            if effect == Effect::Behaviour {
+                n_other += 1;
+                let mut said = said.expect("it was decoded");
+                said.pins.clone_from(&burned.placement.pins);
+                let circuit = circuit_of(&said, &burned.roles).expect("it was a circuit");
+                let verdict = grafsynth_verify::equiv(&net, &facts, &circuit, &Limits::default());
+                n_by_logic += u64::from(!matches!(verdict, Verdict::Proved(_)));
+            }
+        }
+        println!(
+            "{device}: {} live fuses, each flip seen by the proof; {} leave no circuit with one clock and {n_other} another one, {} change the power-up, {} nothing that is reached; {} vectors catch {n_tested} of the {n_changed} of the first two kinds that show at the pins",
+            live.len(),
+            n_of[0],
+            n_of[1],
+            n_of[3],
+            burned.vectors.len()
+        );
+        assert_eq!(n_by_logic, n_other, "{device}: the circuit itself is refuted too");
+        assert!(n_changed > 100, "{device}: {n_changed}");
+        assert!(n_tested * 100 >= n_changed * 95, "{device}: {n_tested} of {n_changed}");
+    }
+}
