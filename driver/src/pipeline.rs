@@ -354,6 +354,10 @@ fn equations(
     if let Some(form) = form(net, facts, logic, options.busy) {
         line.text = format!("{}; {form}", line.text);
     }
+    for (history, why) in grafsynth_logic::kept_apart(net) {
+        let name = &net.histories[history].name;
+        line.text = format!("{}; history `{name}` has flip-flops of its own: {why}", line.text);
+    }
     if let Some(chain) = chains.first() {
         let (pins, stages) = (chains.len(), chain.flops.len());
         line.text =

@@ -196,7 +196,7 @@ fn each_small_chart_is_its_registers() {
         let facts = pipeline::facts(&net, &Limits::default());
         let own: Vec<&str> = kept_apart(&net)
             .into_iter()
-            .map(|history| net.histories[history].name.text.as_str())
+            .map(|(history, _)| net.histories[history].name.text.as_str())
             .collect();
         assert_eq!(&own, apart, "{name}");
         for busy in [BusyMode::Never, BusyMode::Always] {
@@ -272,7 +272,7 @@ fn difference(net: &Valid<Net>, logic: &Logic, seed: u64) -> Option<Difference> 
 
 #[test]
 fn random_statecharts_with_history() {
-    let total = rounds(80, 1_000);
+    let total = rounds(80, 300);
     let (mut n_kept, mut n_apart, mut n_texts) = (0, 0, 0);
     let limits = Limits { pairs: 500, states: 100, image_work: 1, ..Limits::default() };
     for seed in 0..total {

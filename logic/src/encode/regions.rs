@@ -50,18 +50,21 @@ pub(super) struct Gated {
     pub(super) parent: Leaf,
 }
 
-/// Histories that have flip-flops of their own, for the register of the region is not enough: something enters the history without leaving its owner.
+/// Histories that have flip-flops of their own, in order of declaration, each with why the register of the region is not enough; a clause for a report.
 #[must_use]
-pub fn kept_apart(net: &Net) -> Vec<HistoryId> {
-    let kept = kept_by_regions(net);
-    net.histories.ids().filter(|id| !kept[*id]).collect()
+pub fn kept_apart(net: &Net) -> Vec<(HistoryId, &'static str)> {
+    let apart = whys(net);
+    apart.iter().filter_map(|(id, why)| Some((id, (*why)?))).collect()
 }
 
-/// The histories that the registers of regions keep.
-fn kept_by_regions(net: &Net) -> IdMap<History, bool> {
-    let mut kept = IdMap::build(&net.histories, |_, history| {
+/// Why a history is not kept by the registers of regions; none for one that is.
+fn whys(net: &Net) -> IdMap<History, Option<&'static str>> {
+    let mut apart = IdMap::build(&net.histories, |_, history| {
         let recorded: BTreeSet<StepId> = history.cases.iter().map(|case| case.step).collect();
-        recorded == shallow(net, history.owner) || recorded == deep(net, history.owner)
+        let is_whole =
+            recorded == shallow(net, history.owner) || recorded == deep(net, history.owner);
+        (!is_whole)
+            .then_some("it records neither all children of its state nor all atomic states in it")
     });
     for transition in net.transitions.values() {
         let entered = histories_of(net, &transition.enters);
@@ -69,11 +72,11 @@ fn kept_by_regions(net: &Net) -> IdMap<History, bool> {
             continue;
         }
         let cleared: BTreeSet<StepId> = transition.clears.iter().copied().collect();
-        for id in entered {
-            kept[id] &= cleared.contains(&net.histories[id].owner);
+        for id in entered.into_iter().filter(|id| !cleared.contains(&net.histories[*id].owner)) {
+            apart[id] = Some("a transition enters it without leaving its state");
         }
     }
-    kept
+    apart
 }
 
 /// What a list of entered things may enter by history, through other histories too.
@@ -128,7 +131,8 @@ pub(super) fn regions(net: &Net, program: &Program) -> Option<Regions> {
     if !net.settings.policy.is_statechart() {
         return None;
     }
-    let mut kept = kept_by_regions(net);
+    let apart = whys(net);
+    let mut kept = IdMap::build(&net.histories, |id, _| apart[id].is_none());
     let mut cell_of: IdMap<Step, Option<CellId>> = IdMap::filled(&net.steps, None);
     let mut recorded: BTreeMap<(HistoryId, StepId), CellId> = BTreeMap::new();
     for (id, cell) in program.cells.iter() {
