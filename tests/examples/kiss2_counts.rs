@@ -62,7 +62,7 @@ fn row(machine: &Machine, tries: u64, level: u32) -> Result<String, Refused> {
         (machine.inputs.len(), machine.outputs.len(), machine.states.len());
     // Proofs are for machines that are small enough for them to end soon.
     let effort = if machine.rows.len() > 400 {
-        Effort::of_level(0, false)
+        Effort::of_level(level.saturating_sub(1), false)
     } else {
         Effort::of_level(level, true)
     };
