@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 /// The folder with `success` and `security`: named by `GRAFSYNTH_GAL_CORPUS`, or a sibling of the checkout.
 fn corpus() -> Option<PathBuf> {
     let named = std::env::var_os("GRAFSYNTH_GAL_CORPUS").map(PathBuf::from);
-    let sibling = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/corpus/gal");
+    let sibling = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../gal-corpus");
     let found =
         [named, Some(sibling)].into_iter().flatten().find(|path| path.join("success").is_dir());
     if found.is_none() {
