@@ -246,6 +246,15 @@ pub(crate) struct Build {
     /// Circuits of a chart that evolves until it is stable: one micro-step a clock, with a `busy` pin, instead of all of them in one clock.
     #[arg(long, value_name = "WHEN", value_enum, default_value = "unproved")]
     pub(crate) busy: Busy,
+    /// How steps that exclude each other are coded: a flip-flop each, all but the first, or numbers. `auto` takes the first of these that fits the device.
+    #[arg(long, value_name = "CODE", value_parser = ["auto", "one-hot", "zero-hot", "compact"], default_value = "auto")]
+    pub(crate) encoding: String,
+    /// Equations without don't-cares: the circuit does what the chart says in situations too that are never reached.
+    #[arg(long)]
+    pub(crate) no_dc: bool,
+    /// Every situation that is never reached leads back to the initial one in one clock, which is proved over all codes.
+    #[arg(long)]
+    pub(crate) safe: bool,
     /// Flip-flops in front of each input that is not declared `synchronous`: 0, 1 or 2.
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=2))]
     pub(crate) synchronise: u32,

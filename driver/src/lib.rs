@@ -9,6 +9,7 @@
 pub mod automaton;
 pub mod certify;
 pub mod codes;
+pub mod coding;
 pub mod compare;
 pub mod convert;
 pub mod diff;

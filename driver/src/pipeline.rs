@@ -13,6 +13,7 @@
 //! C goes from the net and its facts to text; comparing it needs a compiler, so that is left to the caller ([`Built::packages`]).
 
 use crate::codes;
+use crate::coding::{self, EncodingChoice};
 use crate::report::{Line, Outcome};
 use crate::target::Target;
 use grafsynth_backend_c::Package;
@@ -27,6 +28,7 @@ use grafsynth_ir::net::{Evolution, Net};
 use grafsynth_ir::{Diagnostic, FileId, Valid};
 pub use grafsynth_logic::BusyMode;
 use grafsynth_logic::EncodeOptions;
+use grafsynth_logic::recode::Encoding;
 use grafsynth_sim::{InputRow, Row, Simulator, Stimulus};
 use grafsynth_verify::Limits;
 
@@ -43,6 +45,12 @@ pub struct BuildOptions {
     pub synchronise: u32,
     /// Verilog: a reset input.
     pub reset: Option<Reset>,
+    /// How the steps are coded.
+    pub encoding: EncodingChoice,
+    /// Equations may do what they like in situations that are not reached, and where the chart's assumptions are broken.
+    pub dont_cares: bool,
+    /// Every situation that is not reached leads back to the initial one in one clock, and that is proved.
+    pub safe: bool,
     /// Test vectors for the SIMULATION section and the test bench.
     pub stimulus: Option<Stimulus>,
     /// Prove the outputs equal.
@@ -305,6 +313,16 @@ fn equations(
     options: &BuildOptions,
     built: &mut Built,
 ) {
+    let is_flat = match dialect {
+        Dialect::Palasm | Dialect::Cupl | Dialect::Galasm => true,
+        Dialect::Verilog | Dialect::Blif => false,
+    };
+    let wishes = EmitOptions {
+        dont_cares: options.dont_cares && is_flat,
+        ..emit_options(net, options.device.as_deref(), None)
+    };
+    let coded = coding::code(net, facts, logic, options.encoding, options.safe, dialect, &wishes);
+    let logic = &coding::emitted(&coded, options.safe);
     let (circuit, chains) = synchronised(net, logic.clone(), options.synchronise);
     let vectors = options
         .stimulus
@@ -317,13 +335,11 @@ fn equations(
             return;
         }
     };
-    let emit_options = EmitOptions {
-        reset: options.reset.clone(),
-        ..emit_options(net, options.device.as_deref(), vectors)
-    };
+    let emit_options = EmitOptions { reset: options.reset.clone(), vectors, ..wishes };
     let through = through(&circuit, dialect, &emit_options).and_then(|through| {
         let read_back = grafsynth_backend_pld::reset::strip(through.read_back)?;
-        let read_back = synchronise::strip(read_back, &chains)?;
+        let mut read_back = synchronise::strip(read_back, &chains)?;
+        grafsynth_logic::recode::observe(&coded.logic, &mut read_back);
         Ok(Through { read_back, ..through })
     });
     let through = match through {
@@ -350,6 +366,27 @@ fn equations(
     } else {
         Line::open(&name, "read back; not proved, as asked")
     };
+    if let Some(said) = codes_and_dont_cares(&coded, logic, &emit_options) {
+        line.text = format!("{}; {said}", line.text);
+    }
+    if options.safe {
+        let said = if logic.outputs.values().any(|output| output.role == PinRole::Busy) {
+            "not made safe: it makes one micro-step a clock".to_owned()
+        } else {
+            match grafsynth_logic::recode::is_safe(&through.read_back) {
+                Ok(codes) if codes.illegal == 0 => "safe: no code is illegal".to_owned(),
+                Ok(codes) => format!(
+                    "safe: all {} illegal codes of {} flip-flops lead back in one clock, proved over all codes",
+                    codes.illegal, codes.n_flops
+                ),
+                Err(why) => {
+                    line.outcome = line.outcome.max(Outcome::Open);
+                    format!("not proved safe: {why}")
+                }
+            }
+        };
+        line.text = format!("{}; {said}", line.text);
+    }
     let is_refuted = line.outcome == Outcome::Refuted;
     if let Some(form) = form(net, facts, logic, options.busy) {
         line.text = format!("{}; {form}", line.text);
@@ -387,6 +424,38 @@ fn equations(
             map: Vec::new(),
         });
     }
+}
+
+/// What a line says of codes and don't-cares; nothing where each step has its flip-flop and each function is what it is everywhere.
+fn codes_and_dont_cares(
+    coded: &coding::Coded,
+    emitted: &Logic,
+    options: &EmitOptions,
+) -> Option<String> {
+    let mut parts = Vec::new();
+    if coded.n_coded > 0 {
+        parts.push(format!(
+            "{} flip-flops, {} {} coded {}",
+            coded.logic.flops.len(),
+            coded.n_coded,
+            if coded.n_coded == 1 { "step" } else { "steps" },
+            match coded.encoding {
+                Encoding::OneHot => "one-hot",
+                Encoding::ZeroHot => "zero-hot",
+                Encoding::Compact => "compactly",
+            }
+        ));
+    }
+    if options.dont_cares {
+        let open = match (emitted.unreachable.is_empty(), emitted.never.is_empty()) {
+            (false, true) => Some("situations that are not reached"),
+            (true, false) => Some("broken assumptions"),
+            (false, false) => Some("situations that are not reached and broken assumptions"),
+            (true, true) => None,
+        };
+        parts.extend(open.map(|open| format!("don't-cares: {open}")));
+    }
+    (!parts.is_empty()).then(|| parts.join("; "))
 }
 
 /// How a circuit evolves until it is stable, and why so; nothing for a chart that makes one micro-step a reaction.

@@ -35,6 +35,21 @@ pub struct Logic {
     pub wires: Vec<Wire>,
     /// Constraints on the inputs that the environment guarantees: each node is never true. Don't-cares for the minimiser.
     pub never: Vec<NodeId>,
+    /// Constraints on the flip-flops: each node is never true in a state that is reached from power-up. Don't-cares too, of the circuit itself.
+    pub unreachable: Vec<NodeId>,
+    /// Bits of the net's state that no flip-flop holds by itself, as functions of the flip-flops: steps that share a code.
+    pub decoded: Vec<Decoded>,
+}
+
+/// A bit of state as a function of the flip-flops.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Decoded {
+    /// Its name in the source.
+    pub name: String,
+    /// The bit; never inverted.
+    pub holds: FlopBit,
+    /// The function.
+    pub node: NodeId,
 }
 
 /// An input bit.

@@ -315,11 +315,13 @@ pub fn map_operands(node: &Node, map: impl Fn(NodeId) -> NodeId) -> Node {
     }
 }
 
-/// The functions that a circuit must give: the D functions, the outputs and the constraints.
+/// The functions that a circuit must give: the D functions, the outputs, the constraints and the bits that it is observed by.
 pub fn roots(logic: &Logic) -> impl Iterator<Item = NodeId> + '_ {
     let flops = logic.flops.values().map(|flop| flop.next);
     let outputs = logic.outputs.values().map(|output| output.value);
-    flops.chain(outputs).chain(logic.never.iter().copied())
+    let decoded = logic.decoded.iter().map(|bit| bit.node);
+    let constraints = logic.never.iter().chain(&logic.unreachable).copied();
+    flops.chain(outputs).chain(constraints).chain(decoded)
 }
 
 /// Which nodes some root needs.
@@ -360,8 +362,11 @@ pub fn prune(mut logic: Logic) -> Logic {
     for (_, output) in logic.outputs.iter_mut() {
         output.value = image(&moved, output.value);
     }
-    for never in &mut logic.never {
+    for never in logic.never.iter_mut().chain(&mut logic.unreachable) {
         *never = image(&moved, *never);
+    }
+    for bit in &mut logic.decoded {
+        bit.node = image(&moved, bit.node);
     }
     logic.wires.retain_mut(|wire| match moved[wire.node] {
         Some(new) => {

@@ -1,8 +1,11 @@
 //! A circuit run as the net it was made from: rows in, rows out.
 
+use crate::build::needed;
 use crate::sim::LogicSim;
 use grafsynth_ir::arena::IdMap;
-use grafsynth_ir::logic::{FlopBit, FlopId, Logic, PinInputId, PinOutputId, PinRole, shown_by};
+use grafsynth_ir::logic::{
+    FlopBit, FlopId, Logic, Node, PinInputId, PinOutputId, PinRole, shown_by,
+};
 use grafsynth_ir::net::{Evolution, InputId, Net, Output, OutputId, Step, StepId, VarId};
 use grafsynth_ir::program::Origin;
 use std::collections::BTreeMap;
@@ -63,6 +66,8 @@ pub struct ChipSim<'a, S = LogicSim<'a>> {
     holders: BTreeMap<(Origin, u32), Vec<Holder>>,
     /// The bits that are all set while a step is active.
     shown: IdMap<Step, Vec<Origin>>,
+    /// Bits that functions of the flip-flops give, as they are after the last clock.
+    decoded: BTreeMap<(Origin, u32), u64>,
     sampled: IdMap<Output, Option<i64>>,
 }
 
@@ -164,8 +169,12 @@ impl<'a, S: Parts> ChipSim<'a, S> {
             faults,
             busy,
             patience: most_clocks(net),
-            shown: shown_by(net, |origin| holders.contains_key(&(origin, 0))),
+            shown: shown_by(net, |origin| {
+                holders.contains_key(&(origin, 0))
+                    || logic.decoded.iter().any(|bit| bit.holds.origin == origin)
+            }),
             holders,
+            decoded: BTreeMap::new(),
             sampled,
         };
         chip.reset();
@@ -246,8 +255,36 @@ impl<'a, S: Parts> ChipSim<'a, S> {
         }
     }
 
+    /// The bits that functions of the flip-flops give. A node names only earlier nodes, and these functions read no input.
+    fn decode(&mut self) {
+        let logic = self.logic;
+        if logic.decoded.is_empty() {
+            return;
+        }
+        let wanted = needed(logic, logic.decoded.iter().map(|bit| bit.node));
+        let mut values: IdMap<Node, bool> = IdMap::filled(&logic.nodes, false);
+        for (id, node) in logic.nodes.iter().filter(|(id, _)| wanted[*id]) {
+            values[id] = match node {
+                Node::Const(value) => *value,
+                Node::Input(_) => false,
+                Node::Flop(flop) => self.sim.flop(*flop) & 1 == 1,
+                Node::Not(a) => !values[*a],
+                Node::And(all) => all.iter().all(|a| values[*a]),
+                Node::Or(all) => all.iter().any(|a| values[*a]),
+                Node::Xor(a, b) => values[*a] != values[*b],
+                Node::Mux(a, b, c) => values[if values[*a] { *b } else { *c }],
+            };
+        }
+        self.decoded.clear();
+        for bit in &logic.decoded {
+            let code = self.decoded.entry((bit.holds.origin, bit.holds.element)).or_insert(0);
+            *code |= u64::from(values[bit.node]) << bit.holds.bit.min(63);
+        }
+    }
+
     fn sample(&mut self, mealy: bool) {
         let logic = self.logic;
+        self.decode();
         for (&output, pins) in &self.outputs {
             let mut code: u64 = 0;
             let mut is_own = true;
@@ -294,8 +331,9 @@ impl<'a, S: Parts> ChipSim<'a, S> {
     /// The code in the flip-flops of something the net keeps.
     #[must_use]
     pub fn code(&self, origin: Origin, element: u32) -> Option<u64> {
-        let holders = self.holders.get(&(origin, element))?;
-        Some(holders.iter().fold(0, |code, &Holder { flop, bit, inverted }| {
+        let decoded = self.decoded.get(&(origin, element)).copied();
+        let Some(holders) = self.holders.get(&(origin, element)) else { return decoded };
+        Some(holders.iter().fold(decoded.unwrap_or(0), |code, &Holder { flop, bit, inverted }| {
             let value = (self.sim.flop(flop) & 1 == 1) != inverted;
             code | u64::from(value) << bit.min(63)
         }))

@@ -18,6 +18,7 @@ pub mod cover;
 pub mod encode;
 pub mod minimise;
 pub mod receptivity;
+pub mod recode;
 pub mod sim;
 pub mod split;
 pub mod support;

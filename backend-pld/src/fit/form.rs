@@ -2,7 +2,7 @@
 
 use crate::device::{Device, Polarity, PowerUp};
 use grafsynth_ir::logic::{Logic, NodeId};
-use grafsynth_logic::minimise::{Budget, Product, Refused, sum_of_products};
+use grafsynth_logic::minimise::{Budget, Product, Refused, sum_between};
 use grafsynth_logic::split::NarrowSum;
 
 /// A sum in the polarity it is printed in.
@@ -64,7 +64,10 @@ impl FormChoice<'_> {
     }
 
     fn sum(&self, node: NodeId, is_complemented: bool) -> Result<Vec<Product>, Refused> {
-        sum_of_products(self.logic, node, is_complemented, self.dont_cares, self.budget)
+        let all = self.logic.never.iter().chain(&self.logic.unreachable);
+        let dont_cares: Vec<NodeId> = all.copied().filter(|_| self.dont_cares).collect();
+        sum_between(self.logic, node, is_complemented, &dont_cares, self.budget)
+            .map(|(products, _)| products)
     }
 
     /// The function of a flip-flop that wakes with this value.

@@ -5,6 +5,7 @@ use crate::exit::Exit;
 use crate::files;
 use crate::load::{Session, Stop};
 use grafsynth_backend_c::Style;
+use grafsynth_driver::coding::{Encoding, EncodingChoice};
 use grafsynth_driver::pipeline::{
     self, BuildOptions, Built, BusyMode, MapEntry, Reset, ResetStyle,
 };
@@ -72,6 +73,14 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
             Busy::Always => BusyMode::Always,
         },
         synchronise: arguments.synchronise,
+        encoding: match arguments.encoding.as_str() {
+            "one-hot" => EncodingChoice::This(Encoding::OneHot),
+            "zero-hot" => EncodingChoice::This(Encoding::ZeroHot),
+            "compact" => EncodingChoice::This(Encoding::Compact),
+            _ => EncodingChoice::Auto,
+        },
+        dont_cares: !arguments.no_dc,
+        safe: arguments.safe,
         reset: arguments.reset.as_ref().map(|name| Reset {
             name: name.clone(),
             style: match arguments.reset_style.as_str() {

@@ -109,6 +109,22 @@ pub fn proved_sum_of_products(
     dont_cares: bool,
     budget: Budget,
 ) -> Result<(Vec<Product>, Minimum), Refused> {
+    let dont_cares: &[NodeId] = if dont_cares { &logic.never } else { &[] };
+    sum_between(logic, node, negated, dont_cares, budget)
+}
+
+/// As [`proved_sum_of_products`]; the result may differ from the node wherever one of these don't-cares is true. Of a don't-care over other signals too
+/// that part counts which is true whatever those are.
+///
+/// # Errors
+/// When the budget does not suffice.
+pub fn sum_between(
+    logic: &Logic,
+    node: NodeId,
+    negated: bool,
+    dont_cares: &[NodeId],
+    budget: Budget,
+) -> Result<(Vec<Product>, Minimum), Refused> {
     // Variables in the order of the circuit, flip-flops first: products come out as people write them.
     let vars = vars_of(logic, node);
     sum_of_products_over(logic, node, &vars, negated, dont_cares, budget)
@@ -145,7 +161,7 @@ fn sum_of_products_over(
     node: NodeId,
     vars: &[Var],
     negated: bool,
-    dont_cares: bool,
+    dont_cares: &[NodeId],
     budget: Budget,
 ) -> Result<(Vec<Product>, Minimum), Refused> {
     let mut bdd = Bdd::with_limit(budget.nodes);
@@ -156,17 +172,16 @@ fn sum_of_products_over(
     let value = functions.build(&mut bdd, logic, node)?;
     let on = if negated { bdd.not(value)? } else { value };
     let (mut lower, mut upper) = (on, on);
-    if dont_cares {
-        for &never in &logic.never {
-            // A constraint over other signals cannot make this function smaller.
-            let never_node = functions.build(&mut bdd, logic, never)?;
-            if bdd.support(never_node).iter().all(|&level| (level as usize) < vars.len()) {
-                lower = bdd.and_not(lower, never_node)?;
-                upper = bdd.or(upper, never_node)?;
-            }
+    let n_vars = u32::try_from(vars.len()).unwrap_or(u32::MAX);
+    for &never in dont_cares {
+        // Don't-cares save products; they are no reason to refuse a function.
+        let Ok(open) = part_over(&mut bdd, &mut functions, logic, never, n_vars) else { continue };
+        if open != Ref::FALSE {
+            lower = bdd.and_not(lower, open)?;
+            upper = bdd.or(upper, open)?;
         }
     }
-    let (cover, minimum) = minimise(&mut bdd, lower, upper, functions.vars().len(), budget)?;
+    let (cover, minimum) = minimise(&mut bdd, lower, upper, vars.len(), budget)?;
     let vars = functions.vars();
     let products = cover
         .cubes
@@ -174,6 +189,24 @@ fn sum_of_products_over(
         .map(|cube| cube.literals().map(|(level, value)| (vars[level], value)).collect())
         .collect();
     Ok((products, minimum))
+}
+
+/// Where a node is true whatever the variables from level `n_vars` on are.
+fn part_over(
+    bdd: &mut Bdd,
+    functions: &mut Functions,
+    logic: &Logic,
+    node: NodeId,
+    n_vars: u32,
+) -> Result<Ref, crate::bdd::Full> {
+    let value = functions.build(bdd, logic, node)?;
+    let others: Vec<u32> =
+        bdd.support(value).into_iter().filter(|level| *level >= n_vars).collect();
+    if others.is_empty() {
+        return Ok(value);
+    }
+    let others = bdd.cube(others)?;
+    bdd.forall(value, others)
 }
 
 /// A small sum of products between `lower` and `upper` over levels `0..n_vars`, and what is known of the least one.

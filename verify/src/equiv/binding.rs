@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use grafsynth_ir::logic::{FlopId, Logic, PinInputId, PinOutputId, PinRole, shown_by};
+use grafsynth_ir::logic::{FlopId, Logic, NodeId, PinInputId, PinOutputId, PinRole, shown_by};
 use grafsynth_ir::net::{Driver, InputId, InputKind, Net, OutputId, StepId, VarId};
 use grafsynth_ir::program::Origin;
 use grafsynth_sim::{Effect, InputRow, Row};
@@ -27,8 +27,10 @@ pub(crate) enum Shown {
     Pin { pin: PinOutputId, mealy: bool },
     /// A flip-flop, which may hold the complement.
     Flop { flop: FlopId, inverted: bool },
-    /// All the flip-flops of a step in [`Binding::active`].
+    /// All the bits of a step in [`Binding::active`].
     Active(StepId),
+    /// A function of the flip-flops: a bit of a step that shares a code with others.
+    Function { node: NodeId },
 }
 
 /// One bit to compare.
@@ -46,8 +48,8 @@ pub(crate) struct Binding {
     pub(crate) ticks: Vec<PinInputId>,
     pub(crate) busy: Option<PinOutputId>,
     pub(crate) compared: Vec<Compared>,
-    /// The flip-flops that are all set while a step is active, each with whether it holds the complement; for steps that have more than one, or share it.
-    pub(crate) active: BTreeMap<StepId, Vec<(FlopId, bool)>>,
+    /// The bits that are all set while a step is active, for steps that have more than one, or share it.
+    pub(crate) active: BTreeMap<StepId, Vec<Shown>>,
     /// The place of each variable's first element in [`Row::vars`].
     var_places: Vec<usize>,
 }
@@ -121,12 +123,15 @@ impl Binding {
                 ));
             }
         }
-        let mut bits: BTreeMap<Origin, (FlopId, bool)> = BTreeMap::new();
-        for (flop, data) in logic.flops.iter() {
-            if let Some(holds) = data.holds {
-                bits.insert(holds.origin, (flop, holds.inverted));
-            }
-        }
+        let held = logic.flops.iter().filter_map(|(flop, data)| {
+            let holds = data.holds?;
+            Some((holds, Shown::Flop { flop, inverted: holds.inverted }))
+        });
+        let decoded =
+            logic.decoded.iter().map(|bit| (bit.holds, Shown::Function { node: bit.node }));
+        let all: Vec<_> = held.chain(decoded).collect();
+        let bits: BTreeMap<Origin, Shown> =
+            all.iter().map(|(holds, shown)| (holds.origin, *shown)).collect();
         for (step, origins) in shown_by(net, |origin| bits.contains_key(&origin)).iter() {
             if origins.is_empty() || origins == &[Origin::Step(step)] {
                 continue;
@@ -135,9 +140,7 @@ impl Binding {
             let shown = Shown::Active(step);
             binding.compared.push(Compared { what: What::Step(step), bit: 0, shown });
         }
-        for (flop, data) in logic.flops.iter() {
-            let Some(holds) = data.holds else { continue };
-            let shown = Shown::Flop { flop, inverted: holds.inverted };
+        for (holds, shown) in all {
             let what = match holds.origin {
                 Origin::Step(step) if net.steps.get(step).is_some() => What::Step(step),
                 Origin::Var(var)
@@ -252,7 +255,7 @@ impl Binding {
                 None => net.vars[var].name.text.clone(),
             },
             What::Fault => match compared.shown {
-                Shown::Pin { .. } => "fault".to_owned(),
+                Shown::Pin { .. } | Shown::Function { .. } => "fault".to_owned(),
                 Shown::Flop { flop, .. } => logic.flops[flop].name.clone(),
                 Shown::Active(step) => net.steps[step].name.text.clone(),
             },

@@ -138,12 +138,22 @@ impl<'a> Lanes<'a> {
                     self.sim.flop(flop) ^ if inverted { !0 } else { 0 }
                 }
                 Shown::Active(step) if !want_mealy => {
-                    let flops = self.binding.active.get(&step).map_or(&[][..], Vec::as_slice);
-                    flops.iter().fold(!0, |all, (flop, inverted)| {
-                        all & (self.sim.flop(*flop) ^ if *inverted { !0 } else { 0 })
+                    let bits = self.binding.active.get(&step).map_or(&[][..], Vec::as_slice);
+                    bits.iter().fold(!0, |all, bit| {
+                        all & match *bit {
+                            Shown::Flop { flop, inverted } => {
+                                self.sim.flop(flop) ^ if inverted { !0 } else { 0 }
+                            }
+                            Shown::Function { node } => self.sim.node(node),
+                            Shown::Pin { .. } | Shown::Active(_) => 0,
+                        }
                     })
                 }
-                Shown::Pin { .. } | Shown::Flop { .. } | Shown::Active(_) => continue,
+                Shown::Function { node } if !want_mealy => self.sim.node(node),
+                Shown::Pin { .. }
+                | Shown::Flop { .. }
+                | Shown::Function { .. }
+                | Shown::Active(_) => continue,
             };
             self.bits[at] = word;
         }

@@ -1,0 +1,850 @@
+//! Other codes for steps that exclude each other: from a flip-flop for each to fewer.
+//!
+//! ```text
+//! one-hot    p1 p2 p3 p4    a flip-flop for each step
+//! zero-hot      p2 p3 p4    the first step is active when none of the others is
+//! compact       c1 c0       steps are numbers: 00 01 11 10
+//! ```
+//! A group is a set of steps of which at most one is active in every reachable situation (a sequential component that the verifier has proved). What
+//! read the flip-flop of a step reads a function of the new ones; what a new flip-flop takes is the sum of what the steps take that have a 1 there.
+//! A step without a flip-flop of its own is listed in [`Logic::decoded`], so that a proof and a trace see it; codes that no step has are listed in
+//! [`Logic::unreachable`], and so are situations that contradict a group: a minimiser may do with them what it likes.
+//!
+//! Which step gets which number decides how wide the sums are. Steps that follow each other, or are together in a function, should have codes that differ
+//! in few bits, so the first assignment is an embedding that weighs these pairs, made better by exchanging codes; then exchanges are judged by the sums
+//! themselves, as the minimiser finds them without looking for proofs. The search is a fixed number of such judgements, so it ends and repeats.
+
+use crate::bdd::{Bdd, Ref};
+use crate::build::{Builder, map_operands, needed, prune};
+use crate::minimise::{Budget, sum_between};
+use crate::support::Functions;
+use grafsynth_ir::logic::{Decoded, Flop, FlopBit, FlopId, Logic, Node, NodeId};
+use grafsynth_ir::net::Meta;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Steps of which at most one is active.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Group {
+    /// What its bits are named after.
+    pub name: String,
+    /// The flip-flops of the steps.
+    pub steps: Vec<FlopId>,
+    /// One of them is always active.
+    pub is_always: bool,
+}
+
+/// How groups are coded.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+pub enum Encoding {
+    /// A flip-flop for each step.
+    #[default]
+    OneHot,
+    /// The step that is active first has none: it is active when no other is. Groups that may be empty stay as they are.
+    ZeroHot,
+    /// As few flip-flops as the number of steps can be counted with.
+    Compact,
+}
+
+/// How many assignments of codes are judged by their sums, for a circuit of ordinary size.
+pub const TRIES: usize = 60;
+
+/// A circuit in which these groups are coded so. Groups must be disjoint; a step that two of them have keeps its flip-flop.
+///
+/// What the circuit knew of unreachable situations is kept, in the new code; contradictions to the groups are added.
+#[must_use]
+pub fn recode(logic: &Logic, groups: &[Group], encoding: Encoding, tries: usize) -> Logic {
+    let mut logic = logic.clone();
+    exclude(&mut logic, groups);
+    let plans: Vec<Plan> = match encoding {
+        Encoding::OneHot => Vec::new(),
+        Encoding::ZeroHot => groups.iter().filter_map(|group| zero_hot(&logic, group)).collect(),
+        Encoding::Compact => groups.iter().filter_map(|group| compact(&logic, group)).collect(),
+    };
+    let plans = disjoint(plans);
+    if plans.is_empty() {
+        return logic;
+    }
+    let plans = if encoding == Encoding::Compact { better(&logic, plans, tries) } else { plans };
+    apply(&logic, &plans)
+}
+
+/// The code of one group.
+#[derive(Debug, Clone)]
+struct Plan {
+    name: String,
+    members: Vec<FlopId>,
+    /// The code of each member; bit k belongs to flip-flop k.
+    codes: Vec<u64>,
+    /// The code while no member is active, for a group that may be empty.
+    idle: Option<u64>,
+    n_bits: u32,
+    /// The flip-flop of bit k is that of this member, which it alone has.
+    keeps: Vec<Option<FlopId>>,
+}
+
+impl Plan {
+    fn is_used(&self, code: u64) -> bool {
+        self.codes.contains(&code) || self.idle == Some(code)
+    }
+}
+
+fn zero_hot(logic: &Logic, group: &Group) -> Option<Plan> {
+    let first = group.steps.iter().position(|&step| logic.flops[step].init)?;
+    if !group.is_always || group.steps.len() < 2 || group.steps.len() > 64 {
+        return None;
+    }
+    let mut codes = Vec::new();
+    let mut keeps = Vec::new();
+    for (at, &step) in group.steps.iter().enumerate() {
+        if at == first {
+            codes.push(0);
+        } else {
+            codes.push(1 << keeps.len());
+            keeps.push(Some(step));
+        }
+    }
+    let n_bits = u32::try_from(keeps.len()).ok()?;
+    Some(Plan {
+        name: group.name.clone(),
+        members: group.steps.clone(),
+        codes,
+        idle: None,
+        n_bits,
+        keeps,
+    })
+}
+
+/// Groups of more steps than this stay as they are: their unused codes could not be listed.
+const LARGEST: usize = 256;
+
+fn compact(logic: &Logic, group: &Group) -> Option<Plan> {
+    let n_codes = group.steps.len() + usize::from(!group.is_always);
+    let n_bits = n_codes.next_power_of_two().trailing_zeros();
+    if group.steps.len() > LARGEST || (n_bits as usize) >= group.steps.len() {
+        return None;
+    }
+    let starts_idle = !group.steps.iter().any(|&step| logic.flops[step].init);
+    if starts_idle && group.is_always {
+        return None;
+    }
+    // The steps in order along a Gray code, which is right for a ring of a power of two; `better` goes on from there.
+    let gray = |at: usize| (at ^ (at >> 1)) as u64;
+    let shift = usize::from(!group.is_always);
+    Some(Plan {
+        name: group.name.clone(),
+        members: group.steps.clone(),
+        codes: (0..group.steps.len()).map(|at| gray(at + shift)).collect(),
+        idle: (!group.is_always).then_some(0),
+        n_bits,
+        keeps: vec![None; n_bits as usize],
+    })
+}
+
+fn disjoint(plans: Vec<Plan>) -> Vec<Plan> {
+    let mut seen = BTreeSet::new();
+    plans
+        .into_iter()
+        .filter(|plan| {
+            let is_free = plan.members.iter().all(|member| !seen.contains(member));
+            if is_free {
+                seen.extend(plan.members.iter().copied());
+            }
+            is_free
+        })
+        .collect()
+}
+
+/// Situations in which two steps of a group are active, or none of one that never is empty.
+fn exclude(logic: &mut Logic, groups: &[Group]) {
+    let mut builder = Builder::resume(std::mem::take(logic));
+    let mut unreachable = Vec::new();
+    for group in groups.iter().filter(|group| group.steps.len() <= 64) {
+        let values: Vec<NodeId> = group.steps.iter().map(|&step| builder.flop(step)).collect();
+        for (at, &a) in values.iter().enumerate() {
+            for &b in &values[at + 1..] {
+                unreachable.push(builder.and([a, b]));
+            }
+        }
+        if group.is_always {
+            let any = builder.or(values);
+            unreachable.push(builder.not(any));
+        }
+    }
+    *logic = builder.logic;
+    logic.unreachable.extend(unreachable);
+}
+
+/// The circuit with these codes.
+fn apply(logic: &Logic, plans: &[Plan]) -> Logic {
+    let mut builder = Builder::default();
+    builder.logic.name = logic.name.clone();
+    builder.logic.inputs = logic.inputs.clone();
+    let mut plan_of: BTreeMap<FlopId, (usize, usize)> = BTreeMap::new();
+    for (plan, data) in plans.iter().enumerate() {
+        for (member, &flop) in data.members.iter().enumerate() {
+            plan_of.insert(flop, (plan, member));
+        }
+    }
+    // Flip-flops in the order of the circuit, the bits of a group where its first step was.
+    let mut bits: Vec<Vec<FlopId>> = vec![Vec::new(); plans.len()];
+    let mut kept: BTreeMap<FlopId, FlopId> = BTreeMap::new();
+    let nothing = builder.constant(false);
+    for (id, flop) in logic.flops.iter() {
+        match plan_of.get(&id) {
+            None => {
+                kept.insert(id, builder.logic.flops.push(Flop { next: nothing, ..flop.clone() }));
+            }
+            Some(&(plan, _)) if bits[plan].is_empty() => {
+                let data = &plans[plan];
+                let start = data
+                    .members
+                    .iter()
+                    .position(|&member| logic.flops[member].init)
+                    .map_or(data.idle.unwrap_or(0), |at| data.codes[at]);
+                for bit in 0..data.n_bits {
+                    let init = start >> bit & 1 == 1;
+                    let flop = match data.keeps[bit as usize] {
+                        Some(own) => Flop { next: nothing, ..logic.flops[own].clone() },
+                        None => Flop {
+                            name: format!("{}_c{bit}", data.name),
+                            init,
+                            next: nothing,
+                            holds: None,
+                            meta: Meta {
+                                label: format!("bit {bit} of the code of {}", data.name),
+                                ..logic.flops[data.members[0]].meta.clone()
+                            },
+                        },
+                    };
+                    bits[plan].push(builder.logic.flops.push(flop));
+                }
+            }
+            Some(_) => {}
+        }
+    }
+    // What stands for a step, and what for a code that none has.
+    let minterm = |builder: &mut Builder, bits: &[FlopId], code: u64| {
+        let literals: Vec<NodeId> = bits
+            .iter()
+            .enumerate()
+            .map(|(bit, &flop)| {
+                let value = builder.flop(flop);
+                if code >> bit & 1 == 1 { value } else { builder.not(value) }
+            })
+            .collect();
+        builder.and(literals)
+    };
+    let mut active: BTreeMap<FlopId, NodeId> = BTreeMap::new();
+    for (plan, data) in plans.iter().enumerate() {
+        for (&member, &code) in data.members.iter().zip(&data.codes) {
+            let own = data.keeps.iter().position(|keeps| *keeps == Some(member));
+            let node = match own {
+                Some(bit) => builder.flop(bits[plan][bit]),
+                None => minterm(&mut builder, &bits[plan], code),
+            };
+            active.insert(member, node);
+            let flop = &logic.flops[member];
+            if let (None, Some(holds)) = (own, flop.holds) {
+                let node = if holds.inverted { builder.not(node) } else { node };
+                builder.logic.decoded.push(Decoded {
+                    name: flop.name.clone(),
+                    holds: FlopBit { inverted: false, ..holds },
+                    node,
+                });
+            }
+        }
+    }
+    let mut images: BTreeMap<NodeId, NodeId> = BTreeMap::new();
+    for (id, node) in logic.nodes.iter() {
+        let image = match node {
+            Node::Flop(flop) => match (kept.get(flop), active.get(flop)) {
+                (Some(&flop), _) => builder.flop(flop),
+                (None, Some(&node)) => node,
+                (None, None) => unreachable!("a flip-flop is kept or coded"),
+            },
+            Node::Const(value) => builder.constant(*value),
+            Node::Input(input) => builder.input(*input),
+            Node::Not(_) | Node::And(_) | Node::Or(_) | Node::Xor(..) | Node::Mux(..) => {
+                match map_operands(node, |operand| images[&operand]) {
+                    Node::Not(a) => builder.not(a),
+                    Node::And(all) => builder.and(all),
+                    Node::Or(all) => builder.or(all),
+                    Node::Xor(a, b) => builder.xor(a, b),
+                    Node::Mux(a, b, c) => builder.mux(a, b, c),
+                    Node::Const(_) | Node::Input(_) | Node::Flop(_) => {
+                        unreachable!("operands are replaced, kinds are not")
+                    }
+                }
+            }
+        };
+        images.insert(id, image);
+    }
+    for (id, flop) in logic.flops.iter() {
+        if let Some(&new) = kept.get(&id) {
+            builder.logic.flops[new].next = images[&flop.next];
+        }
+    }
+    for (plan, data) in plans.iter().enumerate() {
+        for bit in 0..data.n_bits {
+            let ones: Vec<NodeId> = (data.members.iter().zip(&data.codes))
+                .filter(|(_, code)| *code >> bit & 1 == 1)
+                .map(|(member, _)| images[&logic.flops[*member].next])
+                .collect();
+            // No member may take the idle code's ones: it has none.
+            let next = builder.or(ones);
+            builder.logic.flops[bits[plan][bit as usize]].next = next;
+        }
+        // The codes of steps with flip-flops of their own exclude each other pair by pair already.
+        if data.keeps.iter().all(Option::is_none) {
+            for code in (0..1_u64 << data.n_bits).filter(|code| !data.is_used(*code)) {
+                let node = minterm(&mut builder, &bits[plan], code);
+                builder.logic.unreachable.push(node);
+            }
+        }
+    }
+    for (_, output) in logic.outputs.iter() {
+        let mut output = output.clone();
+        output.value = images[&output.value];
+        builder.logic.outputs.push(output);
+    }
+    for wire in &logic.wires {
+        let mut wire = wire.clone();
+        wire.node = images[&wire.node];
+        builder.logic.wires.push(wire);
+    }
+    builder.logic.never = logic.never.iter().map(|node| images[node]).collect();
+    for bit in &logic.decoded {
+        builder.logic.decoded.push(Decoded { node: images[&bit.node], ..bit.clone() });
+    }
+    for node in &logic.unreachable {
+        let image = images[node];
+        if builder.as_constant(image) != Some(false) {
+            builder.logic.unreachable.push(image);
+        }
+    }
+    builder.logic.unreachable.sort_unstable();
+    builder.logic.unreachable.dedup();
+    prune(builder.logic)
+}
+
+/// Codes found by a search, first for near codes of near steps, then for short sums.
+fn better(logic: &Logic, mut plans: Vec<Plan>, tries: usize) -> Vec<Plan> {
+    for plan in &mut plans {
+        embed(logic, plan);
+    }
+    let tries = if logic.nodes.len() > 4_000 { 0 } else { tries };
+    let mut best = (tries > 0).then(|| cost(&apply(logic, &plans)));
+    let mut state = 0x9E37_79B9_7F4A_7C15_u64;
+    let mut next = |below: usize| {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        (state % below.max(1) as u64) as usize
+    };
+    for _ in 1..tries {
+        let at = next(plans.len());
+        let plan = &plans[at];
+        let mut changed = plan.clone();
+        // Two members exchange their codes, or one takes a code that nobody has.
+        let (a, b) = (next(plan.members.len()), next(1 << plan.n_bits) as u64);
+        if changed.idle == Some(b) || changed.codes[a] == b {
+            continue;
+        }
+        let before = changed.codes[a];
+        if let Some(other) = changed.codes.iter().position(|code| *code == b) {
+            changed.codes[other] = before;
+        }
+        changed.codes[a] = b;
+        let kept = std::mem::replace(&mut plans[at], changed);
+        let now = Some(cost(&apply(logic, &plans)));
+        if now <= best {
+            best = now;
+        } else {
+            plans[at] = kept;
+        }
+    }
+    plans
+}
+
+/// What the sums of a circuit cost: those too wide to have one, the widest, all products, literals.
+fn cost(logic: &Logic) -> (usize, usize, usize, usize) {
+    let budget = Budget { products: 64, nodes: 1 << 14, exact: None };
+    let dont_cares: Vec<NodeId> = logic.never.iter().chain(&logic.unreachable).copied().collect();
+    let mut total = (0, 0, 0, 0);
+    let flops = logic.flops.values().map(|flop| (flop.next, Some(flop.init)));
+    let outputs = logic.outputs.values().map(|output| (output.value, output.registered));
+    for (node, _) in flops.chain(outputs) {
+        let sums = [false, true].map(|negated| {
+            sum_between(logic, node, negated, &dont_cares, budget)
+                .ok()
+                .map(|(sum, _)| (sum.len(), sum.iter().map(Vec::len).sum::<usize>()))
+        });
+        match sums.into_iter().flatten().min() {
+            Some((products, literals)) => {
+                total.1 = total.1.max(products);
+                total.2 += products;
+                total.3 += literals;
+            }
+            None => total.0 += 1,
+        }
+    }
+    total
+}
+
+/// Gives steps that are near each other codes that are near each other: how often two are together in a function is their weight.
+fn embed(logic: &Logic, plan: &mut Plan) {
+    let place: BTreeMap<FlopId, usize> =
+        plan.members.iter().enumerate().map(|(at, flop)| (*flop, at)).collect();
+    let n = plan.members.len();
+    let mut weight = vec![vec![0_u64; n]; n];
+    let mut together = |nodes: &[NodeId], own: Option<usize>| {
+        let cone = needed(logic, nodes.iter().copied());
+        let read: Vec<usize> = cone
+            .iter()
+            .filter(|(_, needed)| **needed)
+            .filter_map(|(id, _)| match logic.nodes[id] {
+                Node::Flop(flop) => place.get(&flop).copied(),
+                Node::Const(_)
+                | Node::Input(_)
+                | Node::Not(_)
+                | Node::And(_)
+                | Node::Or(_)
+                | Node::Xor(..)
+                | Node::Mux(..) => None,
+            })
+            .collect();
+        if read.len() > 8 {
+            return;
+        }
+        for (at, &a) in read.iter().enumerate() {
+            for &b in read[at + 1..].iter().chain(&own) {
+                if a != b {
+                    // A step and the one that it is entered from weigh more than two that are only read together.
+                    let more = if own == Some(a) || own == Some(b) { 3 } else { 1 };
+                    weight[a][b] += more;
+                    weight[b][a] += more;
+                }
+            }
+        }
+    };
+    for (at, member) in plan.members.iter().enumerate() {
+        together(&[logic.flops[*member].next], Some(at));
+    }
+    for output in logic.outputs.values() {
+        together(&[output.value], None);
+    }
+    let distance = |codes: &[u64], a: usize, at: u64| -> u64 {
+        (0..n)
+            .filter(|&b| b != a)
+            .map(|b| weight[a][b] * u64::from((codes[b] ^ at).count_ones()))
+            .sum()
+    };
+    for _ in 0..n.min(40) {
+        let mut is_better = false;
+        for a in 0..n {
+            for code in 0..1_u64 << plan.n_bits {
+                if plan.codes[a] == code || plan.idle == Some(code) {
+                    continue;
+                }
+                let other = plan.codes.iter().position(|known| *known == code);
+                let mut codes = plan.codes.clone();
+                codes[a] = code;
+                if let Some(other) = other {
+                    codes[other] = plan.codes[a];
+                }
+                let of = |codes: &[u64]| {
+                    distance(codes, a, codes[a])
+                        + other.map_or(0, |other| distance(codes, other, codes[other]))
+                };
+                if of(&codes) < of(&plan.codes) {
+                    plan.codes = codes;
+                    is_better = true;
+                }
+            }
+        }
+        if !is_better {
+            break;
+        }
+    }
+}
+
+/// All steps together as one number: a code for each reachable situation, where all of them are known. For a chart with hierarchy this takes fewer bits
+/// than a code for each group. `name` is what the bits are named after; none where that saves nothing over the flip-flops of the steps.
+///
+/// A bit's D function is the sum over the situations that have it of "the steps take just this situation".
+#[must_use]
+pub fn flatten(
+    logic: &Logic,
+    name: &str,
+    steps: &[FlopId],
+    situations: &[Vec<bool>],
+    tries: usize,
+) -> Option<Logic> {
+    let n_bits = situations.len().next_power_of_two().trailing_zeros();
+    if situations.is_empty() || situations.len() > LARGEST || n_bits as usize >= steps.len() {
+        return None;
+    }
+    // First a circuit with a flip-flop for each situation; a group of those is then coded as any other.
+    let mut builder = Builder::default();
+    builder.logic.name = logic.name.clone();
+    builder.logic.inputs = logic.inputs.clone();
+    let nothing = builder.constant(false);
+    let place: BTreeMap<FlopId, usize> =
+        steps.iter().enumerate().map(|(at, step)| (*step, at)).collect();
+    let starts = |situation: &Vec<bool>| {
+        steps.iter().zip(situation).all(|(&step, &is_active)| logic.flops[step].init == is_active)
+    };
+    let mut of_situations = Vec::new();
+    let mut kept: BTreeMap<FlopId, FlopId> = BTreeMap::new();
+    for (id, flop) in logic.flops.iter() {
+        if !place.contains_key(&id) {
+            kept.insert(id, builder.logic.flops.push(Flop { next: nothing, ..flop.clone() }));
+        } else if of_situations.is_empty() {
+            for (at, situation) in situations.iter().enumerate() {
+                of_situations.push(builder.logic.flops.push(Flop {
+                    name: format!("{name}_{at}"),
+                    init: starts(situation),
+                    next: nothing,
+                    holds: None,
+                    meta: flop.meta.clone(),
+                }));
+            }
+        }
+    }
+    if of_situations.iter().filter(|&&flop| builder.logic.flops[flop].init).count() != 1 {
+        return None;
+    }
+    let mut active = Vec::new();
+    for at in 0..steps.len() {
+        let where_active: Vec<NodeId> = (of_situations.iter().zip(situations))
+            .filter(|(_, situation)| situation[at])
+            .map(|(&flop, _)| builder.flop(flop))
+            .collect();
+        active.push(builder.or(where_active));
+    }
+    let mut images: BTreeMap<NodeId, NodeId> = BTreeMap::new();
+    for (id, node) in logic.nodes.iter() {
+        let image = match map_operands(node, |operand| images[&operand]) {
+            Node::Flop(flop) => match (kept.get(&flop), place.get(&flop)) {
+                (Some(&flop), _) => builder.flop(flop),
+                (None, Some(&at)) => active[at],
+                (None, None) => unreachable!("a flip-flop is kept or a step's"),
+            },
+            Node::Const(value) => builder.constant(value),
+            Node::Input(input) => builder.input(input),
+            Node::Not(a) => builder.not(a),
+            Node::And(all) => builder.and(all),
+            Node::Or(all) => builder.or(all),
+            Node::Xor(a, b) => builder.xor(a, b),
+            Node::Mux(a, b, c) => builder.mux(a, b, c),
+        };
+        images.insert(id, image);
+    }
+    for (id, flop) in logic.flops.iter() {
+        if let Some(&new) = kept.get(&id) {
+            builder.logic.flops[new].next = images[&flop.next];
+        }
+    }
+    for (&flop, situation) in of_situations.iter().zip(situations) {
+        let literals: Vec<NodeId> = (steps.iter().zip(situation))
+            .map(|(&step, &is_active)| {
+                let next = images[&logic.flops[step].next];
+                if is_active { next } else { builder.not(next) }
+            })
+            .collect();
+        let next = builder.and(literals);
+        builder.logic.flops[flop].next = next;
+    }
+    for (at, &step) in steps.iter().enumerate() {
+        if let Some(holds) = logic.flops[step].holds {
+            builder.logic.decoded.push(Decoded {
+                name: logic.flops[step].name.clone(),
+                holds,
+                node: active[at],
+            });
+        }
+    }
+    for (_, output) in logic.outputs.iter() {
+        let mut output = output.clone();
+        output.value = images[&output.value];
+        builder.logic.outputs.push(output);
+    }
+    builder.logic.never = logic.never.iter().map(|node| images[node]).collect();
+    builder.logic.unreachable = logic.unreachable.iter().map(|node| images[node]).collect();
+    let group = Group { name: name.to_owned(), steps: of_situations, is_always: true };
+    let coded = recode(&builder.finish(), &[group], Encoding::Compact, tries);
+    // A single situation, or two, may have been left as they were.
+    (coded.flops.len() < logic.flops.len()).then_some(coded)
+}
+
+/// Adds what the reachable situations of the steps are, where all of them are known: each a value for each step.
+pub fn only(logic: &mut Logic, steps: &[FlopId], situations: &[Vec<bool>]) {
+    let mut builder = Builder::resume(std::mem::take(logic));
+    let mut products = Vec::new();
+    for situation in situations {
+        let literals: Vec<NodeId> = (steps.iter().zip(situation))
+            .map(|(&step, &is_active)| {
+                let value = builder.flop(step);
+                let is_inverted =
+                    builder.logic.flops[step].holds.is_some_and(|holds| holds.inverted);
+                if is_active != is_inverted { value } else { builder.not(value) }
+            })
+            .collect();
+        products.push(builder.and(literals));
+    }
+    let any = builder.or(products);
+    let none = builder.not(any);
+    *logic = builder.logic;
+    logic.unreachable.push(none);
+}
+
+/// The circuit with every unreachable state that it knows of led back to the one after power-up, in one clock.
+#[must_use]
+pub fn safe(logic: Logic) -> Logic {
+    let mut builder = Builder::resume(logic);
+    let illegal = builder.or(builder.logic.unreachable.clone());
+    let flops: Vec<FlopId> = builder.logic.flops.ids().collect();
+    for flop in flops {
+        let Flop { init, next, .. } = builder.logic.flops[flop];
+        let start = builder.constant(init);
+        builder.logic.flops[flop].next = builder.mux(illegal, start, next);
+    }
+    prune(builder.logic)
+}
+
+/// How many states there are, and how many of them are unreachable.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Codes {
+    /// Flip-flops that unreachable states are told by.
+    pub n_flops: usize,
+    /// Codes of these that are never reached.
+    pub illegal: u128,
+}
+
+/// Proves that a circuit that was read back leads each state that [`Logic::unreachable`] names to the one after power-up in one clock, whatever the
+/// inputs: over all codes, as decision diagrams.
+///
+/// # Errors
+/// A sentence that names a flip-flop that does not return, or says that the diagrams are too large.
+pub fn is_safe(logic: &Logic) -> Result<Codes, String> {
+    let mut bdd = Bdd::with_limit(1 << 22);
+    let mut functions = Functions::new();
+    for flop in logic.flops.ids() {
+        functions.flop_level(flop);
+    }
+    let full = |_| {
+        "the diagrams of the circuit are too large to prove that every illegal situation returns"
+            .to_owned()
+    };
+    let mut illegal = Ref::FALSE;
+    for &node in &logic.unreachable {
+        let node = functions.build(&mut bdd, logic, node).map_err(full)?;
+        illegal = bdd.or(illegal, node).map_err(full)?;
+    }
+    for flop in logic.flops.values() {
+        let next = functions.build(&mut bdd, logic, flop.next).map_err(full)?;
+        let wrong = if flop.init { bdd.not(next).map_err(full)? } else { next };
+        if bdd.and(illegal, wrong).map_err(full)? != Ref::FALSE {
+            return Err(format!("`{}` does not return from every illegal situation", flop.name));
+        }
+    }
+    let levels = bdd.support(illegal);
+    Ok(Codes { n_flops: levels.len(), illegal: bdd.sat_count(illegal, &levels) })
+}
+
+/// Gives a circuit that was read back what the written one knows of itself: decoded bits and unreachable states. The flip-flops of both are in one order.
+pub fn observe(written: &Logic, read_back: &mut Logic) {
+    let mut builder = Builder::resume(std::mem::take(read_back));
+    let wanted =
+        written.decoded.iter().map(|bit| bit.node).chain(written.unreachable.iter().copied());
+    let cone = needed(written, wanted);
+    let mut images: BTreeMap<NodeId, NodeId> = BTreeMap::new();
+    for (id, node) in written.nodes.iter().filter(|(id, _)| cone[*id]) {
+        let image = match map_operands(node, |operand| images[&operand]) {
+            Node::Const(value) => builder.constant(value),
+            Node::Input(input) => builder.input(input),
+            Node::Flop(flop) => builder.flop(flop),
+            Node::Not(a) => builder.not(a),
+            Node::And(all) => builder.and(all),
+            Node::Or(all) => builder.or(all),
+            Node::Xor(a, b) => builder.xor(a, b),
+            Node::Mux(a, b, c) => builder.mux(a, b, c),
+        };
+        images.insert(id, image);
+    }
+    *read_back = builder.logic;
+    read_back.decoded = written
+        .decoded
+        .iter()
+        .map(|bit| Decoded { node: images[&bit.node], ..bit.clone() })
+        .collect();
+    read_back.unreachable = written.unreachable.iter().map(|node| images[node]).collect();
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Encoding, Group, TRIES, is_safe, observe, recode, safe};
+    use crate::build::Builder;
+    use crate::minimise::{Budget, Minimum, sum_between};
+    use crate::sim::LogicSim;
+    use grafsynth_ir::arena::Id;
+    use grafsynth_ir::logic::{FlopBit, Logic, NodeId, PinOutput, PinRole};
+    use grafsynth_ir::program::Origin;
+
+    /// A ring of steps, each left by an input of its own, as the encoding makes it; each step but the first has an output.
+    fn ring(n: usize) -> (Logic, Group) {
+        let mut builder = Builder::default();
+        let steps: Vec<_> =
+            (0..n).map(|k| builder.flop_named(&format!("p{}", k + 1), k == 0)).collect();
+        let inputs: Vec<NodeId> =
+            (0..n).map(|k| builder.input_named(&format!("i{}", k + 1))).collect();
+        let fires: Vec<NodeId> = (0..n).map(|k| builder.and([steps[k].1, inputs[k]])).collect();
+        for k in 0..n {
+            let stays = builder.not(fires[k]);
+            let hold = builder.and([steps[k].1, stays]);
+            let flop = &mut builder.logic.flops[steps[k].0];
+            flop.holds = Some(FlopBit {
+                origin: Origin::Step(Id::from_index(k)),
+                element: 0,
+                bit: 0,
+                inverted: false,
+            });
+            let next = builder.or([fires[(k + n - 1) % n], hold]);
+            builder.logic.flops[steps[k].0].next = next;
+        }
+        for (k, step) in steps.iter().enumerate().skip(1) {
+            builder.logic.outputs.push(PinOutput {
+                name: format!("o{}", k + 1),
+                role: PinRole::Unknown,
+                value: step.1,
+                registered: None,
+                mealy: false,
+                meta: Default::default(),
+            });
+        }
+        let group = Group {
+            name: "truck".into(),
+            steps: steps.iter().map(|step| step.0).collect(),
+            is_always: true,
+        };
+        (builder.finish(), group)
+    }
+
+    /// The same pins and steps for a long random walk.
+    fn walks_alike(one_hot: &Logic, coded: &Logic) {
+        let (mut a, mut b) = (LogicSim::new(one_hot), LogicSim::new(coded));
+        let mut state = 0x1234_5678_9ABC_DEF1_u64;
+        for _ in 0..300 {
+            for pin in one_hot.inputs.ids() {
+                state ^= state << 13;
+                state ^= state >> 7;
+                state ^= state << 17;
+                a.set_input(pin, state);
+                b.set_input(pin, state);
+            }
+            for output in one_hot.outputs.ids() {
+                assert_eq!(a.output(output), b.output(output));
+            }
+            for (id, flop) in one_hot.flops.iter() {
+                let held = coded.flops.iter().find(|(_, other)| other.holds == flop.holds);
+                let seen = match held {
+                    Some((own, _)) => b.flop(own),
+                    None => {
+                        let bit = coded.decoded.iter().find(|bit| Some(bit.holds) == flop.holds);
+                        b.node(bit.expect("a step is held or decoded").node)
+                    }
+                };
+                assert_eq!(a.flop(id), seen, "{}", flop.name);
+            }
+            a.clock();
+            b.clock();
+        }
+    }
+
+    fn least(logic: &Logic, node: NodeId, negated: bool) -> usize {
+        let (sum, minimum) =
+            sum_between(logic, node, negated, &logic.unreachable, Budget::default()).unwrap();
+        assert_eq!(minimum, Minimum::Exact);
+        sum.len()
+    }
+
+    #[test]
+    fn the_truck_in_every_code() {
+        let (logic, group) = ring(4);
+        let one_hot = recode(&logic, std::slice::from_ref(&group), Encoding::OneHot, TRIES);
+        let forms: Vec<(usize, usize)> = one_hot
+            .flops
+            .values()
+            .map(|flop| (least(&one_hot, flop.next, false), least(&one_hot, flop.next, true)))
+            .collect();
+        // Two each as they are; the first one inverted, which a 22V10 needs, three.
+        assert!(forms.iter().all(|form| form.0 == 2), "{forms:?}");
+        assert_eq!(forms[0].1, 3);
+        let zero_hot = recode(&logic, std::slice::from_ref(&group), Encoding::ZeroHot, TRIES);
+        assert_eq!((zero_hot.flops.len(), zero_hot.decoded.len()), (3, 1));
+        assert!(zero_hot.flops.values().all(|flop| least(&zero_hot, flop.next, false) <= 2));
+        walks_alike(&logic, &zero_hot);
+        let compact = recode(&logic, std::slice::from_ref(&group), Encoding::Compact, TRIES);
+        assert_eq!((compact.flops.len(), compact.decoded.len()), (2, 4));
+        walks_alike(&logic, &compact);
+    }
+
+    /// Two rings that step together have as many situations as one of them, and need no more bits.
+    #[test]
+    fn situations_of_all_steps_are_one_number() {
+        let (one, _) = ring(4);
+        let mut builder = Builder::resume(one);
+        for k in 0..4 {
+            let twin = &builder.logic.flops[Id::from_index(k)];
+            let mut twin = twin.clone();
+            twin.name = format!("q{}", k + 1);
+            twin.holds = twin
+                .holds
+                .map(|holds| FlopBit { origin: Origin::Step(Id::from_index(k + 4)), ..holds });
+            builder.logic.flops.push(twin);
+        }
+        let logic = builder.finish();
+        let steps: Vec<_> = logic.flops.ids().collect();
+        let situations: Vec<Vec<bool>> =
+            (0..4).map(|at| (0..8).map(|step| step % 4 == at).collect()).collect();
+        let coded = super::flatten(&logic, "all", &steps, &situations, 8).unwrap();
+        assert_eq!((coded.flops.len(), coded.decoded.len()), (2, 8));
+        walks_alike(&logic, &coded);
+    }
+
+    #[test]
+    fn groups_of_all_sizes_walk_alike() {
+        for n in 2..14 {
+            let (logic, mut group) = ring(n);
+            for encoding in [Encoding::ZeroHot, Encoding::Compact] {
+                let coded = recode(&logic, std::slice::from_ref(&group), encoding, 8);
+                walks_alike(&logic, &coded);
+                assert!(coded.flops.len() < n);
+            }
+            // A group of which nothing is known but that its steps exclude each other has a code for none of them.
+            group.is_always = false;
+            walks_alike(
+                &logic,
+                &recode(&logic, std::slice::from_ref(&group), Encoding::Compact, 8),
+            );
+        }
+    }
+
+    #[test]
+    fn every_illegal_code_returns_if_asked_and_not_otherwise() {
+        let (logic, group) = ring(5);
+        for encoding in [Encoding::OneHot, Encoding::ZeroHot, Encoding::Compact] {
+            let coded = recode(&logic, std::slice::from_ref(&group), encoding, 8);
+            let made = safe(coded.clone());
+            walks_alike(&logic, &made);
+            let codes = is_safe(&made).unwrap();
+            assert_eq!(codes.illegal, (1 << coded.flops.len()) - 5);
+            assert!(is_safe(&coded).is_err(), "{encoding:?}");
+            // What a text gives back knows nothing; told, it is judged alike.
+            let mut stranger = made.clone();
+            (stranger.decoded, stranger.unreachable) = (Vec::new(), Vec::new());
+            observe(&made, &mut stranger);
+            assert_eq!(is_safe(&stranger), Ok(codes));
+        }
+    }
+}
