@@ -211,7 +211,7 @@ impl<'a> Parser<'a, '_> {
             };
             if self.lexer.eat("=") {
                 let start = span.start as usize;
-                let value = self.expression()?;
+                let value = if is_wire { self.expression()? } else { self.first_value()? };
                 let span = self.lexer.span_from(start);
                 if is_wire {
                     self.define(id, value, false, span);
@@ -236,6 +236,22 @@ impl<'a> Parser<'a, '_> {
             terms: 0,
         };
         self.draft.define(id, definition);
+    }
+
+    /// What a register is given first: `0` and `1` without a width mean one bit here.
+    fn first_value(&mut self) -> Option<ExprId> {
+        let bit = match self.lexer.token.text {
+            "0" => false,
+            "1" => true,
+            _ => return self.expression(),
+        };
+        let before = self.lexer.clone();
+        self.lexer.advance();
+        if self.lexer.token.is(",") || self.lexer.token.is(";") {
+            return Some(self.draft.expr(Expr::Const(bit)));
+        }
+        self.lexer = before;
+        self.expression()
     }
 
     fn note_init(&mut self, id: SignalId, value: ExprId, span: Span) {
@@ -269,7 +285,7 @@ impl<'a> Parser<'a, '_> {
             let (name, span) = self.name()?;
             let id = self.draft.signal(name, span);
             self.expect("=")?;
-            let value = self.expression()?;
+            let value = self.first_value()?;
             let span = self.lexer.span_from(span.start as usize);
             self.note_init(id, value, span);
             self.expect(";")?;
