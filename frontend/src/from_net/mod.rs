@@ -8,7 +8,7 @@ mod expr;
 mod items;
 mod states;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::chart::{
     Action, Board, Chart, Declaration, DeclarationKind, Design, Expr, Item, Place, Property,
@@ -17,8 +17,8 @@ use grafsynth_ir::chart::{
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::expr::{ExprKind, Type};
 use grafsynth_ir::net::{
-    ActionId, Driver, Evolution, InputId, InputKind, Net, PlacedItem, PropertyRole, StepId,
-    StepKind, TransitionId, TransitionKind, VarOrigin,
+    ActionId, Block, Driver, Evolution, InputId, InputKind, Net, PlacedItem, PropertyRole, StepId,
+    StepKind, StmtKind, TransitionId, TransitionKind, VarId, VarOrigin,
 };
 use grafsynth_ir::{Name, Span};
 
@@ -119,6 +119,17 @@ fn refuse(net: &Net, findings: &mut Vec<Diagnostic>) {
             timer.name.span,
         ));
     }
+    let written = written(net);
+    for output in net.outputs.values() {
+        let Driver::Stored(var) = output.driver else { continue };
+        // An output is stored because some list writes it; any other one has no memory that could be read or begin with a value.
+        if !written.contains(&var) {
+            findings.push(cannot(
+                format!("the stored output {}, which no list writes", output.name),
+                output.name.span,
+            ));
+        }
+    }
     if !net.unspecified.is_empty() {
         findings.push(cannot("cells that are left open", Span::default()));
     }
@@ -140,6 +151,35 @@ fn refuse(net: &Net, findings: &mut Vec<Diagnostic>) {
             name.span,
         ));
     }
+}
+
+/// The variables that lists assign.
+fn written(net: &Net) -> BTreeSet<VarId> {
+    let mut lists: Vec<&Block> = Vec::new();
+    for step in net.steps.values() {
+        lists.extend([&step.entry, &step.exit, &step.initial_content]);
+        lists.extend(step.tasks.iter().map(|task| &task.body));
+    }
+    lists.extend(net.transitions.values().map(|it| &it.actions));
+    lists.extend(net.histories.values().map(|it| &it.default_content));
+    lists.extend(net.actions.values().map(|it| &it.body));
+    let mut found = BTreeSet::new();
+    while let Some(list) = lists.pop() {
+        for stmt in list {
+            match &stmt.kind {
+                StmtKind::Assign { var, .. } => {
+                    found.insert(*var);
+                }
+                StmtKind::If { then, otherwise, .. } => lists.extend([then, otherwise]),
+                StmtKind::Raise(_)
+                | StmtKind::Send(_)
+                | StmtKind::Cancel(_)
+                | StmtKind::Call { .. }
+                | StmtKind::Code(_) => {}
+            }
+        }
+    }
+    found
 }
 
 /// The names of everything that a chart declares.
