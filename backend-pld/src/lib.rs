@@ -37,6 +37,7 @@ pub mod vectors;
 
 mod fit;
 pub mod fuse;
+pub mod ice40;
 mod rebind;
 #[cfg(test)]
 mod tests;

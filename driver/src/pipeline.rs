@@ -96,6 +96,8 @@ pub struct Built {
     pub found: Vec<Diagnostic>,
     /// C packages, which the caller may compare with the net by running them.
     pub packages: Vec<Package>,
+    /// Bitstreams, which the caller may have made where the tools are.
+    pub bitstreams: Vec<crate::ice40::Job>,
 }
 
 impl Built {
@@ -135,8 +137,18 @@ pub fn build(net: &Valid<Net>, facts: &Facts, targets: &[Target], options: &Buil
     if let Some(Err(found)) = &logic {
         built.found.extend(found.iter().cloned());
     }
+    // Verilog is asked for by two targets, and written once.
+    let mut verilog: Option<Option<Emitted>> = None;
     for target in targets {
         match (target, target.dialect(), &logic) {
+            (_, Some(Dialect::Verilog), Some(Ok(logic))) => {
+                let emitted = verilog.get_or_insert_with(|| {
+                    equations(net, facts, logic, Dialect::Verilog, options, &mut built)
+                });
+                if let (Target::Ice40, Some(emitted)) = (target, emitted) {
+                    ice40(net, emitted, options, &mut built);
+                }
+            }
             (_, Some(dialect), Some(Ok(logic))) => {
                 equations(net, facts, logic, dialect, options, &mut built);
             }
@@ -165,7 +177,9 @@ pub fn build(net: &Valid<Net>, facts: &Facts, targets: &[Target], options: &Buil
                 built.lines.push(read_back_net(net, &name, &text));
                 built.files.push(OutputFile { name, text, keep_existing: false, map: Vec::new() });
             }
-            (Target::Logic(_), None, _) => unreachable!("a target of logic has a dialect"),
+            (Target::Logic(_) | Target::Ice40, None, _) => {
+                unreachable!("a target of logic has a dialect")
+            }
         }
     }
     built
@@ -305,6 +319,33 @@ pub fn file_stem(net: &Net) -> String {
     if stem.is_empty() { "chart".to_owned() } else { stem }
 }
 
+/// The pins of an iCE40, and what its tools need.
+fn ice40(net: &Net, emitted: &Emitted, options: &BuildOptions, built: &mut Built) {
+    let stem = file_stem(net);
+    let board = net.board.device.as_ref().map(|name| name.text.as_str());
+    // The board may be that of another chip that the chart is also built for.
+    let of_board = board.filter(|name| name.to_ascii_lowercase().starts_with("ice40"));
+    let device = options.device.as_deref().or(of_board);
+    let pins: Vec<(String, u32)> = if board.is_none() || of_board.is_some() {
+        net.board.pins.iter().map(|(name, pin)| (name.text.clone(), *pin)).collect()
+    } else {
+        Vec::new()
+    };
+    match crate::ice40::job(&stem, emitted, device, &pins) {
+        Ok(job) => {
+            built.files.push(OutputFile {
+                name: format!("{stem}.pcf"),
+                text: job.constraints.clone(),
+                keep_existing: false,
+                map: Vec::new(),
+            });
+            built.bitstreams.push(job);
+        }
+        Err(found) => built.found.extend(found),
+    }
+}
+
+/// Writes one text, reads it back and has it proved; gives the text unless it was refused or refuted.
 fn equations(
     net: &Valid<Net>,
     facts: &Facts,
@@ -312,7 +353,7 @@ fn equations(
     dialect: Dialect,
     options: &BuildOptions,
     built: &mut Built,
-) {
+) -> Option<Emitted> {
     let is_flat = match dialect {
         Dialect::Palasm | Dialect::Cupl | Dialect::Galasm => true,
         Dialect::Verilog | Dialect::Blif => false,
@@ -332,7 +373,7 @@ fn equations(
         Ok(vectors) => vectors,
         Err(found) => {
             built.found.extend(found);
-            return;
+            return None;
         }
     };
     let emit_options = EmitOptions { reset: options.reset.clone(), vectors, ..wishes };
@@ -346,7 +387,7 @@ fn equations(
         Ok(through) => through,
         Err(found) => {
             built.found.extend(found);
-            return;
+            return None;
         }
     };
     let stem = file_stem(net);
@@ -402,7 +443,7 @@ fn equations(
     }
     built.lines.push(line);
     if is_refuted {
-        return;
+        return None;
     }
     let map = through
         .emitted
@@ -415,8 +456,13 @@ fn equations(
             req: line.req.clone(),
         })
         .collect();
-    built.files.push(OutputFile { name, text: through.emitted.text, keep_existing: false, map });
-    if let Some(bench) = through.emitted.bench {
+    built.files.push(OutputFile {
+        name,
+        text: through.emitted.text.clone(),
+        keep_existing: false,
+        map,
+    });
+    if let Some(bench) = through.emitted.bench.clone() {
         built.files.push(OutputFile {
             name: format!("{stem}_tb.{}", dialect.extension()),
             text: bench,
@@ -424,6 +470,7 @@ fn equations(
             map: Vec::new(),
         });
     }
+    Some(through.emitted)
 }
 
 /// What a line says of codes and don't-cares; nothing where each step has its flip-flop and each function is what it is everywhere.

@@ -12,13 +12,15 @@ pub enum Target {
     Logic(Dialect),
     /// A fuse map for a device programmer.
     Jedec,
+    /// Verilog, pins and bitstream of an iCE40.
+    Ice40,
     /// The net's text form.
     Net,
 }
 
 impl Target {
     /// All targets with their names and what they are.
-    pub const ALL: [(Target, &'static str, &'static str); 11] = [
+    pub const ALL: [(Target, &'static str, &'static str); 12] = [
         (Target::C(None), "c", "C99: one instance structure, init, step, stop and getters"),
         (
             Target::C(Some(Style::Switch)),
@@ -41,6 +43,11 @@ impl Target {
         ),
         (Target::Logic(Dialect::Blif), "blif", "Berkeley Logic Interchange Format"),
         (Target::Jedec, "jedec", "the fuse map of a GAL, with test vectors (.jed)"),
+        (
+            Target::Ice40,
+            "ice40",
+            "Verilog, pins (.pcf) and, where yosys, nextpnr and icestorm are here, the bitstream of an iCE40",
+        ),
         (Target::Net, "net", "the net itself, as text"),
     ];
 
@@ -55,6 +62,7 @@ impl Target {
     pub fn dialect(self) -> Option<Dialect> {
         match self {
             Target::Logic(dialect) => Some(dialect),
+            Target::Ice40 => Some(Dialect::Verilog),
             Target::C(_) | Target::Jedec | Target::Net => None,
         }
     }

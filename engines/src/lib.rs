@@ -15,6 +15,7 @@ pub mod c;
 mod circuit;
 mod device;
 pub mod exhaustive;
+pub mod ice40;
 pub mod tools;
 mod verilog;
 

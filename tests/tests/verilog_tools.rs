@@ -6,7 +6,9 @@
 #![allow(clippy::disallowed_methods, reason = "tests read and write files")]
 
 use grafsynth_backend_pld::{Dialect, EmitOptions, emit};
-use grafsynth_driver::pipeline;
+use grafsynth_driver::pipeline::{self, BuildOptions, Reset, ResetStyle};
+use grafsynth_driver::report::Outcome;
+use grafsynth_driver::target::Target;
 use grafsynth_engines::tools;
 use grafsynth_ir::Valid;
 use grafsynth_ir::logic::{Logic, Node, PinOutput, PinRole};
@@ -202,6 +204,50 @@ fn abc_agrees_with_our_proof() {
     }
     println!("ABC agrees on {n_equal} equal pairs and {n_different} different ones");
     assert!(n_equal > 0 && n_different > 0);
+}
+
+/// A bitstream is what was proved, and a bit of it that is another is found.
+#[test]
+fn bitstreams_are_read_back_and_proved() {
+    let missing = grafsynth_engines::ice40::missing();
+    if !missing.is_empty() {
+        assert!(std::env::var_os("CI").is_none(), "{missing:?} are missing, and CI must have them");
+        println!("skipped: {} are not here", missing.join(", "));
+        return;
+    }
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/truck/truck.graf");
+    let net = chart("truck.graf", &fs::read_to_string(path).expect("the truck"));
+    let limits = Limits::default();
+    let facts = pipeline::facts(&net, &limits);
+    let reset = |style| Some(Reset { name: "rst".to_owned(), style });
+    for (synchronise, reset) in
+        [(0, None), (0, reset(ResetStyle::Asynchronous)), (2, reset(ResetStyle::Synchronous))]
+    {
+        let options = BuildOptions {
+            synchronise,
+            reset,
+            prove: true,
+            limits: limits.clone(),
+            ..BuildOptions::default()
+        };
+        let built = pipeline::build(&net, &facts, &[Target::Ice40], &options);
+        let job = built.bitstreams.first().unwrap_or_else(|| panic!("{:?}", built.found));
+        let made = grafsynth_engines::ice40::bitstream(job).expect("a bitstream");
+        let line = grafsynth_driver::ice40::judge(job, &made.read_back, &limits);
+        assert_eq!(line.outcome, Outcome::Proved, "{line}\n{}", made.read_back);
+        assert!(made.remark.contains("logic cells"), "{}", made.remark);
+
+        // Every lookup table counts: its complement is found.
+        let lines: Vec<&str> = made.read_back.lines().collect();
+        let tables = lines.iter().filter(|line| line.contains("/* LUT"));
+        assert!(tables.clone().count() > 2, "{}", made.read_back);
+        for table in tables {
+            let negated = table.replace("*/ ", "*/ !(").replace(';', ");");
+            let wrong = made.read_back.replace(table, &negated);
+            let line = grafsynth_driver::ice40::judge(job, &wrong, &limits);
+            assert_eq!(line.outcome, Outcome::Refuted, "{table}: {line}\n{wrong}");
+        }
+    }
 }
 
 /// The circuit with each flip-flop on a pin of its own, so that a tool that compares pins compares states too.

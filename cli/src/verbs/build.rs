@@ -6,13 +6,14 @@ use crate::files;
 use crate::load::{Session, Stop};
 use grafsynth_backend_c::Style;
 use grafsynth_driver::coding::{Encoding, EncodingChoice};
+use grafsynth_driver::ice40::judge;
 use grafsynth_driver::pipeline::{
     self, BuildOptions, Built, BusyMode, MapEntry, Reset, ResetStyle,
 };
 use grafsynth_driver::read::Design;
 use grafsynth_driver::report::{Line, Outcome};
 use grafsynth_driver::target::Target;
-use grafsynth_engines::exhaustive;
+use grafsynth_engines::{exhaustive, ice40};
 use grafsynth_ir::Valid;
 use grafsynth_ir::diag::any_error;
 use grafsynth_ir::facts::Facts;
@@ -97,6 +98,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
     if !arguments.no_proof {
         check_c(net, &facts, &limits, &mut built);
     }
+    let bitstreams = bitstreams(&limits, &mut built);
     session.show(&found);
     for line in &built.lines {
         if !session.quiet || line.outcome == Outcome::Refuted {
@@ -113,7 +115,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
         );
         return Ok(Exit::Refuted);
     }
-    write(session, arguments, &built)?;
+    write(session, arguments, &built, bitstreams)?;
     // What could not be proved is written and said; only a limit that was reached is worth an exit code of its own.
     Ok(if outcome == Outcome::Open && !arguments.no_proof && built.lines.iter().any(is_limit) {
         Exit::Open
@@ -171,8 +173,43 @@ fn check_c(net: &Valid<Net>, facts: &Facts, limits: &Limits, built: &mut Built) 
     built.packages = packages;
 }
 
-fn write(session: &Session, arguments: &Build, built: &Built) -> Result<(), Stop> {
+/// Has the bitstreams made and reads them back, where the tools are; those that are what they should be.
+fn bitstreams(limits: &Limits, built: &mut Built) -> Vec<(String, Vec<u8>)> {
+    let mut made = Vec::new();
+    for job in std::mem::take(&mut built.bitstreams) {
+        let missing = ice40::missing();
+        if !missing.is_empty() {
+            let text = format!("not made: {} not here", missing.join(", "));
+            built.lines.push(Line::open(&job.name, format!("not checked: {text}")));
+            continue;
+        }
+        match ice40::bitstream(&job) {
+            Ok(bitstream) => {
+                let mut line = judge(&job, &bitstream.read_back, limits);
+                if !bitstream.remark.is_empty() {
+                    line.text = format!("{}; {}", line.text, bitstream.remark);
+                }
+                if line.outcome != Outcome::Refuted {
+                    made.push((job.name, bitstream.bytes));
+                }
+                built.lines.push(line);
+            }
+            Err(why) => built.lines.push(Line::open(&job.name, format!("not checked: {why}"))),
+        }
+    }
+    made
+}
+
+fn write(
+    session: &Session,
+    arguments: &Build,
+    built: &Built,
+    bitstreams: Vec<(String, Vec<u8>)>,
+) -> Result<(), Stop> {
     let mut all = Vec::new();
+    for (name, bytes) in bitstreams {
+        all.push((arguments.output.join(name), bytes));
+    }
     for file in &built.files {
         let path = arguments.output.join(&file.name);
         if file.keep_existing && files::exists(&path) {

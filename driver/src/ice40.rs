@@ -1,0 +1,124 @@
+//! What is needed for an iCE40 bitstream, and the proof of one that was made.
+//!
+//! The Verilog is proved equal to the net as for any FPGA. Other tools make the bitstream of it; what its bits mean is read back as Verilog, and
+//! that is proved equal to the first one: together, the bitstream is the chart.
+
+use crate::report::Line;
+use grafsynth_backend_pld::ice40::{Package, constraints};
+use grafsynth_backend_pld::{Dialect, Emitted, codes, read};
+use grafsynth_ir::diag::nearest;
+use grafsynth_ir::logic::Logic;
+use grafsynth_ir::{Diagnostic, FileId};
+use grafsynth_verify::Limits;
+use grafsynth_verify::circuits::{Equality, Pairs, circuits};
+
+/// What the tools get.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Job {
+    /// The name of the bitstream.
+    pub name: String,
+    /// The module.
+    pub top: String,
+    /// The text that was proved.
+    pub verilog: String,
+    /// The pins (`.pcf`).
+    pub constraints: String,
+    /// The device.
+    pub package: &'static Package,
+}
+
+/// Gives each signal of a text its pin.
+///
+/// # Errors
+/// An unknown device, and pins that it does not have.
+pub fn job(
+    stem: &str,
+    emitted: &Emitted,
+    device: Option<&str>,
+    board: &[(String, u32)],
+) -> Result<Job, Vec<Diagnostic>> {
+    let Some(package) = Package::find(device) else {
+        let device = device.unwrap_or_default();
+        let names = grafsynth_backend_pld::ice40::PACKAGES.iter().map(|package| package.name);
+        let finding = Diagnostic::error(
+            codes::UNKNOWN_DEVICE,
+            format!("no iCE40 package is called `{device}`"),
+        );
+        let help = match nearest(device, names.clone()) {
+            Some(near) => format!("did you mean `{near}`?"),
+            None => format!("there are {}", names.collect::<Vec<_>>().join(", ")),
+        };
+        return Err(vec![finding.help(help)]);
+    };
+    let top = emitted
+        .text
+        .lines()
+        .find_map(|line| line.strip_prefix("module "))
+        .and_then(|rest| rest.split([' ', '(', ';']).next())
+        .unwrap_or("chart");
+    Ok(Job {
+        name: format!("{stem}.bin"),
+        top: top.to_owned(),
+        verilog: emitted.text.clone(),
+        constraints: constraints(emitted, package, board)?,
+        package,
+    })
+}
+
+/// Whether a bitstream, given as the Verilog that was made from it, is the circuit that went into it.
+#[must_use]
+pub fn judge(job: &Job, read_back: &str, limits: &Limits) -> Line {
+    let circuit = |text: &str| -> Result<Logic, String> {
+        let (logic, found) = read(Dialect::Verilog, FileId(u32::MAX), text);
+        logic.ok_or_else(|| {
+            found.into_iter().next().map_or_else(String::new, |finding| finding.message)
+        })
+    };
+    let (ours, theirs) = match (circuit(&job.verilog), circuit(read_back)) {
+        (Ok(ours), Ok(theirs)) => (ours, theirs),
+        (Err(why), _) | (_, Err(why)) => {
+            return Line::open(
+                &job.name,
+                format!("not proved: what was read back does not parse: {why}"),
+            );
+        }
+    };
+    let inputs = ours.inputs.iter().map(|(id, pin)| {
+        let twin = theirs.inputs.iter().find(|(_, other)| other.name == pin.name);
+        (Some(id), twin.map(|(id, _)| id))
+    });
+    let outputs = ours.outputs.iter().filter_map(|(id, pin)| {
+        let twin = theirs.outputs.iter().find(|(_, other)| other.name == pin.name)?;
+        Some((id, twin.0))
+    });
+    let pairs = Pairs { inputs: inputs.collect(), outputs: outputs.collect(), flops: Vec::new() };
+    if let Some((_, lost)) =
+        ours.outputs.iter().find(|(id, _)| !pairs.outputs.iter().any(|(own, _)| own == id))
+    {
+        return Line::refuted(&job.name, format!("`{}` is on no pin of the bitstream", lost.name));
+    }
+    match circuits(&ours, &theirs, &pairs, limits) {
+        Equality::Enumerated { states, outputs } => Line::proved(
+            &job.name,
+            format!(
+                "read back and proved equal to the Verilog by enumeration: {states} states, {outputs} pins compared under every input"
+            ),
+        ),
+        Equality::ByFunctions(n) => Line::proved(
+            &job.name,
+            format!("read back and proved equal to the Verilog by induction: {n} functions"),
+        ),
+        Equality::Different(apart) => Line::refuted(
+            &job.name,
+            format!(
+                "is not the Verilog: `{}` differs after {} clocks",
+                pairs
+                    .outputs
+                    .get(apart.output)
+                    .map_or("", |(pin, _)| ours.outputs[*pin].name.as_str()),
+                apart.rows.len().saturating_sub(1)
+            ),
+        ),
+        Equality::Open(why) => Line::open(&job.name, format!("read back; {why}")),
+    }
+}
