@@ -1,6 +1,6 @@
 //! Golden cases and differential runs over all engines.
 //!
-//! With `GRAFSYNTH_DEEP` in the environment the large counts are run; `scripts/test --deep` sets it.
+//! With `GRAFSYNTH_DEEP=1` in the environment the large counts are run, with `GRAFSYNTH_DEEP=8` an eighth of them; `scripts/test --deep` sets it.
 
 pub mod large_chart;
 pub mod random_c;
@@ -11,13 +11,13 @@ use grafsynth_driver::source::Sources;
 use grafsynth_ir::Valid;
 use grafsynth_ir::net::Net;
 
-/// How many rounds a test makes: few at home, many with `GRAFSYNTH_DEEP`.
+/// How many rounds a test makes: few at home, many with `GRAFSYNTH_DEEP=1`, and a part of the many, but not less than the few, where that is more
+/// than 1.
 #[must_use]
 pub fn rounds(few: u64, many: u64) -> u64 {
-    if std::env::var_os("GRAFSYNTH_DEEP").is_some_and(|value| !value.is_empty()) {
-        many
-    } else {
-        few
+    match std::env::var("GRAFSYNTH_DEEP").ok().and_then(|part| part.parse::<u64>().ok()) {
+        None | Some(0) => few,
+        Some(part) => many.div_ceil(part).max(few),
     }
 }
 
