@@ -14,6 +14,7 @@ use grafsynth_ir::net::Net;
 /// How many rounds a test makes: few at home, many with `GRAFSYNTH_DEEP=1`, and a part of the many, but not less than the few, where that is more
 /// than 1.
 #[must_use]
+#[allow(clippy::disallowed_methods, reason = "the environment says how long the tests may take")]
 pub fn rounds(few: u64, many: u64) -> u64 {
     match std::env::var("GRAFSYNTH_DEEP").ok().and_then(|part| part.parse::<u64>().ok()) {
         None | Some(0) => few,
