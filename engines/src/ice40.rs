@@ -40,6 +40,7 @@ pub fn missing() -> Vec<&'static str> {
 ///
 /// # Errors
 /// What a program said when it failed.
+#[expect(clippy::disallowed_methods, reason = "engines work in temporary folders")]
 pub fn bitstream(job: &Job) -> Result<Bitstream, String> {
     let folder = tempfile::tempdir().map_err(|why| format!("no temporary folder: {why}"))?;
     let folder = folder.path();
