@@ -1,6 +1,7 @@
 //! A circuit burned into a device: forms and pins, fuses, test vectors, file; and all of it read back.
 //!
 //! ```text
+//! code        coding::code                 codes of steps, don't-cares
 //! place       backend_pld::fuse::place     forms and pins, each function in its macrocell
 //! map         backend_pld::fuse::map       fuses
 //! vectors     backend_pld::fuse::vectors   what the programmer tests, by the simulator of the fuses
@@ -11,6 +12,7 @@
 //! prove       verify::equiv                the decoded circuit equal to the net, from power-up
 //! ```
 
+use crate::coding;
 use crate::logic::{Fuses, LogicDesign};
 use crate::pipeline::{self, BuildOptions, Built, OutputFile};
 use crate::report::{Line, Outcome};
@@ -18,7 +20,7 @@ use grafsynth_backend_pld::fuse::vectors::{self, Vector};
 use grafsynth_backend_pld::fuse::{self, FuseMap, Role};
 use grafsynth_backend_pld::jedec::{self, Head, Jedec};
 use grafsynth_backend_pld::placement::{PinName, Placement};
-use grafsynth_backend_pld::{Object, Vectors, synchronise};
+use grafsynth_backend_pld::{Dialect, EmitOptions, Object, Vectors, synchronise};
 use grafsynth_ir::diag::any_error;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::logic::Logic;
@@ -67,8 +69,18 @@ pub fn burn(
     stimulus: Option<&Vectors>,
     n_vectors: Option<usize>,
 ) -> Result<Burned, Vec<Diagnostic>> {
-    let options = pipeline::emit_options(net, device, None);
-    let (mut placement, roles) = fuse::place(circuit, &options)?;
+    burn_as(net, circuit, &pipeline::emit_options(net, device, None), stimulus, n_vectors)
+}
+
+/// [`burn`] with wishes for the equations: the device, and whether don't-cares are used.
+fn burn_as(
+    net: &Net,
+    circuit: &Logic,
+    options: &EmitOptions,
+    stimulus: Option<&Vectors>,
+    n_vectors: Option<usize>,
+) -> Result<Burned, Vec<Diagnostic>> {
+    let (mut placement, roles) = fuse::place(circuit, options)?;
     placement.title.clone_from(&net.name.text);
     placement.signature = signature(net).to_vec();
     let map = fuse::map(&placement)?;
@@ -156,14 +168,23 @@ pub(crate) fn build(
     options: &BuildOptions,
     built: &mut Built,
 ) {
+    let wishes = EmitOptions {
+        dont_cares: options.dont_cares,
+        ..pipeline::emit_options(net, options.device.as_deref(), None)
+    };
+    // A device is filled from the same equations as a text for it.
+    let dialect = Dialect::Palasm;
+    let coded = coding::code(net, facts, logic, options.encoding, options.safe, dialect, &wishes);
+    let logic = &coding::emitted(&coded, options.safe);
     let (circuit, chains) = pipeline::synchronised(net, logic.clone(), options.synchronise);
     let stimulus = options
         .stimulus
         .as_ref()
         .map(|stimulus| pipeline::delayed_vectors(net, logic, &circuit, &chains, stimulus));
     let burned = stimulus.transpose().and_then(|stimulus| {
-        let burned = burn(net, &circuit, options.device.as_deref(), stimulus.as_ref(), None)?;
-        let read_back = synchronise::strip(burned.logic.clone(), &chains)?;
+        let burned = burn_as(net, &circuit, &wishes, stimulus.as_ref(), None)?;
+        let mut read_back = synchronise::strip(burned.logic.clone(), &chains)?;
+        grafsynth_logic::recode::observe(&coded.logic, &mut read_back);
         Ok((burned, read_back))
     });
     let (burned, read_back) = match burned {
@@ -179,8 +200,14 @@ pub(crate) fn build(
     } else {
         Line::open(&name, "read back; not proved, as asked")
     };
-    let is_refuted = line.outcome == Outcome::Refuted;
     line.text += &said(&burned, &name);
+    if let Some(said) = pipeline::codes_and_dont_cares(&coded, logic, &wishes) {
+        line.text = format!("{}; {said}", line.text);
+    }
+    if options.safe {
+        pipeline::say_safe(&mut line, logic, &read_back);
+    }
+    let is_refuted = line.outcome == Outcome::Refuted;
     if let Some(form) = pipeline::form(net, facts, logic, options.busy) {
         line.text = format!("{}; {form}", line.text);
     }

@@ -411,22 +411,7 @@ fn equations(
         line.text = format!("{}; {said}", line.text);
     }
     if options.safe {
-        let said = if logic.outputs.values().any(|output| output.role == PinRole::Busy) {
-            "not made safe: it makes one micro-step a clock".to_owned()
-        } else {
-            match grafsynth_logic::recode::is_safe(&through.read_back) {
-                Ok(codes) if codes.illegal == 0 => "safe: no code is illegal".to_owned(),
-                Ok(codes) => format!(
-                    "safe: all {} illegal codes of {} flip-flops lead back in one clock, proved over all codes",
-                    codes.illegal, codes.n_flops
-                ),
-                Err(why) => {
-                    line.outcome = line.outcome.max(Outcome::Open);
-                    format!("not proved safe: {why}")
-                }
-            }
-        };
-        line.text = format!("{}; {said}", line.text);
+        say_safe(&mut line, logic, &through.read_back);
     }
     let is_refuted = line.outcome == Outcome::Refuted;
     if let Some(form) = form(net, facts, logic, options.busy) {
@@ -473,8 +458,28 @@ fn equations(
     Some(through.emitted)
 }
 
+/// Says of a circuit that was to be made safe whether that is proved of what was read back; if it is not, the line is open.
+pub(crate) fn say_safe(line: &mut Line, logic: &Logic, read_back: &Logic) {
+    let said = if logic.outputs.values().any(|output| output.role == PinRole::Busy) {
+        "not made safe: it makes one micro-step a clock".to_owned()
+    } else {
+        match grafsynth_logic::recode::is_safe(read_back) {
+            Ok(codes) if codes.illegal == 0 => "safe: no code is illegal".to_owned(),
+            Ok(codes) => format!(
+                "safe: all {} illegal codes of {} flip-flops lead back in one clock, proved over all codes",
+                codes.illegal, codes.n_flops
+            ),
+            Err(why) => {
+                line.outcome = line.outcome.max(Outcome::Open);
+                format!("not proved safe: {why}")
+            }
+        }
+    };
+    line.text = format!("{}; {said}", line.text);
+}
+
 /// What a line says of codes and don't-cares; nothing where each step has its flip-flop and each function is what it is everywhere.
-fn codes_and_dont_cares(
+pub(crate) fn codes_and_dont_cares(
     coded: &coding::Coded,
     emitted: &Logic,
     options: &EmitOptions,
