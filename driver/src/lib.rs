@@ -14,6 +14,7 @@ pub mod compare;
 pub mod convert;
 pub mod diff;
 pub mod format;
+pub mod forms;
 pub mod ice40;
 pub mod jedec;
 pub mod libraries;
