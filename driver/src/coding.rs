@@ -8,7 +8,7 @@ use grafsynth_backend_pld::equations::Equations;
 use grafsynth_backend_pld::{Dialect, EmitOptions};
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::logic::{FlopId, Logic, PinRole};
-use grafsynth_ir::net::{Net, StepId};
+use grafsynth_ir::net::{Net, StepId, StepKind};
 use grafsynth_ir::program::Origin;
 pub use grafsynth_logic::recode::Encoding;
 use grafsynth_logic::recode::{self, Group, TRIES};
@@ -26,6 +26,8 @@ pub enum EncodingChoice {
 
 /// More situations than these are no don't-cares: the diagram of all of them would be part of each function's.
 const SITUATIONS: usize = 256;
+/// In more situations than these it is not asked which groups exclude each other.
+const MANY_SITUATIONS: usize = 1 << 14;
 
 /// A circuit with the codes and the don't-cares that were chosen.
 #[derive(Debug, Clone)]
@@ -38,34 +40,130 @@ pub struct Coded {
     pub n_coded: usize,
 }
 
-/// The groups of steps that exclude each other, by their flip-flops.
+/// The groups of steps that exclude each other, by their flip-flops: components, those of them joined that exclude each other, the registers of regions,
+/// and steps that are always active.
 #[must_use]
 pub fn groups(net: &Net, facts: &Facts, logic: &Logic) -> Vec<Group> {
     let flops = flops_of_steps(logic);
-    let groups = facts.components.iter().filter_map(|component| {
+    let sets = sets(facts, MANY_SITUATIONS);
+    let mut groups: Vec<(Vec<StepId>, Group)> = Vec::new();
+    for component in facts.components.iter().filter(|component| component.steps.len() > 1) {
         let steps: Option<Vec<FlopId>> =
             component.steps.iter().map(|step| flops.get(step).copied()).collect();
-        let first = &net.steps[*component.steps.first()?];
+        let Some(steps) = steps else { continue };
+        let first = &net.steps[component.steps[0]];
         // A part of the chart that is one group gives it its name, and so its bits.
         let part = &net.parts[first.part];
         let of_part = net.steps.values().filter(|step| step.part == first.part).count();
         let name = if of_part == component.steps.len() { &part.name } else { &first.name };
-        Some(Group { name: name.text.clone(), steps: steps?, is_always: component.always })
-    });
-    groups.filter(|group| group.steps.len() > 1).collect()
+        let group = Group { name: name.text.clone(), steps, is_always: component.always };
+        groups.push((component.steps.clone(), group));
+    }
+    if let Some(sets) = sets {
+        join(&mut groups, sets);
+        let is_in_one = |step: StepId| groups.iter().any(|(steps, _)| steps.contains(&step));
+        let always: Vec<(Vec<StepId>, Group)> = (flops.iter())
+            .filter(|(step, flop)| {
+                let is_always = sets.iter().all(|set| is_active(set, **step));
+                logic.flops[**flop].init && is_always && !is_in_one(**step)
+            })
+            .map(|(&step, &flop)| {
+                let name = net.steps[step].name.text.clone();
+                (vec![step], Group { name, steps: vec![flop], is_always: true })
+            })
+            .collect();
+        groups.extend(always);
+    }
+    groups.into_iter().map(|(_, group)| group).chain(regions(net, logic)).collect()
 }
 
-fn flops_of_steps(logic: &Logic) -> BTreeMap<StepId, FlopId> {
-    let mut held = BTreeMap::new();
-    for (id, flop) in logic.flops.iter() {
-        if let Some(holds) = flop.holds
-            && let Origin::Step(step) = holds.origin
-            && !holds.inverted
+/// How many flip-flops a compact group of so many steps has.
+fn n_bits(n_steps: usize, is_always: bool) -> u32 {
+    (n_steps + usize::from(!is_always)).next_power_of_two().trailing_zeros()
+}
+
+/// Joins groups of which no two steps are ever active together, where one number for both is shorter than two: inner states of states that exclude each other.
+fn join(groups: &mut Vec<(Vec<StepId>, Group)>, sets: &[Vec<u64>]) {
+    let mut at = 0;
+    while at < groups.len() {
+        let mut other = at + 1;
+        while other < groups.len() {
+            let (steps, group) = &groups[at];
+            let (more, second) = &groups[other];
+            let all: Vec<StepId> = steps.iter().chain(more).copied().collect();
+            let n_active =
+                |set: &Vec<u64>| all.iter().filter(|step| is_active(set, **step)).count();
+            let is_always = sets.iter().all(|set| n_active(set) == 1);
+            let before =
+                n_bits(steps.len(), group.is_always) + n_bits(more.len(), second.is_always);
+            if n_bits(all.len(), is_always) >= before || sets.iter().any(|set| n_active(set) > 1) {
+                other += 1;
+                continue;
+            }
+            let (_, second) = groups.remove(other);
+            groups[at].0 = all;
+            groups[at].1.steps.extend(second.steps);
+            groups[at].1.is_always = is_always;
+        }
+        at += 1;
+    }
+}
+
+/// The registers of regions: of the children of a state, at most one is set, whether the state is active or is only remembered. Once entered, the register
+/// of a state that a history remembers is never empty again; that of a state further in may be.
+fn regions(net: &Net, logic: &Logic) -> Vec<Group> {
+    let mut children: BTreeMap<StepId, Vec<FlopId>> = BTreeMap::new();
+    for (step, flop) in flops_of(logic, region) {
+        if let Some(parent) = net.steps[step].parent
+            && net.steps[parent].kind == StepKind::Composite
         {
-            held.insert(step, id);
+            children.entry(parent).or_default().push(flop);
         }
     }
-    held
+    let of_parent = |(parent, steps): (StepId, Vec<FlopId>)| {
+        let n_children = net.steps.values().filter(|step| step.parent == Some(parent)).count();
+        let is_owner = net.histories.values().any(|history| history.owner == parent);
+        let starts_entered = steps.iter().any(|flop| logic.flops[*flop].init);
+        let is_always = starts_entered && is_owner && n_children == steps.len();
+        Group { name: net.steps[parent].name.text.clone(), steps, is_always }
+    };
+    children.into_iter().filter(|(_, steps)| steps.len() > 1).map(of_parent).collect()
+}
+
+/// The child of a region that a bit of its register stands for.
+fn region(origin: Origin) -> Option<StepId> {
+    if let Origin::Region(step) = origin { Some(step) } else { None }
+}
+
+/// The flip-flops that tell by themselves whether a step is active.
+fn flops_of_steps(logic: &Logic) -> BTreeMap<StepId, FlopId> {
+    flops_of(logic, |origin| if let Origin::Step(step) = origin { Some(step) } else { None })
+}
+
+/// Flip-flops by their steps; a step with several (it is counted) has none here.
+fn flops_of(logic: &Logic, step_of: impl Fn(Origin) -> Option<StepId>) -> BTreeMap<StepId, FlopId> {
+    let mut held: BTreeMap<StepId, Vec<FlopId>> = BTreeMap::new();
+    for (id, flop) in logic.flops.iter() {
+        if let Some(holds) = flop.holds.filter(|holds| !holds.inverted)
+            && let Some(step) = step_of(holds.origin)
+        {
+            held.entry(step).or_default().push(id);
+        }
+    }
+    held.into_iter()
+        .filter(|(_, flops)| flops.len() == 1)
+        .map(|(step, all)| (step, all[0]))
+        .collect()
+}
+
+/// The reachable situations, where all of them are known and not more than so many.
+fn sets(facts: &Facts, most: usize) -> Option<&[Vec<u64>]> {
+    let reach = facts.reach.as_ref().filter(|reach| reach.exact)?;
+    reach.sets.as_deref().filter(|sets| sets.len() <= most)
+}
+
+fn is_active(set: &[u64], step: StepId) -> bool {
+    set.get(step.index() / 64).is_some_and(|word| word >> (step.index() % 64) & 1 == 1)
 }
 
 /// Codes the steps for a language and a device.
@@ -86,14 +184,17 @@ pub fn code(
         return plain;
     }
     let mut known = logic.clone();
-    let situations = situations(net, facts, logic);
-    if let Some((steps, situations)) = &situations {
-        recode::only(&mut known, steps, situations);
+    let situations = Situations::of(net, facts, logic);
+    if let Some(situations) = &situations {
+        recode::only(&mut known, &situations.flops, &situations.values);
     }
     let made = |encoding: Encoding, tries: usize| {
         let mut logic = recode::recode(&known, &groups, encoding, tries);
-        if let (Encoding::Compact, Some((steps, situations))) = (encoding, &situations)
-            && let Some(flat) = recode::flatten(&known, &net.name.text, steps, situations, tries)
+        if encoding == Encoding::Compact
+            && let Some(situations) = &situations
+            && let Some(values) = situations.whole()
+            && let Some(flat) =
+                recode::flatten(&known, &net.name.text, &situations.flops, &values, tries)
             && flat.flops.len() < logic.flops.len()
         {
             logic = flat;
@@ -148,32 +249,52 @@ fn may_fit(logic: &Logic, groups: &[Group], encoding: Encoding, options: &EmitOp
         .map(|group| match encoding {
             Encoding::OneHot => 0,
             Encoding::ZeroHot => usize::from(group.is_always),
-            Encoding::Compact => {
-                let n_codes = group.steps.len() + usize::from(!group.is_always);
-                group.steps.len() - n_codes.next_power_of_two().trailing_zeros() as usize
-            }
+            Encoding::Compact => group
+                .steps
+                .len()
+                .saturating_sub(n_bits(group.steps.len(), group.is_always) as usize),
         })
         .sum();
     let n_cells = logic.flops.len() + logic.outputs.len() - saved;
     n_cells <= device.macrocells.len() && n_cells + logic.inputs.len() < device.n_pins as usize
 }
 
-/// The flip-flops of all steps, and the reachable situations as values of them, where they are known and few and every step has a flip-flop.
-fn situations(net: &Net, facts: &Facts, logic: &Logic) -> Option<(Vec<FlopId>, Vec<Vec<bool>>)> {
-    let reach = facts.reach.as_ref().filter(|reach| reach.exact)?;
-    let sets = reach.sets.as_ref().filter(|sets| sets.len() <= SITUATIONS)?;
-    let flops = flops_of_steps(logic);
-    let steps: Vec<(StepId, FlopId)> =
-        net.steps.ids().filter_map(|step| Some((step, *flops.get(&step)?))).collect();
-    if steps.len() != net.steps.len() || steps.len() > 64 {
-        return None;
+/// The reachable situations as values of flip-flops, where they are known and few and every step has one.
+struct Situations {
+    flops: Vec<FlopId>,
+    /// Of each situation the value of each flip-flop; none where the register of a region that is left may hold anything.
+    values: Vec<Vec<Option<bool>>>,
+}
+
+impl Situations {
+    fn of(net: &Net, facts: &Facts, logic: &Logic) -> Option<Situations> {
+        let sets = sets(facts, SITUATIONS)?;
+        let plain = flops_of_steps(logic);
+        let gated = flops_of(logic, region);
+        // Each with the state that must be active for it to mean anything.
+        let mut flops: Vec<(FlopId, StepId, Option<StepId>)> = Vec::new();
+        for (step, data) in net.steps.iter() {
+            match (plain.get(&step), gated.get(&step)) {
+                (Some(flop), _) => flops.push((*flop, step, None)),
+                (None, Some(flop)) => flops.push((*flop, step, Some(data.parent?))),
+                (None, None) => return None,
+            }
+        }
+        if flops.len() > 64 {
+            return None;
+        }
+        let of_set = |set: &Vec<u64>| {
+            let value = |&(_, step, within): &(FlopId, StepId, Option<StepId>)| {
+                within.is_none_or(|within| is_active(set, within)).then(|| is_active(set, step))
+            };
+            flops.iter().map(value).collect()
+        };
+        let values = sets.iter().map(of_set).collect();
+        Some(Situations { flops: flops.into_iter().map(|(flop, ..)| flop).collect(), values })
     }
-    let is_active = |set: &[u64], step: StepId| {
-        set.get(step.index() / 64).is_some_and(|word| word >> (step.index() % 64) & 1 == 1)
-    };
-    let situations = sets
-        .iter()
-        .map(|set| steps.iter().map(|(step, _)| is_active(set, *step)).collect())
-        .collect();
-    Some((steps.into_iter().map(|(_, flop)| flop).collect(), situations))
+
+    /// The values of all flip-flops, where every situation says all of them.
+    fn whole(&self) -> Option<Vec<Vec<bool>>> {
+        self.values.iter().map(|values| values.iter().copied().collect()).collect()
+    }
 }

@@ -577,13 +577,14 @@ pub fn flatten(
     (coded.flops.len() < logic.flops.len()).then_some(coded)
 }
 
-/// Adds what the reachable situations of the steps are, where all of them are known: each a value for each step.
-pub fn only(logic: &mut Logic, steps: &[FlopId], situations: &[Vec<bool>]) {
+/// Adds what the reachable situations of the steps are, where all of them are known: each a value for each step; none where it may be either.
+pub fn only(logic: &mut Logic, steps: &[FlopId], situations: &[Vec<Option<bool>>]) {
     let mut builder = Builder::resume(std::mem::take(logic));
     let mut products = Vec::new();
     for situation in situations {
         let literals: Vec<NodeId> = (steps.iter().zip(situation))
-            .map(|(&step, &is_active)| {
+            .filter_map(|(&step, is_active)| Some((step, (*is_active)?)))
+            .map(|(step, is_active)| {
                 let value = builder.flop(step);
                 let is_inverted =
                     builder.logic.flops[step].holds.is_some_and(|holds| holds.inverted);

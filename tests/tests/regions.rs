@@ -9,15 +9,16 @@
 )]
 
 use grafsynth_backend_pld::Dialect;
-use grafsynth_driver::pipeline;
 use grafsynth_driver::read::{Design, ReadLimits, Texts, read};
 use grafsynth_driver::run::{logic_trace, net_trace};
 use grafsynth_driver::source::Sources;
+use grafsynth_driver::{coding, pipeline};
 use grafsynth_engines::{Availability, EngineError, Job};
 use grafsynth_ir::Valid;
-use grafsynth_ir::logic::{Logic, Node, NodeId};
+use grafsynth_ir::logic::{Logic, Node, NodeId, PinRole};
 use grafsynth_ir::net::{Net, Policy, StepKind};
 use grafsynth_ir::program::Origin;
+use grafsynth_logic::recode::{Encoding, recode};
 use grafsynth_logic::{BusyMode, kept_apart};
 use grafsynth_sim::{Difference, Stimulus, compare};
 use grafsynth_tests::large_chart::LargeChart;
@@ -270,10 +271,63 @@ fn difference(net: &Valid<Net>, logic: &Logic, seed: u64) -> Option<Difference> 
     compare(&net_trace(net, &stimulus), &got)
 }
 
+/// Registers of regions as numbers: one that is empty until it is entered, one that is set at once, and those below a deep history, which are empty again
+/// when their state is left for another.
+const CODED: [(&str, usize); 3] = [
+    (
+        "chart late { conflict inner-first event a, b, c, d, down, up
+         initial state O { O -> H on up }
+         state W { initial -> A  history H -> A
+           W -> O on down  W -> A on a  W -> B on b  W -> C on c  W -> D on d
+           state A  state B  state C  state D } }",
+        // O or W; never entered or one of four.
+        1 + 3,
+    ),
+    (
+        "chart early { conflict inner-first event a, b, c, d, down, up
+         initial state W { initial -> A  history H -> A
+           W -> O on down  W -> A on a  W -> B on b  W -> C on c  W -> D on d
+           state A  state B  state C  state D }
+         state O { O -> H on up } }",
+        1 + 2,
+    ),
+    (
+        "chart deep { conflict inner-first event a, b, c, x, down, up
+         initial state O { O -> H on up }
+         state W { initial -> A  history deep H -> A
+           W -> O on down  W -> A on a  W -> B on b  W -> C on c
+           state A { initial -> A1  A1 -> A2 on x  A2 -> A3 on x  A3 -> A1 on x
+             state A1  state A2  state A3 }
+           state B  state C } }",
+        // The register of A too may be empty.
+        1 + 2 + 2,
+    ),
+];
+
+#[test]
+fn registers_of_regions_are_numbers() {
+    for (text, n_wanted) in CODED {
+        let net = chart(text);
+        let facts = pipeline::facts(&net, &Limits::default());
+        let logic = pipeline::logic(&net, &facts).expect("it has a circuit");
+        let groups = coding::groups(&net, &facts, &logic);
+        let coded = recode(&logic, &groups, Encoding::Compact, 0);
+        let name = &net.name;
+        assert_eq!(coded.flops.len(), n_wanted, "{name}: {groups:?}");
+        let of_region = |origin| matches!(origin, Origin::Region(_));
+        assert!(coded.decoded.iter().any(|bit| of_region(bit.holds.origin)), "{name}");
+        for seed in 0..rounds(20, 100) {
+            assert!(difference(&net, &coded, seed).is_none(), "{name}, seed {seed}");
+        }
+        let verdict = grafsynth_verify::equiv(&net, &facts, &coded, &Limits::default());
+        assert!(matches!(verdict, Verdict::Proved(_)), "{name}: {verdict:?}");
+    }
+}
+
 #[test]
 fn random_statecharts_with_history() {
     let total = rounds(80, 300);
-    let (mut n_kept, mut n_apart, mut n_texts) = (0, 0, 0);
+    let (mut n_kept, mut n_apart, mut n_texts, mut n_coded) = (0, 0, 0, 0_u64);
     let limits = Limits { pairs: 500, states: 100, image_work: 1, ..Limits::default() };
     for seed in 0..total {
         let net = random_net(seed, &with_history());
@@ -298,6 +352,15 @@ fn random_statecharts_with_history() {
                 let small = shrink(&net, |net| again(net).is_some());
                 panic!("seed {seed}, {busy:?}: {:?}\n{}", again(&small), readable(&small));
             }
+            // The registers as numbers: what groups claim of a region holds, or some step shows otherwise.
+            let is_busy = logic.outputs.values().any(|output| output.role == PinRole::Busy);
+            if !is_busy {
+                let groups = coding::groups(&net, &facts, &logic);
+                let coded = recode(&logic, &groups, Encoding::Compact, 0);
+                n_coded += u64::from(!coded.decoded.is_empty());
+                let found = difference(&net, &coded, seed);
+                assert!(found.is_none(), "seed {seed}, coded: {found:?}\n{}", readable(&net));
+            }
             let dialect = [Dialect::Verilog, Dialect::Blif][(seed % 2) as usize];
             let options = pipeline::emit_options(&net, None, None);
             if let Ok(through) = pipeline::through(&logic, dialect, &options) {
@@ -308,7 +371,7 @@ fn random_statecharts_with_history() {
         }
     }
     println!(
-        "{n_kept} circuits with registers that keep, {n_apart} charts with others, {n_texts} texts"
+        "{n_kept} circuits with registers that keep, {n_coded} of them coded, {n_apart} charts with others, {n_texts} texts"
     );
     assert!(n_kept * 8 >= total, "only {n_kept} of {total}");
     assert!(n_apart > 0 && n_texts * 8 >= total, "{n_apart}, {n_texts} of {total}");
