@@ -317,18 +317,20 @@ fn title(file: &Jedec) -> Option<String> {
     Some(title.to_owned())
 }
 
-/// The file of a design as it was written: its own products in its own macrocells, nothing minimised and nothing moved.
+/// The file of a design as it was written: its own products in its own macrocells, nothing minimised and nothing moved; read back and decoded to the same
+/// products before it is given.
 ///
 /// # Errors
 /// What the device cannot hold; a device whose fuse map is not known.
 pub fn as_written(placement: &Placement) -> Result<String, Vec<Diagnostic>> {
+    let one = |finding: Box<Diagnostic>| vec![*finding];
     let map = fuse::map(placement)?;
-    let said = fuse::decode(&map)?;
-    let differences = fuse::differences(placement, &said);
-    if !differences.is_empty() {
-        return Err(vec![not_as_meant(&differences.join(", "))]);
-    }
     let n = vectors::enough(placement);
-    let vectors = vectors::vectors(&map, placement, &[], n).map_err(|finding| vec![*finding])?;
-    Ok(jedec::write(&map, &head(placement, &[]), &vectors))
+    let vectors = vectors::vectors(&map, placement, &[], n).map_err(one)?;
+    let text = jedec::write(&map, &head(placement, &[]), &vectors);
+    let (file, found) = jedec::read(FileId(u32::MAX), &text);
+    let Some(file) = file.filter(|_| !any_error(&found)) else { return Err(found) };
+    let said = fuse::decode(&file.fuse_map(Some(placement.device)).map_err(one)?)?;
+    let differences = fuse::differences(placement, &said);
+    if differences.is_empty() { Ok(text) } else { Err(vec![not_as_meant(&differences.join(", "))]) }
 }

@@ -5,11 +5,10 @@
 //! refit        circuit ── emit ──► equations with pins ── read ──► circuit, proved equal ──► Placement ── as written
 //! ```
 
+use crate::jedec::as_written;
 use crate::logic::{Judged, LogicDesign, judge};
 use crate::pipeline::OutputFile;
 use crate::report::Line;
-use grafsynth_backend_pld::fuse::{codes::NOT_AS_MEANT, decode, differences, map, vectors};
-use grafsynth_backend_pld::jedec::{self, Head};
 use grafsynth_backend_pld::placement::Placement;
 use grafsynth_backend_pld::{Dialect, EmitOptions, emit, read_text, rebind};
 use grafsynth_ir::diag::any_error;
@@ -52,7 +51,7 @@ pub fn make(
         Wanted::AsWritten => {
             let placement = design.placement.as_ref().map_err(Clone::clone)?;
             let name = format!("{stem}.jed");
-            let text = burn(placement)?;
+            let text = as_written(placement)?;
             let line = Line::proved(
                 &name,
                 "read back and decoded: the same products in the same macrocells",
@@ -74,7 +73,7 @@ pub fn make(
         Wanted::Refit => {
             let name = format!("{stem}.jed");
             let (_, placement, judged) = fitted(design, Dialect::Palasm, device, limits)?;
-            let text = burn(&placement?)?;
+            let text = as_written(&placement?)?;
             let line = line(&name, judged);
             Ok(Made { file: file(name, text), line })
         }
@@ -138,39 +137,4 @@ fn fitted(
     }
     let judged = judge(circuit, &back, limits);
     Ok((emitted.text, said.placement, judged))
-}
-
-/// The JEDEC file of a placement with test vectors, read back and decoded.
-fn burn(placement: &Placement) -> Result<String, Vec<Diagnostic>> {
-    let fuses = map(placement)?;
-    let one = |finding: Box<Diagnostic>| vec![*finding];
-    let tests =
-        vectors::vectors(&fuses, placement, &[], vectors::enough(placement)).map_err(one)?;
-    let head = Head {
-        lines: vec![
-            format!(
-                "{} - fuse map made by grafsynth {}",
-                placement.title,
-                env!("CARGO_PKG_VERSION")
-            ),
-            format!("Device: {}", placement.device.name),
-        ],
-        pins: placement.pins.clone(),
-    };
-    let text = jedec::write(&fuses, &head, &tests);
-    let (file, found) = jedec::read(FileId(u32::MAX), &text);
-    let Some(file) = file.filter(|_| !any_error(&found)) else { return Err(found) };
-    let said = decode(&file.fuse_map(Some(placement.device)).map_err(one)?)?;
-    let differences = differences(placement, &said);
-    if differences.is_empty() {
-        return Ok(text);
-    }
-    let message = format!(
-        "the fuse map that was made says something else than was meant: {}",
-        differences.join(", ")
-    );
-    Err(vec![
-        Diagnostic::error(NOT_AS_MEANT, message)
-            .help("this is a fault of the tool: please report it with the text"),
-    ])
 }
