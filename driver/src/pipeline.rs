@@ -108,6 +108,9 @@ impl Built {
     }
 }
 
+/// Reactions times steps and transitions that an enumeration before a build may look at: some hundredths of a second.
+const ENUMERATION_WORK: u64 = 20_000_000;
+
 /// What the back ends need to know of a net: the structure, and for a chart that evolves until it is stable a bound on its micro-steps, which only
 /// an enumeration can give. It costs time in proportion to the net, not to its states.
 #[must_use]
@@ -115,8 +118,10 @@ pub fn facts(net: &Valid<Net>, limits: &Limits) -> Facts {
     match net.settings.evolution {
         Evolution::Single => grafsynth_verify::structural_facts(net),
         Evolution::Stable { .. } => {
+            // A reaction takes time in proportion to what it looks at.
+            let size = (net.steps.len() + net.transitions.len()).max(1) as u64;
             let limits = Limits {
-                pairs: limits.pairs.min(100_000),
+                pairs: limits.pairs.min((ENUMERATION_WORK / size).clamp(1_000, 100_000)),
                 // A diagram that unrolls micro-steps is small or hopeless, and a build is not to wait for it.
                 image_bits: limits.image_bits.min(512),
                 image_work: limits.image_work.min(1_000_000),

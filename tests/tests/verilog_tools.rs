@@ -156,11 +156,15 @@ fn abc_agrees_with_our_proof() {
     let limits = Limits { pairs: 20_000, states: 2_000, ..Limits::default() };
     let mut seed = 0;
     while cases.len() as u64 / 2 < wanted {
-        assert!(seed < wanted * 8, "too few random nets become equations");
+        assert!(seed < wanted * 20, "too few random nets become equations");
         let net = random_net(seed, &Features::chip());
         seed += 1;
         let facts = structural_facts(&net);
         let Ok(logic) = pipeline::logic(&net, &facts) else { continue };
+        // Larger ones take ABC minutes.
+        if logic.flops.len() > 20 {
+            continue;
+        }
         let options = pipeline::emit_options(&net, None, None);
         let Ok(through) = pipeline::through(&logic, Dialect::Palasm, &options) else { continue };
         let same = through.read_back;
@@ -185,25 +189,33 @@ fn abc_agrees_with_our_proof() {
                 );
                 run(&yosys, &["-q", "-p", &script], folder.path());
             }
-            let _ = writeln!(abc_script, "echo case {index}\ndsec gold{index}.aig gate{index}.aig");
+            let _ = writeln!(
+                abc_script,
+                "echo case {index}\ndsec -T 10 gold{index}.aig gate{index}.aig"
+            );
             cases.push((seed - 1, is_equal, readable(&net)));
         }
     }
     fs::write(folder.path().join("all.abc"), abc_script).expect("a file");
     let said = run(&abc, &["-f", "all.abc"], folder.path());
     let mut answers = said.split("\ncase ").skip(1);
-    let (mut n_equal, mut n_different) = (0, 0);
+    let (mut n_equal, mut n_different, mut n_undecided) = (0, 0, 0);
     for (index, (seed, is_equal, text)) in cases.iter().enumerate() {
         let answer = answers.next().unwrap_or_default();
         assert!(answer.starts_with(&index.to_string()), "{said}");
         let abc_says = answer.contains("Networks are equivalent");
+        if answer.contains("UNDECIDED") {
+            // Ten seconds are enough for most pairs.
+            n_undecided += 1;
+            continue;
+        }
         let is_told = abc_says || answer.contains("NOT EQUIVALENT") || answer.contains("disproved");
         assert!(is_told, "seed {seed}: {answer}");
         assert_eq!(abc_says, *is_equal, "seed {seed}: ABC says {answer}\n{text}");
         if abc_says { n_equal += 1 } else { n_different += 1 }
     }
     println!("ABC agrees on {n_equal} equal pairs and {n_different} different ones");
-    assert!(n_equal > 0 && n_different > 0);
+    assert!(n_equal > 0 && n_different > 0 && n_undecided * 2 < cases.len(), "{n_undecided}");
 }
 
 /// A bitstream is what was proved, and a bit of it that is another is found.
