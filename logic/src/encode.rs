@@ -16,6 +16,7 @@
 mod busy;
 mod regions;
 mod run;
+mod substitute;
 
 use crate::build::Builder;
 use crate::codes;

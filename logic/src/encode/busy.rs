@@ -15,7 +15,7 @@
 //! What is held means nothing once `busy` is 0: the clock that then comes overwrites it before it reads it. It is not cleared, for that would cost
 //! every such flip-flop the products of `busy`'s own function.
 
-use super::has_pin;
+use super::{has_pin, substitute};
 use grafsynth_ir::Span;
 use grafsynth_ir::arena::{Arena, Id};
 use grafsynth_ir::expr::{CompareOp, ExprKind, Type};
@@ -562,46 +562,22 @@ impl<'a> Maker<'a> {
     }
 
     /// Inputs and `dt` read as they were taken.
-    fn expr(&self, expr: &Expr) -> Expr {
-        let read = |leaf: &Leaf| match leaf {
+    fn other(&self, leaf: Leaf) -> Leaf {
+        match leaf {
             Leaf::Input(input) => {
-                self.inputs.get(input).map_or(*leaf, |taken| Leaf::Temp(taken.now))
+                self.inputs.get(&input).map_or(leaf, |taken| Leaf::Temp(taken.now))
             }
-            Leaf::Dt => self.tick.as_ref().map_or(*leaf, |taken| Leaf::Temp(taken.now)),
-            Leaf::Cell(_) | Leaf::Temp(_) => *leaf,
-        };
-        let mapped = expr.try_map(
-            &mut |leaf, span| Ok::<_, std::convert::Infallible>(Expr::leaf(read(leaf), span)),
-            &mut |leaf, _| Ok(read(leaf)),
-        );
-        match mapped {
-            Ok(expr) => expr,
-            Err(never) => match never {},
+            Leaf::Dt => self.tick.as_ref().map_or(leaf, |taken| Leaf::Temp(taken.now)),
+            Leaf::Cell(_) | Leaf::Temp(_) => leaf,
         }
     }
 
+    fn expr(&self, expr: &Expr) -> Expr {
+        substitute::expr(expr, &|leaf| self.other(leaf))
+    }
+
     fn block(&self, block: &[Stmt]) -> Vec<Stmt> {
-        let rewrite = |stmt: &Stmt| match stmt {
-            Stmt::Set(temp, value) => Stmt::Set(*temp, self.expr(value)),
-            Stmt::Store(cell, index, value) => {
-                Stmt::Store(*cell, index.as_ref().map(|index| self.expr(index)), self.expr(value))
-            }
-            Stmt::If(condition, then, otherwise) => {
-                Stmt::If(self.expr(condition), self.block(then), self.block(otherwise))
-            }
-            Stmt::Repeat { limit, condition, body } => Stmt::Repeat {
-                limit: *limit,
-                condition: self.expr(condition),
-                body: self.block(body),
-            },
-            Stmt::Output(output, value) => Stmt::Output(*output, self.expr(value)),
-            Stmt::Call(output, arguments) => {
-                Stmt::Call(*output, arguments.iter().map(|a| self.expr(a)).collect())
-            }
-            Stmt::Code(text) => Stmt::Code(text.clone()),
-            Stmt::Fault(raised) => Stmt::Fault(self.expr(raised)),
-        };
-        block.iter().map(rewrite).collect()
+        substitute::block(block, &|leaf| self.other(leaf))
     }
 
     fn finish(self, body: Vec<Stmt>) -> Stepwise {

@@ -21,6 +21,7 @@
 //! A history may be entered by a transition from inside its owner that does not leave the owner. It then stands for what was recorded when the owner
 //! was left the last time, which the register does not know any more. Such a history keeps flip-flops of its own ([`kept_apart`]).
 
+use super::substitute;
 use grafsynth_ir::Span;
 use grafsynth_ir::arena::IdMap;
 use grafsynth_ir::expr::{ExprKind, Type};
@@ -292,47 +293,15 @@ impl Maker<'_> {
         }
     }
 
-    fn expr(&self, expr: &Expr) -> Expr {
-        let read = |leaf: &Leaf| match leaf {
-            Leaf::Cell(cell) => self.temp_of.get(cell).map_or(*leaf, |temp| Leaf::Temp(*temp)),
-            Leaf::Temp(_) | Leaf::Input(_) | Leaf::Dt => *leaf,
-        };
-        let mapped = expr.try_map(
-            &mut |leaf, span| Ok::<_, std::convert::Infallible>(Expr::leaf(read(leaf), span)),
-            &mut |leaf, _| Ok(read(leaf)),
-        );
-        match mapped {
-            Ok(expr) => expr,
-            Err(never) => match never {},
+    fn other(&self, leaf: Leaf) -> Leaf {
+        match leaf {
+            Leaf::Cell(cell) => self.temp_of.get(&cell).map_or(leaf, |temp| Leaf::Temp(*temp)),
+            Leaf::Temp(_) | Leaf::Input(_) | Leaf::Dt => leaf,
         }
     }
 
     fn block(&self, block: &[Stmt]) -> Vec<Stmt> {
-        let rewrite = |stmt: &Stmt| match stmt {
-            Stmt::Set(temp, value) => Stmt::Set(*temp, self.expr(value)),
-            Stmt::Store(cell, index, value) => match self.temp_of.get(cell) {
-                Some(temp) => Stmt::Set(*temp, self.expr(value)),
-                None => {
-                    let index = index.as_ref().map(|index| self.expr(index));
-                    Stmt::Store(*cell, index, self.expr(value))
-                }
-            },
-            Stmt::If(condition, then, otherwise) => {
-                Stmt::If(self.expr(condition), self.block(then), self.block(otherwise))
-            }
-            Stmt::Repeat { limit, condition, body } => Stmt::Repeat {
-                limit: *limit,
-                condition: self.expr(condition),
-                body: self.block(body),
-            },
-            Stmt::Output(output, value) => Stmt::Output(*output, self.expr(value)),
-            Stmt::Call(output, arguments) => {
-                Stmt::Call(*output, arguments.iter().map(|one| self.expr(one)).collect())
-            }
-            Stmt::Code(text) => Stmt::Code(text.clone()),
-            Stmt::Fault(raised) => Stmt::Fault(self.expr(raised)),
-        };
-        block.iter().map(rewrite).collect()
+        substitute::block(block, &|leaf| self.other(leaf))
     }
 }
 

@@ -1,0 +1,42 @@
+//! A piece of a program over other leaves: what was read and stored in one place is read and stored in another.
+
+use grafsynth_ir::program::{Expr, Leaf, Stmt};
+use std::convert::Infallible;
+
+/// The expression with each leaf replaced by the one that `other` gives for it.
+pub(super) fn expr(expr: &Expr, other: &impl Fn(Leaf) -> Leaf) -> Expr {
+    let mapped = expr.try_map(
+        &mut |leaf, span| Ok::<_, Infallible>(Expr::leaf(other(*leaf), span)),
+        &mut |leaf, _| Ok(other(*leaf)),
+    );
+    match mapped {
+        Ok(expr) => expr,
+        Err(never) => match never {},
+    }
+}
+
+/// The statements with each leaf replaced, where it is read and where it is stored. Elements of arrays stay in cells.
+pub(super) fn block(stmts: &[Stmt], other: &impl Fn(Leaf) -> Leaf) -> Vec<Stmt> {
+    let expr = |old: &Expr| expr(old, other);
+    let one = |stmt: &Stmt| match stmt {
+        Stmt::Set(temp, value) => Stmt::Set(*temp, expr(value)),
+        Stmt::Store(cell, index, value) => match (other(Leaf::Cell(*cell)), index) {
+            (Leaf::Temp(temp), None) => Stmt::Set(temp, expr(value)),
+            (Leaf::Cell(cell), index) => Stmt::Store(cell, index.as_ref().map(expr), expr(value)),
+            (Leaf::Temp(_) | Leaf::Input(_) | Leaf::Dt, _) => {
+                unreachable!("a cell is another cell, or a temporary that is no array")
+            }
+        },
+        Stmt::If(condition, then, otherwise) => {
+            Stmt::If(expr(condition), block(then, other), block(otherwise, other))
+        }
+        Stmt::Repeat { limit, condition, body } => {
+            Stmt::Repeat { limit: *limit, condition: expr(condition), body: block(body, other) }
+        }
+        Stmt::Output(output, value) => Stmt::Output(*output, expr(value)),
+        Stmt::Call(output, arguments) => Stmt::Call(*output, arguments.iter().map(expr).collect()),
+        Stmt::Code(text) => Stmt::Code(text.clone()),
+        Stmt::Fault(raised) => Stmt::Fault(expr(raised)),
+    };
+    stmts.iter().map(one).collect()
+}
