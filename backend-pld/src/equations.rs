@@ -11,7 +11,8 @@
 //! ```
 
 use crate::codes;
-use crate::device::{Device, PowerUp};
+use crate::device::{Device, FlipFlop, PowerUp};
+use crate::fit::exclusive::Exclusive;
 use crate::fit::form::{Form, FormChoice};
 use crate::fit::misfit::{Misfit, widest};
 use crate::{Dialect, EmitOptions, Named, Object};
@@ -86,6 +87,18 @@ pub struct Equation {
     pub is_registered: bool,
     /// Sum of products; a product without literals is always true.
     pub products: Vec<Vec<(SignalIndex, bool)>>,
+    /// What the flip-flop does with the sum, where it is clocked.
+    pub flip_flop: FlipFlop,
+    /// A product that inverts the sum while it is true.
+    pub inverter: Option<Vec<(SignalIndex, bool)>>,
+}
+
+impl Equation {
+    /// The product terms of the macrocell that it takes.
+    #[must_use]
+    pub fn n_terms(&self) -> usize {
+        self.products.len() + self.inverter.iter().count()
+    }
 }
 
 impl Equations {
@@ -101,6 +114,10 @@ impl Equations {
     ) -> Result<Self, Vec<Diagnostic>> {
         let mut findings = Vec::new();
         let device = find_device(options, &mut findings);
+        if dialect == Dialect::Galasm && device.layout.is_none() {
+            // Its assemblers make fuse maps, and no other device than ours.
+            findings.push(crate::fuse::no_map(device));
+        }
         let target = match dialect {
             Dialect::Palasm => &PALASM,
             Dialect::Cupl => &CUPL,
@@ -115,10 +132,19 @@ impl Equations {
         }
         let budget = options.budget;
         let forms = FormChoice { logic, device, budget, dont_cares: options.dont_cares };
+        let exclusive =
+            (device.has_flip_flop(FlipFlop::T) || device.has_xor()).then(|| Exclusive::new(logic));
+        let form_of = |function: &Function<'_>| match (&exclusive, function.source) {
+            (Some(exclusive), Source::Flop(id)) => {
+                exclusive.best(&forms, function.node, function.init, Some(id))
+            }
+            (Some(exclusive), _) => exclusive.best(&forms, function.node, function.init, None),
+            (None, _) => forms.of(function.node, function.init),
+        };
         let mut equations = Vec::new();
         let mut wide: Vec<&Function<'_>> = Vec::new();
         for function in &functions {
-            match forms.of(function.node, function.init) {
+            match form_of(function) {
                 Ok(form) => equations.push(first.equation(&mut signals, function, form, logic)),
                 Err(_) => wide.push(function),
             }
@@ -395,15 +421,17 @@ impl FirstOfKind {
             Var::Input(id) => self.places[&id],
             Var::Flop(id) => self.flop + id.index(),
         };
-        let products = form
-            .products
-            .into_iter()
-            .map(|product| product.into_iter().map(|(var, value)| (index(var), value)).collect());
+        let literals = |product: Vec<(Var, bool)>| {
+            product.into_iter().map(|(var, value)| (index(var), value)).collect::<Vec<_>>()
+        };
+        let products = form.products.into_iter().map(literals);
         Equation {
             signal,
             is_complemented: form.is_complemented,
             is_registered: function.init.is_some(),
             products: products.collect(),
+            flip_flop: form.flip_flop,
+            inverter: form.inverter.map(literals),
         }
     }
 }
@@ -451,6 +479,10 @@ fn head(
         PowerUp::ByPolarity => "power-up: a register written as /x := .. wakes with x true, one written as x := .. with x false".to_owned(),
         PowerUp::PinsHigh => "power-up: every registered pin wakes high, so what is false at the start lies on its pin inverted".to_owned(),
     });
+    let remembered: Vec<&str> = device.remembered().map(|figure| figure.what).collect();
+    if options.device.is_some() && device.layout.is_none() && !remembered.is_empty() {
+        head.push(format!("rests on what is remembered of data sheets: {}", remembered.join("; ")));
+    }
     if let Some(misfit) = misfit {
         head.push(format!(
             "does not fit one {}, so pins are left open: {}",

@@ -1,6 +1,7 @@
 //! Whole circuits through every language.
 
 mod buried;
+mod exclusive;
 mod foreign;
 mod pages;
 mod random;

@@ -53,22 +53,24 @@ impl Signs {
         if value { name.to_owned() } else { format!("{}{name}", self.not) }
     }
 
+    /// A product as a text.
+    pub(crate) fn product(&self, equations: &Equations, product: &[(usize, bool)]) -> String {
+        if product.is_empty() {
+            return self.yes.to_owned();
+        }
+        let literals: Vec<String> = product
+            .iter()
+            .map(|&(signal, value)| self.literal(&equations.signals[signal].name, value))
+            .collect();
+        literals.join(self.and)
+    }
+
     /// The products of a sum, as texts.
     pub(crate) fn products(&self, equations: &Equations, equation: &Equation) -> Vec<String> {
         if equation.products.is_empty() {
             return vec![self.no.to_owned()];
         }
-        let text = |product: &Vec<(usize, bool)>| {
-            if product.is_empty() {
-                return self.yes.to_owned();
-            }
-            let literals: Vec<String> = product
-                .iter()
-                .map(|&(signal, value)| self.literal(&equations.signals[signal].name, value))
-                .collect();
-            literals.join(self.and)
-        };
-        equation.products.iter().map(text).collect()
+        equation.products.iter().map(|product| self.product(equations, product)).collect()
     }
 
     /// Prints `head sum`, on one line where it is short, else one product a line.

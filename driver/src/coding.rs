@@ -256,7 +256,9 @@ fn may_fit(logic: &Logic, groups: &[Group], encoding: Encoding, options: &EmitOp
         })
         .sum();
     let n_cells = logic.flops.len() + logic.outputs.len() - saved;
-    n_cells <= device.macrocells.len() && n_cells + logic.inputs.len() < device.n_pins as usize
+    // Where macrocells are more than pins, only outputs and inputs need those.
+    let n_pins = device.blocks.map_or(n_cells, |_| logic.outputs.len()) + logic.inputs.len();
+    n_cells <= device.n_cells() && n_pins < device.n_pins as usize
 }
 
 /// The reachable situations as values of flip-flops, where they are known and few and every step has one.

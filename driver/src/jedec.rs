@@ -262,11 +262,10 @@ pub fn design(file: &Jedec, id: FileId) -> Result<(LogicDesign, Vec<Diagnostic>)
     let map = file.fuse_map(None).map_err(|finding| all(vec![*finding]))?;
     let mut placement = fuse::decode(&map).map_err(all)?;
     placement.title = title(file).unwrap_or_else(|| map.device.name.to_owned());
-    let supplies = [0, map.device.gnd(), map.device.n_pins];
     placement.pins = file
         .pins()
         .into_iter()
-        .filter(|(pin, _)| *pin < map.device.n_pins && !supplies.contains(pin))
+        .filter(|(pin, _)| (1..map.device.n_pins).contains(pin) && !map.device.is_supply(*pin))
         .map(|(pin, name)| PinName { pin, name })
         .collect();
     placement.pins.sort_by_key(|named| named.pin);

@@ -208,7 +208,7 @@ fn shows_at_the_pins(burned: &Burned, wanted: &Logic, flipped: &FuseMap) -> bool
     fixed.extend(own.enable_pins().iter().map(|pin| (*pin, 0)));
     let is_free = |pin: &u32| {
         burned.placement.cell(*pin).is_none()
-            && *pin != device.gnd()
+            && !device.is_supply(*pin)
             && !fixed.iter().any(|(known, _)| known == pin)
     };
     let free: Vec<u32> = (1..device.n_pins).filter(is_free).collect();

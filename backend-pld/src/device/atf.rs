@@ -1,27 +1,37 @@
 //! ATF750C: the pins of a 22V10, twice its flip-flops. Equations only: its fuse map was not read anywhere.
 
-use super::{Clock, Device, Figure, Polarity, PowerUp, Source, cell};
+use super::{Clock, DIP_24, Device, Figure, FlipFlop, Macrocell, Polarity, PowerUp, Source, cell};
+
+/// A macrocell of which only the flip-flop behind the pin is used, with all its terms.
+const fn both(pin: u32, terms: u32) -> Macrocell {
+    Macrocell { flip_flops: &[FlipFlop::D, FlipFlop::T], ..cell(pin, terms, terms) }
+}
 
 pub(super) const ATF750C: Device = Device {
     name: "atf750c",
     palasm: "ATV750",
     cupl: "v750c",
+    package: "DIP24",
     n_pins: 24,
+    grounds: DIP_24.0,
+    supplies: DIP_24.1,
     inputs: &[1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 13],
     macrocells: &[
-        cell(14, 8, 8),
-        cell(15, 10, 10),
-        cell(16, 12, 12),
-        cell(17, 14, 14),
-        cell(18, 16, 16),
-        cell(19, 16, 16),
-        cell(20, 14, 14),
-        cell(21, 12, 12),
-        cell(22, 10, 10),
-        cell(23, 8, 8),
+        both(14, 8),
+        both(15, 10),
+        both(16, 12),
+        both(17, 14),
+        both(18, 16),
+        both(19, 16),
+        both(20, 14),
+        both(21, 12),
+        both(22, 10),
+        both(23, 8),
     ],
     clock: Clock::Term,
     control_pins: &[],
+    jtag_pins: &[],
+    blocks: None,
     power_up: PowerUp::ByPolarity,
     polarity: Polarity::Programmable,
     has_global_reset: false,
@@ -32,15 +42,21 @@ pub(super) const ATF750C: Device = Device {
     programmer: None,
     figures: &[
         Figure {
-            what: "pins, and a clock term for each macrocell",
+            what: "pins of a 22V10, twice its flip-flops, each D or T by itself",
+            source: Source::Read("forum.6502.org, thread 8411 on the ATF750C"),
+        },
+        Figure {
+            what: "171 rows of 84 columns: 120 terms of sums, and an enable, two clocks and two resets for each of ten macrocells, and a preset",
+            source: Source::Read(
+                "sizes in the programmer afterburner; how they are shared out is our sum",
+            ),
+        },
+        Figure {
+            what: "product terms of a macrocell, both of its sums taken together; a clock term for each",
             source: Source::Memory("Atmel data sheet ATF750C"),
         },
         Figure {
-            what: "product terms of a macrocell, both of its sums taken together",
-            source: Source::Memory("Atmel data sheet ATF750C"),
-        },
-        Figure {
-            what: "flip-flops 0 after power-up",
+            what: "flip-flops 0 after power-up, polarity gate behind them",
             source: Source::Memory("Atmel data sheet ATF750C, power-up reset"),
         },
     ],

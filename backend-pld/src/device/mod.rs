@@ -4,6 +4,7 @@
 //! written only for devices whose map was read ([`Device::layout`]), and a fit that rests on a remembered figure says so.
 
 mod atf;
+mod cpld;
 pub mod layout;
 mod pal20;
 mod ra10;
@@ -41,6 +42,34 @@ pub struct Macrocell {
     pub registered_terms: u32,
     /// Product terms of a combinational function; 0: it is always registered.
     pub combinational_terms: u32,
+    /// What its flip-flop can be, where it has one.
+    pub flip_flops: &'static [FlipFlop],
+    /// It can have one product more, which inverts the sum while it is true. It is one of the macrocell's own terms.
+    pub has_xor: bool,
+    /// Its logic block, from 0, on devices that have those.
+    pub block: u32,
+}
+
+/// What a flip-flop does with its input at the clock.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum FlipFlop {
+    /// It takes it.
+    D,
+    /// It changes where that is 1.
+    T,
+}
+
+/// Macrocells in blocks, between which only a switch matrix leads.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Blocks {
+    /// How many there are.
+    pub n_blocks: u32,
+    /// The macrocells of each, those without a pin too.
+    pub n_cells: u32,
+    /// How many signals the switch matrix brings into one: pins, and functions of any block.
+    pub fan_in: u32,
+    /// The product terms of a macrocell's own. A wider sum takes those of macrocells beside it, which then have no function themselves.
+    pub own_terms: u32,
 }
 
 /// One device.
@@ -52,8 +81,14 @@ pub struct Device {
     pub palasm: &'static str,
     /// Its mnemonic in CUPL.
     pub cupl: &'static str,
+    /// The package, as its maker writes it.
+    pub package: &'static str,
     /// The number of pins of the package.
     pub n_pins: u32,
+    /// The ground pins, the main one first.
+    pub grounds: &'static [u32],
+    /// The pins of the supply voltages, the main one first.
+    pub supplies: &'static [u32],
     /// Pins that are only inputs, the clock pin not among them.
     pub inputs: &'static [u32],
     /// The macrocells, by pin.
@@ -62,6 +97,11 @@ pub struct Device {
     pub clock: Clock,
     /// The pin that enables all registered outputs (low) or loads them, and serves nothing else once there are registers.
     pub control_pins: &'static [u32],
+    /// Pins that serve the programming of the soldered device, which a design does not get; the macrocells behind them may hold functions that no pin
+    /// shows.
+    pub jtag_pins: &'static [u32],
+    /// The logic blocks of a device that has macrocells without a pin; none: every macrocell has a pin and every term reads every signal.
+    pub blocks: Option<&'static Blocks>,
     /// What registered pins show after power-up.
     pub power_up: PowerUp,
     /// A synchronous preset and an asynchronous reset for all flip-flops.
@@ -112,8 +152,13 @@ pub enum Source {
 }
 
 const fn cell(pin: u32, registered_terms: u32, combinational_terms: u32) -> Macrocell {
-    Macrocell { pin, registered_terms, combinational_terms }
+    let flip_flops: &[FlipFlop] = if registered_terms == 0 { &[] } else { &[FlipFlop::D] };
+    Macrocell { pin, registered_terms, combinational_terms, flip_flops, has_xor: false, block: 0 }
 }
+
+/// The supplies of a dual in-line package: ground is the last pin of the first side, the supply voltage the last of all.
+const DIP_20: (&[u32], &[u32]) = (&[10], &[20]);
+const DIP_24: (&[u32], &[u32]) = (&[12], &[24]);
 
 /// All devices, the default first.
 pub static DEVICES: &[Device] = &[
@@ -122,6 +167,12 @@ pub static DEVICES: &[Device] = &[
     v8::GAL20V8,
     ra10::GAL20RA10,
     atf::ATF750C,
+    cpld::ATF1502_PLCC44,
+    cpld::ATF1502_TQFP44,
+    cpld::ATF1504_PLCC44,
+    cpld::ATF1504_TQFP44,
+    cpld::ATF1504_PLCC84,
+    cpld::ATF1508_PLCC84,
     pal20::PAL16L8,
     pal20::PAL16R4,
     pal20::PAL16R6,
@@ -164,6 +215,24 @@ const ALIASES: &[(&str, &str)] = &[
     ("p20ra10", "gal20ra10"),
     ("atf750", "atf750c"),
     ("v750", "atf750c"),
+    ("atf1502", "atf1502-plcc44"),
+    ("atf1502as", "atf1502-plcc44"),
+    ("atf1502asl", "atf1502-plcc44"),
+    ("atf1502asv", "atf1502-plcc44"),
+    ("f1502plcc44", "atf1502-plcc44"),
+    ("f1502tqfp44", "atf1502-tqfp44"),
+    ("atf1504", "atf1504-plcc44"),
+    ("atf1504as", "atf1504-plcc44"),
+    ("atf1504asl", "atf1504-plcc44"),
+    ("atf1504asv", "atf1504-plcc44"),
+    ("f1504plcc44", "atf1504-plcc44"),
+    ("f1504tqfp44", "atf1504-tqfp44"),
+    ("f1504plcc84", "atf1504-plcc84"),
+    ("atf1508", "atf1508-plcc84"),
+    ("atf1508as", "atf1508-plcc84"),
+    ("atf1508asl", "atf1508-plcc84"),
+    ("atf1508asv", "atf1508-plcc84"),
+    ("f1508plcc84", "atf1508-plcc84"),
     ("pal20l8", "gal20v8"),
     ("pal20r4", "gal20v8"),
     ("pal20r6", "gal20v8"),
@@ -187,7 +256,8 @@ impl Device {
     /// The device of this name, or of another maker's name for the same structure; letter case does not matter.
     #[must_use]
     pub fn find(name: &str) -> Option<&'static Device> {
-        let name = name.to_ascii_lowercase();
+        // Board files write names without signs.
+        let name = name.to_ascii_lowercase().replace('_', "-");
         let name =
             ALIASES.iter().find(|(alias, _)| *alias == name).map_or(name.as_str(), |(_, own)| own);
         let is_named = |device: &&Device| {
@@ -207,10 +277,29 @@ impl Device {
         self.macrocells.iter().find(|cell| cell.pin == pin)
     }
 
-    /// The pin of the ground connection; the supply is the last pin.
+    /// True for ground pins and those of supply voltages.
     #[must_use]
-    pub fn gnd(&self) -> u32 {
-        self.n_pins / 2
+    pub fn is_supply(&self, pin: u32) -> bool {
+        self.grounds.contains(&pin) || self.supplies.contains(&pin)
+    }
+
+    /// All macrocells, those without a pin too.
+    #[must_use]
+    pub fn n_cells(&self) -> usize {
+        self.blocks
+            .map_or(self.macrocells.len(), |blocks| (blocks.n_blocks * blocks.n_cells) as usize)
+    }
+
+    /// True if flip-flops can be of this kind.
+    #[must_use]
+    pub fn has_flip_flop(&self, kind: FlipFlop) -> bool {
+        self.macrocells.iter().any(|cell| cell.flip_flops.contains(&kind))
+    }
+
+    /// True if sums can be inverted by a product.
+    #[must_use]
+    pub fn has_xor(&self) -> bool {
+        self.macrocells.iter().any(|cell| cell.has_xor)
     }
 
     /// The figures that are remembered and were not read.
@@ -231,7 +320,7 @@ impl Device {
 
 #[cfg(test)]
 mod tests {
-    use super::{Clock, DEVICES, Device};
+    use super::{Clock, DEVICES, Device, Macrocell, Source};
 
     #[test]
     fn every_pin_of_a_device_has_one_use() {
@@ -239,12 +328,57 @@ mod tests {
             let mut pins: Vec<u32> =
                 device.inputs.iter().chain(device.control_pins).copied().collect();
             pins.extend(device.macrocells.iter().map(|cell| cell.pin));
-            pins.extend([device.gnd(), device.n_pins]);
+            pins.extend(device.grounds.iter().chain(device.supplies));
             if let Clock::Pin(pin) = device.clock {
                 pins.push(pin);
             }
             pins.sort_unstable();
             assert_eq!(pins, (1..=device.n_pins).collect::<Vec<_>>(), "{}", device.name);
+        }
+    }
+
+    #[test]
+    fn packages_macrocells_and_figures_are_whole() {
+        for device in DEVICES {
+            let name = device.name;
+            let n_pins: u32 =
+                device.package.trim_start_matches(char::is_alphabetic).parse().unwrap();
+            assert_eq!(n_pins, device.n_pins, "{name}");
+            assert!(!device.grounds.is_empty() && !device.supplies.is_empty(), "{name}");
+            if device.package.starts_with("DIP") {
+                assert_eq!((device.grounds, device.supplies), (&[n_pins / 2][..], &[n_pins][..]));
+            }
+            for pin in device.jtag_pins {
+                assert!(device.macrocell(*pin).is_some(), "{name} {pin}");
+            }
+            let n_terms = |cell: &Macrocell| cell.registered_terms.max(cell.combinational_terms);
+            for cell in device.macrocells {
+                assert!(n_terms(cell) > 0, "{name} {}", cell.pin);
+                assert_eq!(cell.registered_terms > 0, !cell.flip_flops.is_empty(), "{name}");
+            }
+            match device.blocks {
+                None => assert!(device.macrocells.iter().all(|cell| cell.block == 0), "{name}"),
+                Some(blocks) => {
+                    for block in 0..blocks.n_blocks {
+                        let own = device.macrocells.iter().filter(|cell| cell.block == block);
+                        assert!((1..=blocks.n_cells as usize).contains(&own.count()), "{name}");
+                    }
+                    let is_known = |cell: &Macrocell| cell.block < blocks.n_blocks;
+                    assert!(device.macrocells.iter().all(is_known), "{name}");
+                    let most = blocks.n_cells * blocks.own_terms;
+                    assert!(device.macrocells.iter().all(|cell| n_terms(cell) <= most), "{name}");
+                }
+            }
+            let has_registers = device.macrocells.iter().any(|cell| cell.registered_terms > 0);
+            assert_eq!(has_registers, device.clock != Clock::None, "{name}");
+            for figure in device.figures {
+                let (Source::Read(text) | Source::Memory(text)) = figure.source;
+                assert!(!figure.what.is_empty() && !text.is_empty(), "{name}");
+            }
+            let mut names: Vec<_> = DEVICES.iter().map(|device| device.cupl).collect();
+            names.sort_unstable();
+            names.dedup();
+            assert_eq!(names.len(), DEVICES.len(), "each has its CUPL mnemonic");
         }
     }
 
@@ -294,7 +428,7 @@ mod tests {
         for device in DEVICES {
             assert!(!device.figures.is_empty(), "{}", device.name);
             let read = |figure: &super::Figure| {
-                figure.what.contains("fuse") && matches!(figure.source, super::Source::Read(_))
+                figure.what.contains("fuse") && matches!(figure.source, Source::Read(_))
             };
             assert_eq!(device.layout.is_some(), device.figures.iter().any(read), "{}", device.name);
             for cell in device.macrocells {

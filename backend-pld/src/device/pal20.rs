@@ -1,6 +1,6 @@
 //! The 20-pin PALs that a GAL16V8 takes the place of: the same pins, fewer choices. Their fuse map is that of the GAL16V8.
 
-use super::{Clock, Device, Figure, Macrocell, Polarity, PowerUp, Source, cell, v8};
+use super::{Clock, DIP_20, Device, Figure, Macrocell, Polarity, PowerUp, Source, cell, v8};
 
 const READ: &str = "device tables of MAME jedutil";
 
@@ -36,11 +36,16 @@ const fn plain(
         name,
         palasm,
         cupl,
+        package: "DIP20",
         n_pins: 20,
+        grounds: DIP_20.0,
+        supplies: DIP_20.1,
         inputs: &[2, 3, 4, 5, 6, 7, 8, 9],
         macrocells,
         clock: Clock::Pin(1),
         control_pins: &[11],
+        jtag_pins: &[],
+        blocks: None,
         power_up: PowerUp::PinsHigh,
         has_global_reset: false,
         deaf_pins: &[],

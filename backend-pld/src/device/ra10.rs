@@ -3,7 +3,7 @@
 use super::layout::{
     CellFuses, Enable, Feedback, Layout, Mode, PolarityGate, Register, Shape, cells,
 };
-use super::{Clock, Device, Figure, Polarity, PowerUp, Source, cell};
+use super::{Clock, DIP_24, Device, Figure, Polarity, PowerUp, Source, cell};
 
 const READ: &str = "device tables of galette and MAME jedutil; golden files of galette";
 
@@ -59,7 +59,10 @@ pub(super) const GAL20RA10: Device = Device {
     name: "gal20ra10",
     palasm: "PAL20RA10",
     cupl: "p20ra10",
+    package: "DIP24",
     n_pins: 24,
+    grounds: DIP_24.0,
+    supplies: DIP_24.1,
     inputs: &[2, 3, 4, 5, 6, 7, 8, 9, 10, 11],
     macrocells: &[
         cell(14, 4, 4),
@@ -75,6 +78,8 @@ pub(super) const GAL20RA10: Device = Device {
     ],
     clock: Clock::Term,
     control_pins: &[1, 13],
+    jtag_pins: &[],
+    blocks: None,
     power_up: PowerUp::ByPolarity,
     polarity: Polarity::Programmable,
     has_global_reset: false,

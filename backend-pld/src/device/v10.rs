@@ -1,7 +1,7 @@
 //! GAL22V10: ten macrocells of eight to sixteen product terms, a common reset and preset.
 
 use super::layout::{CellFuses, Enable, Feedback, Layout, Mode, PolarityGate, Register, Shape};
-use super::{Clock, Device, Figure, Polarity, PowerUp, Source, cell};
+use super::{Clock, DIP_24, Device, Figure, Polarity, PowerUp, Source, cell};
 
 const READ: &str = "device tables of galette and MAME jedutil; golden files of galette";
 
@@ -84,7 +84,10 @@ pub(super) const GAL22V10: Device = Device {
     name: "gal22v10",
     palasm: "PAL22V10",
     cupl: "g22v10",
+    package: "DIP24",
     n_pins: 24,
+    grounds: DIP_24.0,
+    supplies: DIP_24.1,
     inputs: &[2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 13],
     macrocells: &[
         cell(14, 8, 8),
@@ -100,6 +103,8 @@ pub(super) const GAL22V10: Device = Device {
     ],
     clock: Clock::Pin(1),
     control_pins: &[],
+    jtag_pins: &[],
+    blocks: None,
     power_up: PowerUp::ByPolarity,
     polarity: Polarity::Programmable,
     has_global_reset: true,

@@ -3,7 +3,7 @@
 use super::layout::{
     CellFuses, Enable, Feedback, Layout, Mode, PolarityGate, Register, Shape, cells,
 };
-use super::{Clock, Device, Figure, Polarity, PowerUp, Source, cell};
+use super::{Clock, DIP_20, DIP_24, Device, Figure, Polarity, PowerUp, Source, cell};
 
 const READ: &str = "device tables of galette and MAME jedutil; golden files of galette";
 
@@ -236,7 +236,10 @@ pub(super) const GAL16V8: Device = Device {
     name: "gal16v8",
     palasm: "PALCE16V8",
     cupl: "g16v8",
+    package: "DIP20",
     n_pins: 20,
+    grounds: DIP_20.0,
+    supplies: DIP_20.1,
     inputs: &[2, 3, 4, 5, 6, 7, 8, 9],
     macrocells: &[
         cell(12, 8, 7),
@@ -250,6 +253,8 @@ pub(super) const GAL16V8: Device = Device {
     ],
     clock: Clock::Pin(1),
     control_pins: &[11],
+    jtag_pins: &[],
+    blocks: None,
     power_up: PowerUp::PinsHigh,
     polarity: Polarity::Programmable,
     has_global_reset: false,
@@ -265,7 +270,10 @@ pub(super) const GAL20V8: Device = Device {
     name: "gal20v8",
     palasm: "PALCE20V8",
     cupl: "g20v8",
+    package: "DIP24",
     n_pins: 24,
+    grounds: DIP_24.0,
+    supplies: DIP_24.1,
     inputs: &[2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 14, 23],
     macrocells: &[
         cell(15, 8, 7),
@@ -279,6 +287,8 @@ pub(super) const GAL20V8: Device = Device {
     ],
     clock: Clock::Pin(1),
     control_pins: &[13],
+    jtag_pins: &[],
+    blocks: None,
     power_up: PowerUp::PinsHigh,
     polarity: Polarity::Programmable,
     has_global_reset: false,

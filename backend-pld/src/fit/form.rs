@@ -1,6 +1,6 @@
 //! The choice of form: in which polarity a function is a sum.
 
-use crate::device::{Device, Polarity, PowerUp};
+use crate::device::{Device, FlipFlop, Polarity, PowerUp};
 use grafsynth_ir::logic::{Logic, NodeId};
 use grafsynth_logic::minimise::{Budget, Product, Refused, sum_between};
 use grafsynth_logic::split::NarrowSum;
@@ -10,6 +10,21 @@ pub(crate) struct Form {
     pub(crate) is_complemented: bool,
     pub(crate) is_pin_inverted: bool,
     pub(crate) products: Vec<Product>,
+    /// What the flip-flop does with the sum, where there is one.
+    pub(crate) flip_flop: FlipFlop,
+    /// A product that inverts the sum while it is true.
+    pub(crate) inverter: Option<Product>,
+}
+
+impl Form {
+    /// A sum by itself, for a D flip-flop or none.
+    pub(crate) fn plain(
+        is_complemented: bool,
+        is_pin_inverted: bool,
+        products: Vec<Product>,
+    ) -> Self {
+        Form { is_complemented, is_pin_inverted, products, flip_flop: FlipFlop::D, inverter: None }
+    }
 }
 
 /// Which polarity a sum is printed in.
@@ -56,14 +71,10 @@ impl FormChoice<'_> {
             // A part in the polarity that the device lacks is shown by its pin the other way round.
             (None, _) => self.fixed().is_some_and(|is_low| is_low != sum.is_complemented),
         };
-        Form {
-            is_complemented: sum.is_complemented,
-            is_pin_inverted,
-            products: sum.products.clone(),
-        }
+        Form::plain(sum.is_complemented, is_pin_inverted, sum.products.clone())
     }
 
-    fn sum(&self, node: NodeId, is_complemented: bool) -> Result<Vec<Product>, Refused> {
+    pub(crate) fn sum(&self, node: NodeId, is_complemented: bool) -> Result<Vec<Product>, Refused> {
         let all = self.logic.never.iter().chain(&self.logic.unreachable);
         let dont_cares: Vec<NodeId> = all.copied().filter(|_| self.dont_cares).collect();
         sum_between(self.logic, node, is_complemented, &dont_cares, self.budget)
@@ -73,18 +84,14 @@ impl FormChoice<'_> {
     /// The function of a flip-flop that wakes with this value.
     fn registered(&self, node: NodeId, init: bool) -> Result<Form, Refused> {
         match self.device.power_up {
-            PowerUp::ByPolarity => Ok(Form {
-                is_complemented: init,
-                is_pin_inverted: false,
-                products: self.sum(node, init)?,
-            }),
+            PowerUp::ByPolarity => Ok(Form::plain(init, false, self.sum(node, init)?)),
             // The pin is high at first; where its polarity is fixed, that of the sum is too.
             PowerUp::PinsHigh => match self.fixed() {
                 None => Ok(Form { is_pin_inverted: !init, ..self.combinational(node)? }),
                 Some(is_low) => {
                     let is_complemented = is_low == init;
                     let products = self.sum(node, is_complemented)?;
-                    Ok(Form { is_complemented, is_pin_inverted: !init, products })
+                    Ok(Form::plain(is_complemented, !init, products))
                 }
             },
         }
@@ -94,7 +101,7 @@ impl FormChoice<'_> {
     fn combinational(&self, node: NodeId) -> Result<Form, Refused> {
         if let Some(is_complemented) = self.fixed() {
             let products = self.sum(node, is_complemented)?;
-            return Ok(Form { is_complemented, is_pin_inverted: false, products });
+            return Ok(Form::plain(is_complemented, false, products));
         }
         let cost =
             |products: &[Product]| (products.len(), products.iter().map(Vec::len).sum::<usize>());
@@ -102,11 +109,7 @@ impl FormChoice<'_> {
         if let Ok(products) = &plain
             && products.len() <= 1
         {
-            return plain.map(|products| Form {
-                is_complemented: false,
-                is_pin_inverted: false,
-                products,
-            });
+            return plain.map(|products| Form::plain(false, false, products));
         }
         if let Err(refused @ (Refused::Nodes(_) | Refused::Variables(_))) = plain {
             // The complement has the same diagram.
@@ -114,14 +117,10 @@ impl FormChoice<'_> {
         }
         match (plain, self.sum(node, true)) {
             (Ok(plain), Ok(complement)) if cost(&complement) >= cost(&plain) => {
-                Ok(Form { is_complemented: false, is_pin_inverted: false, products: plain })
+                Ok(Form::plain(false, false, plain))
             }
-            (Ok(_) | Err(_), Ok(complement)) => {
-                Ok(Form { is_complemented: true, is_pin_inverted: false, products: complement })
-            }
-            (Ok(plain), Err(_)) => {
-                Ok(Form { is_complemented: false, is_pin_inverted: false, products: plain })
-            }
+            (Ok(_) | Err(_), Ok(complement)) => Ok(Form::plain(true, false, complement)),
+            (Ok(plain), Err(_)) => Ok(Form::plain(false, false, plain)),
             (Err(refused), Err(_)) => Err(refused),
         }
     }

@@ -19,7 +19,7 @@ impl Equations {
     ) -> Option<Misfit> {
         let device = self.device;
         let mut free: Vec<u32> = (1..=device.n_pins)
-            .filter(|pin| *pin != device.gnd() && *pin != device.n_pins)
+            .filter(|pin| !device.is_supply(*pin) && !device.jtag_pins.contains(pin))
             .collect();
         let mut needs: Vec<(SignalIndex, Need)> = Vec::new();
         let mut equation_of: Vec<Option<&Equation>> = vec![None; self.signals.len()];
@@ -32,7 +32,7 @@ impl Equations {
                 match (signal.source, equation_of[index]) {
                     (Source::Clock, _) => Need::Clock,
                     (_, Some(equation)) => Need::Macrocell {
-                        terms: equation.products.len(),
+                        terms: equation.n_terms(),
                         is_registered: equation.is_registered,
                     },
                     (
@@ -84,6 +84,10 @@ impl Equations {
         if findings.len() > before {
             return None;
         }
+        if let Some(blocks) = device.blocks {
+            let misfit = self.assign_blocks(blocks, free, &needs);
+            return self.settled(misfit, logic, options);
+        }
         // The widest sums choose first and take the narrowest macrocell that holds them; inputs take what only inputs can use.
         needs.retain(|(index, _)| self.signals[*index].pin.is_none());
         needs.sort_by_key(|(index, need)| match need {
@@ -101,6 +105,11 @@ impl Equations {
         for (pin, (index, _)) in &matching.taken {
             self.signals[*index].pin = Some(*pin);
         }
+        self.settled(misfit, logic, options)
+    }
+
+    /// Keeps the pins if everything has one; if not, only those that the board gives.
+    fn settled(&mut self, misfit: Misfit, logic: &Logic, options: &EmitOptions) -> Option<Misfit> {
         if misfit.is_none() {
             self.has_pins = true;
             return None;
@@ -176,12 +185,15 @@ pub(crate) enum Need {
 
 impl Need {
     /// Why this pin will not do.
-    fn refuses(self, device: &Device, has_registers: bool, pin: u32) -> Option<String> {
+    pub(crate) fn refuses(self, device: &Device, has_registers: bool, pin: u32) -> Option<String> {
         if pin == 0 || pin > device.n_pins {
             return Some(format!("it has {} pins", device.n_pins));
         }
-        if pin == device.gnd() || pin == device.n_pins {
+        if device.is_supply(pin) {
             return Some("it is a supply pin".to_owned());
+        }
+        if device.jtag_pins.contains(&pin) {
+            return Some("it is a JTAG pin, by which the device is programmed".to_owned());
         }
         let is_clock_pin = device.clock == Clock::Pin(pin);
         let is_reserved = device.control_pins.contains(&pin)

@@ -40,14 +40,16 @@ pub(crate) fn no_map(device: &Device) -> Diagnostic {
         .filter(|known| known.layout.is_some())
         .map(|known| known.name)
         .collect();
+    let ways = if device.blocks.is_some() {
+        "build `cupl` for WinCUPL and the maker's fitter, or `verilog` for yosys with atf15xx_yosys before that fitter"
+    } else {
+        "build equations for the maker's tools with `palasm` or `cupl`"
+    };
     Diagnostic::error(
         codes::NO_FUSE_MAP,
         format!("the fuse map of a {} is not known for certain, so none is written", device.name),
     )
-    .help(format!(
-        "build equations for the maker's tools with `palasm` or `cupl`, or take one of {}",
-        known.join(", ")
-    ))
+    .help(format!("{ways}, or take one of {}", known.join(", ")))
 }
 
 /// True while a pin is read by some product.

@@ -197,10 +197,9 @@ impl<'a> Walk<'a> {
             }
         }
         let enables = chip.enable_pins();
-        let supplies = [device.gnd(), device.n_pins];
         let (mut inputs, mut fixed) = (Vec::new(), Vec::new());
         for pin in 1..=device.n_pins {
-            if supplies.contains(&pin) || clocks.contains(&pin) || placement.cell(pin).is_some() {
+            if device.is_supply(pin) || clocks.contains(&pin) || placement.cell(pin).is_some() {
                 continue;
             }
             if enables.contains(&pin) {
@@ -321,8 +320,7 @@ impl<'a> Walk<'a> {
                 let of = |levels: &[(u32, bool)]| {
                     levels.iter().find(|(known, _)| *known == pin).map(|(_, value)| *value)
                 };
-                let is_supply = pin == device.gnd() || pin == device.n_pins;
-                if is_supply {
+                if device.is_supply(pin) {
                     Level::NotTested
                 } else if self.clocks.contains(&pin) {
                     if is_clocked { Level::Clock } else { Level::Low }

@@ -1,11 +1,11 @@
 //! CUPL: header, pins, fields, equations (also of lists), `APPEND`, and `$DEFINE` of expressions. State machines and tables are refused by name.
 
-use super::draft::{Definition, Draft, Role, SignalId};
+use super::draft::{Definition, Draft, Expr, Role, SignalId};
 use super::lexer::{Comments, Kind, Lexer};
 use super::palasm::{clock_of, enable, find_device, finish, one_clock, preset};
 use super::sets::{self, Fields};
 use crate::codes;
-use crate::device::Device;
+use crate::device::{Device, FlipFlop};
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::span::{Name, Span};
 
@@ -440,6 +440,28 @@ impl Parser<'_, '_> {
         mut definition: Definition,
     ) {
         match extension.map(|(_, text)| text) {
+            // What a T flip-flop holds, it holds, but where its sum is true: `APPEND` would need the sum alone.
+            Some("t") if !is_append => {
+                if let Some(device) = self.device.filter(|own| !own.has_flip_flop(FlipFlop::T)) {
+                    let message = format!("a {} has no T flip-flops", device.name);
+                    let at = extension.as_ref().map_or(span, |(span, _)| *span);
+                    self.draft.error(codes::DEVICE_LIMIT, at, message);
+                    return;
+                }
+                let sum =
+                    if is_complemented { self.draft.not(definition.sum) } else { definition.sum };
+                let own = self.draft.read(id);
+                definition.value = self.draft.expr(Expr::Xor(own, sum));
+                definition.sum = if is_complemented {
+                    self.draft.not(definition.value)
+                } else {
+                    definition.value
+                };
+                definition.is_registered = true;
+                definition.is_complemented = is_complemented;
+                self.check_output(id, span);
+                self.draft.define(id, definition);
+            }
             None | Some("d") => {
                 definition.is_registered = extension.is_some();
                 definition.is_complemented = is_complemented;
@@ -451,15 +473,7 @@ impl Parser<'_, '_> {
                 if signal.role == Role::Unknown {
                     signal.role = Role::Internal;
                 }
-                if let (Some(device), Some(pin)) = (self.device, signal.pin)
-                    && device.macrocell(pin).is_none()
-                {
-                    let message = format!(
-                        "`{}` is pin {pin} of a {}, which is no output",
-                        self.draft.signals[id as usize].name, device.name
-                    );
-                    self.draft.error(codes::DEVICE_LIMIT, span, message);
-                }
+                self.check_output(id, span);
                 match self.draft.at(id).definition {
                     Some(first) if is_append => {
                         if first.is_complemented != is_complemented
@@ -504,11 +518,22 @@ impl Parser<'_, '_> {
             }
             Some(other) => {
                 let message = format!(
-                    "`.{other}` is not supported by this reader: known are .d .ck .ar .sp .oe"
+                    "`.{other}` is not supported by this reader: known are .d .t .ck .ar .sp .oe"
                 );
                 let at = extension.as_ref().map_or(span, |(span, _)| *span);
                 self.draft.error(codes::UNSUPPORTED, at, message);
             }
+        }
+    }
+
+    fn check_output(&mut self, id: SignalId, span: Span) {
+        let signal = &self.draft.signals[id as usize];
+        if let (Some(device), Some(pin)) = (self.device, signal.pin)
+            && device.macrocell(pin).is_none()
+        {
+            let message =
+                format!("`{}` is pin {pin} of a {}, which is no output", signal.name, device.name);
+            self.draft.error(codes::DEVICE_LIMIT, span, message);
         }
     }
 

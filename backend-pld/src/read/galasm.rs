@@ -171,9 +171,9 @@ impl<'a> Parser<'a, '_> {
 
     fn declare(&mut self, name: &str, span: Span, pin: u32, is_inverted: bool) {
         let device = self.device;
-        let needs = if pin == device.gnd() {
+        let needs = if device.grounds.contains(&pin) {
             Some("GND")
-        } else if pin == device.n_pins {
+        } else if device.supplies.contains(&pin) {
             Some("VCC")
         } else {
             None

@@ -1,7 +1,7 @@
-//! CUPL: header, pins, equations.
+//! CUPL: header, pins, equations. `.t` is the input of a T flip-flop; `$`, the exclusive or, binds less than `#`.
 
 use super::{Sheet, Signs};
-use crate::device::Clock;
+use crate::device::{Clock, FlipFlop};
 use crate::equations::{Equations, Source, remark};
 
 const SIGNS: Signs = Signs { not: "!", and: " & ", or: "#", yes: "'b'1", no: "'b'0" };
@@ -33,7 +33,13 @@ pub(crate) fn write(equations: &Equations) -> Sheet {
             if signal.is_pin_inverted { format!("!{}", signal.name) } else { signal.name.clone() };
         let remark = remark(&signal.meta);
         let remark = if remark.is_empty() { remark } else { format!(" /* {remark} */") };
-        let is_node = matches!(signal.source, Source::Buried(_)) && signal.pin.is_none();
+        let is_node = match signal.source {
+            Source::Buried(_) => true,
+            // Where macrocells are more than pins, the fitter finds a place for what needs no pin.
+            Source::Flop(_) => equations.device.blocks.is_some(),
+            Source::Clock | Source::Input(_) | Source::Output(_) => false,
+        };
+        let is_node = is_node && signal.pin.is_none();
         let statement = if is_node { "PINNODE" } else { "PIN" };
         sheet.line_of(&format!("{statement} {pin} = {name} ;{remark}"), &signal.name, &signal.meta);
     }
@@ -41,11 +47,19 @@ pub(crate) fn write(equations: &Equations) -> Sheet {
     for equation in &equations.equations {
         let name = &equations.signals[equation.signal].name;
         let not = if equation.is_complemented { "!" } else { "" };
-        let suffix = if equation.is_registered { ".d" } else { "" };
-        SIGNS.print(&mut sheet, equations, equation, &format!("{not}{name}{suffix} ="), " ;");
-        if let (true, Clock::Term, Some(clock)) =
-            (equation.is_registered, equations.device.clock, equations.clock())
-        {
+        let suffix = match (equation.is_registered, equation.flip_flop) {
+            (true, FlipFlop::D) => ".d",
+            (true, FlipFlop::T) => ".t",
+            (false, FlipFlop::D | FlipFlop::T) => "",
+        };
+        let end = match &equation.inverter {
+            Some(product) => format!(" $ {} ;", SIGNS.product(equations, product)),
+            None => " ;".to_owned(),
+        };
+        SIGNS.print(&mut sheet, equations, equation, &format!("{not}{name}{suffix} ="), &end);
+        // On a device of logic blocks the clock is named too, though it is a pin.
+        let has_clock = equations.device.clock == Clock::Term || equations.device.blocks.is_some();
+        if let (true, true, Some(clock)) = (equation.is_registered, has_clock, equations.clock()) {
             sheet.line(&format!("{name}.ck = {} ;", clock.name));
         }
     }

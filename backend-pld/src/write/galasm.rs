@@ -27,9 +27,9 @@ pub(crate) fn write(equations: &Equations) -> Sheet {
                     }
                 });
             let name = name.unwrap_or_else(|| {
-                let fixed = if pin == device.gnd() {
+                let fixed = if device.grounds.contains(&pin) {
                     "GND"
-                } else if pin == device.n_pins {
+                } else if device.supplies.contains(&pin) {
                     "VCC"
                 } else {
                     "NC"

@@ -1,7 +1,7 @@
 //! PALASM 2 and 4: pin statements, equations, simulation.
 
 use super::{Sheet, Signs};
-use crate::device::Clock;
+use crate::device::{Clock, FlipFlop};
 use crate::equations::{Equations, Source, remark};
 use crate::vectors::Vectors;
 
@@ -38,7 +38,12 @@ pub(crate) fn write(equations: &Equations, vectors: Option<&Vectors>) -> Sheet {
         let kind = if is_registered[index] { "REGISTERED" } else { "COMBINATORIAL" };
         let remark = remark(&signal.meta);
         let remark = if remark.is_empty() { remark } else { format!(" ; {remark}") };
-        let is_node = matches!(signal.source, Source::Buried(_)) && signal.pin.is_none();
+        let is_node = match signal.source {
+            Source::Buried(_) => true,
+            Source::Flop(_) => equations.device.blocks.is_some(),
+            Source::Clock | Source::Input(_) | Source::Output(_) => false,
+        };
+        let is_node = is_node && signal.pin.is_none();
         let statement = if is_node { "NODE" } else { "PIN" };
         sheet.line_of(
             &format!("{statement} {pin:<3} {name:<15} {kind:<13}{remark}"),
@@ -53,7 +58,13 @@ pub(crate) fn write(equations: &Equations, vectors: Option<&Vectors>) -> Sheet {
         let name = &equations.signals[equation.signal].name;
         let not = if equation.is_complemented { "/" } else { "" };
         let sign = if equation.is_registered { ":=" } else { "=" };
-        SIGNS.print(&mut sheet, equations, equation, &format!("{not}{name} {sign}"), "");
+        // A T flip-flop is a D flip-flop whose sum is inverted by what it holds.
+        let end = match (&equation.inverter, equation.is_registered, equation.flip_flop) {
+            (_, true, FlipFlop::T) => format!(" :+: {name}"),
+            (Some(product), _, _) => format!(" :+: {}", SIGNS.product(equations, product)),
+            (None, _, FlipFlop::D | FlipFlop::T) => String::new(),
+        };
+        SIGNS.print(&mut sheet, equations, equation, &format!("{not}{name} {sign}"), &end);
         if let (true, Clock::Term, Some(clock)) =
             (equation.is_registered, equations.device.clock, equations.clock())
         {

@@ -1,0 +1,130 @@
+//! Places on a device of logic blocks: macrocells are more than pins, and each block reads only so many signals.
+//!
+//! What is checked is what can be said of equations: macrocells, those that wide sums take from their neighbours, pins with a macrocell, and the
+//! number of signals that a block reads. Functions that no pin shows get a block here and no macrocell: which one, and the way of every signal, is
+//! the fitter's choice.
+
+use super::misfit::Misfit;
+use super::pins::Need;
+use crate::device::{Blocks, Device};
+use crate::equations::{Equations, SignalIndex, Source};
+use std::collections::BTreeSet;
+
+/// One block as it fills.
+struct Block {
+    cells: u32,
+    pins: Vec<u32>,
+    reads: BTreeSet<SignalIndex>,
+}
+
+/// A function that looks for a block.
+struct Function {
+    signal: SignalIndex,
+    cells: u32,
+    is_shown: bool,
+    pin: Option<u32>,
+    reads: BTreeSet<SignalIndex>,
+}
+
+impl Equations {
+    /// Gives functions blocks, and pins to what has to be seen; `free` are the pins that nobody asked for, `needs` what each signal needs.
+    pub(crate) fn assign_blocks(
+        &mut self,
+        blocks: &'static Blocks,
+        mut free: Vec<u32>,
+        needs: &[(SignalIndex, Need)],
+    ) -> Misfit {
+        let device = self.device;
+        let mut misfit = Misfit::default();
+        let mut all: Vec<Block> = (0..blocks.n_blocks)
+            .map(|block| Block {
+                cells: blocks.n_cells,
+                pins: device
+                    .macrocells
+                    .iter()
+                    .filter(|cell| cell.block == block && free.contains(&cell.pin))
+                    .map(|cell| cell.pin)
+                    .collect(),
+                reads: BTreeSet::new(),
+            })
+            .collect();
+        let has_registers = self.equations.iter().any(|equation| equation.is_registered);
+        // Pins that are no macrocell's serve inputs first; the others must not take all the pins that outputs need.
+        for &(signal, need) in needs {
+            let wants = matches!(need, Need::Clock | Need::Input);
+            if wants && self.signals[signal].pin.is_none() {
+                let own = free.iter().position(|pin| {
+                    device.macrocell(*pin).is_none()
+                        && need.refuses(device, has_registers, *pin).is_none()
+                });
+                self.signals[signal].pin = own.map(|at| free.remove(at));
+            }
+        }
+        let mut functions = self.functions(blocks);
+        functions.sort_by_key(|own| {
+            (own.pin.is_none(), u32::MAX - own.cells, !own.is_shown, own.signal)
+        });
+        for own in functions {
+            let Some(at) = choose(&all, blocks, device, &own) else {
+                misfit.note_block(&self.signals[own.signal], own.reads.len(), blocks);
+                continue;
+            };
+            all[at].cells -= own.cells;
+            all[at].reads.extend(&own.reads);
+            if own.is_shown && own.pin.is_none() {
+                let pin = all[at].pins.remove(0);
+                free.retain(|other| *other != pin);
+                self.signals[own.signal].pin = Some(pin);
+            }
+        }
+        for &(signal, need) in needs {
+            if !matches!(need, Need::Clock | Need::Input) || self.signals[signal].pin.is_some() {
+                continue;
+            }
+            let possible =
+                free.iter().position(|pin| need.refuses(device, has_registers, *pin).is_none());
+            match possible {
+                Some(at) => self.signals[signal].pin = Some(free.remove(at)),
+                None => misfit.note(need, &self.signals[signal], device),
+            }
+        }
+        misfit
+    }
+
+    /// What looks for macrocells. The clock comes by its own net and is read by no term; what a T flip-flop holds reaches its own gate without the
+    /// switch matrix.
+    fn functions(&self, blocks: &Blocks) -> Vec<Function> {
+        self.equations
+            .iter()
+            .map(|equation| {
+                let signal = &self.signals[equation.signal];
+                let literals = equation.products.iter().chain(&equation.inverter).flatten();
+                let terms = u32::try_from(equation.n_terms()).unwrap_or(u32::MAX);
+                Function {
+                    signal: equation.signal,
+                    cells: terms.div_ceil(blocks.own_terms).max(1),
+                    is_shown: matches!(signal.source, Source::Output(_)) || signal.pin.is_some(),
+                    pin: signal.pin,
+                    reads: literals.map(|(signal, _)| *signal).collect(),
+                }
+            })
+            .collect()
+    }
+}
+
+/// The block that has room and reads the fewest signals more; of a function with a pin the block of that.
+fn choose(all: &[Block], blocks: &Blocks, device: &Device, own: &Function) -> Option<usize> {
+    let fixed = own.pin.and_then(|pin| device.macrocell(pin)).map(|cell| cell.block as usize);
+    let more = |block: &Block| own.reads.difference(&block.reads).count();
+    let has_room = |(at, block): &(usize, &Block)| {
+        fixed.is_none_or(|fixed| fixed == *at)
+            && block.cells >= own.cells
+            && (!own.is_shown || own.pin.is_some() || !block.pins.is_empty())
+            && block.reads.len() + more(block) <= blocks.fan_in as usize
+    };
+    all.iter()
+        .enumerate()
+        .filter(has_room)
+        .min_by_key(|(at, block)| (more(block), u32::MAX - block.cells, *at))
+        .map(|(at, _)| at)
+}

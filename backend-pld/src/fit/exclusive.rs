@@ -1,0 +1,112 @@
+//! Sums with an exclusive or: T flip-flops, which change where their sum is true, and sums that one product inverts.
+//!
+//! ```text
+//! D   x := x*/a*/b + /x*c        T   x := (x*a + x*b + /x*c) :+: x        a step that is left in many ways
+//! D   s := a*/b + /a*b           XOR s := (b) :+: a                       a parity, a bit of a counter
+//! ```
+
+use super::form::{Form, FormChoice};
+use crate::device::FlipFlop;
+use grafsynth_ir::arena::IdMap;
+use grafsynth_ir::logic::{Flop, FlopId, Logic, Node, NodeId};
+use grafsynth_logic::minimise::Refused;
+use grafsynth_logic::support::Var;
+
+/// Sums that inverters are tried for have at most this many signals: each is tried.
+const MOST_SIGNALS: usize = 12;
+
+/// A circuit with one more function for each flip-flop: where it changes.
+pub(crate) struct Exclusive {
+    pub(crate) logic: Logic,
+    changes: IdMap<Flop, NodeId>,
+}
+
+impl Exclusive {
+    pub(crate) fn new(logic: &Logic) -> Self {
+        let mut with = logic.clone();
+        let mut changes = IdMap::filled(&logic.flops, NodeId::from_index(0));
+        for (id, flop) in logic.flops.iter() {
+            let present = with.nodes.push(Node::Flop(id));
+            changes[id] = with.nodes.push(Node::Xor(flop.next, present));
+        }
+        Exclusive { logic: with, changes }
+    }
+
+    /// The form with the fewest products of those that the device has: the plain one, that of a T flip-flop, or one with an inverter, for which a
+    /// product more is counted. Of equal ones the plainest. `flop`: the flip-flop whose function it is, where it is one's.
+    pub(crate) fn best(
+        &self,
+        forms: &FormChoice<'_>,
+        node: NodeId,
+        init: Option<bool>,
+        flop: Option<FlopId>,
+    ) -> Result<Form, Refused> {
+        let forms = FormChoice { logic: &self.logic, ..*forms };
+        let plain = forms.of(node, init);
+        let count = |form: &Result<Form, Refused>| {
+            form.as_ref()
+                .map_or(usize::MAX, |form| form.products.len() + form.inverter.iter().count())
+        };
+        let mut best = plain;
+        // What a flip-flop wakes with is clear for a T flip-flop that is not inverted, and only for that.
+        if let (Some(flop), Some(false)) = (flop, init)
+            && forms.device.has_flip_flop(FlipFlop::T)
+            && count(&best) > 1
+        {
+            let toggles = forms.sum(self.changes[flop], false).map(|products| Form {
+                is_complemented: false,
+                is_pin_inverted: false,
+                products,
+                flip_flop: FlipFlop::T,
+                inverter: None,
+            });
+            if count(&toggles) < count(&best) {
+                best = toggles;
+            }
+        }
+        let own_terms = forms.device.blocks.map_or(1, |blocks| blocks.own_terms as usize);
+        if forms.device.has_xor()
+            && count(&best) > own_terms
+            && let Some(inverted) = self.inverted(&forms, node, init, &best)
+        {
+            best = Ok(inverted);
+        }
+        best
+    }
+
+    /// The sum beside a single signal that inverts it, where that saves more than the signal costs.
+    fn inverted(
+        &self,
+        forms: &FormChoice<'_>,
+        node: NodeId,
+        init: Option<bool>,
+        best: &Result<Form, Refused>,
+    ) -> Option<Form> {
+        let Ok(known) = best else { return None };
+        let mut signals: Vec<Var> = known.products.iter().flatten().map(|(var, _)| *var).collect();
+        signals.sort_unstable();
+        signals.dedup();
+        if signals.len() > MOST_SIGNALS {
+            return None;
+        }
+        let mut least = known.products.len() + known.inverter.iter().count();
+        let mut found = None;
+        for var in signals {
+            let mut logic = self.logic.clone();
+            let signal = logic.nodes.push(match var {
+                Var::Input(id) => Node::Input(id),
+                Var::Flop(id) => Node::Flop(id),
+            });
+            let other = logic.nodes.push(Node::Xor(node, signal));
+            let forms = FormChoice { logic: &logic, ..*forms };
+            if let Ok(form) = forms.of(other, init)
+                && form.products.len() + 1 < least
+            {
+                least = form.products.len() + 1;
+                // The complement of the sum is complemented by the signal once more: the equation's own sign stays.
+                found = Some(Form { inverter: Some(vec![(var, true)]), ..form });
+            }
+        }
+        found
+    }
+}
