@@ -131,15 +131,18 @@ impl Equations {
             return Err(findings);
         }
         let budget = options.budget;
-        let forms = FormChoice { logic, device, budget, dont_cares: options.dont_cares };
+        let forms = FormChoice { logic, device, budget, dont_cares: options.dont_cares, open: &[] };
         let exclusive =
             (device.has_flip_flop(FlipFlop::T) || device.has_xor()).then(|| Exclusive::new(logic));
-        let form_of = |function: &Function<'_>| match (&exclusive, function.source) {
-            (Some(exclusive), Source::Flop(id)) => {
-                exclusive.best(&forms, function.node, function.init, Some(id))
+        let form_of = |function: &Function<'_>| {
+            let forms = FormChoice { open: &function.open, ..forms };
+            match (&exclusive, function.source) {
+                (Some(exclusive), Source::Flop(id)) => {
+                    exclusive.best(&forms, function.node, function.init, Some(id))
+                }
+                (Some(exclusive), _) => exclusive.best(&forms, function.node, function.init, None),
+                (None, _) => forms.of(function.node, function.init),
             }
-            (Some(exclusive), _) => exclusive.best(&forms, function.node, function.init, None),
-            (None, _) => forms.of(function.node, function.init),
         };
         let mut equations = Vec::new();
         let mut wide: Vec<&Function<'_>> = Vec::new();
@@ -183,6 +186,7 @@ impl Equations {
                 let function = Function {
                     source: Source::Buried(index),
                     node: node.value,
+                    open: Vec::new(),
                     init: None,
                     name: &node.name,
                     meta: &node.meta,
@@ -195,7 +199,10 @@ impl Equations {
             // Minimising thousands of parts again saves little and takes long.
             let is_small = split.nodes.len() <= 128;
             for (function, sum) in parts.chain(wholes) {
-                let minimised = is_small.then(|| forms.of(function.node, function.init));
+                let minimised = is_small.then(|| {
+                    let forms = FormChoice { open: &function.open, ..forms };
+                    forms.of(function.node, function.init)
+                });
                 let form = match minimised.transpose().ok().flatten() {
                     Some(form) if form.products.len() <= sum.products.len() => form,
                     Some(_) | None => forms.of_sum(sum, function.init),
@@ -328,6 +335,8 @@ fn find_device(options: &EmitOptions, findings: &mut Vec<Diagnostic>) -> &'stati
 struct Function<'a> {
     source: Source,
     node: NodeId,
+    /// Where it may be anything.
+    open: Vec<NodeId>,
     /// The value after power-up, for a clocked one.
     init: Option<bool>,
     name: &'a str,
@@ -357,6 +366,7 @@ fn functions<'a>(
         .map(|(id, flop)| Function {
             source: Source::Flop(id),
             node: flop.next,
+            open: logic.open_where(grafsynth_ir::logic::Function::Next(id)).collect(),
             init: Some(flop.init),
             name: &flop.name,
             meta: &flop.meta,
@@ -369,6 +379,7 @@ fn functions<'a>(
         functions.push(Function {
             source: Source::Output(id),
             node: output.value,
+            open: logic.open_where(grafsynth_ir::logic::Function::Output(id)).collect(),
             init: output.registered,
             name: &output.name,
             meta: &output.meta,

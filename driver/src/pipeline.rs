@@ -504,13 +504,18 @@ pub(crate) fn codes_and_dont_cares(
         ));
     }
     if options.dont_cares {
-        let open = match (emitted.unreachable.is_empty(), emitted.never.is_empty()) {
-            (false, true) => Some("situations that are not reached"),
-            (true, false) => Some("broken assumptions"),
-            (false, false) => Some("situations that are not reached and broken assumptions"),
-            (true, true) => None,
-        };
-        parts.extend(open.map(|open| format!("don't-cares: {open}")));
+        let kinds = [
+            (emitted.unreachable.is_empty(), "situations that are not reached"),
+            (emitted.never.is_empty(), "broken assumptions"),
+            (emitted.open.is_empty(), "what the chart leaves open"),
+        ];
+        let kinds: Vec<&str> =
+            kinds.into_iter().filter(|(is_none, _)| !is_none).map(|(_, kind)| kind).collect();
+        match &kinds[..] {
+            [] => {}
+            [only] => parts.push(format!("don't-cares: {only}")),
+            [all @ .., last] => parts.push(format!("don't-cares: {} and {last}", all.join(", "))),
+        }
     }
     (!parts.is_empty()).then(|| parts.join("; "))
 }
@@ -569,7 +574,12 @@ fn vectors_of(
     let first = vector_row(net, &simulator.reset(), &InputRow { dt: 0, ..InputRow::zero(net) });
     let mut rows = vec![first];
     for input in inputs {
-        rows.push(vector_row(net, simulator.step(&input), &input));
+        let row = simulator.step(&input);
+        if row.open.next {
+            // What follows from an open situation says nothing of a right circuit.
+            break;
+        }
+        rows.push(vector_row(net, row, &input));
     }
     Vectors::of(net, logic, &rows)
 }

@@ -5,7 +5,8 @@ use grafsynth_driver::run::device_trace;
 use grafsynth_driver::{jedec, pipeline};
 use grafsynth_sim::Trace;
 
-/// The fuse map of a net in the simulator of fuses. What no device can hold is refused.
+/// The fuse map of a net in the simulator of fuses. A design with too many steps for a flip-flop each is coded;
+/// what the device cannot hold then is refused.
 #[derive(Debug, Clone, Copy)]
 pub struct DeviceEngine {
     /// The device; none takes that of the net's board, or the default.
@@ -30,7 +31,7 @@ impl Engine for DeviceEngine {
             return Err(EngineError::Refused(vec![diagnostic]));
         }
         let logic = pipeline::logic(job.net, job.facts).map_err(EngineError::Refused)?;
-        let burned = jedec::burn(job.net, &logic, self.device, None, Some(1))
+        let burned = jedec::burn_in_any_code(job.net, job.facts, &logic, self.device, Some(1))
             .map_err(EngineError::Refused)?;
         device_trace(job.net, &burned.map, &burned.logic, &burned.roles, job.stimulus)
             .map_err(EngineError::Refused)

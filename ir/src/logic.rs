@@ -39,6 +39,33 @@ pub struct Logic {
     pub unreachable: Vec<NodeId>,
     /// Bits of the net's state that no flip-flop holds by itself, as functions of the flip-flops: steps that share a code.
     pub decoded: Vec<Decoded>,
+    /// Where single functions may be anything, because the designer left their value open (semantics.md §3.6). Don't-cares of these functions alone.
+    pub open: Vec<Open>,
+}
+
+impl Logic {
+    /// The conditions under which this function may be anything.
+    pub fn open_where(&self, function: Function) -> impl Iterator<Item = NodeId> + '_ {
+        self.open.iter().filter(move |open| open.of == function).map(|open| open.when)
+    }
+}
+
+/// One of the functions that a circuit must give.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Function {
+    /// The D function of a flip-flop.
+    Next(FlopId),
+    /// The value of an output: of a `mealy` one, or of one that is clocked.
+    Output(PinOutputId),
+}
+
+/// A function whose value was left open somewhere.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Open {
+    /// The function.
+    pub of: Function,
+    /// Over the inputs and the flip-flops before the clock: where it may be anything.
+    pub when: NodeId,
 }
 
 /// A bit of state as a function of the flip-flops.

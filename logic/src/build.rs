@@ -315,13 +315,14 @@ pub fn map_operands(node: &Node, map: impl Fn(NodeId) -> NodeId) -> Node {
     }
 }
 
-/// The functions that a circuit must give: the D functions, the outputs, the constraints and the bits that it is observed by.
+/// The functions that a circuit must give: the D functions, the outputs, the constraints, the bits that it is observed by, and where functions are open.
 pub fn roots(logic: &Logic) -> impl Iterator<Item = NodeId> + '_ {
     let flops = logic.flops.values().map(|flop| flop.next);
     let outputs = logic.outputs.values().map(|output| output.value);
     let decoded = logic.decoded.iter().map(|bit| bit.node);
     let constraints = logic.never.iter().chain(&logic.unreachable).copied();
-    flops.chain(outputs).chain(constraints).chain(decoded)
+    let open = logic.open.iter().map(|open| open.when);
+    flops.chain(outputs).chain(constraints).chain(decoded).chain(open)
 }
 
 /// Which nodes some root needs.
@@ -367,6 +368,9 @@ pub fn prune(mut logic: Logic) -> Logic {
     }
     for bit in &mut logic.decoded {
         bit.node = image(&moved, bit.node);
+    }
+    for open in &mut logic.open {
+        open.when = image(&moved, open.when);
     }
     logic.wires.retain_mut(|wire| match moved[wire.node] {
         Some(new) => {

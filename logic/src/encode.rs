@@ -27,10 +27,10 @@ use grafsynth_ir::diag::{Diagnostic, any_error};
 use grafsynth_ir::expr::{Expr, ExprKind, Type};
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::logic::{
-    Flop, FlopBit, Logic, Node, NodeId, PinInput, PinInputId, PinOutput, PinRole,
+    Flop, FlopBit, Function, Logic, Node, NodeId, Open, PinInput, PinInputId, PinOutput, PinRole,
 };
 use grafsynth_ir::net::{
-    self, Driver, Evolution, InputKind, Meta, Net, PropertyLeaf, PropertyRole,
+    self, Driver, Evolution, InputKind, Meta, Net, OpenCell, PropertyLeaf, PropertyRole,
 };
 use grafsynth_ir::program::{CellId, Leaf, Origin, Program, ResetEffect, Stmt};
 use grafsynth_ir::{Span, Valid};
@@ -402,8 +402,91 @@ impl<'a> Encoder<'a> {
         }
         if self.options.assumptions {
             self.constraints();
+            self.open_cells();
         }
         Ok(self.builder.finish())
+    }
+
+    /// What the designer left open. An open next situation leaves open whatever is clocked, and the value of no other pin but a mealy one is a function of the
+    /// situation before the clock, of which the condition speaks. A circuit of several clocks has no place for that: it keeps what the simulator does.
+    fn open_cells(&mut self) {
+        if self.net.unspecified.is_empty() || self.stepwise.is_some() {
+            return;
+        }
+        let mut next = Vec::new();
+        let mut of_output: BTreeMap<net::OutputId, Vec<NodeId>> = BTreeMap::new();
+        for cell in &self.net.unspecified {
+            let Some(when) = self.before_the_clock(&cell.when) else { continue };
+            match cell.what {
+                OpenCell::Next => next.push(when),
+                OpenCell::Output(output) => of_output.entry(output).or_default().push(when),
+            }
+        }
+        let next = self.builder.or(next);
+        let mut open = Vec::new();
+        for flop in self.builder.logic.flops.ids() {
+            open.push(Open { of: Function::Next(flop), when: next });
+        }
+        let pins: Vec<_> = self
+            .builder
+            .logic
+            .outputs
+            .iter()
+            .map(|(pin, output)| (pin, output.role, output.mealy, output.registered.is_some()))
+            .collect();
+        for (pin, role, is_mealy, is_clocked) in pins {
+            let own = match role {
+                PinRole::Output(output, _) => of_output.get(&output).cloned().unwrap_or_default(),
+                PinRole::Input(..)
+                | PinRole::Tick
+                | PinRole::Reset
+                | PinRole::Busy
+                | PinRole::Fault
+                | PinRole::Unknown => Vec::new(),
+            };
+            let when = match (is_mealy, is_clocked) {
+                (true, _) => self.builder.or(own),
+                (false, true) => self.builder.or(own.into_iter().chain([next])),
+                (false, false) => continue,
+            };
+            open.push(Open { of: Function::Output(pin), when });
+        }
+        open.retain(|open| self.builder.as_constant(open.when) != Some(false));
+        self.builder.logic.open = open;
+    }
+
+    /// A condition over inputs and steps, as a function of the inputs and of the flip-flops before the clock. None where a step has no flip-flop of its own.
+    fn before_the_clock(&mut self, when: &net::Expr) -> Option<NodeId> {
+        let step_of: BTreeMap<net::StepId, CellId> = (self.program.cells.iter())
+            .filter_map(|(cell, data)| {
+                if let Origin::Step(step) = data.origin { Some((step, cell)) } else { None }
+            })
+            .collect();
+        // The condition reads nothing else, as validation says.
+        let leaf = |leaf: &net::Leaf| {
+            if let net::Leaf::Input(input) = leaf {
+                return Ok(Leaf::Input(*input));
+            }
+            let step = if let net::Leaf::Active(step) = leaf { step_of.get(step) } else { None };
+            step.map(|cell| Leaf::Cell(*cell)).ok_or(())
+        };
+        let when = when
+            .try_map(
+                &mut |one: &net::Leaf, span| leaf(one).map(|one| Expr::leaf(one, span)),
+                &mut |one, _| leaf(one),
+            )
+            .ok()?;
+        let values = std::mem::take(&mut self.values);
+        self.values = self
+            .registers
+            .iter()
+            .cloned()
+            .map(Some)
+            .chain(self.program.temps.ids().map(|_| None))
+            .collect();
+        let node = self.eval_bool(&when, false);
+        self.values = values;
+        node
     }
 
     /// The flip-flop of a Boolean cell.

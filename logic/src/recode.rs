@@ -18,7 +18,7 @@ use crate::bdd::{Bdd, Ref};
 use crate::build::{Builder, map_operands, needed, prune};
 use crate::minimise::{Budget, sum_between};
 use crate::support::Functions;
-use grafsynth_ir::logic::{Decoded, Flop, FlopBit, FlopId, Logic, Node, NodeId};
+use grafsynth_ir::logic::{Decoded, Flop, FlopBit, FlopId, Function, Logic, Node, NodeId, Open};
 use grafsynth_ir::net::Meta;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -255,6 +255,7 @@ fn apply(logic: &Logic, plans: &[Plan]) -> Logic {
         }
     }
     let mut images: BTreeMap<NodeId, NodeId> = BTreeMap::new();
+    let mut open: Vec<(Function, NodeId)> = Vec::new();
     for (id, node) in logic.nodes.iter() {
         let image = match node {
             Node::Flop(flop) => match (kept.get(flop), active.get(flop)) {
@@ -282,9 +283,17 @@ fn apply(logic: &Logic, plans: &[Plan]) -> Logic {
     for (id, flop) in logic.flops.iter() {
         if let Some(&new) = kept.get(&id) {
             builder.logic.flops[new].next = images[&flop.next];
+            open.extend(
+                logic
+                    .open_where(Function::Next(id))
+                    .map(|when| (Function::Next(new), images[&when])),
+            );
         }
     }
     for (plan, data) in plans.iter().enumerate() {
+        // A bit is free where all steps of the group are.
+        let free = common(&mut builder, logic, &data.members, &images);
+        open.extend(bits[plan].iter().map(|bit| (Function::Next(*bit), free)));
         for bit in 0..data.n_bits {
             let ones: Vec<NodeId> = (data.members.iter().zip(&data.codes))
                 .filter(|(_, code)| *code >> bit & 1 == 1)
@@ -302,11 +311,17 @@ fn apply(logic: &Logic, plans: &[Plan]) -> Logic {
             }
         }
     }
-    for (_, output) in logic.outputs.iter() {
+    for (id, output) in logic.outputs.iter() {
         let mut output = output.clone();
         output.value = images[&output.value];
-        builder.logic.outputs.push(output);
+        let new = builder.logic.outputs.push(output);
+        open.extend(
+            logic
+                .open_where(Function::Output(id))
+                .map(|when| (Function::Output(new), images[&when])),
+        );
     }
+    keep_open(&mut builder, open);
     for wire in &logic.wires {
         let mut wire = wire.clone();
         wire.node = images[&wire.node];
@@ -325,6 +340,27 @@ fn apply(logic: &Logic, plans: &[Plan]) -> Logic {
     builder.logic.unreachable.sort_unstable();
     builder.logic.unreachable.dedup();
     prune(builder.logic)
+}
+
+/// Where all of these flip-flops may take anything.
+fn common(
+    builder: &mut Builder,
+    logic: &Logic,
+    flops: &[FlopId],
+    images: &BTreeMap<NodeId, NodeId>,
+) -> NodeId {
+    let mut all = Vec::new();
+    for &flop in flops {
+        let own = logic.open_where(Function::Next(flop)).map(|when| images[&when]);
+        all.push(builder.or(own.collect::<Vec<_>>()));
+    }
+    builder.and(all)
+}
+
+/// The open functions of the circuit in the making, without those that never are.
+fn keep_open(builder: &mut Builder, open: Vec<(Function, NodeId)>) {
+    let open = open.into_iter().filter(|(_, when)| builder.as_constant(*when) != Some(false));
+    builder.logic.open = open.map(|(of, when)| Open { of, when }).collect();
 }
 
 /// Codes found by a search, first for near codes of near steps, then for short sums.
@@ -369,11 +405,13 @@ fn better(logic: &Logic, mut plans: Vec<Plan>, tries: usize) -> Vec<Plan> {
 /// What the sums of a circuit cost: those too wide to have one, the widest, all products, literals.
 fn cost(logic: &Logic) -> (usize, usize, usize, usize) {
     let budget = Budget { products: 64, nodes: 1 << 14, exact: None };
-    let dont_cares: Vec<NodeId> = logic.never.iter().chain(&logic.unreachable).copied().collect();
+    let everywhere: Vec<NodeId> = logic.never.iter().chain(&logic.unreachable).copied().collect();
     let mut total = (0, 0, 0, 0);
-    let flops = logic.flops.values().map(|flop| (flop.next, Some(flop.init)));
-    let outputs = logic.outputs.values().map(|output| (output.value, output.registered));
-    for (node, _) in flops.chain(outputs) {
+    let flops = logic.flops.iter().map(|(id, flop)| (flop.next, Function::Next(id)));
+    let outputs = logic.outputs.iter().map(|(id, output)| (output.value, Function::Output(id)));
+    for (node, function) in flops.chain(outputs) {
+        let dont_cares: Vec<NodeId> =
+            everywhere.iter().copied().chain(logic.open_where(function)).collect();
         let sums = [false, true].map(|negated| {
             sum_between(logic, node, negated, &dont_cares, budget)
                 .ok()
@@ -523,6 +561,7 @@ pub fn flatten(
         active.push(builder.or(where_active));
     }
     let mut images: BTreeMap<NodeId, NodeId> = BTreeMap::new();
+    let mut open: Vec<(Function, NodeId)> = Vec::new();
     for (id, node) in logic.nodes.iter() {
         let image = match map_operands(node, |operand| images[&operand]) {
             Node::Flop(flop) => match (kept.get(&flop), place.get(&flop)) {
@@ -543,8 +582,15 @@ pub fn flatten(
     for (id, flop) in logic.flops.iter() {
         if let Some(&new) = kept.get(&id) {
             builder.logic.flops[new].next = images[&flop.next];
+            open.extend(
+                logic
+                    .open_where(Function::Next(id))
+                    .map(|when| (Function::Next(new), images[&when])),
+            );
         }
     }
+    let free = common(&mut builder, logic, steps, &images);
+    open.extend(of_situations.iter().map(|flop| (Function::Next(*flop), free)));
     for (&flop, situation) in of_situations.iter().zip(situations) {
         let literals: Vec<NodeId> = (steps.iter().zip(situation))
             .map(|(&step, &is_active)| {
@@ -564,11 +610,17 @@ pub fn flatten(
             });
         }
     }
-    for (_, output) in logic.outputs.iter() {
+    for (id, output) in logic.outputs.iter() {
         let mut output = output.clone();
         output.value = images[&output.value];
-        builder.logic.outputs.push(output);
+        let new = builder.logic.outputs.push(output);
+        open.extend(
+            logic
+                .open_where(Function::Output(id))
+                .map(|when| (Function::Output(new), images[&when])),
+        );
     }
+    keep_open(&mut builder, open);
     builder.logic.never = logic.never.iter().map(|node| images[node]).collect();
     builder.logic.unreachable = logic.unreachable.iter().map(|node| images[node]).collect();
     let group = Group { name: name.to_owned(), steps: of_situations, is_always: true };
@@ -609,6 +661,12 @@ pub fn safe(logic: Logic) -> Logic {
         let Flop { init, next, .. } = builder.logic.flops[flop];
         let start = builder.constant(init);
         builder.logic.flops[flop].next = builder.mux(illegal, start, next);
+    }
+    // What is left open in a legal state must not free the way back from an illegal one.
+    let legal = builder.not(illegal);
+    for at in 0..builder.logic.open.len() {
+        let when = builder.logic.open[at].when;
+        builder.logic.open[at].when = builder.and([legal, when]);
     }
     prune(builder.logic)
 }

@@ -14,6 +14,7 @@ impl Reaction<'_> {
         self.e3_free_timers();
         if is_reset {
             self.evaluate_mealy_outputs();
+            self.evaluate_open_mealy_outputs();
         }
         self.e4_outputs();
         if !is_reset || self.net.settings.policy.is_statechart() {
@@ -87,6 +88,18 @@ impl Reaction<'_> {
                     }
                     OpenCell::Output(output) => self.row.open.outputs.push(output),
                 }
+            }
+        }
+    }
+
+    /// What row 0 shows of a mealy output is the cell of the reset situation with all inputs 0, so it is open where that cell is.
+    fn evaluate_open_mealy_outputs(&mut self) {
+        for open in &self.net.unspecified {
+            if let OpenCell::Output(output) = open.what
+                && matches!(self.net.outputs[output].driver, Driver::Mealy(_))
+                && self.eval(&open.when) != 0
+            {
+                self.row.open.outputs.push(output);
             }
         }
     }

@@ -13,6 +13,7 @@ use grafsynth_ir::Valid;
 use grafsynth_ir::net::Net;
 use grafsynth_sim::{InputRow, Random, Simulator, Stimulus, Value};
 use grafsynth_tests::random_net::{Features, random_net};
+use grafsynth_tests::random_table::random_table;
 use grafsynth_tests::rounds;
 use grafsynth_verify::structural_facts;
 use std::collections::BTreeMap;
@@ -202,40 +203,7 @@ fn random_tables_run_as_an_interpreter_says() {
     let mut random = Random::new(5);
     let mut n_said = 0;
     for round in 0..rounds(40, 1000) {
-        let (n_inputs, n_outputs, n_states) =
-            (1 + random.below(4), 1 + random.below(3), 1 + random.below(6));
-        let mut text = format!(".i {n_inputs}\n.o {n_outputs}\n");
-        // The inputs of a state are split into cubes that do not meet.
-        for state in 0..n_states {
-            let mut open = vec!["-".repeat(n_inputs)];
-            for _ in 0..random.below(5) {
-                let at = random.below(open.len());
-                if let Some(column) =
-                    open[at].find('-').filter(|_| random.one_in(2)).or(open[at].rfind('-'))
-                {
-                    let cube = open.swap_remove(at);
-                    open.extend(
-                        ["0", "1"].map(|value| {
-                            format!("{}{value}{}", &cube[..column], &cube[column + 1..])
-                        }),
-                    );
-                }
-            }
-            for cube in open {
-                if random.one_in(6) && state > 0 {
-                    continue;
-                }
-                let next = if random.one_in(10) {
-                    "*".to_owned()
-                } else {
-                    format!("st{}", random.below(n_states))
-                };
-                let outputs: String = (0..n_outputs)
-                    .map(|_| random.pick(&['0', '1', '-']).copied().unwrap_or('-'))
-                    .collect();
-                text += &format!("{cube} st{state} {next} {outputs}\n");
-            }
-        }
+        let text = random_table(&mut random);
         n_said += check(&format!("round {round}\n{text}"), &text, 60);
     }
     assert!(n_said > 1000, "{n_said} values compared");

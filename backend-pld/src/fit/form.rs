@@ -34,6 +34,8 @@ pub(crate) struct FormChoice<'a> {
     pub(crate) device: &'static Device,
     pub(crate) budget: Budget,
     pub(crate) dont_cares: bool,
+    /// Where the function at hand may be anything.
+    pub(crate) open: &'a [NodeId],
 }
 
 impl FormChoice<'_> {
@@ -75,7 +77,7 @@ impl FormChoice<'_> {
     }
 
     pub(crate) fn sum(&self, node: NodeId, is_complemented: bool) -> Result<Vec<Product>, Refused> {
-        let all = self.logic.never.iter().chain(&self.logic.unreachable);
+        let all = self.logic.never.iter().chain(&self.logic.unreachable).chain(self.open);
         let dont_cares: Vec<NodeId> = all.copied().filter(|_| self.dont_cares).collect();
         sum_between(self.logic, node, is_complemented, &dont_cares, self.budget)
             .map(|(products, _)| products)

@@ -353,6 +353,27 @@ fn unspecified_cells() {
     assert_eq!(trace.rows[3].open, [false, false, false, true, true]);
 }
 
+/// §3.6: row 0 shows the mealy cell of the reset situation with all inputs 0, so it is open where that cell is; nothing else is open there.
+#[test]
+fn unspecified_cells_of_row_0() {
+    let chart = net(
+        "",
+        "input i bool
+         output m bool mealy
+             emit a
+         output o bool continuous
+             emit a
+         step a in g initial
+         open next when not i
+         open output m when not i
+         open output o when not i",
+    );
+    let (stimulus, _) = crate::Stimulus::parse_csv(&chart, grafsynth_ir::FileId(0), "i\n1\n");
+    let trace = crate::run(&chart, &stimulus.unwrap());
+    assert_eq!(trace.rows[0].open, [false, false, false, false, true, false]);
+    assert_eq!(trace.rows[1].open, [] as [bool; 0]);
+}
+
 /// §3.7: edges of inputs compare with the previous reaction and live until the first micro-step; others compare with the last micro-step.
 #[test]
 fn edges() {

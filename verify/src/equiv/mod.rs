@@ -138,9 +138,6 @@ pub fn by_enumeration(net: &Valid<Net>, logic: &Logic, limits: &Limits) -> Verdi
 /// The symbolic proof alone. It proves or leaves open; a difference that it meets may lie in a state that is never reached.
 #[must_use]
 pub fn by_induction(net: &Valid<Net>, facts: &Facts, logic: &Logic, limits: &Limits) -> Verdict {
-    if !logic.decoded.is_empty() {
-        return Verdict::Open("steps that share a code are not covered by induction".to_owned());
-    }
     match Binding::of(net, logic) {
         Ok(binding) => symbolic::equiv(net, facts, logic, &binding, limits),
         Err(why) => Verdict::Open(why),

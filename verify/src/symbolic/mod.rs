@@ -5,10 +5,14 @@
 //! function agrees too, so does the trace. Invariants used: the sequential components and caps of [`Facts`], codes that stand for values, timers of
 //! inactive steps at 0, the assumptions on the inputs. All of them hold in every reachable state of the *net*, so they may be assumed without more ado.
 //!
+//! A circuit that holds steps by a code is proved through the code (see the module `codes`). Where the net leaves a cell open, nothing is asked of it; where it
+//! leaves the next situation open, nothing is asked of what follows.
+//!
 //! Both circuits are built in one graph where equal nodes are one, so most functions are equal before any solver is asked; for the others the
 //! question goes to the solver with only the part of the graph that it needs.
 
 mod aig;
+mod codes;
 mod ending;
 mod forcing;
 mod image;
@@ -25,7 +29,7 @@ use grafsynth_ir::Valid;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::logic::{Logic, Node, PinRole};
 use grafsynth_ir::net::{
-    Driver, Expr, InputKind, Leaf, Net, PropertyExpr, PropertyLeaf, PropertyRole, StepId,
+    Driver, Expr, InputKind, Leaf, Net, OpenCell, PropertyExpr, PropertyLeaf, PropertyRole, StepId,
 };
 use grafsynth_ir::program::Origin;
 
@@ -62,6 +66,10 @@ struct Model<'n> {
     /// Assumptions that cannot be said over state and inputs, so that more seems possible than is.
     n_passed_over: usize,
     events: Vec<Lit>,
+    /// For each flip-flop of a code the steps that it tells of.
+    decodes: BTreeMap<Lit, Vec<StepId>>,
+    /// The names of the flip-flops of codes.
+    code_bits: BTreeMap<Lit, String>,
 }
 
 impl<'n> Model<'n> {
@@ -153,6 +161,8 @@ impl<'n> Model<'n> {
             forbidden,
             n_passed_over,
             events,
+            decodes: BTreeMap::new(),
+            code_bits: BTreeMap::new(),
         })
     }
 
@@ -184,20 +194,20 @@ impl<'n> Model<'n> {
             &mut clauses,
         );
         let mut members: BTreeMap<u32, Vec<Lit>> = BTreeMap::new();
+        for step in self.steps_of(support) {
+            let own = self.state_bits[&(Origin::Step(step), 0, 0)];
+            if let Some(component) = facts.component_of.as_ref().and_then(|map| map[step]) {
+                members.entry(component).or_default().push(own);
+            }
+            if let Some(parent) = self.maker.net.steps[step].parent {
+                // What is enclosed is active only with what encloses it.
+                let parent = self.state_bits[&(Origin::Step(parent), 0, 0)];
+                clauses.push(vec![!own, parent]);
+            }
+        }
         let mut ages: Vec<StepId> = Vec::new();
         for lit in support {
             match self.name_of.get(lit) {
-                Some((Origin::Step(step), _, _)) => {
-                    let component = facts.component_of.as_ref().and_then(|map| map[*step]);
-                    if let Some(component) = component {
-                        members.entry(component).or_default().push(*lit);
-                    }
-                    if let Some(parent) = self.maker.net.steps[*step].parent {
-                        // What is enclosed is active only with what encloses it.
-                        let parent = self.state_bits[&(Origin::Step(parent), 0, 0)];
-                        clauses.push(vec![!*lit, parent]);
-                    }
-                }
                 Some((Origin::Elapsed(step) | Origin::TaskIndex(step), _, _)) => {
                     // Timer and task index of an inactive step are 0.
                     clauses.push(vec![!*lit, self.state_bits[&(Origin::Step(*step), 0, 0)]]);
@@ -278,6 +288,8 @@ impl<'n> Model<'n> {
                 n_others += 1;
             }
         }
+        let set = bits.iter().filter_map(|lit| self.code_bits.get(lit));
+        steps.extend(set.map(|name| format!("({name})")));
         format!("active {}, {n_others} other bits set", steps.join(" "))
     }
 }
@@ -343,13 +355,39 @@ fn prove(
     if has_arguments {
         return Err("calls with arguments are not covered by the symbolic proof".to_owned());
     }
+    // What the circuit claims of its own states is one more thing to prove, so it is left out where the steps themselves are enough.
+    let is_coded = !logic.decoded.is_empty();
+    let plain = if is_coded {
+        Err(String::new())
+    } else {
+        prove_tied(net, facts, logic, binding, limits, false)
+    };
+    match plain {
+        Err(_) if is_coded || !logic.unreachable.is_empty() => {
+            prove_tied(net, facts, logic, binding, limits, true)
+        }
+        settled => settled,
+    }
+}
+
+/// The induction; with `is_closed` it has the unreachable states of the circuit among its invariants.
+fn prove_tied(
+    net: &Valid<Net>,
+    facts: &Facts,
+    logic: &Logic,
+    binding: &Binding,
+    limits: &Limits,
+    is_closed: bool,
+) -> Result<Certificate, String> {
     let mut model = Model::of(net, known_depth(facts), limits)?;
     let reset = model.maker.reset()?;
     let reset_bits = {
         let shape = model.maker.shape.clone();
         shape.bits(net, model.aig(), &reset.state)
     };
+    let coded = model.tie(logic, is_closed)?;
     let (state, inputs) = (model.state.clone(), model.inputs.clone());
+    let open = OpenCells::of(&mut model, &state, &inputs);
     let Reaction { state: next, outputs, fault } = model.maker.reaction(&state, &inputs)?;
     let next_bits = {
         let shape = model.maker.shape.clone();
@@ -358,19 +396,6 @@ fn prove(
     let after = model.maker.outputs_of_state(&state, &inputs);
 
     // The circuit over the same variables.
-    let mut flops = Vec::new();
-    for flop in logic.flops.values() {
-        let known = flop.holds.and_then(|holds| {
-            let lit = model.state_bits.get(&(holds.origin, holds.element, holds.bit))?;
-            Some(lit.negate_if(holds.inverted))
-        });
-        // A flip-flop without known meaning may hold anything: what is proved then holds whatever it is.
-        let lit = match known {
-            Some(lit) => lit,
-            None => model.aig().variable(),
-        };
-        flops.push(lit);
-    }
     let mut pins = vec![Lit::FALSE; logic.inputs.len()];
     for (pin, input, bit) in &binding.inputs {
         pins[pin.index()] =
@@ -380,7 +405,7 @@ fn prove(
         pins[pin.index()] = inputs.tick;
     }
     debug_assert!(logic.inputs.values().all(|pin| pin.role != PinRole::Unknown));
-    let nodes = import(model.aig(), logic, &flops, &pins);
+    let nodes = import(model.aig(), logic, &coded.flops, &pins);
 
     let mut proof = Proof { model, facts, limits, same: 0, solved: 0 };
     let mut compared = 0;
@@ -401,26 +426,56 @@ fn prove(
             return Err(format!("flip-flop `{}` has another value after power-up", flop.name));
         }
         let given = nodes[flop.next.index()].negate_if(holds.inverted);
-        proof.show(wanted, given, &format!("flip-flop `{}`", flop.name))?;
+        proof.show(wanted, given, open.next, &format!("flip-flop `{}`", flop.name))?;
     }
-    // What the pins show after the clock, as a function of what stood before it.
-    let mut composed: Option<Vec<Lit>> = None;
+    // The circuit after the clock, as functions of what stood before it.
+    let moved: Vec<Lit> = logic.flops.values().map(|flop| nodes[flop.next.index()]).collect();
+    let is_needed = !coded.keys.is_empty() || coded.is_closed;
+    let mut composed: Option<Vec<Lit>> =
+        is_needed.then(|| import(proof.model.aig(), logic, &moved, &pins));
+    if let Some(composed) = composed.as_ref() {
+        let woken: Vec<Lit> = logic.flops.values().map(|flop| Lit::constant(flop.init)).collect();
+        let woken = import(proof.model.aig(), logic, &woken, &pins);
+        for (bit, key) in logic.decoded.iter().zip(&coded.keys) {
+            let what = format!("step `{}`, by its code,", bit.name);
+            compared += 1;
+            let first = reset_bits.get(key).copied().unwrap_or(Lit::FALSE);
+            if woken[bit.node.index()] != first {
+                return Err(format!("{what} is another after power-up"));
+            }
+            let wanted = next_bits.get(key).copied().unwrap_or(Lit::FALSE);
+            proof.show(wanted, composed[bit.node.index()], open.next, &what)?;
+        }
+        for node in logic.unreachable.iter().filter(|_| coded.is_closed) {
+            if woken[node.index()] != Lit::FALSE {
+                return Err("a code that no step has stands at power-up".to_owned());
+            }
+            let what = "the way into a code that no step has";
+            proof.show(Lit::FALSE, composed[node.index()], open.next, what)?;
+        }
+    }
     for one in &binding.compared {
         let Shown::Pin { pin, mealy } = one.shown else { continue };
         let output = &logic.outputs[pin];
         compared += 1;
         let what = format!("output pin `{}`", output.name);
-        let (before_clock, after_clock) = match one.what {
+        let (before_clock, after_clock, own) = match one.what {
             What::Output(id) => {
                 let bit = one.bit as usize;
                 let code = |code: &[Lit]| code.get(bit).copied().unwrap_or(Lit::FALSE);
-                (code(&outputs[id.index()]), after[id.index()].as_ref().map(|all| code(all)))
+                let after = after[id.index()].as_ref().map(|all| code(all));
+                (code(&outputs[id.index()]), after, open.outputs[id.index()])
             }
-            What::Fault => (fault, None),
+            What::Fault => (fault, None, Lit::FALSE),
             What::Step(_) | What::Var(..) => continue,
         };
-        if mealy || output.registered.is_some() {
-            proof.show(before_clock, nodes[output.value.index()], &what)?;
+        if mealy {
+            proof.show(before_clock, nodes[output.value.index()], own, &what)?;
+            continue;
+        }
+        let own = proof.model.aig().or_all([own, open.next]);
+        if output.registered.is_some() {
+            proof.show(before_clock, nodes[output.value.index()], own, &what)?;
             continue;
         }
         // The pin is a function of the new state: shown for any state if that is enough, else for the states that the reaction makes.
@@ -429,15 +484,36 @@ fn prove(
         {
             continue;
         }
-        let composed = composed.get_or_insert_with(|| {
-            let moved: Vec<Lit> =
-                logic.flops.values().map(|flop| nodes[flop.next.index()]).collect();
-            import(proof.model.aig(), logic, &moved, &pins)
-        });
-        proof.show(before_clock, composed[output.value.index()], &what)?;
+        let composed =
+            composed.get_or_insert_with(|| import(proof.model.aig(), logic, &moved, &pins));
+        proof.show(before_clock, composed[output.value.index()], own, &what)?;
     }
     let method = Method::Symbolic { same: proof.same, solved: proof.solved };
     Ok(Certificate { method, compared })
+}
+
+/// Where the net leaves cells open, as functions of the state before a reaction and its inputs (semantics §3.6).
+struct OpenCells {
+    /// The next situation, and all that follows from it.
+    next: Lit,
+    /// Each output.
+    outputs: Vec<Lit>,
+}
+
+impl OpenCells {
+    fn of(model: &mut Model<'_>, state: &State, inputs: &Inputs) -> Self {
+        let net = model.maker.net;
+        let mut open = OpenCells { next: Lit::FALSE, outputs: vec![Lit::FALSE; net.outputs.len()] };
+        for cell in &net.unspecified {
+            let when = model.maker.forbidden(state, inputs, &cell.when);
+            let place = match cell.what {
+                OpenCell::Next => &mut open.next,
+                OpenCell::Output(output) => &mut open.outputs[output.index()],
+            };
+            *place = model.maker.aig.or(*place, when);
+        }
+        open
+    }
 }
 
 struct Proof<'n, 'f> {
@@ -459,11 +535,14 @@ impl Proof<'_, '_> {
         agrees
     }
 
-    fn show(&mut self, wanted: Lit, given: Lit, what: &str) -> Result<(), String> {
+    /// Shows both equal wherever the net does not leave them open.
+    fn show(&mut self, wanted: Lit, given: Lit, open: Lit, what: &str) -> Result<(), String> {
         if wanted == given {
             self.same += 1;
             return Ok(());
         }
+        let wanted = self.model.aig().and(wanted, !open);
+        let given = self.model.aig().and(given, !open);
         match self.model.difference(self.facts, self.limits, wanted, given) {
             Some(None) => {
                 self.solved += 1;
@@ -488,6 +567,7 @@ pub(crate) fn never(
     limits: &Limits,
     property: &PropertyExpr,
 ) -> Option<Ticks> {
+    reaction::refuse_open_cells(net).ok()?;
     let never = over_state(net, property)?;
     let mut model = Model::of(net, known_depth(facts), limits).ok()?;
     let (state, inputs) = (model.state.clone(), model.inputs.clone());

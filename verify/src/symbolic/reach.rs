@@ -146,6 +146,7 @@ fn attempt(
     if n_bits > limits.image_bits {
         return Err(too_many_bits(n_bits, limits));
     }
+    super::reaction::refuse_open_cells(net)?;
     let mut model = Model::of(net, Some(depth), limits)?;
     let n_bits = model.state_bits.len() + model.input_bits.len();
     if n_bits > limits.image_bits {
