@@ -270,6 +270,9 @@ pub(crate) struct Build {
     /// Beside each output, NAME.map.json says which line came from which place of the chart.
     #[arg(long, value_name = "WHAT", value_parser = ["map"])]
     pub(crate) emit: Option<String>,
+    /// A page beside the outputs, NAME.report.md, and a drawing of each chip, FILE.svg: codes, equations, product terms, pins, power-up, clock, requirements, what was proved.
+    #[arg(long)]
+    pub(crate) report: bool,
     /// Do not prove the outputs equal (they are still read back).
     #[arg(long)]
     pub(crate) no_proof: bool,

@@ -225,6 +225,30 @@ pub fn code(
         .unwrap_or(choice)
 }
 
+/// Why a circuit of this choice has no flip-flop for each step, or has one though that does not fit: what the device lacks. Nothing where it fits, where
+/// the user said which code to take, and where a language has no pins.
+#[must_use]
+pub fn why_not_one_hot(
+    net: &Net,
+    facts: &Facts,
+    logic: &Logic,
+    choice: EncodingChoice,
+    safe: bool,
+    dialect: Dialect,
+    options: &EmitOptions,
+) -> Option<String> {
+    match (choice, dialect) {
+        (EncodingChoice::This(_), _) | (_, Dialect::Verilog | Dialect::Blif) => return None,
+        (EncodingChoice::Auto, Dialect::Palasm | Dialect::Cupl | Dialect::Galasm) => {}
+    }
+    let one_hot = EncodingChoice::This(Encoding::OneHot);
+    let coded = code(net, facts, logic, one_hot, safe, dialect, options);
+    // This language needs every pin, so it says what is missing.
+    let made = Equations::new(&coded.logic, Dialect::Galasm, options);
+    let found = made.err()?;
+    found.into_iter().next().map(|finding| finding.message)
+}
+
 /// What is emitted for it: a circuit that returns from every illegal state must not have its sums cut short by them.
 #[must_use]
 pub fn emitted(coded: &Coded, safe: bool) -> Logic {

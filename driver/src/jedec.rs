@@ -15,7 +15,9 @@
 use crate::coding::{self, EncodingChoice};
 use crate::logic::{Fuses, LogicDesign};
 use crate::pipeline::{self, BuildOptions, Built, OutputFile};
+use crate::report::chip::{Chip, Made};
 use crate::report::{Line, Outcome};
+use grafsynth_backend_pld::device::Device;
 use grafsynth_backend_pld::fuse::vectors::{self, Vector};
 use grafsynth_backend_pld::fuse::{self, FuseMap, Role};
 use grafsynth_backend_pld::jedec::{self, Head, Jedec};
@@ -183,7 +185,12 @@ fn levels(circuit: &Logic, roles: &[Role], stimulus: &Vectors) -> Vec<Vec<(u32, 
 /// The command that burns a file, where the programmer is known to have the device.
 #[must_use]
 pub fn command(placement: &Placement, file: &str) -> Option<String> {
-    placement.device.programmer.map(|name| format!("minipro -p {name} -w {file}"))
+    command_for(placement.device, file)
+}
+
+/// [`command`] for a device.
+pub(crate) fn command_for(device: &Device, file: &str) -> Option<String> {
+    device.programmer.map(|name| format!("minipro -p {name} -w {file}"))
 }
 
 /// Builds the fuse map of a net; it is written only if it is not refuted.
@@ -201,6 +208,7 @@ pub(crate) fn build(
     // A device is filled from the same equations as a text for it.
     let dialect = Dialect::Palasm;
     let coded = coding::code(net, facts, logic, options.encoding, options.safe, dialect, &wishes);
+    let code = pipeline::code_of(net, facts, logic, &coded, options, dialect, &wishes);
     let logic = &coding::emitted(&coded, options.safe);
     let (circuit, chains) = pipeline::synchronised(net, logic.clone(), options.synchronise);
     let stimulus = options
@@ -234,7 +242,8 @@ pub(crate) fn build(
         pipeline::say_safe(&mut line, logic, &read_back);
     }
     let is_refuted = line.outcome == Outcome::Refuted;
-    if let Some(form) = pipeline::form(net, facts, logic, options.busy) {
+    let form = pipeline::form(net, facts, logic, options.busy);
+    if let Some(form) = &form {
         line.text = format!("{}; {form}", line.text);
     }
     if let Some(chain) = chains.first() {
@@ -242,7 +251,21 @@ pub(crate) fn build(
         line.text =
             format!("{}; {pins} inputs arrive {stages} clocks later, by synchronisers", line.text);
     }
+    let outcome = line.outcome;
     built.lines.push(line);
+    if let Some(code) = code.filter(|_| !is_refuted) {
+        let made = Made {
+            file: &name,
+            outcome,
+            circuit: &circuit,
+            chains: &chains,
+            code,
+            evolution: form,
+            dont_cares: wishes.dont_cares,
+            budget: wishes.budget,
+        };
+        built.chips.push(Chip::burned(made, &burned));
+    }
     if !is_refuted {
         built.files.push(OutputFile {
             name,

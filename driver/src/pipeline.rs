@@ -14,9 +14,11 @@
 
 use crate::codes;
 use crate::coding::{self, EncodingChoice};
+use crate::report::chip::{Chip, Code, Made};
 use crate::report::{Line, Outcome};
 use crate::target::Target;
 use grafsynth_backend_c::Package;
+use grafsynth_backend_pld::equations::Equations;
 use grafsynth_backend_pld::vectors::TraceRow;
 use grafsynth_backend_pld::{Dialect, EmitOptions, Emitted, Vectors, synchronise};
 pub use grafsynth_backend_pld::{Reset, ResetStyle};
@@ -55,6 +57,8 @@ pub struct BuildOptions {
     pub stimulus: Option<Stimulus>,
     /// Prove the outputs equal.
     pub prove: bool,
+    /// Gather what a page says of each chip: [`Built::chips`].
+    pub report: bool,
     /// How far proofs may go.
     pub limits: Limits,
 }
@@ -98,6 +102,8 @@ pub struct Built {
     pub packages: Vec<Package>,
     /// Bitstreams, which the caller may have made where the tools are.
     pub bitstreams: Vec<crate::ice40::Job>,
+    /// What a page says of each chip, where one was asked for.
+    pub chips: Vec<Chip>,
 }
 
 impl Built {
@@ -338,6 +344,10 @@ fn ice40(net: &Net, emitted: &Emitted, options: &BuildOptions, built: &mut Built
     };
     match crate::ice40::job(&stem, emitted, device, &pins) {
         Ok(job) => {
+            if let Some(chip) = built.chips.iter_mut().find(|chip| chip.file == format!("{stem}.v"))
+            {
+                chip.place_on(job.package, &job.constraints);
+            }
             built.files.push(OutputFile {
                 name: format!("{stem}.pcf"),
                 text: job.constraints.clone(),
@@ -368,6 +378,7 @@ fn equations(
         ..emit_options(net, options.device.as_deref(), None)
     };
     let coded = coding::code(net, facts, logic, options.encoding, options.safe, dialect, &wishes);
+    let code = code_of(net, facts, logic, &coded, options, dialect, &wishes);
     let logic = &coding::emitted(&coded, options.safe);
     let (circuit, chains) = synchronised(net, logic.clone(), options.synchronise);
     let vectors = options
@@ -419,7 +430,8 @@ fn equations(
         say_safe(&mut line, logic, &through.read_back);
     }
     let is_refuted = line.outcome == Outcome::Refuted;
-    if let Some(form) = form(net, facts, logic, options.busy) {
+    let form = form(net, facts, logic, options.busy);
+    if let Some(form) = &form {
         line.text = format!("{}; {form}", line.text);
     }
     for (history, why) in grafsynth_logic::kept_apart(net) {
@@ -431,9 +443,29 @@ fn equations(
         line.text =
             format!("{}; {pins} inputs arrive {stages} clocks later, by synchronisers", line.text);
     }
+    let outcome = line.outcome;
     built.lines.push(line);
     if is_refuted {
         return None;
+    }
+    if let Some(code) = code {
+        let made = Made {
+            file: &name,
+            outcome,
+            circuit: &circuit,
+            chains: &chains,
+            code,
+            evolution: form,
+            dont_cares: emit_options.dont_cares,
+            budget: emit_options.budget,
+        };
+        let n_vectors = emit_options.vectors.as_ref().map_or(0, |vectors| vectors.rows.len());
+        // The text was made of these equations, and is made of them again.
+        let again = is_flat.then(|| Equations::new(&circuit, dialect, &emit_options));
+        built.chips.push(match again {
+            Some(Ok(again)) => Chip::of_equations(made, dialect, &again, n_vectors),
+            Some(Err(_)) | None => Chip::of_netlist(made, &through.emitted, n_vectors),
+        });
     }
     let map = through
         .emitted
@@ -461,6 +493,26 @@ fn equations(
         });
     }
     Some(through.emitted)
+}
+
+/// What a page says of the codes of a circuit; none where no page was asked for.
+pub(crate) fn code_of(
+    net: &Net,
+    facts: &Facts,
+    logic: &Logic,
+    coded: &coding::Coded,
+    options: &BuildOptions,
+    dialect: Dialect,
+    wishes: &EmitOptions,
+) -> Option<Code> {
+    if !options.report {
+        return None;
+    }
+    let n_groups = coding::groups(net, facts, logic).len();
+    let mut code = Code::of(coded, options.encoding, n_groups, options.safe);
+    code.why_not_one_hot =
+        coding::why_not_one_hot(net, facts, logic, options.encoding, options.safe, dialect, wishes);
+    Some(code)
 }
 
 /// Says of a circuit that was to be made safe whether that is proved of what was read back; if it is not, the line is open.

@@ -4,13 +4,16 @@
 #![allow(clippy::disallowed_methods, reason = "tests read files")]
 
 use grafsynth_backend_pld::Object;
-use grafsynth_backend_pld::device::layout::Layout;
+use grafsynth_backend_pld::device::layout::{Layout, Mode};
 use grafsynth_backend_pld::fuse::sim::Chip;
 use grafsynth_backend_pld::fuse::vectors::failures;
 use grafsynth_backend_pld::fuse::{FuseMap, decode, differences, logic as circuit_of};
 use grafsynth_driver::jedec::{Burned, burn};
 use grafsynth_driver::pipeline;
+use grafsynth_driver::report;
 use grafsynth_driver::run::{device_trace, net_trace};
+use grafsynth_driver::source::Sources;
+use grafsynth_driver::target::Target;
 use grafsynth_frontend::graf;
 use grafsynth_ir::logic::Logic;
 use grafsynth_ir::net::{Net, Policy};
@@ -315,5 +318,63 @@ fn each_flipped_fuse_of_the_truck_is_caught() {
         assert_eq!(n_by_logic, n_other, "{device}: the circuit itself is refuted too");
         assert!(n_changed > 100, "{device}: {n_changed}");
         assert!(n_tested * 100 >= n_changed * 95, "{device}: {n_tested} of {n_changed}");
+    }
+}
+
+/// What a page says of each macrocell is what lies in the fuses: as many terms as rows in use, counted here row by row. And what it says of the least
+/// number fits: none is below its bound, and none above what there is.
+fn pages_of_charts_on(device: &str, wanted: u64, max_steps: usize) {
+    let mut n_pages = 0;
+    let limits = Limits { pairs: 2_000, ..Limits::default() };
+    for seed in 0..wanted * 20 {
+        if n_pages == wanted {
+            break;
+        }
+        let net = random_net(seed, &features(max_steps));
+        let facts = pipeline::facts(&net, &limits);
+        let options = pipeline::BuildOptions {
+            device: Some(device.to_owned()),
+            dont_cares: true,
+            report: true,
+            limits: limits.clone(),
+            ..pipeline::BuildOptions::default()
+        };
+        let built = pipeline::build(&net, &facts, &[Target::Jedec], &options);
+        let Some(chip) = built.chips.first() else { continue };
+        n_pages += 1;
+        let map = chip.fuses.as_ref().expect("the fuses");
+        let layout = map.device.layout.expect("a layout");
+        let is_set = |mode: &&Mode| mode.fuses.iter().all(|(fuse, value)| map.get(*fuse) == *value);
+        let mode = layout.modes.iter().find(is_set).expect("a mode");
+        for cell in &chip.cells {
+            let fuses = layout.cell(cell.pin.expect("a pin")).expect("a macrocell");
+            let shape = mode.shape(fuses.kind.map(|fuse| map.get(fuse))).expect("a shape");
+            // A row in use has a fuse that is 1; idle rows are all 0.
+            let is_used = |row: &u32| {
+                let first = row * layout.n_columns;
+                (first..first + layout.n_columns).any(|fuse| map.get(fuse))
+            };
+            let rows = (fuses.row + shape.sum..fuses.row + fuses.n_rows).filter(is_used).count();
+            let readable = readable(&net);
+            assert_eq!(cell.sum.len(), rows, "seed {seed}, {:?}\n{readable}", cell.pin);
+            assert!(cell.available.is_some_and(|terms| rows <= terms as usize), "{readable}");
+            assert!(cell.count.least.is_none_or(|least| least <= rows), "seed {seed}\n{readable}");
+            let (least, without) = (cell.count.least, cell.count.without);
+            if let (Some(least), Some((found, bound))) = (least, without) {
+                assert!(least <= found && bound <= found, "seed {seed}\n{readable}");
+            }
+        }
+        let sources = Sources::default();
+        let pages = report::page(&net, &facts, &built, &sources, &limits);
+        let n_terms: usize = chip.cells.iter().map(|cell| cell.sum.len()).sum();
+        assert!(pages[0].text.contains(&format!("\n{n_terms} of ")), "{}", pages[0].text);
+    }
+    assert_eq!(n_pages, wanted, "{device}");
+}
+
+#[test]
+fn pages_say_what_the_fuses_are() {
+    for (device, max_steps) in [("gal22v10", 5), ("gal16v8", 4), ("gal20ra10", 3)] {
+        pages_of_charts_on(device, rounds(6, 120), max_steps);
     }
 }

@@ -11,7 +11,7 @@ use grafsynth_driver::pipeline::{
     self, BuildOptions, Built, BusyMode, MapEntry, Reset, ResetStyle,
 };
 use grafsynth_driver::read::Design;
-use grafsynth_driver::report::{Line, Outcome};
+use grafsynth_driver::report::{self, Line, Outcome};
 use grafsynth_driver::target::Target;
 use grafsynth_engines::{exhaustive, ice40};
 use grafsynth_ir::Valid;
@@ -33,6 +33,12 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
         Design::Net(design) => design,
         Design::Logic(design) => {
             session.show(&found);
+            if arguments.report {
+                return Err(Stop::Usage(
+                    "--report is for charts: `convert` writes the equations of logic by others"
+                        .to_owned(),
+                ));
+            }
             return super::refit::run(session, arguments, &design);
         }
     };
@@ -91,6 +97,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
         }),
         stimulus,
         prove: !arguments.no_proof,
+        report: arguments.report,
         limits: limits.clone(),
     };
     let mut built = pipeline::build(net, &facts, &targets, &options);
@@ -114,6 +121,10 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
             "grafsynth: nothing was written, because an output is not equal to the chart\n",
         );
         return Ok(Exit::Refuted);
+    }
+    if arguments.report {
+        let page = report::page(net, &facts, &built, &session.sources, &limits);
+        built.files.extend(page);
     }
     write(session, arguments, &built, bitstreams)?;
     // What could not be proved is written and said; only a limit that was reached is worth an exit code of its own.

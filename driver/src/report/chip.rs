@@ -1,0 +1,604 @@
+//! A chip as a page speaks of it: its signals and macrocells, gathered while it is built.
+//!
+//! Of a fuse map everything comes from the fuses, decoded again: names and the meaning of pins are all that is taken from the design. Of equations it comes
+//! from the equations that were printed. A netlist has signals and no macrocells.
+
+use super::Outcome;
+use crate::coding::{Coded, Encoding, EncodingChoice};
+use crate::jedec::Burned;
+use grafsynth_backend_pld::device::Device;
+use grafsynth_backend_pld::equations::{self, Equations};
+use grafsynth_backend_pld::fuse::{self, FuseMap};
+use grafsynth_backend_pld::ice40::Package;
+use grafsynth_backend_pld::placement::{CellKind, Product};
+use grafsynth_backend_pld::synchronise::Chain;
+use grafsynth_backend_pld::{Dialect, Emitted, Object};
+use grafsynth_ir::logic::{FlopId, Logic, NodeId, PinInputId, PinOutputId};
+use grafsynth_ir::net::Meta;
+use grafsynth_logic::minimise::{Budget, Minimum, sum_between};
+use std::collections::BTreeSet;
+
+/// One output of a build that is a chip.
+#[derive(Debug, Clone)]
+pub struct Chip {
+    /// The name of its file.
+    pub file: String,
+    /// Its language.
+    pub language: Language,
+    /// What was proved of it.
+    pub outcome: Outcome,
+    /// The circuit that it was made from, with its codes and synchronisers.
+    pub circuit: Logic,
+    /// Its synchronisers.
+    pub chains: Vec<Chain>,
+    /// How its steps are coded.
+    pub code: Code,
+    /// How it evolves until it is stable, for a chart that does.
+    pub evolution: Option<String>,
+    /// The device that it is for; none for a netlist.
+    pub device: Option<&'static Device>,
+    /// The package that its pins are of, for an FPGA.
+    pub package: Option<&'static Package>,
+    /// Everything with a name, in no particular order.
+    pub signals: Vec<Signal>,
+    /// The macrocells in use, those with a pin first, by pin.
+    pub cells: Vec<Cell>,
+    /// Why pins are open, where they are.
+    pub misfit: Option<String>,
+    /// Test vectors or rows of its simulation.
+    pub n_vectors: usize,
+    /// What was burned.
+    pub fuses: Option<FuseMap>,
+    /// The burned device at work: what the simulator of its fuses shows after power-up, by pin; none where the device does not drive the pin.
+    pub wakes: Vec<(u32, Option<bool>)>,
+    /// Pins that enable outputs while they are low, as burned or as the device is.
+    pub enables: Vec<u32>,
+}
+
+/// What a chip's text is written in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Language {
+    /// A fuse map.
+    Jedec,
+    /// A text.
+    Text(Dialect),
+}
+
+/// How the steps of a chip are coded, and why so.
+#[derive(Debug, Clone)]
+pub struct Code {
+    /// The code.
+    pub encoding: Encoding,
+    /// What the user asked for.
+    pub choice: EncodingChoice,
+    /// Steps that lost their flip-flop.
+    pub n_coded: usize,
+    /// Groups of steps that exclude each other.
+    pub n_groups: usize,
+    /// Why a flip-flop for each step would not do, where that was found out.
+    pub why_not_one_hot: Option<String>,
+    /// Every illegal situation leads back to the initial one.
+    pub is_safe: bool,
+}
+
+impl Code {
+    /// What was chosen.
+    #[must_use]
+    pub fn of(coded: &Coded, choice: EncodingChoice, n_groups: usize, is_safe: bool) -> Self {
+        let why_not_one_hot = None;
+        let (encoding, n_coded) = (coded.encoding, coded.n_coded);
+        Code { encoding, choice, n_coded, n_groups, why_not_one_hot, is_safe }
+    }
+}
+
+/// A signal of a chip.
+#[derive(Debug, Clone)]
+pub struct Signal {
+    /// Its name in the chart; a signal of the chip alone has that of the text. Unique on its chip.
+    pub name: String,
+    /// Its name in the text, where that is another one.
+    pub printed: Option<String>,
+    /// Its pin.
+    pub pin: Option<u32>,
+    /// What it is.
+    pub kind: Kind,
+    /// The pin carries the complement.
+    pub is_inverted: bool,
+    /// Label, tags and place.
+    pub meta: Meta,
+}
+
+/// What a signal is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// The clock.
+    Clock,
+    /// A reset that the text has beside the circuit.
+    Reset,
+    /// An input bit.
+    Input(PinInputId),
+    /// A flip-flop.
+    Flop(FlopId),
+    /// An output bit.
+    Output(PinOutputId),
+    /// A part of a function that is too wide for one sum.
+    Buried,
+}
+
+/// A conjunction of signals and their complements.
+pub type Literals = Vec<(usize, bool)>;
+
+/// A macrocell in use, or a function that has no pin yet.
+#[derive(Debug, Clone)]
+pub struct Cell {
+    /// The signals that it shows: one, or several that share it.
+    pub signals: Vec<usize>,
+    /// Its pin.
+    pub pin: Option<u32>,
+    /// What it does with its sum.
+    pub kind: CellKind,
+    /// The sum gives the complement of the first signal.
+    pub is_complemented: bool,
+    /// The sum.
+    pub sum: Vec<Literals>,
+    /// Terms beside the sum, by their names: enable, clock, set, reset.
+    pub terms: Vec<(&'static str, Literals)>,
+    /// How many products its sum may have; none where it has no pin.
+    pub available: Option<u32>,
+    /// What is known of the number of its products.
+    pub count: Count,
+}
+
+/// What is known of the number of products of a function in the polarity that it has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Count {
+    /// So many are needed at least, with the don't-cares that were used.
+    pub least: Option<usize>,
+    /// The sum that was found without don't-cares, and so many are needed then at least.
+    pub without: Option<(usize, usize)>,
+}
+
+impl Cell {
+    /// True if it is proved that no sum has fewer products.
+    #[must_use]
+    pub fn is_least(&self) -> bool {
+        self.count.least == Some(self.sum.len())
+    }
+
+    /// True if it is clocked.
+    #[must_use]
+    pub fn is_registered(&self) -> bool {
+        match self.kind {
+            CellKind::Registered => true,
+            CellKind::Combinational | CellKind::Tristate => false,
+        }
+    }
+}
+
+/// What a chip is made of beside its text: the same for all kinds.
+#[derive(Debug, Clone)]
+pub(crate) struct Made<'a> {
+    pub(crate) file: &'a str,
+    pub(crate) outcome: Outcome,
+    pub(crate) circuit: &'a Logic,
+    pub(crate) chains: &'a [Chain],
+    pub(crate) code: Code,
+    pub(crate) evolution: Option<String>,
+    pub(crate) dont_cares: bool,
+    pub(crate) budget: Budget,
+}
+
+impl Chip {
+    fn new(made: Made<'_>, language: Language) -> Self {
+        Chip {
+            file: made.file.to_owned(),
+            language,
+            outcome: made.outcome,
+            circuit: made.circuit.clone(),
+            chains: made.chains.to_vec(),
+            code: made.code,
+            evolution: made.evolution,
+            device: None,
+            package: None,
+            signals: Vec::new(),
+            cells: Vec::new(),
+            misfit: None,
+            n_vectors: 0,
+            fuses: None,
+            wakes: Vec::new(),
+            enables: Vec::new(),
+        }
+    }
+
+    /// A burned device: its macrocells are decoded from the fuses once more.
+    pub(crate) fn burned(made: Made<'_>, burned: &Burned) -> Self {
+        let (circuit, dont_cares, budget) = (made.circuit, made.dont_cares, made.budget);
+        let mut chip = Chip::new(made, Language::Jedec);
+        let device = burned.placement.device;
+        chip.device = Some(device);
+        chip.n_vectors = burned.vectors.len();
+        chip.fuses = Some(burned.map.clone());
+        for role in &burned.roles {
+            let printed = burned.placement.name(role.pin).unwrap_or_default();
+            chip.add(&role.object, Some(role.pin), printed, role.is_inverted);
+        }
+        // The fuses were decoded before they were written, so they can be decoded.
+        let cells = fuse::decode(&burned.map).map(|placement| placement.cells).unwrap_or_default();
+        let literals = |product: &Product| -> Literals {
+            let literal = |&(pin, value): &(u32, bool)| {
+                let at = chip.signals.iter().position(|signal| signal.pin == Some(pin))?;
+                Some((at, value != chip.signals[at].is_inverted))
+            };
+            let mut literals: Literals = product.0.iter().filter_map(literal).collect();
+            literals.sort_by_key(|(signal, _)| chip.rank(*signal));
+            literals
+        };
+        let of_cell = |cell: &grafsynth_backend_pld::placement::Cell| -> Option<Cell> {
+            let signals: Vec<usize> = (0..chip.signals.len())
+                .filter(|at| chip.signals[*at].pin == Some(cell.pin))
+                .collect();
+            let is_inverted = chip.signals[*signals.first()?].is_inverted;
+            let terms = [
+                ("enable", &cell.enable),
+                ("clock", &cell.clock),
+                ("set", &cell.set),
+                ("reset", &cell.reset),
+            ];
+            let mut sum: Vec<Literals> = cell.sum.iter().map(literals).collect();
+            sum.sort_by_cached_key(|product| chip.order(product));
+            Some(Cell {
+                signals,
+                pin: Some(cell.pin),
+                kind: cell.kind,
+                is_complemented: cell.is_active_low != is_inverted,
+                sum,
+                terms: terms
+                    .into_iter()
+                    .filter_map(|(name, term)| Some((name, literals(term.as_ref()?))))
+                    .collect(),
+                available: available(device, cell.pin, cell.kind),
+                count: Count::default(),
+            })
+        };
+        let mut cells: Vec<Cell> = cells.iter().filter_map(of_cell).collect();
+        cells.sort_by_key(|cell| cell.pin);
+        chip.cells = cells;
+        chip.count(circuit, dont_cares, budget);
+        if let Ok(mut at_work) = fuse::sim::Chip::new(&burned.map) {
+            chip.enables = at_work.enable_pins();
+            // Outputs show what they are only while they are enabled; what that settles to was run through before the file was written.
+            let low: Vec<(u32, u64)> = chip.enables.iter().map(|pin| (*pin, 0)).collect();
+            let is_shown = at_work.put(&low).and_then(|()| at_work.power_up()).is_ok();
+            let macrocells = if is_shown { device.macrocells } else { &[] };
+            chip.wakes = macrocells
+                .iter()
+                .map(|cell| {
+                    let is_driven = at_work.drives(cell.pin) == u64::MAX;
+                    (cell.pin, is_driven.then(|| at_work.level(cell.pin) == u64::MAX))
+                })
+                .collect();
+        }
+        chip
+    }
+
+    /// Equations as they were printed.
+    pub(crate) fn of_equations(
+        made: Made<'_>,
+        dialect: Dialect,
+        equations: &Equations,
+        n_vectors: usize,
+    ) -> Self {
+        let (circuit, dont_cares, budget) = (made.circuit, made.dont_cares, made.budget);
+        let mut chip = Chip::new(made, Language::Text(dialect));
+        let device = equations.device;
+        chip.device = Some(device);
+        chip.n_vectors = n_vectors;
+        if !equations.has_pins {
+            let is_misfit = |line: &&String| line.starts_with("does not fit");
+            chip.misfit = equations.head.iter().find(is_misfit).cloned();
+        }
+        for (named, signal) in equations.named(circuit).iter().zip(&equations.signals) {
+            chip.add(&named.object, signal.pin, &signal.name, signal.is_pin_inverted);
+            if let (Some(own), equations::Source::Buried(_)) =
+                (chip.signals.last_mut(), signal.source)
+            {
+                own.meta = signal.meta.clone();
+            }
+        }
+        let mut cells: Vec<Cell> = (equations.equations.iter())
+            .map(|equation| {
+                let pin = equations.signals[equation.signal].pin;
+                let kind = if equation.is_registered {
+                    CellKind::Registered
+                } else {
+                    CellKind::Combinational
+                };
+                Cell {
+                    signals: vec![equation.signal],
+                    pin,
+                    kind,
+                    is_complemented: equation.is_complemented,
+                    sum: equation.products.clone(),
+                    terms: Vec::new(),
+                    available: pin.and_then(|pin| available(device, pin, kind)),
+                    count: Count::default(),
+                }
+            })
+            .collect();
+        cells.sort_by_key(|cell| (cell.pin.is_none(), cell.pin));
+        chip.cells = cells;
+        chip.count(circuit, dont_cares, budget);
+        if chip.cells.iter().any(Cell::is_registered) {
+            chip.enables = enable_pins(device);
+        }
+        chip
+    }
+
+    /// A netlist: it has signals, and what makes their functions is for other tools to choose.
+    pub(crate) fn of_netlist(made: Made<'_>, emitted: &Emitted, n_vectors: usize) -> Self {
+        let mut chip = Chip::new(made, Language::Text(emitted.dialect));
+        chip.n_vectors = n_vectors;
+        for named in &emitted.names {
+            chip.add(&named.object, named.pin, &named.name, false);
+        }
+        chip
+    }
+
+    /// Gives a netlist the pins of a package: what its constraints (`.pcf`) say.
+    pub(crate) fn place_on(&mut self, package: &'static Package, constraints: &str) {
+        self.package = Some(package);
+        for line in constraints.lines() {
+            let mut words = line.split_whitespace();
+            if let (Some("set_io"), Some(name), Some(pin)) =
+                (words.next(), words.next(), words.next())
+                && let Some(signal) =
+                    self.signals.iter_mut().find(|signal| signal.printed() == name)
+            {
+                signal.pin = pin.parse().ok();
+            }
+        }
+    }
+
+    fn add(&mut self, object: &Object, pin: Option<u32>, printed: &str, is_inverted: bool) {
+        let circuit = &self.circuit;
+        let none = Meta::default();
+        let found = match object {
+            Object::Clock => Some((Kind::Clock, printed, &none)),
+            Object::Reset => Some((Kind::Reset, printed, &none)),
+            Object::Buried => Some((Kind::Buried, printed, &none)),
+            Object::Input(input) => (circuit.inputs.iter())
+                .find(|(_, known)| known.role == input.role && known.name == input.name)
+                .map(|(id, known)| (Kind::Input(id), known.name.as_str(), &known.meta)),
+            Object::Flop(flop) => (circuit.flops.iter())
+                .find(|(_, known)| known.name == flop.name && known.holds == flop.holds)
+                .map(|(id, known)| (Kind::Flop(id), known.name.as_str(), &known.meta)),
+            Object::Output(output) => (circuit.outputs.iter())
+                .find(|(_, known)| known.role == output.role && known.name == output.name)
+                .map(|(id, known)| (Kind::Output(id), known.name.as_str(), &known.meta)),
+        };
+        // Signals keep their places, by which the functions name them.
+        let (kind, source, meta) = found.unwrap_or((Kind::Buried, printed, &none));
+        let meta = meta.clone();
+        // A stored output and its memory have one name in the chart; then the text's tells them apart, or a mark does.
+        let is_taken = |name: &str| self.signals.iter().any(|signal| signal.name == name);
+        let mut name = source.to_owned();
+        if is_taken(&name) {
+            name = if is_taken(printed) { format!("{source}_q") } else { printed.to_owned() };
+        }
+        while is_taken(&name) {
+            name.push('\'');
+        }
+        let printed = (printed != name && !printed.is_empty()).then(|| printed.to_owned());
+        self.signals.push(Signal { name, printed, pin, kind, is_inverted, meta });
+    }
+
+    /// Flip-flops before inputs, as people write them.
+    fn rank(&self, signal: usize) -> (u32, usize) {
+        let kind = match self.signals[signal].kind {
+            Kind::Flop(_) => 0,
+            Kind::Input(_) => 1,
+            Kind::Buried | Kind::Output(_) => 2,
+            Kind::Clock | Kind::Reset => 3,
+        };
+        (kind, signal)
+    }
+
+    fn order(&self, product: &Literals) -> Vec<((u32, usize), bool)> {
+        product.iter().map(|&(signal, value)| (self.rank(signal), !value)).collect()
+    }
+
+    /// Asks the minimiser of each function how many products it needs, with don't-cares and without.
+    fn count(&mut self, circuit: &Logic, dont_cares: bool, budget: Budget) {
+        let open: Vec<NodeId> = if dont_cares {
+            circuit.never.iter().chain(&circuit.unreachable).copied().collect()
+        } else {
+            Vec::new()
+        };
+        for cell in &mut self.cells {
+            let Some(first) = cell.signals.first() else { continue };
+            let node = match self.signals[*first].kind {
+                Kind::Flop(flop) => circuit.flops[flop].next,
+                Kind::Output(output) => circuit.outputs[output].value,
+                Kind::Clock | Kind::Reset | Kind::Input(_) | Kind::Buried => continue,
+            };
+            // A sum over parts of the function is no sum of the function itself.
+            let is_split = |product: &Literals| {
+                product.iter().any(|(signal, _)| match self.signals[*signal].kind {
+                    Kind::Buried | Kind::Output(_) => true,
+                    Kind::Flop(_) | Kind::Input(_) | Kind::Clock | Kind::Reset => false,
+                })
+            };
+            if cell.sum.iter().any(is_split) {
+                continue;
+            }
+            let ask = |open: &[NodeId]| {
+                let (sum, minimum) =
+                    sum_between(circuit, node, cell.is_complemented, open, budget).ok()?;
+                let least = match minimum {
+                    Minimum::Exact => sum.len(),
+                    Minimum::Between { lower, .. } => lower,
+                };
+                Some((sum.len(), least))
+            };
+            cell.count.without = ask(&[]);
+            cell.count.least = match open.as_slice() {
+                [] => cell.count.without,
+                open => ask(open),
+            }
+            .map(|(_, least)| least);
+        }
+    }
+
+    /// A literal as people write it.
+    #[must_use]
+    pub fn literal(&self, (signal, value): (usize, bool)) -> String {
+        format!("{}{}", if value { "" } else { "/" }, self.signals[signal].name)
+    }
+
+    /// A product as people write it.
+    #[must_use]
+    pub fn product(&self, product: &Literals) -> String {
+        if product.is_empty() {
+            return "1".to_owned();
+        }
+        // A term that is never true wants a level and its complement.
+        if product.iter().any(|&(signal, value)| product.contains(&(signal, !value))) {
+            return "0".to_owned();
+        }
+        product.iter().map(|literal| self.literal(*literal)).collect::<Vec<_>>().join(" * ")
+    }
+
+    /// The names that a macrocell shows, the first being the one that its sum is of.
+    #[must_use]
+    pub fn names(&self, cell: &Cell) -> Vec<&str> {
+        cell.signals.iter().map(|signal| self.signals[*signal].name.as_str()).collect()
+    }
+
+    /// Of each register and output what it reads: signals, through everything that is not clocked. A netlist is asked for its functions.
+    #[must_use]
+    pub fn reads(&self) -> Vec<Reads> {
+        if self.cells.is_empty() { self.reads_of_circuit() } else { self.reads_of_cells() }
+    }
+
+    fn reads_of_cells(&self) -> Vec<Reads> {
+        let cell_of = |signal: usize| self.cells.iter().find(|cell| cell.signals.contains(&signal));
+        let of_cell = |cell: &Cell| {
+            let literals = |cell: &Cell| -> Vec<usize> {
+                let terms = cell.terms.iter().filter(|(name, _)| *name != "clock");
+                let all = cell.sum.iter().chain(terms.map(|(_, term)| term));
+                all.flatten().map(|(signal, _)| *signal).collect()
+            };
+            let mut seen = BTreeSet::new();
+            let mut open = literals(cell);
+            while let Some(signal) = open.pop() {
+                if seen.insert(signal)
+                    && let Some(through) = cell_of(signal).filter(|cell| !cell.is_registered())
+                {
+                    open.extend(literals(through));
+                }
+            }
+            Reads {
+                signal: cell.signals.first().copied().unwrap_or(0),
+                is_registered: cell.is_registered(),
+                signals: seen,
+            }
+        };
+        self.cells.iter().map(of_cell).collect()
+    }
+
+    fn reads_of_circuit(&self) -> Vec<Reads> {
+        use grafsynth_ir::logic::Node;
+        let circuit = &self.circuit;
+        let signal_of = |kind: Kind| self.signals.iter().position(|signal| signal.kind == kind);
+        // Nodes name earlier ones only, so one pass is enough. One bit for each signal.
+        let n_words = self.signals.len().div_ceil(64);
+        let mut sets: Vec<Vec<u64>> = Vec::with_capacity(circuit.nodes.len());
+        for (_, node) in circuit.nodes.iter() {
+            let mut set = vec![0_u64; n_words];
+            let leaf = match node {
+                Node::Input(input) => signal_of(Kind::Input(*input)),
+                Node::Flop(flop) => signal_of(Kind::Flop(*flop)),
+                Node::Const(_)
+                | Node::Not(_)
+                | Node::And(_)
+                | Node::Or(_)
+                | Node::Xor(..)
+                | Node::Mux(..) => None,
+            };
+            if let Some(signal) = leaf {
+                set[signal / 64] |= 1 << (signal % 64);
+            }
+            grafsynth_logic::build::for_each_operand(node, |operand| {
+                if let Some(other) = sets.get(operand.index()) {
+                    set.iter_mut().zip(other).for_each(|(word, other)| *word |= other);
+                }
+            });
+            sets.push(set);
+        }
+        let signals = |node: NodeId| -> BTreeSet<usize> {
+            let set = &sets[node.index()];
+            (0..self.signals.len()).filter(|at| set[at / 64] >> (at % 64) & 1 == 1).collect()
+        };
+        let root = |(at, signal): (usize, &Signal)| match signal.kind {
+            Kind::Flop(flop) => Some(Reads {
+                signal: at,
+                is_registered: true,
+                signals: signals(circuit.flops[flop].next),
+            }),
+            Kind::Output(output) => Some(Reads {
+                signal: at,
+                is_registered: circuit.outputs[output].registered.is_some(),
+                signals: signals(circuit.outputs[output].value),
+            }),
+            Kind::Clock | Kind::Reset | Kind::Input(_) | Kind::Buried => None,
+        };
+        self.signals.iter().enumerate().filter_map(root).collect()
+    }
+}
+
+impl Signal {
+    /// Its name in the text.
+    #[must_use]
+    pub fn printed(&self) -> &str {
+        self.printed.as_deref().unwrap_or(&self.name)
+    }
+
+    /// What its pin carries.
+    #[must_use]
+    pub fn on_pin(&self) -> String {
+        format!("{}{}", if self.is_inverted { "/" } else { "" }, self.name)
+    }
+}
+
+/// What a function reads.
+#[derive(Debug, Clone)]
+pub struct Reads {
+    /// The register or output.
+    pub signal: usize,
+    /// It is clocked.
+    pub is_registered: bool,
+    /// What it reads.
+    pub signals: BTreeSet<usize>,
+}
+
+/// Products that a macrocell of this kind may have.
+fn available(device: &Device, pin: u32, kind: CellKind) -> Option<u32> {
+    let cell = device.macrocell(pin)?;
+    Some(match kind {
+        CellKind::Registered => cell.registered_terms,
+        CellKind::Combinational | CellKind::Tristate => cell.combinational_terms,
+    })
+}
+
+/// The control pins of a device that enable outputs: those that a shape of its fuse map names. The others load its registers.
+fn enable_pins(device: &Device) -> Vec<u32> {
+    use grafsynth_backend_pld::device::layout::Enable;
+    let shapes = device.layout.iter().flat_map(|layout| layout.modes).flat_map(|mode| mode.shapes);
+    let pins: BTreeSet<u32> = shapes
+        .filter_map(|shape| match shape.enable {
+            Enable::PinLow(pin) | Enable::PinLowAndRow(pin, _) => Some(pin),
+            Enable::Always | Enable::Never | Enable::Row(_) => None,
+        })
+        .collect();
+    device.control_pins.iter().copied().filter(|pin| pins.contains(pin)).collect()
+}

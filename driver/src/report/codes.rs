@@ -1,0 +1,71 @@
+//! How the steps are coded, and why so.
+
+use super::{Chip, Subject, counted, table::Table};
+use crate::coding::{Encoding, EncodingChoice};
+use grafsynth_ir::logic::PinRole;
+use grafsynth_logic::minimise::{Budget, sum_between};
+use grafsynth_logic::support::Var;
+
+pub(super) fn write(_: &Subject<'_>, chip: &Chip) -> Option<String> {
+    let circuit = &chip.circuit;
+    if circuit.flops.is_empty() {
+        return Some("There are no flip-flops: the circuit remembers nothing.".to_owned());
+    }
+    let code = &chip.code;
+    let name = match code.encoding {
+        Encoding::OneHot => "one-hot",
+        Encoding::ZeroHot => "zero-hot",
+        Encoding::Compact => "compact",
+    };
+    let is_busy = circuit.outputs.values().any(|output| output.role == PinRole::Busy);
+    let why = match (code.choice, &code.why_not_one_hot) {
+        _ if is_busy => {
+            "a circuit that makes one micro-step a clock keeps a flip-flop for each step".to_owned()
+        }
+        (EncodingChoice::This(_), _) => "as asked".to_owned(),
+        (EncodingChoice::Auto, Some(why)) if code.encoding == Encoding::OneHot => {
+            format!("no code makes it fit: {why}")
+        }
+        (EncodingChoice::Auto, Some(why)) => format!("one-hot does not fit: {why}"),
+        (EncodingChoice::Auto, None) if code.n_groups == 0 => {
+            "no steps are known to exclude each other".to_owned()
+        }
+        (EncodingChoice::Auto, None) if chip.device.is_none() => {
+            "a netlist has as many flip-flops as it likes".to_owned()
+        }
+        (EncodingChoice::Auto, None) => "the first choice, and it fits".to_owned(),
+    };
+    let mut text = format!(
+        "**{name}**, {}: {why}.\n",
+        counted(circuit.flops.len(), "flip-flop", "flip-flops")
+    );
+    if code.is_safe {
+        text += "Every situation that is never reached leads back to the initial one (`--safe`).\n";
+    }
+    if circuit.decoded.is_empty() {
+        return Some(text);
+    }
+    let mut table = Table::new(["Active", "while"]);
+    for decoded in &circuit.decoded {
+        let sum =
+            sum_between(circuit, decoded.node, false, &circuit.unreachable, Budget::default());
+        let product = |product: &Vec<(Var, bool)>| {
+            let literal = |&(var, value): &(Var, bool)| {
+                let name = match var {
+                    Var::Flop(flop) => circuit.flops[flop].name.as_str(),
+                    Var::Input(input) => circuit.inputs[input].name.as_str(),
+                };
+                format!("{}{name}", if value { "" } else { "/" })
+            };
+            product.iter().map(literal).collect::<Vec<_>>().join(" * ")
+        };
+        let code = match sum {
+            Ok((products, _)) if products.is_empty() => "never".to_owned(),
+            Ok((products, _)) if products.iter().any(Vec::is_empty) => "always".to_owned(),
+            Ok((products, _)) => products.iter().map(product).collect::<Vec<_>>().join(" + "),
+            Err(refused) => format!("({refused})"),
+        };
+        table.row([decoded.name.clone(), code]);
+    }
+    Some(format!("{text}\n{}", table.text()))
+}

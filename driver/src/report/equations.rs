@@ -1,0 +1,131 @@
+//! The equations of a chip, with the chart's names: of a fuse map those that its fuses are.
+
+use super::chip::{Cell, Chip, Kind, Language};
+use super::{Subject, counted};
+use grafsynth_backend_pld::Dialect;
+use grafsynth_backend_pld::placement::CellKind;
+use grafsynth_ir::logic::Node;
+
+pub(super) fn write(_: &Subject<'_>, chip: &Chip) -> Option<String> {
+    if chip.cells.is_empty() {
+        return netlist(chip);
+    }
+    let whence = match chip.language {
+        Language::Jedec => "As the fuses say, decoded from the file",
+        Language::Text(_) => "As in the file",
+    };
+    let mut text = format!(
+        "{whence}; names are those of the chart. `*` and, `+` or, `/` not, `:=` at the clock.\n\n```text\n"
+    );
+    for (at, cell) in chip.cells.iter().enumerate() {
+        if at > 0 {
+            text.push('\n');
+        }
+        text += &format!("; {}\n{}", heading(chip, cell), equation(chip, cell));
+    }
+    text += "```\n";
+    Some(text)
+}
+
+/// Pin, form, and what the chart says of it.
+fn heading(chip: &Chip, cell: &Cell) -> String {
+    let mut parts = Vec::new();
+    parts.push(match cell.pin {
+        Some(pin) => format!("pin {pin}"),
+        None => "no pin yet".to_owned(),
+    });
+    parts.push(form(cell).to_owned());
+    parts.push(if cell.is_complemented {
+        "the sum is the complement".to_owned()
+    } else {
+        "the sum is the signal".to_owned()
+    });
+    let first = cell.signals.first().map(|signal| &chip.signals[*signal]);
+    if first.is_some_and(|signal| signal.is_inverted) {
+        parts.push("inverted on its pin".to_owned());
+    }
+    if first.is_some_and(|signal| signal.kind == Kind::Buried) {
+        parts.push("part of a function too wide for one sum".to_owned());
+    }
+    let mut text = parts.join(", ");
+    for signal in &cell.signals {
+        let meta = &chip.signals[*signal].meta;
+        if !meta.label.is_empty() {
+            text += &format!(": {}", one_line(&meta.label));
+        }
+        if !meta.req.is_empty() {
+            text += &format!(" [{}]", one_line(&meta.req.join(", ")));
+        }
+    }
+    text
+}
+
+/// What the macrocell is.
+pub(super) fn form(cell: &Cell) -> &'static str {
+    match cell.kind {
+        CellKind::Registered => "D flip-flop",
+        CellKind::Combinational => "combinational",
+        CellKind::Tristate => "combinational with enable",
+    }
+}
+
+/// The equation, one product a line.
+fn equation(chip: &Chip, cell: &Cell) -> String {
+    let names = chip.names(cell);
+    let Some((first, rest)) = names.split_first() else { return String::new() };
+    let sign = if cell.is_registered() { ":=" } else { "=" };
+    let head = format!("{}{first} {sign}", if cell.is_complemented { "/" } else { "" });
+    let mut text = head.clone();
+    match cell.sum.as_slice() {
+        [] => text += " 0\n",
+        sum => {
+            // The signs of the sum stand below the sign of the equation.
+            let indent = " ".repeat(super::table::width(&head).saturating_sub(1));
+            for (at, product) in sum.iter().enumerate() {
+                let lead = if at == 0 { " ".to_owned() } else { format!("{indent}+ ") };
+                text += &format!("{lead}{}\n", chip.product(product));
+            }
+        }
+    }
+    for (name, term) in &cell.terms {
+        text += &format!("{first}.{name} = {}\n", chip.product(term));
+    }
+    for other in rest {
+        text += &format!("; its pin is {other} too\n");
+    }
+    text
+}
+
+fn netlist(chip: &Chip) -> Option<String> {
+    let language = match chip.language {
+        Language::Text(Dialect::Verilog) => "Verilog",
+        Language::Text(Dialect::Blif) => "BLIF",
+        Language::Text(Dialect::Palasm | Dialect::Cupl | Dialect::Galasm) | Language::Jedec => {
+            return None;
+        }
+    };
+    let circuit = &chip.circuit;
+    let roots = circuit.flops.values().map(|flop| flop.next);
+    let roots = roots.chain(circuit.outputs.values().map(|output| output.value));
+    let is_needed = grafsynth_logic::build::needed(circuit, roots);
+    let is_operation = |node: &Node| match node {
+        Node::Not(_) | Node::And(_) | Node::Or(_) | Node::Xor(..) | Node::Mux(..) => true,
+        Node::Const(_) | Node::Input(_) | Node::Flop(_) => false,
+    };
+    let nodes = circuit.nodes.iter().filter(|(id, node)| is_needed[*id] && is_operation(node));
+    let gates = nodes.count();
+    Some(format!(
+        "The {language} text has the functions as the chart has them, in several levels: {} and {}, made of {} over {} and {}. What they are in cells or lookup tables is for the synthesis tool to choose, so no product terms are counted here.",
+        counted(circuit.flops.len(), "next state", "next states"),
+        counted(circuit.outputs.len(), "output", "outputs"),
+        counted(gates, "operation", "operations"),
+        counted(circuit.inputs.len(), "input bit", "input bits"),
+        counted(circuit.flops.len(), "flip-flop", "flip-flops"),
+    ))
+}
+
+fn one_line(text: &str) -> String {
+    // A fence of the user's would end the block.
+    let text: String = text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+    text.replace("```", "'''")
+}

@@ -1,0 +1,114 @@
+//! Product terms of each macrocell, and what don't-cares saved.
+
+use super::chip::{Cell, Chip};
+use super::equations::form;
+use super::{Subject, counted, table::Table};
+
+pub(super) fn write(_: &Subject<'_>, chip: &Chip) -> Option<String> {
+    if chip.cells.is_empty() {
+        return None;
+    }
+    let mut table =
+        Table::new(["Pin", "Function", "Form", "Terms", "Of", "Least", "Without don't-cares"]);
+    for cell in &chip.cells {
+        let pin = cell.pin.map_or_else(|| "-".to_owned(), |pin| pin.to_string());
+        let sign = if cell.is_complemented { ", complement" } else { "" };
+        table.row([
+            pin,
+            chip.names(cell).join(" = "),
+            format!("{}{sign}", form(cell)),
+            cell.sum.len().to_string(),
+            cell.available.map_or_else(|| "-".to_owned(), |terms| terms.to_string()),
+            least(cell),
+            without(cell),
+        ]);
+    }
+    let spare = chip.device.filter(|_| chip.misfit.is_none()).map_or(Vec::new(), |device| {
+        device
+            .macrocells
+            .iter()
+            .filter(|own| chip.cells.iter().all(|cell| cell.pin != Some(own.pin)))
+            .collect()
+    });
+    for own in &spare {
+        let terms = own.registered_terms.max(own.combinational_terms);
+        let is_read = chip.signals.iter().find(|signal| signal.pin == Some(own.pin));
+        let what =
+            is_read.map_or("(spare)".to_owned(), |signal| format!("(input {})", signal.name));
+        table.row([
+            own.pin.to_string(),
+            what,
+            "-".to_owned(),
+            "0".to_owned(),
+            terms.to_string(),
+            String::new(),
+            String::new(),
+        ]);
+    }
+    let mut text = table.text();
+    text.push('\n');
+    text += &summary(chip, spare.len());
+    if let Some(misfit) = &chip.misfit {
+        text += &format!("The design {misfit}.\n");
+    }
+    Some(text)
+}
+
+fn summary(chip: &Chip, n_spare: usize) -> String {
+    let used: usize = chip.cells.iter().map(|cell| cell.sum.len()).sum();
+    let available: u32 = chip.cells.iter().filter_map(|cell| cell.available).sum();
+    let mut text = format!(
+        "{} of {} used",
+        used,
+        counted(available as usize, "product term", "product terms")
+    );
+    text += &format!(" in {}", counted(chip.cells.len(), "macrocell", "macrocells"));
+    if chip.device.is_some() && chip.misfit.is_none() {
+        text += &format!(", {n_spare} spare");
+    }
+    text += ".\n";
+    let counted_cells: Vec<(&Cell, usize)> =
+        (chip.cells.iter()).filter_map(|cell| Some((cell, cell.count.without?.0))).collect();
+    let with: usize = counted_cells.iter().map(|(cell, _)| cell.sum.len()).sum();
+    let without: usize = counted_cells.iter().map(|(_, without)| without).sum();
+    let bound: usize =
+        counted_cells.iter().filter_map(|(cell, _)| Some(cell.count.without?.1)).sum();
+    text += &match without.cmp(&with) {
+        std::cmp::Ordering::Greater => {
+            let sure = if bound == without {
+                "proved to be the least without them".to_owned()
+            } else {
+                format!("the least without them is at least {bound}")
+            };
+            format!(
+                "Don't-cares saved {}: the same functions in the same polarity take {without} without them ({sure}).\n",
+                counted(without - with, "term", "terms"),
+            )
+        }
+        std::cmp::Ordering::Equal => {
+            "Don't-cares saved no terms: the same functions take as many without them.\n".to_owned()
+        }
+        std::cmp::Ordering::Less => {
+            format!("Without don't-cares the minimiser finds {without} terms.\n")
+        }
+    };
+    text
+}
+
+/// Whether fewer products would do.
+fn least(cell: &Cell) -> String {
+    match cell.count.least {
+        None => "not known".to_owned(),
+        Some(_) if cell.is_least() => "proved".to_owned(),
+        Some(least) => format!("at least {least}"),
+    }
+}
+
+/// What it takes without don't-cares.
+fn without(cell: &Cell) -> String {
+    match cell.count.without {
+        None => "not counted".to_owned(),
+        Some((found, least)) if found == least => found.to_string(),
+        Some((found, least)) => format!("{found} (at least {least})"),
+    }
+}

@@ -1,0 +1,148 @@
+//! What is said about the outputs of a build: a line for each ([`Line`]), and with `build --report` a page with drawings ([`page()`]).
+//!
+//! ```text
+//! pipeline, jedec ──► Chip      what one output is made of, gathered while it is at hand
+//! net, facts, lines, chips ──► Subject ──► sections, one file each ──► NAME.report.md
+//!                                   └────► Drawing ──► NAME.report.md (characters), FILE.svg
+//! ```
+//! A section is a function from a [`Subject`] (or one [`Chip`] of it) to text, or to nothing where there is nothing to say. The lists [`BEFORE`], [`CHIP`]
+//! and [`AFTER`] are the whole page, in order: another kind of target gets a list of its own beside [`CHIP`]. The page is Markdown that reads as plain
+//! text too; there is no date in it, so that the same chart gives the same bytes.
+
+pub mod chip;
+pub mod drawing;
+mod line;
+pub mod svg;
+mod table;
+
+mod clock;
+mod codes;
+mod design;
+mod equations;
+mod macrocells;
+mod pins;
+mod power_up;
+mod programming;
+mod proofs;
+mod requirements;
+
+#[cfg(test)]
+mod tests;
+
+pub use chip::Chip;
+pub use line::{Line, Outcome};
+
+use crate::pipeline::{Built, MapEntry, OutputFile};
+use crate::source::Sources;
+use grafsynth_ir::Valid;
+use grafsynth_ir::facts::{Facts, Reach};
+use grafsynth_ir::net::Net;
+use grafsynth_verify::{Limits, PropertyVerdict};
+
+/// A section about the whole design: its title, and what it says.
+type Whole = (&'static str, fn(&Subject<'_>) -> Option<String>);
+/// A section about one chip.
+type OfChip = (&'static str, fn(&Subject<'_>, &Chip) -> Option<String>);
+
+/// What stands first.
+const BEFORE: [Whole; 2] = [("Design", design::write), ("What was proved", proofs::write)];
+
+/// What is said of each chip, under its own heading.
+const CHIP: [OfChip; 7] = [
+    ("Codes", codes::write),
+    ("Equations", equations::write),
+    ("Product terms", macrocells::write),
+    ("Pins", pins::write),
+    ("Power-up", power_up::write),
+    ("Clock", clock::write),
+    ("Programming", programming::write),
+];
+
+/// What stands last, for it speaks of all outputs.
+const AFTER: [Whole; 1] = [("Requirements", requirements::write)];
+
+/// What a page is about.
+pub struct Subject<'a> {
+    /// The chart.
+    pub net: &'a Valid<Net>,
+    /// What was built of it.
+    pub built: &'a Built,
+    /// The texts that it was read from: properties are shown as they were written.
+    pub sources: &'a Sources,
+    /// The situations that are reached, as far as they could be counted.
+    pub reach: Option<Reach>,
+    /// Which of its properties hold.
+    pub properties: Vec<PropertyVerdict>,
+}
+
+impl Subject<'_> {
+    /// The lines of an output that carry a requirement tag, each once, and what stands there.
+    fn tagged<'m>(file: &'m OutputFile, tag: &str) -> Vec<&'m MapEntry> {
+        let mut entries: Vec<&MapEntry> = Vec::new();
+        for entry in &file.map {
+            let is_known = entries.iter().any(|known| known.line == entry.line);
+            if !is_known && entry.req.iter().any(|known| known == tag) {
+                entries.push(entry);
+            }
+        }
+        entries
+    }
+}
+
+/// The page of a build and the drawing of each chip. `facts` are those of the build; what they lack of situations is looked for here, within `limits`.
+#[must_use]
+pub fn page(
+    net: &Valid<Net>,
+    facts: &Facts,
+    built: &Built,
+    sources: &Sources,
+    limits: &Limits,
+) -> Vec<OutputFile> {
+    let reach = facts.reach.clone().or_else(|| {
+        let limits = Limits { pairs: limits.pairs.min(100_000), ..limits.clone() };
+        grafsynth_verify::facts(net, &limits).reach
+    });
+    let properties = grafsynth_verify::properties(net, limits);
+    let subject = Subject { net, built, sources, reach, properties };
+    let mut text = format!("# {}\n", table::inline(&net.name.text));
+    if !net.parts.values().next().is_none_or(|part| part.meta.label.is_empty()) {
+        let label = net.parts.values().next().map_or("", |part| part.meta.label.as_str());
+        text += &format!("\n{}\n", table::inline(label));
+    }
+    let mut add = |level: &str, title: &str, body: Option<String>| {
+        if let Some(body) = body {
+            text += &format!("\n{level} {title}\n\n{}\n", body.trim_end());
+        }
+    };
+    for (title, write) in BEFORE {
+        add("##", title, write(&subject));
+    }
+    let mut files = Vec::new();
+    for chip in &built.chips {
+        let head = format!("![{}]({})", chip.file, drawing_name(chip));
+        add("##", &table::inline(&chip.file), Some(head));
+        for (title, write) in CHIP {
+            add("###", title, write(&subject, chip));
+        }
+        files.push(file(drawing_name(chip), drawing::Drawing::of(chip).svg()));
+    }
+    for (title, write) in AFTER {
+        add("##", title, write(&subject));
+    }
+    let name = format!("{}.report.md", crate::pipeline::file_stem(net));
+    files.insert(0, file(name, text));
+    files
+}
+
+fn drawing_name(chip: &Chip) -> String {
+    format!("{}.svg", chip.file)
+}
+
+fn file(name: String, text: String) -> OutputFile {
+    OutputFile { name, text, keep_existing: false, map: Vec::new() }
+}
+
+/// A count with its noun.
+fn counted(n: usize, one: &str, many: &str) -> String {
+    format!("{n} {}", if n == 1 { one } else { many })
+}

@@ -1,0 +1,64 @@
+//! The pins: a drawing in characters and a list.
+
+use super::chip::{Chip, Kind, Signal};
+use super::drawing::{Drawing, PinMark, PinRole, Shape};
+use super::{Subject, table::Table};
+
+pub(super) fn write(_: &Subject<'_>, chip: &Chip) -> Option<String> {
+    let drawing = Drawing::of(chip);
+    let mut text = format!("```text\n{}```\n\n", drawing.text());
+    let mut table = Table::new(["Pin", "Name", "It is", "Label", "In the file"]);
+    for pin in drawing.pins.iter().filter(|pin| is_listed(pin, drawing.shape)) {
+        let signals: Vec<&Signal> = chip
+            .signals
+            .iter()
+            .filter(|signal| match pin.number {
+                Some(number) => signal.pin == Some(number),
+                None => signal.on_pin() == pin.name,
+            })
+            .collect();
+        let printed: Vec<&str> =
+            signals.iter().filter_map(|signal| signal.printed.as_deref()).collect();
+        let mut is = pin.role.word().to_owned();
+        if signals.iter().any(|signal| signal.is_inverted) {
+            is += ", inverted";
+        }
+        is += match pin.role {
+            PinRole::Enable => "; tie it low",
+            PinRole::Control => "; tie it high",
+            PinRole::Driven => "; leave it open",
+            PinRole::Idle => "; tie it to a level",
+            PinRole::Supply
+            | PinRole::Ground
+            | PinRole::Clock
+            | PinRole::Input
+            | PinRole::Output
+            | PinRole::Register => "",
+        };
+        table.row([
+            pin.number.map_or_else(|| "-".to_owned(), |pin| pin.to_string()),
+            pin.name.clone(),
+            is,
+            pin.label.clone(),
+            printed.join(", "),
+        ]);
+    }
+    text += &table.text();
+    let hidden = chip.signals.iter().filter(|signal| {
+        signal.pin.is_none() && matches!(signal.kind, Kind::Flop(_) | Kind::Buried)
+    });
+    let hidden = hidden.count();
+    if hidden > 0 && chip.device.is_none() {
+        let what = super::counted(hidden, "flip-flop lies", "flip-flops lie");
+        text += &format!("\n{what} inside, without a pin.\n");
+    }
+    Some(text)
+}
+
+/// All pins of a small package; of others those that something uses.
+fn is_listed(pin: &PinMark, shape: Shape) -> bool {
+    match shape {
+        Shape::Dual | Shape::Symbol => true,
+        Shape::Quad => !matches!(pin.role, PinRole::Idle),
+    }
+}

@@ -1,0 +1,71 @@
+//! How the chip is burned, and by what it can be told afterwards.
+
+use super::chip::{Chip, Language};
+use super::{Subject, counted, table::Table};
+use grafsynth_backend_pld::Dialect;
+
+pub(super) fn write(_: &Subject<'_>, chip: &Chip) -> Option<String> {
+    match chip.language {
+        Language::Jedec => fuses(chip),
+        Language::Text(dialect) => text(chip, dialect),
+    }
+}
+
+fn fuses(chip: &Chip) -> Option<String> {
+    let (map, device) = (chip.fuses.as_ref()?, chip.device?);
+    let mut table = Table::new(["What", "It is"]);
+    let mut say = |what: &str, is: String| table.row([what.to_owned(), is]);
+    say("device", device.burned_as.to_owned());
+    if !device.burned_as.eq_ignore_ascii_case(device.name) {
+        say("in the place of", device.palasm.to_owned());
+    }
+    if let Some(layout) = device.layout {
+        let is_chosen = |mode: &&grafsynth_backend_pld::device::layout::Mode| {
+            mode.fuses.iter().all(|(fuse, value)| map.get(*fuse) == *value)
+        };
+        if let Some(mode) = layout.modes.iter().find(is_chosen).filter(|mode| !mode.name.is_empty())
+        {
+            say("mode", mode.name.to_owned());
+        }
+    }
+    say("fuses, their checksum", format!("{}, {:04X}", map.fuses.len(), map.checksum()));
+    if let Some(signature) = map.signature() {
+        let bytes: Vec<String> = signature.iter().map(|byte| format!("{byte:02X}")).collect();
+        say("signature in the device", bytes.join(" "));
+    }
+    let secured = if map.is_secured {
+        "set: it cannot be read out"
+    } else {
+        "not set: it can be read out and compared"
+    };
+    say("security fuse", secured.to_owned());
+    say("test vectors", format!("{}; the first is the device as it wakes", chip.n_vectors));
+    let mut text = table.text();
+    text += &match crate::jedec::command_for(device, &chip.file) {
+        Some(command) => format!("\n```text\n{command}\n```\n"),
+        None => "\nNo programmer is known to us for it.\n".to_owned(),
+    };
+    Some(text)
+}
+
+fn text(chip: &Chip, dialect: Dialect) -> Option<String> {
+    let file = &chip.file;
+    let mut text = match (dialect, chip.package) {
+        (Dialect::Galasm, _) => format!("```text\ngalette {file}      makes the fuse map\n```\n"),
+        (Dialect::Palasm, _) => "An assembler for PALASM makes the fuse map; `grafsynth build --target jedec` makes and proves one for the GALs.\n".to_owned(),
+        (Dialect::Cupl, _) => "WinCUPL makes the fuse map; `grafsynth build --target jedec` makes and proves one for the GALs.\n".to_owned(),
+        (Dialect::Verilog, Some(package)) => {
+            let stem = file.rsplit_once('.').map_or(file.as_str(), |(stem, _)| stem);
+            format!(
+                "```text\nyosys -p 'synth_ice40 -json {stem}.json' {file}\nnextpnr-ice40 {} --package {} --json {stem}.json --pcf {stem}.pcf --asc {stem}.asc\nicepack {stem}.asc {stem}.bin\niceprog {stem}.bin\n```\n",
+                package.device, package.package
+            )
+        }
+        (Dialect::Verilog | Dialect::Blif, _) => String::new(),
+    };
+    if chip.n_vectors > 0 {
+        let rows = counted(chip.n_vectors, "row", "rows");
+        text += &format!("Test vectors: {rows} of the stimulus, with what the chart gives.\n");
+    }
+    (!text.is_empty()).then_some(text)
+}

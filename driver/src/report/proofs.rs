@@ -1,0 +1,78 @@
+//! What was proved of each output and of each property, how, and over how much.
+
+use super::{Line, Outcome, Subject, table::inline};
+use grafsynth_ir::facts::Proof;
+use grafsynth_ir::net::PropertyRole;
+use grafsynth_verify::{Outcome as Verdict, Ticks};
+
+pub(super) fn write(subject: &Subject<'_>) -> Option<String> {
+    let mut text = String::new();
+    for line in &subject.built.lines {
+        text += &of_line(line);
+    }
+    let assumptions: Vec<String> = (subject.net.properties.iter().enumerate())
+        .filter(|(_, property)| property.role == PropertyRole::Assume)
+        .map(|(at, _)| inline(&property(subject, at)))
+        .collect();
+    for verdict in &subject.properties {
+        let property = inline(&property(subject, verdict.property));
+        text += &format!("- **{property}**: {}\n", said(&verdict.outcome));
+    }
+    if !assumptions.is_empty() {
+        text += &format!(
+            "\nAll of this holds for inputs that meet what the chart assumes: {}.\n",
+            assumptions.join("; ")
+        );
+    }
+    (!text.is_empty()).then_some(text)
+}
+
+/// An output: the parts of its line one by one.
+fn of_line(line: &Line) -> String {
+    let outcome = match line.outcome {
+        Outcome::Proved => "proved",
+        Outcome::Open => "open",
+        Outcome::Refuted => "refuted",
+    };
+    let mut text = format!("- **{}**: {outcome}\n", inline(&line.name));
+    for part in line.text.split("; ") {
+        text += &format!("  - {}\n", part.replace('\n', " "));
+    }
+    text
+}
+
+/// A property as it was written, or its name.
+pub(super) fn property(subject: &Subject<'_>, at: usize) -> String {
+    let property = &subject.net.properties[at];
+    let span = property.meta.span;
+    let written = subject.sources.get(span.file).and_then(|source| source.text.get(span.range()));
+    match written.map(|text| text.split_whitespace().collect::<Vec<_>>().join(" ")) {
+        Some(text) if !text.is_empty() => text,
+        Some(_) | None if property.name.is_empty() => format!("property {}", at + 1),
+        Some(_) | None => property.name.clone(),
+    }
+}
+
+/// What is known of a property.
+pub(super) fn said(outcome: &Verdict) -> String {
+    match outcome {
+        Verdict::Proved { by, states, ticks } => {
+            let how = match by {
+                Proof::Explicit => "by enumeration",
+                Proof::Symbolic => "in the decision diagram of all reachable states",
+                Proof::Structural => "from the structure",
+                Proof::Induction => "by induction",
+            };
+            let states = if *states > 0 { format!(", {states} states") } else { String::new() };
+            let only = match ticks {
+                Ticks::Chip => ", for at most one tick in a reaction",
+                Ticks::Any => "",
+            };
+            format!("proved {how}{states}{only}")
+        }
+        Verdict::Refuted { row, .. } => {
+            format!("refuted: it can be broken in row {row}; `check` prints a stimulus")
+        }
+        Verdict::Open(why) => format!("open: {}", inline(why)),
+    }
+}

@@ -1,0 +1,208 @@
+//! Requirement tags: where each stands in the chart, where that came to in the outputs, and what shows that it holds.
+
+use super::chip::{Chip, Kind};
+use super::table::Table;
+use super::{Outcome, Subject};
+use grafsynth_ir::net::{Enter, Meta, PropertyRole, StepId};
+use grafsynth_ir::program::Origin;
+use grafsynth_verify::Outcome as Verdict;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// What carries a tag.
+#[derive(Debug, Default)]
+struct Tagged {
+    /// Kinds and names, in the order of the net.
+    elements: Vec<String>,
+    /// Steps whose registers stand for it.
+    steps: BTreeSet<StepId>,
+    /// Properties, by place.
+    properties: Vec<usize>,
+}
+
+pub(super) fn write(subject: &Subject<'_>) -> Option<String> {
+    let tags = tags(subject);
+    if tags.is_empty() {
+        return Some("No element of the chart carries a requirement tag (`req \"R1\"` behind a step, transition, input, output or property).".to_owned());
+    }
+    let mut table =
+        Table::new(["Requirement", "In the chart", "In the output", "There it is", "Proved"]);
+    for (tag, tagged) in &tags {
+        let rows = properties(subject, tagged).into_iter().chain(outputs(subject, tag, tagged));
+        let mut head = [tag.clone(), tagged.elements.join(", ")];
+        for [output, place, proved] in rows {
+            let [tag, elements] = std::mem::take(&mut head);
+            table.row([tag, elements, output, place, proved]);
+        }
+        if !head[0].is_empty() {
+            let [tag, elements] = head;
+            let none = || "-".to_owned();
+            table.row([tag, elements, none(), none(), none()]);
+        }
+    }
+    Some(table.text())
+}
+
+/// All tags, in the order of their names, with what carries them.
+fn tags(subject: &Subject<'_>) -> BTreeMap<String, Tagged> {
+    let net = subject.net;
+    let mut tags: BTreeMap<String, Tagged> = BTreeMap::new();
+    let mut add =
+        |meta: &Meta, kind: &str, name: &str, steps: &[StepId], property: Option<usize>| {
+            for tag in &meta.req {
+                let tagged = tags.entry(tag.clone()).or_default();
+                tagged.elements.push(format!("{kind} {name}").trim_start().to_owned());
+                tagged.steps.extend(steps);
+                tagged.properties.extend(property);
+            }
+        };
+    for part in net.parts.values() {
+        add(&part.meta, "chart", &part.name.text, &[], None);
+    }
+    for input in net.inputs.values() {
+        add(&input.meta, "input", &input.name.text, &[], None);
+    }
+    for output in net.outputs.values() {
+        add(&output.meta, "output", &output.name.text, &[], None);
+    }
+    for var in net.vars.values() {
+        add(&var.meta, "variable", &var.name.text, &[], None);
+    }
+    for timer in net.timers.values() {
+        add(&timer.meta, "timer", &timer.name.text, &[], None);
+    }
+    for (id, step) in net.steps.iter() {
+        add(&step.meta, "step", &step.name.text, &[id], None);
+        for task in &step.tasks {
+            add(&task.meta, "task", &task.name.text, &[id], None);
+        }
+    }
+    for transition in net.transitions.values() {
+        // What a transition does is in the registers of the steps that it leaves and enters.
+        let entered = transition.enters.iter().filter_map(|enter| match enter {
+            Enter::Step(step) => Some(*step),
+            Enter::InitialContent(_) | Enter::History(_) => None,
+        });
+        let steps: Vec<StepId> = transition.requires.iter().copied().chain(entered).collect();
+        add(&transition.meta, "transition", &transition.name.text, &steps, None);
+    }
+    for action in net.actions.values() {
+        add(&action.meta, "action", &action.name.text, &[], None);
+    }
+    for (at, property) in net.properties.iter().enumerate() {
+        // As it was written, without the tag that stands in the column before.
+        let name = super::proofs::property(subject, at);
+        let name = name.split_once(" req ").map_or(name.as_str(), |(before, _)| before);
+        add(&property.meta, "", name, &[], Some(at));
+    }
+    tags
+}
+
+/// A row for each property: output, place, whether it holds.
+fn properties(subject: &Subject<'_>, tagged: &Tagged) -> Vec<[String; 3]> {
+    let row = |at: &usize| {
+        let verdict = subject.properties.iter().find(|verdict| verdict.property == *at);
+        let role = subject.net.properties[*at].role;
+        let proved = match (verdict.map(|verdict| &verdict.outcome), role) {
+            (Some(Verdict::Proved { .. }), _) => "proved",
+            (Some(Verdict::Refuted { .. }), _) => "refuted",
+            (Some(Verdict::Open(_)), _) | (None, PropertyRole::Assert) => "open",
+            (None, PropertyRole::Assume) => "assumed",
+        };
+        let place = match role {
+            PropertyRole::Assert => "property",
+            PropertyRole::Assume => "property of the environment",
+        };
+        ["chart".to_owned(), place.to_owned(), proved.to_owned()]
+    };
+    tagged.properties.iter().map(row).collect()
+}
+
+/// A row for each output in which something of a tag stands: the equations of chips, and lines of texts.
+fn outputs(subject: &Subject<'_>, tag: &str, tagged: &Tagged) -> Vec<[String; 3]> {
+    let mut rows = Vec::new();
+    for file in &subject.built.files {
+        let chip = subject.built.chips.iter().find(|chip| chip.file == file.name);
+        let mut said = Vec::new();
+        if let Some(chip) = chip {
+            let signals = equations(chip, tag, tagged);
+            if !signals.is_empty() {
+                said.push(signals.join(", "));
+            }
+        }
+        let lines: Vec<u32> = Subject::tagged(file, tag).iter().map(|entry| entry.line).collect();
+        match lines.as_slice() {
+            [] => {}
+            [line] => said.push(format!("line {line}")),
+            lines => said.push(format!("lines {}", ranges(lines))),
+        }
+        if said.is_empty() {
+            continue;
+        }
+        // A header has no line of its own: it is proved with the file that includes it.
+        let stem =
+            |name: &str| name.rsplit_once('.').map_or(name.to_owned(), |(stem, _)| stem.to_owned());
+        let line = (subject.built.lines.iter()).find(|line| line.name == file.name).or_else(|| {
+            subject.built.lines.iter().find(|line| stem(&line.name) == stem(&file.name))
+        });
+        let proved = match line.map(|line| line.outcome) {
+            Some(Outcome::Proved) => "proved",
+            Some(Outcome::Refuted) => "refuted",
+            Some(Outcome::Open) | None => "open",
+        };
+        rows.push([file.name.clone(), said.join("; "), proved.to_owned()]);
+    }
+    rows
+}
+
+/// The registers and outputs of a chip that carry a tag, or hold a step that does.
+fn equations(chip: &Chip, tag: &str, tagged: &Tagged) -> Vec<String> {
+    let circuit = &chip.circuit;
+    let is_of_step = |origin: Origin| {
+        let (Origin::Step(step) | Origin::Region(step)) = origin else { return false };
+        tagged.steps.contains(&step)
+    };
+    // The flip-flops of a code that the step is a number of.
+    let mut coded = BTreeSet::new();
+    for decoded in circuit.decoded.iter().filter(|decoded| is_of_step(decoded.holds.origin)) {
+        let mut open = vec![decoded.node];
+        let mut seen = BTreeSet::new();
+        while let Some(node) = open.pop() {
+            if !seen.insert(node) {
+                continue;
+            }
+            if let grafsynth_ir::logic::Node::Flop(flop) = &circuit.nodes[node] {
+                coded.insert(*flop);
+            }
+            grafsynth_logic::build::for_each_operand(&circuit.nodes[node], |operand| {
+                open.push(operand);
+            });
+        }
+    }
+    let is_meant = |signal: &&super::chip::Signal| {
+        let has_tag = signal.meta.req.iter().any(|known| known == tag);
+        match signal.kind {
+            Kind::Flop(flop) => {
+                let holds = circuit.flops[flop].holds;
+                has_tag || coded.contains(&flop) || holds.is_some_and(|bit| is_of_step(bit.origin))
+            }
+            Kind::Output(_) | Kind::Input(_) => has_tag,
+            Kind::Buried | Kind::Clock | Kind::Reset => false,
+        }
+    };
+    chip.signals.iter().filter(is_meant).map(|signal| signal.name.clone()).collect()
+}
+
+/// Line numbers as ranges.
+fn ranges(lines: &[u32]) -> String {
+    let mut parts: Vec<(u32, u32)> = Vec::new();
+    for line in lines {
+        match parts.last_mut() {
+            Some((_, last)) if *last + 1 == *line => *last = *line,
+            Some(_) | None => parts.push((*line, *line)),
+        }
+    }
+    let text = |(first, last): &(u32, u32)| {
+        if first == last { first.to_string() } else { format!("{first}-{last}") }
+    };
+    parts.iter().map(text).collect::<Vec<_>>().join(", ")
+}

@@ -1,0 +1,192 @@
+//! SVG, as far as drawings need it: elements with attributes, text that is escaped, one picture on a white ground.
+//!
+//! Everything is in whole pixels and every attribute stands on its element, so that any viewer shows the same picture. Letters are those of a monospaced
+//! font: how wide a text is can then be told without the font.
+
+/// A picture that is being drawn.
+pub struct Svg {
+    width: u32,
+    height: u32,
+    title: String,
+    body: String,
+}
+
+/// Where a text stands relative to its point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Anchor {
+    /// It begins there.
+    Start,
+    /// Its middle is there.
+    Middle,
+    /// It ends there.
+    End,
+}
+
+/// How a text looks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Pen<'a> {
+    /// The height of letters, in pixels.
+    pub size: u32,
+    /// A colour of CSS.
+    pub colour: &'a str,
+    /// Heavy letters.
+    pub is_bold: bool,
+}
+
+impl Svg {
+    /// An empty picture of so many pixels; the title is what readers of the page hear.
+    #[must_use]
+    pub fn new(width: u32, height: u32, title: &str) -> Self {
+        Svg { width, height, title: escape(title), body: String::new() }
+    }
+
+    /// An element without content. Attributes are escaped.
+    pub fn element(&mut self, name: &str, attributes: &[(&str, String)]) {
+        self.open(name, attributes);
+        self.body.push_str("/>\n");
+    }
+
+    /// An element with a tooltip.
+    pub fn element_with_title(&mut self, name: &str, attributes: &[(&str, String)], title: &str) {
+        self.open(name, attributes);
+        self.body.push_str(&format!("><title>{}</title></{name}>\n", escape(title)));
+    }
+
+    fn open(&mut self, name: &str, attributes: &[(&str, String)]) {
+        self.body.push_str("  <");
+        self.body.push_str(name);
+        for (key, value) in attributes {
+            self.body.push_str(&format!(" {key}=\"{}\"", escape(value)));
+        }
+    }
+
+    /// A filled rectangle, with a border where `stroke` is a colour.
+    pub fn rect(&mut self, x: u32, y: u32, width: u32, height: u32, fill: &str, stroke: &str) {
+        self.element(
+            "rect",
+            &[
+                ("x", x.to_string()),
+                ("y", y.to_string()),
+                ("width", width.to_string()),
+                ("height", height.to_string()),
+                ("fill", fill.to_owned()),
+                ("stroke", stroke.to_owned()),
+            ],
+        );
+    }
+
+    /// A line along a path of SVG's path language.
+    pub fn path(&mut self, path: &str, fill: &str, stroke: &str) {
+        self.element(
+            "path",
+            &[
+                ("d", path.to_owned()),
+                ("fill", fill.to_owned()),
+                ("stroke", stroke.to_owned()),
+                ("stroke-width", "1.5".to_owned()),
+            ],
+        );
+    }
+
+    /// A text at a point: its base line is there. One that is longer than `room` pixels is cut with an ellipsis, and its whole is the tooltip.
+    pub fn text(&mut self, at: (u32, u32), anchor: Anchor, pen: Pen<'_>, text: &str, room: u32) {
+        self.write(at, anchor, pen, text, room, None);
+    }
+
+    /// The same from the bottom up.
+    pub fn text_upwards(
+        &mut self,
+        at: (u32, u32),
+        anchor: Anchor,
+        pen: Pen<'_>,
+        text: &str,
+        room: u32,
+    ) {
+        let turn = format!("rotate(-90 {} {})", at.0, at.1);
+        self.write(at, anchor, pen, text, room, Some(turn));
+    }
+
+    fn write(
+        &mut self,
+        (x, y): (u32, u32),
+        anchor: Anchor,
+        pen: Pen<'_>,
+        text: &str,
+        room: u32,
+        turn: Option<String>,
+    ) {
+        let anchor = match anchor {
+            Anchor::Start => "start",
+            Anchor::Middle => "middle",
+            Anchor::End => "end",
+        };
+        let mut attributes = vec![
+            ("x", x.to_string()),
+            ("y", y.to_string()),
+            ("font-size", pen.size.to_string()),
+            ("text-anchor", anchor.to_owned()),
+            ("fill", pen.colour.to_owned()),
+        ];
+        if pen.is_bold {
+            attributes.push(("font-weight", "bold".to_owned()));
+        }
+        attributes.extend(turn.map(|turn| ("transform", turn)));
+        self.open("text", &attributes);
+        let shown = cut(text, pen.size, room);
+        let title =
+            if shown == text { String::new() } else { format!("<title>{}</title>", escape(text)) };
+        self.body.push_str(&format!(">{title}{}</text>\n", escape(&shown)));
+    }
+
+    /// The whole text.
+    #[must_use]
+    pub fn finish(self) -> String {
+        let Svg { width, height, title, body } = self;
+        format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\" role=\"img\" font-family=\"DejaVu Sans Mono, Menlo, Consolas, monospace\">\n  <title>{title}</title>\n  <rect x=\"0\" y=\"0\" width=\"{width}\" height=\"{height}\" fill=\"#ffffff\"/>\n{body}</svg>\n"
+        )
+    }
+}
+
+/// So many pixels a text of letters of this size is wide; rounded up.
+#[must_use]
+pub fn width(text: &str, size: u32) -> u32 {
+    let columns = u32::try_from(super::table::width(text)).unwrap_or(u32::MAX / 1024);
+    // A monospaced letter is 0.6 of its height wide, in all fonts that are asked for (0.602 in the widest).
+    columns.saturating_mul(size).saturating_mul(31).div_ceil(50)
+}
+
+/// A text that fits, with an ellipsis where something was left out.
+fn cut(text: &str, size: u32, room: u32) -> String {
+    if width(text, size) <= room {
+        return text.to_owned();
+    }
+    let mut kept = String::new();
+    for c in text.chars() {
+        kept.push(c);
+        if width(&kept, size) + width("…", size) > room {
+            kept.pop();
+            break;
+        }
+    }
+    kept.push('…');
+    kept
+}
+
+/// A text as content or attribute of XML. Characters that XML does not know become U+FFFD.
+#[must_use]
+pub fn escape(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => out.push_str("&amp;"),
+            '<' => out.push_str("&lt;"),
+            '>' => out.push_str("&gt;"),
+            '"' => out.push_str("&quot;"),
+            '\t' | '\n' | '\r' => out.push(' '),
+            c if c < ' ' || matches!(c, '\u{FFFE}' | '\u{FFFF}') => out.push('\u{FFFD}'),
+            c => out.push(c),
+        }
+    }
+    out
+}
