@@ -243,10 +243,18 @@ pub fn why_not_one_hot(
     }
     let one_hot = EncodingChoice::This(Encoding::OneHot);
     let coded = code(net, facts, logic, one_hot, safe, dialect, options);
-    // This language needs every pin, so it says what is missing.
-    let made = Equations::new(&coded.logic, Dialect::Galasm, options);
-    let found = made.err()?;
-    found.into_iter().next().map(|finding| finding.message)
+    match Equations::new(&coded.logic, Dialect::Palasm, options) {
+        Ok(made) => misfit(&made).map(str::to_owned),
+        Err(found) => found.into_iter().next().map(|finding| finding.message),
+    }
+}
+
+/// What a device lacks for equations whose pins were left open.
+#[must_use]
+pub fn misfit(equations: &Equations) -> Option<&str> {
+    let is_misfit = |line: &&String| !equations.has_pins && line.starts_with("does not fit");
+    let line = equations.head.iter().find(is_misfit)?;
+    Some(line.split_once(": ").map_or(line.as_str(), |(_, parts)| parts))
 }
 
 /// What is emitted for it: a circuit that returns from every illegal state must not have its sums cut short by them.

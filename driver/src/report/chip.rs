@@ -6,14 +6,14 @@
 use super::Outcome;
 use crate::coding::{Coded, Encoding, EncodingChoice};
 use crate::jedec::Burned;
-use grafsynth_backend_pld::device::Device;
+use grafsynth_backend_pld::device::{Device, FlipFlop};
 use grafsynth_backend_pld::equations::{self, Equations};
 use grafsynth_backend_pld::fuse::{self, FuseMap};
 use grafsynth_backend_pld::ice40::Package;
 use grafsynth_backend_pld::placement::{CellKind, Product};
 use grafsynth_backend_pld::synchronise::Chain;
 use grafsynth_backend_pld::{Dialect, Emitted, Object};
-use grafsynth_ir::logic::{FlopId, Logic, NodeId, PinInputId, PinOutputId};
+use grafsynth_ir::logic::{FlopId, Logic, Node, NodeId, PinInputId, PinOutputId};
 use grafsynth_ir::net::Meta;
 use grafsynth_logic::minimise::{Budget, Minimum, sum_between};
 use std::collections::BTreeSet;
@@ -141,6 +141,10 @@ pub struct Cell {
     pub is_complemented: bool,
     /// The sum.
     pub sum: Vec<Literals>,
+    /// What its flip-flop does with the sum, where it has one.
+    pub flip_flop: FlipFlop,
+    /// A product that inverts the sum while it is true.
+    pub inverter: Option<Literals>,
     /// Terms beside the sum, by their names: enable, clock, set, reset.
     pub terms: Vec<(&'static str, Literals)>,
     /// How many products its sum may have; none where it has no pin.
@@ -149,7 +153,7 @@ pub struct Cell {
     pub count: Count,
 }
 
-/// What is known of the number of products of a function in the polarity that it has.
+/// What is known of the number of products of a function in the form and polarity that it has; one that inverts the sum counts too.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Count {
     /// So many are needed at least, with the don't-cares that were used.
@@ -159,10 +163,16 @@ pub struct Count {
 }
 
 impl Cell {
+    /// The product terms of the device that it takes.
+    #[must_use]
+    pub fn n_terms(&self) -> usize {
+        self.sum.len() + self.inverter.iter().count()
+    }
+
     /// True if it is proved that no sum has fewer products.
     #[must_use]
     pub fn is_least(&self) -> bool {
-        self.count.least == Some(self.sum.len())
+        self.count.least == Some(self.n_terms())
     }
 
     /// True if it is clocked.
@@ -252,11 +262,14 @@ impl Chip {
                 kind: cell.kind,
                 is_complemented: cell.is_active_low != is_inverted,
                 sum,
+                // The devices whose fuses are known have no other flip-flops and no inverters.
+                flip_flop: FlipFlop::D,
+                inverter: None,
                 terms: terms
                     .into_iter()
                     .filter_map(|(name, term)| Some((name, literals(term.as_ref()?))))
                     .collect(),
-                available: available(device, cell.pin, cell.kind),
+                available: available(device, Some(cell.pin), cell.kind, cell.sum.len()),
                 count: Count::default(),
             })
         };
@@ -293,10 +306,7 @@ impl Chip {
         let device = equations.device;
         chip.device = Some(device);
         chip.n_vectors = n_vectors;
-        if !equations.has_pins {
-            let is_misfit = |line: &&String| line.starts_with("does not fit");
-            chip.misfit = equations.head.iter().find(is_misfit).cloned();
-        }
+        chip.misfit = crate::coding::misfit(equations).map(str::to_owned);
         for (named, signal) in equations.named(circuit).iter().zip(&equations.signals) {
             chip.add(&named.object, signal.pin, &signal.name, signal.is_pin_inverted);
             if let (Some(own), equations::Source::Buried(_)) =
@@ -319,8 +329,10 @@ impl Chip {
                     kind,
                     is_complemented: equation.is_complemented,
                     sum: equation.products.clone(),
+                    flip_flop: equation.flip_flop,
+                    inverter: equation.inverter.clone(),
                     terms: Vec::new(),
-                    available: pin.and_then(|pin| available(device, pin, kind)),
+                    available: available(device, pin, kind, equation.n_terms()),
                     count: Count::default(),
                 }
             })
@@ -414,31 +426,18 @@ impl Chip {
         } else {
             Vec::new()
         };
+        let mut with_forms = circuit.clone();
         for cell in &mut self.cells {
-            let Some(first) = cell.signals.first() else { continue };
-            let node = match self.signals[*first].kind {
-                Kind::Flop(flop) => circuit.flops[flop].next,
-                Kind::Output(output) => circuit.outputs[output].value,
-                Kind::Clock | Kind::Reset | Kind::Input(_) | Kind::Buried => continue,
-            };
-            // A sum over parts of the function is no sum of the function itself.
-            let is_split = |product: &Literals| {
-                product.iter().any(|(signal, _)| match self.signals[*signal].kind {
-                    Kind::Buried | Kind::Output(_) => true,
-                    Kind::Flop(_) | Kind::Input(_) | Kind::Clock | Kind::Reset => false,
-                })
-            };
-            if cell.sum.iter().any(is_split) {
-                continue;
-            }
+            let Some(node) = question(&mut with_forms, &self.signals, cell) else { continue };
+            let inverters = cell.inverter.iter().count();
             let ask = |open: &[NodeId]| {
                 let (sum, minimum) =
-                    sum_between(circuit, node, cell.is_complemented, open, budget).ok()?;
+                    sum_between(&with_forms, node, cell.is_complemented, open, budget).ok()?;
                 let least = match minimum {
                     Minimum::Exact => sum.len(),
                     Minimum::Between { lower, .. } => lower,
                 };
-                Some((sum.len(), least))
+                Some((sum.len() + inverters, least + inverters))
             };
             cell.count.without = ask(&[]);
             cell.count.least = match open.as_slice() {
@@ -485,7 +484,7 @@ impl Chip {
         let of_cell = |cell: &Cell| {
             let literals = |cell: &Cell| -> Vec<usize> {
                 let terms = cell.terms.iter().filter(|(name, _)| *name != "clock");
-                let all = cell.sum.iter().chain(terms.map(|(_, term)| term));
+                let all = cell.sum.iter().chain(&cell.inverter).chain(terms.map(|(_, term)| term));
                 all.flatten().map(|(signal, _)| *signal).collect()
             };
             let mut seen = BTreeSet::new();
@@ -507,7 +506,6 @@ impl Chip {
     }
 
     fn reads_of_circuit(&self) -> Vec<Reads> {
-        use grafsynth_ir::logic::Node;
         let circuit = &self.circuit;
         let signal_of = |kind: Kind| self.signals.iter().position(|signal| signal.kind == kind);
         // Nodes name earlier ones only, so one pass is enough. One bit for each signal.
@@ -581,9 +579,49 @@ pub struct Reads {
     pub signals: BTreeSet<usize>,
 }
 
-/// Products that a macrocell of this kind may have.
-fn available(device: &Device, pin: u32, kind: CellKind) -> Option<u32> {
-    let cell = device.macrocell(pin)?;
+/// The function that the sum of a macrocell is, in the form that it has: of a T flip-flop where it changes, of a sum with an inverter the difference to that.
+/// None where that is no function of the circuit: parts of a function that was too wide, and sums over such parts.
+fn question(circuit: &mut Logic, signals: &[Signal], cell: &Cell) -> Option<NodeId> {
+    let leaf = |kind: Kind| match kind {
+        Kind::Flop(flop) => Some(Node::Flop(flop)),
+        Kind::Input(input) => Some(Node::Input(input)),
+        Kind::Clock | Kind::Reset | Kind::Output(_) | Kind::Buried => None,
+    };
+    let is_whole = |&(signal, _): &(usize, bool)| leaf(signals[signal].kind).is_some();
+    if !cell.sum.iter().flatten().all(is_whole) {
+        return None;
+    }
+    let mut node = match signals[*cell.signals.first()?].kind {
+        Kind::Flop(flop) => {
+            let next = circuit.flops[flop].next;
+            match cell.flip_flop {
+                FlipFlop::D => next,
+                FlipFlop::T => {
+                    let present = circuit.nodes.push(Node::Flop(flop));
+                    circuit.nodes.push(Node::Xor(next, present))
+                }
+            }
+        }
+        Kind::Output(output) => circuit.outputs[output].value,
+        Kind::Clock | Kind::Reset | Kind::Input(_) | Kind::Buried => return None,
+    };
+    if let Some(inverter) = &cell.inverter {
+        // Inverters are single signals.
+        let [(signal, true)] = inverter.as_slice() else { return None };
+        let signal = circuit.nodes.push(leaf(signals[*signal].kind)?);
+        node = circuit.nodes.push(Node::Xor(node, signal));
+    }
+    Some(node)
+}
+
+/// Products that a macrocell of this kind may have; on devices on which wide sums take macrocells beside their own, those of all that it takes. None for a
+/// function that still has no pin.
+fn available(device: &Device, pin: Option<u32>, kind: CellKind, n_terms: usize) -> Option<u32> {
+    if let Some(blocks) = device.blocks {
+        let n_terms = u32::try_from(n_terms).unwrap_or(u32::MAX);
+        return Some(n_terms.div_ceil(blocks.own_terms).max(1).saturating_mul(blocks.own_terms));
+    }
+    let cell = device.macrocell(pin?)?;
     Some(match kind {
         CellKind::Registered => cell.registered_terms,
         CellKind::Combinational | CellKind::Tristate => cell.combinational_terms,

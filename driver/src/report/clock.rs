@@ -149,7 +149,8 @@ fn depths(chip: &Chip) -> Vec<usize> {
     for _ in 0..chip.cells.len() {
         let before = depths.clone();
         for (at, cell) in chip.cells.iter().enumerate() {
-            let through = cell.sum.iter().flatten().filter_map(|(signal, _)| cell_of(*signal));
+            let literals = cell.sum.iter().chain(&cell.inverter).flatten();
+            let through = literals.filter_map(|(signal, _)| cell_of(*signal));
             depths[at] = 1 + through.map(|other| before[other]).max().unwrap_or(0);
         }
         if depths == before {

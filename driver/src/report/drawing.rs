@@ -33,8 +33,10 @@ pub struct Drawing {
 pub enum Shape {
     /// A package with two rows of pins.
     Dual,
-    /// A package with pins on four sides.
+    /// A package with pins on four sides, pin 1 in the middle of the upper one (PLCC).
     Quad,
+    /// The same with pin 1 at the upper left corner (QFP).
+    Flat,
     /// A symbol.
     Symbol,
 }
@@ -71,6 +73,8 @@ pub enum PinRole {
     Output,
     /// A flip-flop that the pin shows.
     Register,
+    /// By it the soldered device is programmed.
+    Programming,
     /// Nothing uses it, and the device does not drive it.
     Idle,
     /// Nothing uses it, and the device drives it: it must be left open.
@@ -90,6 +94,7 @@ impl PinRole {
             PinRole::Input => "input",
             PinRole::Output => "output",
             PinRole::Register => "output, flip-flop",
+            PinRole::Programming => "programming (JTAG)",
             PinRole::Idle => "not used",
             PinRole::Driven => "not used, driven",
         }
@@ -102,6 +107,7 @@ impl PinRole {
             | PinRole::Ground
             | PinRole::Output
             | PinRole::Register
+            | PinRole::Programming
             | PinRole::Idle
             | PinRole::Driven => false,
         }
@@ -121,6 +127,7 @@ impl PinRole {
             PinRole::Input => "#1f6fb2",
             PinRole::Output => "#1e8449",
             PinRole::Register => "#b9770e",
+            PinRole::Programming => "#5d7a8c",
             PinRole::Idle | PinRole::Driven => "#b3b3b3",
         }
     }
@@ -143,9 +150,6 @@ pub struct Bar {
     pub is_registered: bool,
 }
 
-/// Packages of more pins than this have them on four sides.
-const MOST_OF_TWO_ROWS: u32 = 40;
-
 impl Drawing {
     /// The drawing of a chip.
     #[must_use]
@@ -156,7 +160,11 @@ impl Drawing {
             Some(device) => Drawing {
                 title: device.burned_as.to_owned(),
                 subtitle,
-                shape: if device.n_pins > MOST_OF_TWO_ROWS { Shape::Quad } else { Shape::Dual },
+                shape: match device.package {
+                    package if package.contains("QFP") => Shape::Flat,
+                    package if package.contains("LCC") => Shape::Quad,
+                    _ => Shape::Dual,
+                },
                 pins: (1..=device.n_pins).map(|pin| mark(chip, device, pin)).collect(),
                 bars,
             },
@@ -185,7 +193,7 @@ impl Drawing {
                     self.pins.iter().partition(|pin| pin.role.is_in());
                 self.two_rows(&left, &right, false)
             }
-            Shape::Quad => self.four_rows(),
+            Shape::Quad | Shape::Flat => self.four_rows(),
         }
     }
 
@@ -242,19 +250,30 @@ impl Drawing {
         text
     }
 
+    /// The place of the pin at the upper end of the left side; numbers go on downwards.
+    fn first_left(&self) -> usize {
+        match self.shape {
+            Shape::Flat => 0,
+            Shape::Quad | Shape::Dual | Shape::Symbol => self.pins.len() / 8 + 1,
+        }
+    }
+
     /// Sides one after the other: letters that stand on their side are hard to read.
     fn four_rows(&self) -> String {
         let n = self.pins.len();
         let side = n / 4;
-        // Pin 1 is in the middle of the upper side, and numbers go on to the left.
-        let first_left = side / 2 + 1;
+        let first_left = self.first_left();
         let sides = [
             ("left, downwards", first_left),
             ("bottom, to the right", first_left + side),
             ("right, upwards", first_left + 2 * side),
             ("top, to the left", first_left + 3 * side),
         ];
-        let mut text = format!("{} ({n} pins, pin 1 in the middle of the top)\n", self.title);
+        let place = match self.shape {
+            Shape::Flat => "at the upper left corner",
+            Shape::Quad | Shape::Dual | Shape::Symbol => "in the middle of the top",
+        };
+        let mut text = format!("{} ({n} pins, pin 1 {place})\n", self.title);
         for (name, first) in sides {
             let _ = writeln!(text, "{name}:");
             for at in first..first + side {
@@ -281,7 +300,7 @@ impl Drawing {
                     self.pins.iter().partition(|pin| pin.role.is_in());
                 self.svg_two_rows(&left, &right, false)
             }
-            Shape::Quad => self.svg_four_rows(),
+            Shape::Quad | Shape::Flat => self.svg_four_rows(),
         }
     }
 
@@ -361,7 +380,7 @@ impl Drawing {
     fn svg_four_rows(&self) -> String {
         let n = self.pins.len();
         let side = n / 4;
-        let first_left = side / 2 + 1;
+        let first_left = self.first_left();
         let of_side = |which: usize| -> Vec<&PinMark> {
             let first = first_left + which * side;
             (first..first + side).filter_map(|at| self.pins.get(at % n)).collect()
@@ -414,7 +433,7 @@ impl Drawing {
 /// A wire with its direction, where it has one.
 fn wire(role: PinRole, inwards: &'static str, outwards: &'static str) -> &'static str {
     match role {
-        PinRole::Supply | PinRole::Ground => "---",
+        PinRole::Supply | PinRole::Ground | PinRole::Programming => "---",
         PinRole::Idle => "   ",
         PinRole::Driven | PinRole::Output | PinRole::Register => outwards,
         PinRole::Clock | PinRole::Enable | PinRole::Control | PinRole::Input => inwards,
@@ -634,11 +653,14 @@ fn mark(chip: &Chip, device: &Device, pin: u32) -> PinMark {
         role,
     };
     let name = names.join(" = ");
-    if pin == device.n_pins {
+    if device.supplies.contains(&pin) {
         return of(PinRole::Supply, "Vcc");
     }
-    if pin == device.gnd() {
+    if device.grounds.contains(&pin) {
         return of(PinRole::Ground, "GND");
+    }
+    if device.jtag_pins.contains(&pin) {
+        return of(PinRole::Programming, "JTAG");
     }
     match here.first().map(|signal| signal.kind) {
         Some(Kind::Clock) => of(PinRole::Clock, &name),
@@ -699,13 +721,15 @@ fn bars(chip: &Chip) -> Vec<Bar> {
     let of_cell = |cell: &super::chip::Cell| Bar {
         pin: cell.pin,
         name: chip.names(cell).join(" = "),
-        used: count(cell.sum.len()),
-        available: cell.available.unwrap_or(count(cell.sum.len())),
+        used: count(cell.n_terms()),
+        available: cell.available.unwrap_or(count(cell.n_terms())),
         without: cell.count.without.map(|(found, _)| count(found)),
         is_registered: cell.is_registered(),
     };
     let mut bars: Vec<Bar> = chip.cells.iter().map(of_cell).collect();
-    if let Some(device) = chip.device.filter(|_| chip.misfit.is_none()) {
+    // A device of logic blocks has many, and which of them a function takes is its fitter's choice.
+    let is_open = |device: &&Device| chip.misfit.is_none() && device.blocks.is_none();
+    if let Some(device) = chip.device.filter(is_open) {
         for cell in device.macrocells {
             if bars.iter().all(|bar| bar.pin != Some(cell.pin)) {
                 bars.push(Bar {

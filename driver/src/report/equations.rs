@@ -3,6 +3,7 @@
 use super::chip::{Cell, Chip, Kind, Language};
 use super::{Subject, counted};
 use grafsynth_backend_pld::Dialect;
+use grafsynth_backend_pld::device::FlipFlop;
 use grafsynth_backend_pld::placement::CellKind;
 use grafsynth_ir::logic::Node;
 
@@ -14,9 +15,14 @@ pub(super) fn write(_: &Subject<'_>, chip: &Chip) -> Option<String> {
         Language::Jedec => "As the fuses say, decoded from the file",
         Language::Text(_) => "As in the file",
     };
-    let mut text = format!(
-        "{whence}; names are those of the chart. `*` and, `+` or, `/` not, `:=` at the clock.\n\n```text\n"
-    );
+    let mut signs = "`*` and, `+` or, `/` not, `:=` at the clock".to_owned();
+    if chip.cells.iter().any(|cell| cell.is_registered() && cell.flip_flop == FlipFlop::T) {
+        signs += ", `.T` changes where the sum is true";
+    }
+    if chip.cells.iter().any(|cell| cell.inverter.is_some()) {
+        signs += ", `:+: x` all of it is inverted while x is true";
+    }
+    let mut text = format!("{whence}; names are those of the chart. {signs}.\n\n```text\n");
     for (at, cell) in chip.cells.iter().enumerate() {
         if at > 0 {
             text.push('\n');
@@ -32,7 +38,8 @@ fn heading(chip: &Chip, cell: &Cell) -> String {
     let mut parts = Vec::new();
     parts.push(match cell.pin {
         Some(pin) => format!("pin {pin}"),
-        None => "no pin yet".to_owned(),
+        None if chip.misfit.is_some() => "no pin yet".to_owned(),
+        None => "inside, without a pin".to_owned(),
     });
     parts.push(form(cell).to_owned());
     parts.push(if cell.is_complemented {
@@ -63,7 +70,10 @@ fn heading(chip: &Chip, cell: &Cell) -> String {
 /// What the macrocell is.
 pub(super) fn form(cell: &Cell) -> &'static str {
     match cell.kind {
-        CellKind::Registered => "D flip-flop",
+        CellKind::Registered => match cell.flip_flop {
+            FlipFlop::D => "D flip-flop",
+            FlipFlop::T => "T flip-flop",
+        },
         CellKind::Combinational => "combinational",
         CellKind::Tristate => "combinational with enable",
     }
@@ -74,7 +84,11 @@ fn equation(chip: &Chip, cell: &Cell) -> String {
     let names = chip.names(cell);
     let Some((first, rest)) = names.split_first() else { return String::new() };
     let sign = if cell.is_registered() { ":=" } else { "=" };
-    let head = format!("{}{first} {sign}", if cell.is_complemented { "/" } else { "" });
+    let suffix = match cell.flip_flop {
+        FlipFlop::T if cell.is_registered() => ".T",
+        FlipFlop::D | FlipFlop::T => "",
+    };
+    let head = format!("{}{first}{suffix} {sign}", if cell.is_complemented { "/" } else { "" });
     let mut text = head.clone();
     match cell.sum.as_slice() {
         [] => text += " 0\n",
@@ -86,6 +100,13 @@ fn equation(chip: &Chip, cell: &Cell) -> String {
                 text += &format!("{lead}{}\n", chip.product(product));
             }
         }
+    }
+    if let Some(inverter) = &cell.inverter {
+        text += &format!(
+            "{}:+: {}\n",
+            " ".repeat(super::table::width(&head).saturating_sub(1)),
+            chip.product(inverter)
+        );
     }
     for (name, term) in &cell.terms {
         text += &format!("{first}.{name} = {}\n", chip.product(term));

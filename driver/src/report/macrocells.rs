@@ -16,14 +16,19 @@ pub(super) fn write(_: &Subject<'_>, chip: &Chip) -> Option<String> {
         table.row([
             pin,
             chip.names(cell).join(" = "),
-            format!("{}{sign}", form(cell)),
-            cell.sum.len().to_string(),
+            format!(
+                "{}{sign}{}",
+                form(cell),
+                if cell.inverter.is_some() { ", inverter" } else { "" }
+            ),
+            cell.n_terms().to_string(),
             cell.available.map_or_else(|| "-".to_owned(), |terms| terms.to_string()),
             least(cell),
             without(cell),
         ]);
     }
-    let spare = chip.device.filter(|_| chip.misfit.is_none()).map_or(Vec::new(), |device| {
+    let spare = chip.device.filter(|device| chip.misfit.is_none() && device.blocks.is_none());
+    let spare = spare.map_or(Vec::new(), |device| {
         device
             .macrocells
             .iter()
@@ -49,13 +54,13 @@ pub(super) fn write(_: &Subject<'_>, chip: &Chip) -> Option<String> {
     text.push('\n');
     text += &summary(chip, spare.len());
     if let Some(misfit) = &chip.misfit {
-        text += &format!("The design {misfit}.\n");
+        text += &format!("It does not fit one device, so pins are left open: {misfit}.\n");
     }
     Some(text)
 }
 
 fn summary(chip: &Chip, n_spare: usize) -> String {
-    let used: usize = chip.cells.iter().map(|cell| cell.sum.len()).sum();
+    let used: usize = chip.cells.iter().map(|cell| cell.n_terms()).sum();
     let available: u32 = chip.cells.iter().filter_map(|cell| cell.available).sum();
     let mut text = format!(
         "{} of {} used",
@@ -63,13 +68,23 @@ fn summary(chip: &Chip, n_spare: usize) -> String {
         counted(available as usize, "product term", "product terms")
     );
     text += &format!(" in {}", counted(chip.cells.len(), "macrocell", "macrocells"));
-    if chip.device.is_some() && chip.misfit.is_none() {
-        text += &format!(", {n_spare} spare");
+    match chip.device.filter(|_| chip.misfit.is_none()) {
+        Some(device) if device.blocks.is_some() => {
+            let own = device.blocks.map_or(1, |blocks| blocks.own_terms.max(1));
+            let taken: u32 = chip.cells.iter().filter_map(|cell| cell.available).sum();
+            text += &format!(
+                "; with those that wide sums take beside their own they are {} of {}",
+                taken / own,
+                device.n_cells()
+            );
+        }
+        Some(_) => text += &format!(", {n_spare} spare"),
+        None => {}
     }
     text += ".\n";
     let counted_cells: Vec<(&Cell, usize)> =
         (chip.cells.iter()).filter_map(|cell| Some((cell, cell.count.without?.0))).collect();
-    let with: usize = counted_cells.iter().map(|(cell, _)| cell.sum.len()).sum();
+    let with: usize = counted_cells.iter().map(|(cell, _)| cell.n_terms()).sum();
     let without: usize = counted_cells.iter().map(|(_, without)| without).sum();
     let bound: usize =
         counted_cells.iter().filter_map(|(cell, _)| Some(cell.count.without?.1)).sum();
@@ -81,7 +96,7 @@ fn summary(chip: &Chip, n_spare: usize) -> String {
                 format!("the least without them is at least {bound}")
             };
             format!(
-                "Don't-cares saved {}: the same functions in the same polarity take {without} without them ({sure}).\n",
+                "Don't-cares saved {}: the same functions in the same form take {without} without them ({sure}).\n",
                 counted(without - with, "term", "terms"),
             )
         }

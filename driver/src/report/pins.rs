@@ -33,7 +33,8 @@ pub(super) fn write(_: &Subject<'_>, chip: &Chip) -> Option<String> {
             | PinRole::Clock
             | PinRole::Input
             | PinRole::Output
-            | PinRole::Register => "",
+            | PinRole::Register
+            | PinRole::Programming => "",
         };
         table.row([
             pin.number.map_or_else(|| "-".to_owned(), |pin| pin.to_string()),
@@ -59,6 +60,6 @@ pub(super) fn write(_: &Subject<'_>, chip: &Chip) -> Option<String> {
 fn is_listed(pin: &PinMark, shape: Shape) -> bool {
     match shape {
         Shape::Dual | Shape::Symbol => true,
-        Shape::Quad => !matches!(pin.role, PinRole::Idle),
+        Shape::Quad | Shape::Flat => pin.role != PinRole::Idle,
     }
 }
