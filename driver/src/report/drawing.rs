@@ -142,12 +142,19 @@ pub struct Bar {
     pub name: String,
     /// Terms of its sum.
     pub used: u32,
-    /// Terms that there are; as many as are used where it has no pin.
-    pub available: u32,
+    /// Terms that there are, where it is known which macrocell it is.
+    pub available: Option<u32>,
     /// Terms that it would take without don't-cares, where that is known.
     pub without: Option<u32>,
     /// It has a flip-flop.
     pub is_registered: bool,
+}
+
+impl Bar {
+    /// Boxes that are drawn of it: one for each term that there is, that is used, or that was saved.
+    fn n_drawn(&self) -> u32 {
+        self.available.unwrap_or(0).max(self.used).max(self.without.unwrap_or(0))
+    }
 }
 
 impl Drawing {
@@ -553,8 +560,7 @@ impl Bars {
     fn new(bars: &[Bar], is_named: bool) -> Self {
         let name = |bar: &Bar| width(&bar_name(bar), SMALL);
         let names = bars.iter().map(name).max().unwrap_or(0).min(MOST_ROOM);
-        let widest = |bar: &Bar| bar.available.max(bar.used).max(bar.without.unwrap_or(0));
-        let most = bars.iter().map(widest).max().unwrap_or(0);
+        let most = bars.iter().map(Bar::n_drawn).max().unwrap_or(0);
         Bars {
             // A long bar gets narrow boxes.
             term: (280 / most.max(1)).clamp(3, 14),
@@ -588,7 +594,7 @@ impl Bars {
         }
         let x = x + self.names;
         let role = if bar.is_registered { PinRole::Register } else { PinRole::Output };
-        let shown = bar.available.max(bar.used).max(bar.without.unwrap_or(0));
+        let shown = bar.n_drawn();
         for term in 0..shown {
             let is_saved = term >= bar.used && bar.without.is_some_and(|without| term < without);
             let fill = match term {
@@ -596,10 +602,14 @@ impl Bars {
                 _ if is_saved => SAVED,
                 _ => "#ffffff",
             };
-            let stroke = if term < bar.available { "#999999" } else { "#c0392b" };
+            let is_there = bar.available.is_none_or(|available| term < available);
+            let stroke = if is_there { "#999999" } else { "#c0392b" };
             svg.rect(x + term * self.term, y - 7, self.term, 14, fill, stroke);
         }
-        let mut text = format!("{}/{}", bar.used, bar.available);
+        let mut text = bar.used.to_string();
+        if let Some(available) = bar.available {
+            text += &format!("/{available}");
+        }
         if let Some(without) = bar.without.filter(|without| *without > bar.used) {
             text += &format!(" ({without})");
         }
@@ -722,7 +732,7 @@ fn bars(chip: &Chip) -> Vec<Bar> {
         pin: cell.pin,
         name: chip.names(cell).join(" = "),
         used: count(cell.n_terms()),
-        available: cell.available.unwrap_or(count(cell.n_terms())),
+        available: cell.available,
         without: cell.count.without.map(|(found, _)| count(found)),
         is_registered: cell.is_registered(),
     };
@@ -736,7 +746,7 @@ fn bars(chip: &Chip) -> Vec<Bar> {
                     pin: Some(cell.pin),
                     name: String::new(),
                     used: 0,
-                    available: cell.registered_terms.max(cell.combinational_terms),
+                    available: Some(cell.registered_terms.max(cell.combinational_terms)),
                     without: None,
                     is_registered: cell.registered_terms > 0,
                 });

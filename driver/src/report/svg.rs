@@ -115,6 +115,9 @@ impl Svg {
         room: u32,
         turn: Option<String>,
     ) {
+        if text.is_empty() {
+            return;
+        }
         let anchor = match anchor {
             Anchor::Start => "start",
             Anchor::Middle => "middle",
