@@ -13,10 +13,10 @@ use grafsynth_backend_pld::ice40::Package;
 use grafsynth_backend_pld::placement::{CellKind, Product};
 use grafsynth_backend_pld::synchronise::Chain;
 use grafsynth_backend_pld::{Dialect, Emitted, Object};
-use grafsynth_ir::logic::{FlopId, Logic, Node, NodeId, PinInputId, PinOutputId};
+use grafsynth_ir::logic::{FlopBit, FlopId, Logic, Node, NodeId, PinInputId, PinOutputId, PinRole};
 use grafsynth_ir::net::Meta;
 use grafsynth_logic::minimise::{Budget, Minimum, sum_between};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// One output of a build that is a chip.
 #[derive(Debug, Clone)]
@@ -228,9 +228,15 @@ impl Chip {
         chip.device = Some(device);
         chip.n_vectors = burned.vectors.len();
         chip.fuses = Some(burned.map.clone());
+        let mut known = Known::of(circuit);
         for role in &burned.roles {
             let printed = burned.placement.name(role.pin).unwrap_or_default();
-            chip.add(&role.object, Some(role.pin), printed, role.is_inverted);
+            chip.signals.push(known.signal(
+                &role.object,
+                Some(role.pin),
+                printed,
+                role.is_inverted,
+            ));
         }
         // The fuses were decoded before they were written, so they can be decoded.
         let cells = fuse::decode(&burned.map).map(|placement| placement.cells).unwrap_or_default();
@@ -307,13 +313,14 @@ impl Chip {
         chip.device = Some(device);
         chip.n_vectors = n_vectors;
         chip.misfit = crate::coding::misfit(equations).map(str::to_owned);
+        let mut known = Known::of(circuit);
         for (named, signal) in equations.named(circuit).iter().zip(&equations.signals) {
-            chip.add(&named.object, signal.pin, &signal.name, signal.is_pin_inverted);
-            if let (Some(own), equations::Source::Buried(_)) =
-                (chip.signals.last_mut(), signal.source)
-            {
+            let mut own =
+                known.signal(&named.object, signal.pin, &signal.name, signal.is_pin_inverted);
+            if let equations::Source::Buried(_) = signal.source {
                 own.meta = signal.meta.clone();
             }
+            chip.signals.push(own);
         }
         let mut cells: Vec<Cell> = (equations.equations.iter())
             .map(|equation| {
@@ -350,9 +357,11 @@ impl Chip {
     pub(crate) fn of_netlist(made: Made<'_>, emitted: &Emitted, n_vectors: usize) -> Self {
         let mut chip = Chip::new(made, Language::Text(emitted.dialect));
         chip.n_vectors = n_vectors;
-        for named in &emitted.names {
-            chip.add(&named.object, named.pin, &named.name, false);
-        }
+        let mut known = Known::of(&chip.circuit);
+        let signals = emitted.names.iter();
+        let signals =
+            signals.map(|named| known.signal(&named.object, named.pin, &named.name, false));
+        chip.signals = signals.collect();
         chip
     }
 
@@ -369,39 +378,6 @@ impl Chip {
                 signal.pin = pin.parse().ok();
             }
         }
-    }
-
-    fn add(&mut self, object: &Object, pin: Option<u32>, printed: &str, is_inverted: bool) {
-        let circuit = &self.circuit;
-        let none = Meta::default();
-        let found = match object {
-            Object::Clock => Some((Kind::Clock, printed, &none)),
-            Object::Reset => Some((Kind::Reset, printed, &none)),
-            Object::Buried => Some((Kind::Buried, printed, &none)),
-            Object::Input(input) => (circuit.inputs.iter())
-                .find(|(_, known)| known.role == input.role && known.name == input.name)
-                .map(|(id, known)| (Kind::Input(id), known.name.as_str(), &known.meta)),
-            Object::Flop(flop) => (circuit.flops.iter())
-                .find(|(_, known)| known.name == flop.name && known.holds == flop.holds)
-                .map(|(id, known)| (Kind::Flop(id), known.name.as_str(), &known.meta)),
-            Object::Output(output) => (circuit.outputs.iter())
-                .find(|(_, known)| known.role == output.role && known.name == output.name)
-                .map(|(id, known)| (Kind::Output(id), known.name.as_str(), &known.meta)),
-        };
-        // Signals keep their places, by which the functions name them.
-        let (kind, source, meta) = found.unwrap_or((Kind::Buried, printed, &none));
-        let meta = meta.clone();
-        // A stored output and its memory have one name in the chart; then the text's tells them apart, or a mark does.
-        let is_taken = |name: &str| self.signals.iter().any(|signal| signal.name == name);
-        let mut name = source.to_owned();
-        if is_taken(&name) {
-            name = if is_taken(printed) { format!("{source}_q") } else { printed.to_owned() };
-        }
-        while is_taken(&name) {
-            name.push('\'');
-        }
-        let printed = (printed != name && !printed.is_empty()).then(|| printed.to_owned());
-        self.signals.push(Signal { name, printed, pin, kind, is_inverted, meta });
     }
 
     /// Flip-flops before inputs, as people write them.
@@ -473,14 +449,14 @@ impl Chip {
         cell.signals.iter().map(|signal| self.signals[*signal].name.as_str()).collect()
     }
 
-    /// Of each register and output what it reads: signals, through everything that is not clocked. A netlist is asked for its functions.
+    /// Of each register and output what it reads: signals, through everything that is not clocked. Of a netlist the inputs that its functions read.
     #[must_use]
     pub fn reads(&self) -> Vec<Reads> {
         if self.cells.is_empty() { self.reads_of_circuit() } else { self.reads_of_cells() }
     }
 
     fn reads_of_cells(&self) -> Vec<Reads> {
-        let cell_of = |signal: usize| self.cells.iter().find(|cell| cell.signals.contains(&signal));
+        let through = self.combinational();
         let of_cell = |cell: &Cell| {
             let literals = |cell: &Cell| -> Vec<usize> {
                 let terms = cell.terms.iter().filter(|(name, _)| *name != "clock");
@@ -491,9 +467,9 @@ impl Chip {
             let mut open = literals(cell);
             while let Some(signal) = open.pop() {
                 if seen.insert(signal)
-                    && let Some(through) = cell_of(signal).filter(|cell| !cell.is_registered())
+                    && let Some(cell) = through[signal]
                 {
-                    open.extend(literals(through));
+                    open.extend(literals(&self.cells[cell]));
                 }
             }
             Reads {
@@ -505,26 +481,27 @@ impl Chip {
         self.cells.iter().map(of_cell).collect()
     }
 
+    /// Of each signal the macrocell that shows it without a clock, if there is one.
+    #[must_use]
+    pub fn combinational(&self) -> Vec<Option<usize>> {
+        let mut cells = vec![None; self.signals.len()];
+        for (at, cell) in self.cells.iter().enumerate().filter(|(_, cell)| !cell.is_registered()) {
+            for signal in &cell.signals {
+                cells[*signal] = Some(at);
+            }
+        }
+        cells
+    }
+
     fn reads_of_circuit(&self) -> Vec<Reads> {
         let circuit = &self.circuit;
-        let signal_of = |kind: Kind| self.signals.iter().position(|signal| signal.kind == kind);
-        // Nodes name earlier ones only, so one pass is enough. One bit for each signal.
-        let n_words = self.signals.len().div_ceil(64);
+        // Nodes name earlier ones only, so one pass is enough. One bit for each input.
+        let n_words = circuit.inputs.len().div_ceil(64);
         let mut sets: Vec<Vec<u64>> = Vec::with_capacity(circuit.nodes.len());
         for (_, node) in circuit.nodes.iter() {
             let mut set = vec![0_u64; n_words];
-            let leaf = match node {
-                Node::Input(input) => signal_of(Kind::Input(*input)),
-                Node::Flop(flop) => signal_of(Kind::Flop(*flop)),
-                Node::Const(_)
-                | Node::Not(_)
-                | Node::And(_)
-                | Node::Or(_)
-                | Node::Xor(..)
-                | Node::Mux(..) => None,
-            };
-            if let Some(signal) = leaf {
-                set[signal / 64] |= 1 << (signal % 64);
+            if let Node::Input(input) = node {
+                set[input.index() / 64] |= 1 << (input.index() % 64);
             }
             grafsynth_logic::build::for_each_operand(node, |operand| {
                 if let Some(other) = sets.get(operand.index()) {
@@ -533,9 +510,17 @@ impl Chip {
             });
             sets.push(set);
         }
+        let signal_of: Vec<(usize, PinInputId)> = (self.signals.iter().enumerate())
+            .filter_map(|(at, signal)| match signal.kind {
+                Kind::Input(input) => Some((at, input)),
+                Kind::Clock | Kind::Reset | Kind::Flop(_) | Kind::Output(_) | Kind::Buried => None,
+            })
+            .collect();
         let signals = |node: NodeId| -> BTreeSet<usize> {
             let set = &sets[node.index()];
-            (0..self.signals.len()).filter(|at| set[at / 64] >> (at % 64) & 1 == 1).collect()
+            let is_read = |input: PinInputId| set[input.index() / 64] >> (input.index() % 64) & 1;
+            let read = signal_of.iter().filter(|(_, input)| is_read(*input) == 1);
+            read.map(|(at, _)| *at).collect()
         };
         let root = |(at, signal): (usize, &Signal)| match signal.kind {
             Kind::Flop(flop) => Some(Reads {
@@ -551,6 +536,74 @@ impl Chip {
             Kind::Clock | Kind::Reset | Kind::Input(_) | Kind::Buried => None,
         };
         self.signals.iter().enumerate().filter_map(root).collect()
+    }
+}
+
+/// What a circuit has under which name, and which names of its page are taken.
+struct Known<'a> {
+    circuit: &'a Logic,
+    inputs: BTreeMap<(&'a str, PinRole), PinInputId>,
+    outputs: BTreeMap<(&'a str, PinRole), PinOutputId>,
+    flops: BTreeMap<(&'a str, Option<FlopBit>), FlopId>,
+    taken: BTreeSet<String>,
+}
+
+impl<'a> Known<'a> {
+    fn of(circuit: &'a Logic) -> Self {
+        let inputs = circuit.inputs.iter().map(|(id, own)| ((own.name.as_str(), own.role), id));
+        let outputs = circuit.outputs.iter().map(|(id, own)| ((own.name.as_str(), own.role), id));
+        let flops = circuit.flops.iter().map(|(id, own)| ((own.name.as_str(), own.holds), id));
+        Known {
+            circuit,
+            inputs: inputs.collect(),
+            outputs: outputs.collect(),
+            flops: flops.collect(),
+            taken: BTreeSet::new(),
+        }
+    }
+
+    /// A signal of the page, under a name that no other has.
+    fn signal(
+        &mut self,
+        object: &Object,
+        pin: Option<u32>,
+        printed: &str,
+        is_inverted: bool,
+    ) -> Signal {
+        let circuit = self.circuit;
+        let none = Meta::default();
+        let found = match object {
+            Object::Clock => Some((Kind::Clock, printed, &none)),
+            Object::Reset => Some((Kind::Reset, printed, &none)),
+            Object::Buried => Some((Kind::Buried, printed, &none)),
+            Object::Input(input) => self.inputs.get(&(input.name.as_str(), input.role)).map(|id| {
+                let own = &circuit.inputs[*id];
+                (Kind::Input(*id), own.name.as_str(), &own.meta)
+            }),
+            Object::Flop(flop) => self.flops.get(&(flop.name.as_str(), flop.holds)).map(|id| {
+                let own = &circuit.flops[*id];
+                (Kind::Flop(*id), own.name.as_str(), &own.meta)
+            }),
+            Object::Output(output) => {
+                self.outputs.get(&(output.name.as_str(), output.role)).map(|id| {
+                    let own = &circuit.outputs[*id];
+                    (Kind::Output(*id), own.name.as_str(), &own.meta)
+                })
+            }
+        };
+        // Signals keep their places, by which the functions name them.
+        let (kind, source, meta) = found.unwrap_or((Kind::Buried, printed, &none));
+        // A stored output and its memory have one name in the chart; then the text's tells them apart, or a mark does.
+        let mut name = source.to_owned();
+        if self.taken.contains(&name) {
+            let is_useless = printed.is_empty() || self.taken.contains(printed);
+            name = if is_useless { format!("{source}_q") } else { printed.to_owned() };
+        }
+        while !self.taken.insert(name.clone()) {
+            name.push('\'');
+        }
+        let printed = (printed != name && !printed.is_empty()).then(|| printed.to_owned());
+        Signal { name, printed, pin, kind, is_inverted, meta: meta.clone() }
     }
 }
 

@@ -141,16 +141,14 @@ fn depth(chip: &Chip, reads: &[Reads]) -> Option<String> {
 
 /// Of each macrocell how many sums lie on its longest way from a pin or register. Combinational macrocells never form a loop.
 fn depths(chip: &Chip) -> Vec<usize> {
-    let cell_of = |signal: usize| {
-        chip.cells.iter().position(|cell| cell.signals.contains(&signal) && !cell.is_registered())
-    };
+    let cell_of = chip.combinational();
     let mut depths = vec![1; chip.cells.len()];
     // A pass for each macrocell is enough for the longest chain that there can be.
     for _ in 0..chip.cells.len() {
         let before = depths.clone();
         for (at, cell) in chip.cells.iter().enumerate() {
             let literals = cell.sum.iter().chain(&cell.inverter).flatten();
-            let through = literals.filter_map(|(signal, _)| cell_of(*signal));
+            let through = literals.filter_map(|(signal, _)| cell_of[*signal]);
             depths[at] = 1 + through.map(|other| before[other]).max().unwrap_or(0);
         }
         if depths == before {

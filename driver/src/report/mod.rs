@@ -5,8 +5,8 @@
 //! net, facts, lines, chips ──► Subject ──► sections, one file each ──► NAME.report.md
 //!                                   └────► Drawing ──► NAME.report.md (characters), FILE.svg
 //! ```
-//! A section is a function from a [`Subject`] (or one [`Chip`] of it) to text, or to nothing where there is nothing to say. The lists [`BEFORE`], [`CHIP`]
-//! and [`AFTER`] are the whole page, in order: another kind of target gets a list of its own beside [`CHIP`]. The page is Markdown that reads as plain
+//! A section is a function from a [`Subject`] (or one [`Chip`] of it) to text, or to nothing where there is nothing to say. The lists `BEFORE`, `CHIP` and
+//! `AFTER` are the whole page, in order: another kind of target gets a list of its own beside `CHIP`. The page is Markdown that reads as plain
 //! text too; there is no date in it, so that the same chart gives the same bytes.
 
 pub mod chip;
