@@ -374,6 +374,15 @@ impl CExpr {
             return CExpr::int(value);
         }
         let (lo, hi) = arith_interval(op, &a, &b);
+        // Such as a rest of 1, which one of the compilers takes for a mistake of its own.
+        if lo == hi {
+            return CExpr::int(lo);
+        }
+        // The sign of a rest is that of the dividend.
+        let b = match (op, b.constant().and_then(i64::checked_abs)) {
+            (ArithOp::Mod, Some(magnitude)) => CExpr::int(magnitude),
+            (ArithOp::Mod | ArithOp::Add | ArithOp::Sub | ArithOp::Mul | ArithOp::Div, _) => b,
+        };
         let class = Class::of(lo, hi).max(a.class).max(b.class);
         let prec = match op {
             ArithOp::Add | ArithOp::Sub => Prec::Sum,
@@ -394,6 +403,26 @@ impl CExpr {
         };
         let text = format!("{left} {sign} {}", b.within(right));
         CExpr { text, prec, class, lo, hi, asks: None }
+    }
+
+    /// [`CExpr::arith`], by a function of ours where the operator is one that not every compiler has: products and quotients of 64 bits.
+    fn arith_by(op: ArithOp, a: CExpr, b: CExpr, prefix: &str) -> Self {
+        let word = match op {
+            ArithOp::Add | ArithOp::Sub => None,
+            ArithOp::Mul => Some(WIDE_FUNCTIONS[0]),
+            ArithOp::Div => Some(WIDE_FUNCTIONS[1]),
+            ArithOp::Mod => Some(WIDE_FUNCTIONS[2]),
+        };
+        let (first, second) = (a.text.clone(), b.text.clone());
+        let plain = CExpr::arith(op, a, b);
+        match word {
+            Some(word) if plain.class == Class::Huge && plain.constant().is_none() => CExpr {
+                text: format!("{prefix}_{word}({first}, {second})"),
+                prec: Prec::Atom,
+                ..plain
+            },
+            Some(_) | None => plain,
+        }
     }
 
     /// Arithmetic negation.
@@ -543,8 +572,13 @@ fn literal(value: i64, class: Class) -> (String, Prec) {
     }
 }
 
+/// What [`crate::source`] defines where it is called, behind the prefix.
+pub(crate) const WIDE_FUNCTIONS: [&str; 3] = ["mul64", "div64", "mod64"];
+
 /// How the leaves of an expression are read in C.
 pub(crate) trait Scope<L> {
+    /// What the names of functions begin with.
+    fn prefix(&self) -> &str;
     /// A plain leaf.
     fn leaf(&mut self, leaf: &L) -> CExpr;
     /// One element of an array.
@@ -571,7 +605,8 @@ pub(crate) fn c_expr<L>(expr: &Expr<L>, scope: &mut impl Scope<L>) -> CExpr {
         ExprKind::Neg(a) => c_expr(a, scope).neg(),
         ExprKind::Arith(op, a, b) => {
             let a = c_expr(a, scope);
-            CExpr::arith(*op, a, c_expr(b, scope))
+            let b = c_expr(b, scope);
+            CExpr::arith_by(*op, a, b, scope.prefix())
         }
         ExprKind::Select(c, a, b) => {
             let c = c_expr(c, scope);
@@ -634,6 +669,21 @@ mod tests {
         assert_eq!(unsigned.text, "(int32_t)n - 1");
         let huge = CExpr::arith(ArithOp::Mul, var("n", 0, 100_000), var("m", 0, 100_000));
         assert_eq!(huge.text, "(int64_t)n * m");
+    }
+
+    #[test]
+    fn products_of_64_bits_are_calls() {
+        let [n, m] = ["n", "m"].map(|name| var(name, 0, 100_000));
+        let huge = CExpr::arith_by(ArithOp::Mul, n.clone(), m, "x");
+        assert_eq!((huge.text.as_str(), huge.class), ("x_mul64(n, m)", Class::Huge));
+        assert_eq!(CExpr::arith_by(ArithOp::Mul, n, CExpr::int(9), "x").text, "n * 9");
+    }
+
+    #[test]
+    fn rests_have_the_sign_of_the_dividend() {
+        let n = var("n", -50, 50);
+        assert_eq!(CExpr::arith(ArithOp::Mod, n.clone(), CExpr::int(-8)).text, "n % 8");
+        assert_eq!(CExpr::arith(ArithOp::Mod, n, CExpr::int(-1)).constant(), Some(0));
     }
 
     #[test]

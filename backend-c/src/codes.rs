@@ -10,5 +10,8 @@ pub const FOREIGN_CODE: Code =
 /// A function of the user's library can't be called what the chart calls it.
 pub const RENAMED: Code =
     Code { id: "G0603", title: "a function of the C library has another name than in the chart" };
+/// The compiled chart needs more memory than the machine has that is to run it.
+pub const TOO_LARGE: Code =
+    Code { id: "G0604", title: "the chart does not fit into a microcontroller" };
 /// All of them.
-pub const ALL: &[Code] = &[STYLE_REFUSED, FOREIGN_CODE, RENAMED];
+pub const ALL: &[Code] = &[STYLE_REFUSED, FOREIGN_CODE, RENAMED, TOO_LARGE];

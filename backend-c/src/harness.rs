@@ -12,7 +12,7 @@ use crate::ctext::{Arm, Kind, Node, Writer};
 use crate::header::{Interface, shown};
 use crate::names::library;
 use grafsynth_ir::Valid;
-use grafsynth_ir::net::{Driver, InputKind, Net, VarOrigin};
+use grafsynth_ir::net::{Driver, InputKind, Net, StepId, VarOrigin};
 
 /// A `main` for one chart; compile it together with the package's `NAME.c` (and without `NAME_user.c`, whose functions it brings).
 #[must_use]
@@ -389,7 +389,7 @@ fn bench(net: &Net, interface: &Interface, explore: bool) -> Vec<Node> {
     nodes
 }
 
-fn arguments(interface: &Interface, step: bool) -> String {
+pub(crate) fn arguments(interface: &Interface, step: bool) -> String {
     let mut all = Vec::new();
     if interface.has_instance {
         all.push("&self");
@@ -483,6 +483,11 @@ fn columns(net: &Net, interface: &Interface) -> Vec<String> {
     all.iter().map(|name| string_text(name)).collect()
 }
 
+/// The steps that a trace shows.
+pub(crate) fn columns_of_steps(net: &Net) -> Vec<StepId> {
+    net.steps.iter().filter(|(_, step)| shown(step.kind, step.hidden)).map(|(id, _)| id).collect()
+}
+
 /// Prints one row.
 fn row(net: &Net, interface: &Interface) -> Vec<Node> {
     let prefix = &interface.names.prefix;
@@ -498,12 +503,12 @@ fn row(net: &Net, interface: &Interface) -> Vec<Node> {
             InputKind::InternalEvent => {}
         }
     }
-    let visible: Vec<_> =
-        net.steps.iter().filter(|(_, step)| shown(step.kind, step.hidden)).collect();
+    let visible = columns_of_steps(net);
     nodes.push(Node::line("putchar(',');"));
     if !visible.is_empty() {
         let mut listed = vec![Node::line("const char *blank = \"\";")];
-        for (id, step) in visible {
+        for id in visible {
+            let step = &net.steps[id];
             let this = if interface.has_instance { "&self" } else { "" };
             let condition = format!("{prefix}_active_{}({this})", interface.names.steps[id]);
             listed.push(Node::when(

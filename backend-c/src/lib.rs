@@ -27,6 +27,7 @@ pub mod codes;
 mod consts;
 mod cprogram;
 mod ctext;
+pub mod firmware;
 mod harness;
 mod header;
 mod library;

@@ -1,5 +1,6 @@
 //! `NAME.c`: the helpers that a chart calls, its functions, `NAME_init`, `NAME_step`, and the callbacks around it.
 
+use crate::cexpr::WIDE_FUNCTIONS;
 use crate::cprogram::mentions;
 use crate::ctext::Node;
 use crate::header::{Layout, shown};
@@ -73,6 +74,7 @@ impl Layout<'_> {
                 nodes.push(Node::blank());
             }
         }
+        self.wide_functions(nodes);
         let later = self.program.helpers.later && self.calls(&format!("{prefix}_later"));
         if let (true, Some(ticks)) = (later, self.interface.ticks) {
             let ty = ticks.name();
@@ -84,6 +86,85 @@ impl Layout<'_> {
                 ))],
             ));
             nodes.push(Node::blank());
+        }
+    }
+
+    /// Products and quotients of 64 bits. sdcc for the 8051 adds, shifts and compares such numbers, but its library has none of these.
+    fn wide_functions(&self, nodes: &mut Vec<Node>) {
+        let prefix = &self.names.prefix;
+        let [product, quotient, rest] = WIDE_FUNCTIONS.map(|word| format!("{prefix}_{word}"));
+        let needs_division = self.calls(&quotient) || self.calls(&rest);
+        if needs_division {
+            nodes.push(Node::directive("#if defined(__SDCC_mcs51)"));
+            nodes.push(Node::comment(
+                "The quotient of two magnitudes, bit by bit; the rest goes where the pointer says.",
+            ));
+            nodes.push(Node::function(
+                format!(
+                    "static uint64_t {prefix}_long_division(int64_t a, int64_t b, uint64_t *rest)"
+                ),
+                vec![
+                    Node::line("uint64_t n = (a < 0) ? 0U - (uint64_t)a : (uint64_t)a;"),
+                    Node::line("const uint64_t d = (b < 0) ? 0U - (uint64_t)b : (uint64_t)b;"),
+                    Node::line("uint64_t r = 0U;"),
+                    Node::block(
+                        "for (uint8_t i = 0U; i < 64U; ++i)",
+                        vec![
+                            Node::line("const uint8_t top = (uint8_t)(n >> 63);"),
+                            Node::line("n += n;"),
+                            Node::line("r += r;"),
+                            Node::line("r |= top;"),
+                            Node::when(
+                                "r >= d",
+                                vec![Node::line("r -= d;"), Node::line("n |= 1U;")],
+                            ),
+                        ],
+                    ),
+                    Node::line("*rest = r;"),
+                    Node::line("return n;"),
+                ],
+            ));
+            nodes.push(Node::directive("#endif"));
+            nodes.push(Node::blank());
+        }
+        let product_body = [
+            "uint64_t x = (uint64_t)a;",
+            "uint64_t y = (uint64_t)b;",
+            "uint64_t sum = 0U;",
+            "while (y != 0U) {",
+            "    if ((y & 1U) != 0U) {",
+            "        sum += x;",
+            "    }",
+            "    x += x;",
+            "    y >>= 1;",
+            "}",
+            "return (int64_t)sum;",
+        ];
+        let divided = |answer: &str, negative: &str| {
+            vec![
+                "uint64_t rest;".to_string(),
+                format!("const uint64_t quotient = {prefix}_long_division(a, b, &rest);"),
+                "(void)quotient;".to_string(),
+                format!("return ({negative}) ? (int64_t)(0U - {answer}) : (int64_t){answer};"),
+            ]
+        };
+        for (name, sign, body) in [
+            (product, "*", product_body.map(str::to_string).to_vec()),
+            (quotient, "/", divided("quotient", "(a < 0) != (b < 0)")),
+            (rest, "%", divided("rest", "a < 0")),
+        ] {
+            if self.calls(&name) {
+                let mut lines = vec![Node::directive("#if defined(__SDCC_mcs51)")];
+                lines.extend(body.into_iter().map(Node::line));
+                lines.push(Node::directive("#else"));
+                lines.push(Node::line(format!("return a {sign} b;")));
+                lines.push(Node::directive("#endif"));
+                nodes.push(Node::function(
+                    format!("static int64_t {name}(int64_t a, int64_t b)"),
+                    lines,
+                ));
+                nodes.push(Node::blank());
+            }
         }
     }
 

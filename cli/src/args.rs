@@ -328,7 +328,7 @@ pub(crate) struct Compare {
     /// Compare logic on the stimulus only, without a proof for all of them.
     #[arg(long)]
     pub(crate) no_proof: bool,
-    /// Only these engines, separated by commas.
+    /// Only these engines, separated by commas; without it all but those on microcontrollers (`sim --engine list` names them).
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
     pub(crate) engines: Vec<String>,
 }

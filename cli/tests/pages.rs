@@ -10,7 +10,7 @@ use std::path::Path;
 use std::process::Command;
 
 /// Pages whose example needs more than one run of the program; the crate that owns the code has a test for them.
-const ELSEWHERE: [(&str, &str); 12] = [
+const ELSEWHERE: [(&str, &str); 13] = [
     ("G0003", "needs a second design: tests/cases/codes/G0003.graf"),
     ("G0019", "needs a stimulus beside a chart: tests/cases/codes/G0019.graf"),
     ("G0108", "the command line refuses a long file before the reader does"),
@@ -20,6 +20,7 @@ const ELSEWHERE: [(&str, &str); 12] = [
     ("G0511", "needs a broken trace"),
     ("G0512", "needs a broken trace"),
     ("G0513", "needs a broken state and a stimulus"),
+    ("G0604", "needs a cross compiler: tests/tests/controllers.rs"),
     ("G0728", "needs a text of more than 64 MiB"),
     ("G0789", "needs a fault in our own mapper: the tests of fuse maps flip fuses"),
     ("G0729", "needs a text that our own writer never writes"),

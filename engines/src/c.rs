@@ -95,7 +95,7 @@ pub fn compile(package: &Package, main: &str, flags: &[&str]) -> Result<Program,
         }
     }
     write(folder.path(), "bench_main.c", main)?;
-    compile_in(folder, &sources, flags)
+    compile_in(folder, &sources, flags, &[])
 }
 
 /// Compiles one text that is a whole program.
@@ -105,13 +105,25 @@ pub fn compile(package: &Package, main: &str, flags: &[&str]) -> Result<Program,
 pub fn compile_text(text: &str, flags: &[&str]) -> Result<Program, String> {
     let folder = temporary()?;
     write(folder.path(), "bench_main.c", text)?;
-    compile_in(folder, &["bench_main.c".to_owned()], flags)
+    compile_in(folder, &["bench_main.c".to_owned()], flags, &[])
+}
+
+/// The same with libraries, which stand behind the text on the command line.
+pub(crate) fn compile_with(
+    text: &str,
+    flags: &[&str],
+    libraries: &[&str],
+) -> Result<Program, String> {
+    let folder = temporary()?;
+    write(folder.path(), "bench_main.c", text)?;
+    compile_in(folder, &["bench_main.c".to_owned()], flags, libraries)
 }
 
 fn compile_in(
     folder: tempfile::TempDir,
     sources: &[String],
     flags: &[&str],
+    libraries: &[&str],
 ) -> Result<Program, String> {
     let compiler = tools::c_compiler().ok_or("no C compiler is here")?;
     let path = folder.path().join("bench");
@@ -119,6 +131,7 @@ fn compile_in(
     let mut arguments: Vec<&str> = flags.to_vec();
     arguments.extend(["-o", &output]);
     arguments.extend(sources.iter().map(String::as_str));
+    arguments.extend(libraries);
     let compiled = tools::run(&compiler, &arguments, folder.path(), b"", LIMIT)?;
     if compiled.is_success {
         Ok(Program { folder, path })

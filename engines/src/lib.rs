@@ -8,13 +8,18 @@
 //! ```
 //!
 //! `ir` is the reference simulator, `c` the emitted C compiled by the host's compiler, `equations` the circuit before any text, `palasm`, `cupl`, `galasm`,
-//! `blif` and `netlist` the emitted texts read back, `jedec` the fuse map of a GAL run fuse by fuse, `verilog` the emitted Verilog run by Icarus Verilog. This crate is the only one that starts
+//! `blif` and `netlist` the emitted texts read back, `jedec` the fuse map of a GAL run fuse by fuse, `verilog` the emitted Verilog run by Icarus Verilog,
+//! `c-avr`, `c-arm` and `c-8051` the emitted C on a simulated microcontroller. This crate is the only one that starts
 //! processes.
 
+mod arm;
+mod avr;
 pub mod c;
+mod c8051;
 mod circuit;
 mod device;
 pub mod exhaustive;
+mod firmware;
 pub mod ice40;
 pub mod tools;
 mod verilog;
@@ -24,7 +29,10 @@ use grafsynth_ir::net::Net;
 use grafsynth_ir::{Diagnostic, Valid};
 use grafsynth_sim::{Stimulus, Trace};
 
+pub use arm::ArmEngine;
+pub use avr::AvrEngine;
 pub use c::CEngine;
+pub use c8051::C8051Engine;
 pub use circuit::CircuitEngine;
 pub use device::DeviceEngine;
 pub use verilog::VerilogEngine;
@@ -71,6 +79,11 @@ pub trait Engine: Sync {
         Availability::Here
     }
 
+    /// True if `compare` runs it where no engine is named.
+    fn by_default(&self) -> bool {
+        true
+    }
+
     /// True if it runs one reaction a clock, so that `dt` may only be 0 or 1.
     fn is_chip(&self) -> bool {
         false
@@ -109,6 +122,9 @@ pub fn all() -> Vec<Box<dyn Engine>> {
     engines.extend(CircuitEngine::ALL.map(|engine| Box::new(engine) as Box<dyn Engine>));
     engines.push(Box::new(DeviceEngine { device: None }));
     engines.push(Box::new(VerilogEngine));
+    engines.push(Box::new(AvrEngine::default()));
+    engines.push(Box::new(ArmEngine::default()));
+    engines.push(Box::new(C8051Engine::default()));
     engines
 }
 

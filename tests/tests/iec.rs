@@ -118,7 +118,7 @@ fn all_engines(net: &Valid<Net>, stimulus: &Stimulus, too_large: &[(&str, &str)]
     let by_ticks = grafsynth_driver::run::net_trace(net, &ticks);
     let facts = grafsynth_driver::pipeline::facts(net, &grafsynth_verify::Limits::default());
     let mut n_run = 0;
-    for engine in grafsynth_engines::all() {
+    for engine in grafsynth_engines::all().into_iter().filter(|engine| engine.by_default()) {
         let name = engine.name();
         if let Availability::Missing(tool) = engine.availability() {
             println!("skipped: {name} needs {tool}, which is not here");

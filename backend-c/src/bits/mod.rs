@@ -717,6 +717,10 @@ struct Reader<'e, 'a> {
 }
 
 impl Scope<Leaf> for Reader<'_, '_> {
+    fn prefix(&self) -> &str {
+        &self.emit.names.prefix
+    }
+
     fn leaf(&mut self, leaf: &Leaf) -> CExpr {
         let emit = &self.emit;
         match *leaf {

@@ -31,7 +31,10 @@ pub(crate) fn run(session: &mut Session, arguments: &Compare) -> Result<Exit, St
     };
     let net = &design.net;
     let engines: Vec<Box<dyn Engine>> = if arguments.engines.is_empty() {
-        grafsynth_engines::all().into_iter().filter(|engine| engine.name() != "ir").collect()
+        grafsynth_engines::all()
+            .into_iter()
+            .filter(|engine| engine.name() != "ir" && engine.by_default())
+            .collect()
     } else {
         arguments
             .engines

@@ -4,14 +4,17 @@ use crate::exit::Exit;
 use grafsynth_engines::{Availability, tools};
 
 /// Programs that make something possible, with what that is.
-const TOOLS: [(&[&str], &str); 8] = [
+const TOOLS: [(&[&str], &str); 11] = [
     (&["cc", "gcc", "clang"], "engine c; build compares the emitted C with the chart exhaustively"),
     (&["iverilog"], "engine verilog: the emitted Verilog in an independent simulator"),
     (&["verilator"], "a second simulator and lint for the emitted Verilog (the tests use it)"),
     (&["yosys"], "target ice40: synthesis of the emitted Verilog"),
     (&["nextpnr-ice40"], "target ice40: the bitstream, with icepack"),
-    (&["avr-gcc"], "the emitted C for AVR"),
-    (&["arm-none-eabi-gcc"], "the emitted C for Cortex-M"),
+    (&["avr-gcc"], "the emitted C for AVR; engine c-avr, with libsimavr-dev"),
+    (&["arm-none-eabi-gcc"], "the emitted C for Cortex-M; engine c-arm, with qemu-system-arm"),
+    (&["qemu-system-arm"], "engine c-arm: the emitted C on a Cortex-M3"),
+    (&["sdcc"], "the emitted C for the 8051; engine c-8051, with s51"),
+    (&["s51", "ucsim_51"], "engine c-8051: the emitted C on an 8051"),
     (&["make"], "the Makefile of `grafsynth new`"),
 ];
 

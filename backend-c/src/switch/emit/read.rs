@@ -122,6 +122,10 @@ impl Reader<'_, '_> {
 }
 
 impl Scope<Leaf> for Reader<'_, '_> {
+    fn prefix(&self) -> &str {
+        &self.emit.names.prefix
+    }
+
     fn leaf(&mut self, leaf: &Leaf) -> CExpr {
         let net = self.emit.net;
         match *leaf {

@@ -1,0 +1,246 @@
+//! Test benches for machines without files, console or room: the chart on a microcontroller, driven byte by byte.
+//!
+//! The bench is one text for every machine. What is different is three functions that a *port* gives it: `bench_get` (the next byte of the stimulus),
+//! `bench_put` (one byte of the answer) and `bench_end` (stop the machine). Nothing is formatted on the machine: the answer is values, the caller knows
+//! the net and makes rows of them.
+//!
+//! Stimulus, for each reaction: a byte 1, the ticks (4 bytes), each input with a column in declaration order (as wide as it is stored, a Boolean one
+//! byte); after the last one a byte 0. Numbers have their low byte first, which is how each of these machines stores them.
+//!
+//! Answer, for `init` and each reaction: for each call of an extern action its number among the outputs plus 1 (2 bytes) and its arguments; 2 bytes 0; the bits of
+//! the shown steps, eight in a byte; each output but extern actions; each declared variable, arrays element by element; the fault flag.
+
+use crate::Package;
+use crate::cexpr::storage;
+use crate::ctext::{Kind, Node, Writer};
+use crate::harness::{arguments, columns_of_steps};
+use crate::header::Interface;
+use grafsynth_ir::Valid;
+use grafsynth_ir::expr::Type;
+use grafsynth_ir::net::{Driver, InputKind, Net, StepId, VarOrigin};
+
+/// The name of the header that a port brings: `bench_get`, `bench_put`, `bench_end`, `bench_begin`.
+pub const PORT: &str = "bench_port.h";
+
+/// The steps whose bits are in an answer, in this order.
+#[must_use]
+pub fn shown_steps(net: &Net) -> Vec<StepId> {
+    columns_of_steps(net)
+}
+
+/// The number of bytes in which emitted C stores a value of this type.
+#[must_use]
+pub fn stored_bytes(ty: Type) -> usize {
+    match storage(ty) {
+        "bool" | "uint8_t" | "int8_t" => 1,
+        "uint16_t" | "int16_t" => 2,
+        "uint32_t" | "int32_t" => 4,
+        _ => 8,
+    }
+}
+
+/// The `main` of one chart; compile it with the package's `NAME.c` and a port (see the module), without `NAME_user.c`.
+#[must_use]
+pub fn firmware(net: &Valid<Net>, package: &Package) -> String {
+    let interface = &package.interface;
+    let prefix = &interface.names.prefix;
+    let mut nodes = vec![
+        Node::comment(format!("{}: runs the chart on a microcontroller.", net.name)),
+        Node::directive(format!("#include \"{prefix}.h\"")),
+        Node::directive(format!("#include \"{PORT}\"")),
+    ];
+    if package.files.iter().any(|file| file.name.ends_with("_user.h")) {
+        nodes.push(Node::directive(format!("#include \"{prefix}_user.h\"")));
+    }
+    nodes.push(Node::blank());
+    nodes.extend(bytes());
+    for (has, declaration) in [
+        (interface.has_instance, format!("static {prefix}_t self;")),
+        (interface.has_in, format!("static {prefix}_in_t in;")),
+        (interface.has_out, format!("static {prefix}_out_t out;")),
+    ] {
+        if has {
+            nodes.push(Node::line(declaration));
+        }
+    }
+    nodes.push(Node::blank());
+    nodes.extend(library(net, interface));
+    nodes.push(Node::function("static void bench_row(void)", row(net, interface)));
+    nodes.push(Node::blank());
+    nodes.push(Node::function("static void bench_inputs(void)", inputs(net, interface)));
+    nodes.push(Node::blank());
+    nodes.push(Node::function("int main(void)", main_body(interface)));
+    Writer::write(&nodes).0
+}
+
+/// Numbers of any width in and out.
+fn bytes() -> Vec<Node> {
+    vec![
+        Node::function(
+            "static void bench_send(const void *from, uint8_t n)",
+            vec![
+                Node::line("const uint8_t *bytes = (const uint8_t *)from;"),
+                Node::block("while (n-- > 0U)", vec![Node::line("bench_put(*bytes++);")]),
+            ],
+        ),
+        Node::blank(),
+        Node::function(
+            "static void bench_receive(void *to, uint8_t n)",
+            vec![
+                Node::line("uint8_t *bytes = (uint8_t *)to;"),
+                Node::block("while (n-- > 0U)", vec![Node::line("*bytes++ = bench_get();")]),
+            ],
+        ),
+        Node::blank(),
+        Node::function(
+            "static void bench_fill(void *to, uint16_t n)",
+            vec![
+                Node::line("uint8_t *bytes = (uint8_t *)to;"),
+                Node::block("while (n-- > 0U)", vec![Node::line("*bytes++ = 0x55U;")]),
+            ],
+        ),
+        Node::blank(),
+    ]
+}
+
+/// A block of its own, for locals.
+fn scope(body: Vec<Node>) -> [Node; 3] {
+    [Node::line("{"), Kind::Nested(body).into(), Node::line("}")]
+}
+
+/// `value` out, as it is stored.
+fn send(value: &str, ty: Type) -> Vec<Node> {
+    match ty {
+        Type::Bool => vec![Node::line(format!("bench_put(({value}) ? 1U : 0U);"))],
+        Type::Int { .. } => scope(vec![
+            Node::line(format!("const {} value = {value};", storage(ty))),
+            Node::line("bench_send(&value, (uint8_t)sizeof value);"),
+        ])
+        .to_vec(),
+    }
+}
+
+/// The user's functions: conditions are answered from the stimulus, calls of actions are told as they come.
+fn library(net: &Net, interface: &Interface) -> Vec<Node> {
+    let mut nodes = Vec::new();
+    for (id, input) in net.inputs.iter().filter(|(_, it)| it.kind == InputKind::Extern) {
+        let (name, ty) = (&interface.names.inputs[id], storage(input.ty));
+        nodes.push(Node::line(format!("static {ty} stimulus_{name};")));
+        nodes.push(Node::function(
+            format!("{ty} {name}(void)"),
+            vec![Node::line(format!("return stimulus_{name};"))],
+        ));
+        nodes.push(Node::blank());
+    }
+    for (id, output) in net.outputs.iter() {
+        let Driver::Extern { params, .. } = &output.driver else { continue };
+        let number = id.index() + 1;
+        let mut body = vec![
+            Node::line(format!("bench_put({}U);", number & 0xff)),
+            Node::line(format!("bench_put({}U);", number >> 8 & 0xff)),
+        ];
+        let mut list = Vec::new();
+        for (index, param) in params.iter().enumerate() {
+            body.extend(send(&format!("p{index}"), param.ty));
+            list.push(format!("{} p{index}", storage(param.ty)));
+        }
+        let list = if list.is_empty() { "void".to_string() } else { list.join(", ") };
+        nodes.push(Node::function(format!("void {}({list})", interface.names.outputs[id]), body));
+        nodes.push(Node::blank());
+    }
+    nodes
+}
+
+/// The answer of one reaction.
+fn row(net: &Net, interface: &Interface) -> Vec<Node> {
+    let prefix = &interface.names.prefix;
+    let this = if interface.has_instance { "&self" } else { "" };
+    let mut nodes = vec![Node::line("bench_put(0U);"), Node::line("bench_put(0U);")];
+    for eight in shown_steps(net).chunks(8) {
+        let mut body = vec![Node::line("uint8_t bits = 0U;")];
+        for (bit, step) in eight.iter().enumerate() {
+            let active = format!("{prefix}_active_{}({this})", interface.names.steps[*step]);
+            let mask = 1u32 << bit;
+            body.push(Node::when(&active, vec![Node::line(format!("bits |= {mask}U;"))]));
+        }
+        body.push(Node::line("bench_put(bits);"));
+        nodes.extend(scope(body));
+    }
+    for (id, output) in net.outputs.iter() {
+        if !matches!(output.driver, Driver::Extern { .. }) {
+            nodes.extend(send(&format!("out.{}", interface.names.outputs[id]), output.ty));
+        }
+    }
+    for (id, var) in net.vars.iter().filter(|(_, it)| it.origin == VarOrigin::Declared) {
+        let name = &interface.names.vars[id];
+        match var.len {
+            None => nodes.extend(send(&format!("{prefix}_var_{name}(&self)"), var.ty)),
+            Some(len) => {
+                let element = send(&format!("{prefix}_var_{name}(&self, i)"), var.ty);
+                nodes.extend(scope(vec![
+                    Node::line("uint32_t i;"),
+                    Node::block(format!("for (i = 0U; i < {len}UL; ++i)"), element),
+                ]));
+            }
+        }
+    }
+    nodes.push(Node::line(if interface.has_fault {
+        format!("bench_put({prefix}_fault({this}) ? 1U : 0U);")
+    } else {
+        "bench_put(0U);".to_string()
+    }));
+    nodes
+}
+
+/// The inputs of one reaction.
+fn inputs(net: &Net, interface: &Interface) -> Vec<Node> {
+    let mut nodes = Vec::new();
+    for (id, input) in net.inputs.iter().filter(|(_, it)| it.kind != InputKind::InternalEvent) {
+        let name = &interface.names.inputs[id];
+        let place = if input.kind == InputKind::Extern {
+            format!("stimulus_{name}")
+        } else {
+            format!("in.{name}")
+        };
+        nodes.push(Node::line(if input.ty.is_bool() {
+            format!("{place} = bench_get() != 0U;")
+        } else {
+            format!("bench_receive(&{place}, (uint8_t)sizeof {place});")
+        }));
+    }
+    nodes
+}
+
+fn main_body(interface: &Interface) -> Vec<Node> {
+    let prefix = &interface.names.prefix;
+    let mut body = vec![Node::line("uint32_t dt = 0U;"), Node::line("bench_begin();")];
+    // Not every chart calls all of them.
+    for helper in ["bench_send", "bench_receive", "bench_fill"] {
+        body.push(Node::line(format!("(void){helper};")));
+    }
+    for (has, place) in [(interface.has_instance, "self"), (interface.has_out, "out")] {
+        if has {
+            body.push(
+                Node::line(format!("bench_fill(&{place}, (uint16_t)sizeof {place});"))
+                    .note("what init leaves out must not matter"),
+            );
+        }
+    }
+    body.push(Node::line(format!("{prefix}_init({});", arguments(interface, false))));
+    body.push(Node::line("bench_row();"));
+    let mut round = vec![Node::line("bench_receive(&dt, 4U);"), Node::line("bench_inputs();")];
+    if let Some(ticks) = interface.ticks {
+        let (name, most) = (ticks.name(), ticks.max());
+        round.extend(scope(vec![
+            Node::line(format!("const {name} ticks = ({name})((dt > {most}UL) ? {most}UL : dt);")),
+            Node::line(format!("{prefix}_step({});", arguments(interface, true))),
+        ]));
+    } else {
+        round.push(Node::line(format!("{prefix}_step({});", arguments(interface, true))));
+    }
+    round.push(Node::line("bench_row();"));
+    body.push(Node::block("while (bench_get() == 1U)", round));
+    body.push(Node::line("bench_end();"));
+    body.push(Node::line("return 0;"));
+    body
+}

@@ -1,0 +1,210 @@
+//! The emitted C on an AVR, whose `int` has 16 bits: avr-gcc, and simavr as a library.
+//!
+//! The program `simavr` shows a firmware's output as a log with colours and has no way in, so a small host of our own is compiled against libsimavr: a
+//! read of GPIOR1 takes the next byte of the stimulus, a write to GPIOR0 gives one of the answer. Both are ordinary registers of the machine, so the
+//! firmware needs no library and loses no cycles. It ends by sleeping with interrupts off, from which an AVR does not wake.
+
+use crate::firmware::{ANSWER, BENCH, Bench, STIMULUS, too_large_for, trace};
+use crate::{Availability, Engine, EngineError, Job, c, tools};
+use grafsynth_backend_c::Options;
+use grafsynth_sim::Trace;
+use std::path::Path;
+use std::sync::OnceLock;
+
+/// An ATmega1284P: 128 KB of flash and 16 KB of RAM, and a program counter of two bytes as on the small ones.
+#[derive(Debug, Default)]
+pub struct AvrEngine {
+    /// Style of what is emitted.
+    pub options: Options,
+    /// The simulator, compiled when it is first needed.
+    pub host: OnceLock<Result<c::Program, String>>,
+}
+
+/// The name for avr-gcc and for simavr.
+const MACHINE: &str = "atmega1284p";
+/// Bytes of RAM, and what is kept free for the stack.
+const RAM: (usize, usize) = (16 * 1024, 1024);
+
+/// The bench's way out of the machine.
+const PORT: &str = "#ifndef BENCH_PORT_H
+#define BENCH_PORT_H
+
+#include <avr/interrupt.h>
+#include <avr/io.h>
+#include <avr/sleep.h>
+#include <stdint.h>
+
+static inline void bench_begin(void)
+{
+}
+
+static inline uint8_t bench_get(void)
+{
+    return GPIOR1;
+}
+
+static inline void bench_put(uint8_t value)
+{
+    GPIOR0 = value;
+}
+
+static inline void bench_end(void)
+{
+    cli();
+    sleep_enable();
+    for (;;) {
+        sleep_cpu();
+    }
+}
+
+#endif
+";
+
+/// The machine: runs `chart.elf` with `stimulus.bin` and writes `answer.bin`; its exit code is 0 if the firmware came to its end.
+const HOST: &str = r#"#include <simavr/sim_avr.h>
+#include <simavr/sim_elf.h>
+#include <simavr/sim_io.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <string.h>
+
+static FILE *stimulus;
+static FILE *answer;
+
+static uint8_t give(struct avr_t *avr, avr_io_addr_t address, void *parameter)
+{
+    (void)avr;
+    (void)address;
+    (void)parameter;
+    const int byte = fgetc(stimulus);
+    return byte == EOF ? 0U : (uint8_t)byte;
+}
+
+static void take(struct avr_t *avr, avr_io_addr_t address, uint8_t value, void *parameter)
+{
+    (void)parameter;
+    avr->data[address] = value;
+    fputc(value, answer);
+}
+
+int main(int argc, char **argv)
+{
+    elf_firmware_t firmware;
+    memset(&firmware, 0, sizeof firmware);
+    if (argc != 5 || elf_read_firmware(argv[2], &firmware) != 0) {
+        return 2;
+    }
+    avr_t *avr = avr_make_mcu_by_name(argv[1]);
+    stimulus = fopen(argv[3], "rb");
+    answer = fopen(argv[4], "wb");
+    if (avr == NULL || stimulus == NULL || answer == NULL) {
+        return 2;
+    }
+    avr_init(avr);
+    avr->frequency = 16000000U;
+    avr_load_firmware(avr, &firmware);
+    avr_register_io_write(avr, 0x3e, take, NULL);
+    avr_register_io_read(avr, 0x4a, give, NULL);
+    int state = cpu_Running;
+    while (state != cpu_Done && state != cpu_Crashed) {
+        state = avr_run(avr);
+    }
+    fclose(answer);
+    return state == cpu_Done ? 0 : 1;
+}
+"#;
+
+impl AvrEngine {
+    fn host(&self) -> Result<&Path, EngineError> {
+        self.host
+            .get_or_init(|| c::compile_with(HOST, &["-O1"], &["-lsimavr", "-lelf"]))
+            .as_ref()
+            .map(|program| program.path.as_path())
+            .map_err(|why| EngineError::Failed(why.clone()))
+    }
+}
+
+impl Engine for AvrEngine {
+    fn name(&self) -> &'static str {
+        "c-avr"
+    }
+
+    fn about(&self) -> &'static str {
+        "the C text on an AVR (avr-gcc, simavr)"
+    }
+
+    fn by_default(&self) -> bool {
+        false
+    }
+
+    fn availability(&self) -> Availability {
+        if tools::find(&["avr-gcc"]).is_none() {
+            Availability::Missing("avr-gcc".to_owned())
+        } else if tools::c_compiler().is_none() {
+            Availability::Missing("a C compiler".to_owned())
+        } else if !Path::new("/usr/include/simavr/sim_avr.h").is_file()
+            && !Path::new("/usr/local/include/simavr/sim_avr.h").is_file()
+        {
+            Availability::Missing("libsimavr (Debian: libsimavr-dev)".to_owned())
+        } else {
+            Availability::Here
+        }
+    }
+
+    fn run(&self, job: &Job<'_>) -> Result<Trace, EngineError> {
+        let bench = Bench::new(job, &self.options, PORT)?;
+        let machine = format!("-mmcu={MACHINE}");
+        let arguments = [
+            machine.as_str(),
+            // `__flash` is not known to -std=c99.
+            "-std=gnu99",
+            "-Os",
+            "-Wl,--gc-sections",
+            "-o",
+            "chart.elf",
+            BENCH,
+            &bench.source,
+        ];
+        bench.compile(&["avr-gcc"], &arguments, "an ATmega1284P")?;
+        // The linker does not know where RAM ends.
+        let sizes = bench.start(&["avr-size"], &["chart.elf"])?;
+        if ram(&sizes.stdout).is_none_or(|bytes| bytes + RAM.1 > RAM.0) {
+            return Err(EngineError::Refused(vec![too_large_for("an ATmega1284P")]));
+        }
+        let host = self.host()?;
+        let arguments = [MACHINE, "chart.elf", STIMULUS, ANSWER];
+        let run = tools::run(host, &arguments, bench.path(), b"", c::LIMIT)
+            .map_err(EngineError::Failed)?;
+        if !run.is_success {
+            let said = String::from_utf8_lossy(&run.stdout);
+            return Err(EngineError::Failed(format!(
+                "simavr ended with {} {}{}",
+                run.ending,
+                said.trim(),
+                run.stderr.trim()
+            )));
+        }
+        trace(job.net, job.stimulus, &bench.answer()?)
+    }
+}
+
+/// Bytes of `.data` and `.bss` in what `size` prints.
+fn ram(printed: &[u8]) -> Option<usize> {
+    let text = String::from_utf8_lossy(printed);
+    let mut numbers = text.lines().nth(1)?.split_whitespace().skip(1);
+    let data: usize = numbers.next()?.parse().ok()?;
+    let bss: usize = numbers.next()?.parse().ok()?;
+    Some(data + bss)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::ram;
+
+    #[test]
+    fn sizes_are_read() {
+        let text = b"   text\t   data\t    bss\t    dec\t    hex\tfilename\n    562\t      6\t     36\t    604\t    25c\tx\n";
+        assert_eq!(ram(text), Some(42));
+        assert_eq!(ram(b""), None);
+    }
+}

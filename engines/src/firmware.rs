@@ -1,0 +1,235 @@
+//! What the engines on microcontrollers have in common: the emitted C and a bench are cross-compiled, the machine is simulated instruction by
+//! instruction, and bytes go in and come out (`grafsynth_backend_c::firmware` says which).
+//!
+//! Machine by machine: [`crate::avr`], [`crate::arm`], [`crate::c8051`].
+
+use crate::{EngineError, Job, c::LIMIT, tools};
+use grafsynth_backend_c::firmware::{PORT, firmware, shown_steps, stored_bytes};
+use grafsynth_backend_c::{Options, Package, codes};
+use grafsynth_ir::Diagnostic;
+use grafsynth_ir::expr::Type;
+use grafsynth_ir::net::{Driver, InputKind, Net, StepId, VarOrigin};
+use grafsynth_sim::{Effect, InputRow, Row, Stimulus, Trace, TraceLayout};
+use std::fs;
+use std::path::Path;
+
+/// The file with the stimulus in the folder of a run.
+pub(crate) const STIMULUS: &str = "stimulus.bin";
+/// The file with the answer.
+pub(crate) const ANSWER: &str = "answer.bin";
+/// The bench's source.
+pub(crate) const BENCH: &str = "bench_main.c";
+
+/// The folder of a run: the package, the bench with its port, and the stimulus.
+pub(crate) struct Bench {
+    folder: tempfile::TempDir,
+    /// The chart's source, without a folder.
+    pub(crate) source: String,
+}
+
+impl Bench {
+    /// Writes everything that a compiler and a machine need.
+    pub(crate) fn new(job: &Job<'_>, options: &Options, port: &str) -> Result<Self, EngineError> {
+        let package =
+            grafsynth_backend_c::emit(job.net, job.facts, options).map_err(EngineError::Refused)?;
+        let folder = tempfile::tempdir().map_err(|error| {
+            EngineError::Failed(format!("cannot make a temporary folder: {error}"))
+        })?;
+        let source = chart_source(&package);
+        let bench = Bench { folder, source };
+        for file in package.files.iter().filter(|file| !file.keep_existing) {
+            bench.write(&file.name, file.text.as_bytes())?;
+        }
+        bench.write(BENCH, firmware(job.net, &package).as_bytes())?;
+        bench.write(PORT, port.as_bytes())?;
+        bench.write(STIMULUS, &stimulus_bytes(job.net, job.stimulus))?;
+        Ok(bench)
+    }
+
+    pub(crate) fn path(&self) -> &Path {
+        self.folder.path()
+    }
+
+    #[expect(clippy::disallowed_methods, reason = "engines work in temporary folders")]
+    pub(crate) fn write(&self, name: &str, bytes: &[u8]) -> Result<(), EngineError> {
+        fs::write(self.path().join(name), bytes)
+            .map_err(|error| EngineError::Failed(format!("cannot write {name}: {error}")))
+    }
+
+    #[expect(clippy::disallowed_methods, reason = "engines work in temporary folders")]
+    pub(crate) fn answer(&self) -> Result<Vec<u8>, EngineError> {
+        fs::read(self.path().join(ANSWER))
+            .map_err(|error| EngineError::Failed(format!("the machine gave no answer: {error}")))
+    }
+
+    /// Runs a compiler or linker of this machine. What does not fit into its memories is refused, anything else that it says is our mistake.
+    pub(crate) fn compile(
+        &self,
+        names: &[&str],
+        arguments: &[&str],
+        machine: &str,
+    ) -> Result<tools::Finished, EngineError> {
+        let finished = self.start(names, arguments)?;
+        if finished.is_success {
+            return Ok(finished);
+        }
+        let said = format!("{}{}", finished.stderr, String::from_utf8_lossy(&finished.stdout));
+        // What gcc, and the linkers of binutils and sdcc, say of what is too large.
+        let too_large = [
+            "will not fit in region",
+            "is too large",
+            "is not within region",
+            "overflowed by",
+            "Insufficient",
+            "Could not get",
+        ]
+        .iter()
+        .any(|words| said.contains(words));
+        Err(if too_large {
+            EngineError::Refused(vec![too_large_for(machine)])
+        } else {
+            EngineError::Failed(format!("{} refused our text: {}", names[0], said.trim()))
+        })
+    }
+
+    /// Runs the machine, or a helper of its.
+    pub(crate) fn start(
+        &self,
+        names: &[&str],
+        arguments: &[&str],
+    ) -> Result<tools::Finished, EngineError> {
+        self.start_with(names, arguments, b"")
+    }
+
+    /// The same with something on its standard input.
+    pub(crate) fn start_with(
+        &self,
+        names: &[&str],
+        arguments: &[&str],
+        input: &[u8],
+    ) -> Result<tools::Finished, EngineError> {
+        let program = tools::find(names)
+            .ok_or_else(|| EngineError::Failed(format!("{} is not here", names[0])))?;
+        tools::run(&program, arguments, self.path(), input, LIMIT).map_err(EngineError::Failed)
+    }
+}
+
+/// That a chart needs more memory than a machine has.
+pub(crate) fn too_large_for(machine: &str) -> Diagnostic {
+    Diagnostic::error(
+        codes::TOO_LARGE,
+        format!("the chart does not fit into the memory of {machine}"),
+    )
+    .help("run it on a larger machine: --engine c, or c-arm")
+}
+
+fn chart_source(package: &Package) -> String {
+    package
+        .files
+        .iter()
+        .find(|file| file.name.ends_with(".c") && !file.keep_existing)
+        .map(|file| file.name.clone())
+        .unwrap_or_default()
+}
+
+/// The stimulus as a bench reads it.
+pub(crate) fn stimulus_bytes(net: &Net, stimulus: &Stimulus) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    for row in stimulus.rows() {
+        bytes.push(1);
+        bytes.extend(row.dt.to_le_bytes());
+        for (id, input) in net.inputs.iter().filter(|(_, it)| it.kind != InputKind::InternalEvent) {
+            let value = row.value(id).to_le_bytes();
+            bytes.extend(value.iter().take(stored_bytes(input.ty)));
+        }
+    }
+    bytes.push(0);
+    bytes
+}
+
+/// The rows of an answer.
+pub(crate) fn trace(net: &Net, stimulus: &Stimulus, answer: &[u8]) -> Result<Trace, EngineError> {
+    let mut trace = Trace::new(TraceLayout::of(net));
+    let mut reader = Reader { bytes: answer };
+    let steps = shown_steps(net);
+    let first = InputRow { dt: 0, ..InputRow::zero(net) };
+    for (at, input) in std::iter::once(first).chain(stimulus.rows()).enumerate() {
+        let Some(row) = row(net, &steps, &input, &mut reader) else {
+            return Err(EngineError::Failed(format!(
+                "the machine answered {at} of {} rows, {} bytes in all",
+                stimulus.len() + 1,
+                answer.len()
+            )));
+        };
+        let cells = trace.layout.row(&row);
+        trace.push(cells);
+    }
+    if reader.bytes.is_empty() {
+        Ok(trace)
+    } else {
+        Err(EngineError::Failed("the machine answered more than it was asked".to_owned()))
+    }
+}
+
+struct Reader<'a> {
+    bytes: &'a [u8],
+}
+
+impl Reader<'_> {
+    fn take(&mut self, n: usize) -> Option<u64> {
+        let (head, tail) = self.bytes.split_at_checked(n)?;
+        self.bytes = tail;
+        Some(head.iter().rev().fold(0, |value, byte| value << 8 | u64::from(*byte)))
+    }
+
+    fn value(&mut self, ty: Type) -> Option<i64> {
+        let n = stored_bytes(ty);
+        let raw = self.take(n)?;
+        let shift = 64 - 8 * n;
+        // A type with negative values is stored as a signed one.
+        Some(if ty.bounds().0 < 0 {
+            (raw << shift).cast_signed() >> shift
+        } else {
+            raw.cast_signed()
+        })
+    }
+}
+
+/// One row; none where bytes are missing or tell of an action that there is not.
+fn row(net: &Net, steps: &[StepId], input: &InputRow, reader: &mut Reader<'_>) -> Option<Row> {
+    let mut row = Row::zero(net);
+    row.dt = input.dt;
+    row.inputs.clone_from(&input.values);
+    loop {
+        let number = usize::try_from(reader.take(2)?).ok()?;
+        let Some(index) = number.checked_sub(1) else { break };
+        let (id, output) = net.outputs.iter().nth(index)?;
+        let Driver::Extern { params, .. } = &output.driver else { return None };
+        let arguments = params.iter().map(|it| reader.value(it.ty)).collect::<Option<_>>()?;
+        // The cell of an action without arguments is the number of its calls.
+        row.outputs[index] += 1;
+        row.effects.push(Effect::Call(id, arguments));
+    }
+    for eight in steps.chunks(8) {
+        let bits = reader.take(1)?;
+        row.steps.extend(
+            eight.iter().enumerate().filter(|(bit, _)| bits >> bit & 1 == 1).map(|(_, step)| *step),
+        );
+    }
+    for (id, output) in net.outputs.iter() {
+        if !matches!(output.driver, Driver::Extern { .. }) {
+            row.outputs[id.index()] = reader.value(output.ty)?;
+        }
+    }
+    let mut place = 0;
+    for var in net.vars.values() {
+        for _ in 0..var.len.unwrap_or(1) {
+            if var.origin == VarOrigin::Declared {
+                row.vars[place] = reader.value(var.ty)?;
+            }
+            place += 1;
+        }
+    }
+    row.fault = reader.take(1)? != 0;
+    Some(row)
+}
