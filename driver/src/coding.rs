@@ -4,6 +4,7 @@
 //! is said of states between clocks, so a circuit that makes one micro-step a clock is left as it is. Whatever is assumed here, the text that comes out
 //! is read back and proved equal to the net from power-up on.
 
+use grafsynth_backend_pld::device::{Device, PowerUp};
 use grafsynth_backend_pld::equations::Equations;
 use grafsynth_backend_pld::{Dialect, EmitOptions};
 use grafsynth_ir::facts::Facts;
@@ -11,7 +12,7 @@ use grafsynth_ir::logic::{FlopId, Logic, PinRole};
 use grafsynth_ir::net::{Net, StepId, StepKind};
 use grafsynth_ir::program::Origin;
 pub use grafsynth_logic::recode::Encoding;
-use grafsynth_logic::recode::{self, Group, TRIES};
+use grafsynth_logic::recode::{self, Group, Room, TRIES};
 use std::collections::BTreeMap;
 
 /// What the user asks for.
@@ -38,6 +39,8 @@ pub struct Coded {
     pub encoding: Encoding,
     /// Steps that lost their flip-flop.
     pub n_coded: usize,
+    /// Inputs that nothing reads and that were given no pin, because the device has too few.
+    pub n_unread: usize,
 }
 
 /// The groups of steps that exclude each other, by their flip-flops: components, those of them joined that exclude each other, the registers of regions,
@@ -178,7 +181,21 @@ pub fn code(
     options: &EmitOptions,
 ) -> Coded {
     let is_busy = logic.outputs.values().any(|output| output.role == PinRole::Busy);
-    let plain = Coded { logic: logic.clone(), encoding: Encoding::OneHot, n_coded: 0 };
+    let heard;
+    let n_inputs = logic.inputs.len();
+    let logic = match device_of(options).filter(|_| needs_pins(dialect)) {
+        // The clock and the supplies have pins too.
+        Some(device)
+            if logic.inputs.len() + logic.outputs.len() + logic.flops.len() + 3
+                > device.n_pins as usize =>
+        {
+            heard = grafsynth_logic::build::without_unread_inputs(logic.clone());
+            &heard
+        }
+        Some(_) | None => logic,
+    };
+    let n_unread = n_inputs - logic.inputs.len();
+    let plain = Coded { logic: logic.clone(), encoding: Encoding::OneHot, n_coded: 0, n_unread };
     let groups = groups(net, facts, logic);
     if is_busy {
         return plain;
@@ -201,28 +218,68 @@ pub fn code(
         }
         let n_coded = logic.decoded.len();
         let logic = if safe { recode::safe(logic) } else { logic };
-        Coded { logic, encoding, n_coded }
+        Coded { logic, encoding, n_coded, n_unread }
     };
     let choice = match choice {
         EncodingChoice::This(encoding) => return made(encoding, TRIES),
         EncodingChoice::Auto => made(Encoding::OneHot, 0),
     };
-    let needs_pins = match dialect {
-        Dialect::Palasm | Dialect::Cupl | Dialect::Galasm => true,
-        Dialect::Verilog | Dialect::Blif => false,
-    };
-    if !needs_pins || groups.is_empty() || fits(&choice, options) {
+    if !needs_pins(dialect) || groups.is_empty() || fits(&choice, options) {
         return choice;
     }
-    [Encoding::ZeroHot, Encoding::Compact]
+    let coded = [Encoding::ZeroHot, Encoding::Compact]
         .into_iter()
         .filter(|encoding| {
             situations.is_some() && *encoding == Encoding::Compact
                 || may_fit(logic, &groups, *encoding, options)
         })
         .map(|encoding| made(encoding, TRIES))
-        .find(|coded| fits(coded, options))
-        .unwrap_or(choice)
+        .find(|coded| fits(coded, options));
+    if let Some(coded) = coded {
+        return coded;
+    }
+    // Where the pins are enough and the product terms are not, other numbers for the steps may still do.
+    if may_fit(logic, &groups, Encoding::Compact, options)
+        && let Some(device) = device_of(options)
+        && let Some(logic) =
+            recode::recode_within(&known, &groups, &room(device, &known), MORE_TRIES)
+    {
+        let n_coded = logic.decoded.len();
+        let logic = if safe { recode::safe(logic) } else { logic };
+        let coded = Coded { logic, encoding: Encoding::Compact, n_coded, n_unread };
+        if fits(&coded, options) {
+            return coded;
+        }
+    }
+    choice
+}
+
+/// The languages of devices.
+fn needs_pins(dialect: Dialect) -> bool {
+    match dialect {
+        Dialect::Palasm | Dialect::Cupl | Dialect::Galasm => true,
+        Dialect::Verilog | Dialect::Blif => false,
+    }
+}
+
+/// Assignments of codes that are judged where none of the ordinary ones fits the device.
+pub const MORE_TRIES: usize = 2_000;
+
+fn device_of(options: &EmitOptions) -> Option<&'static Device> {
+    options.device.as_deref().map_or(Some(Device::default_device()), Device::find)
+}
+
+/// What a device has for the sums of a circuit: the macrocells whose pins no input needs, the narrowest ones given away first.
+fn room(device: &Device, logic: &Logic) -> Room {
+    let mut terms: Vec<usize> = (device.macrocells.iter())
+        .map(|cell| cell.registered_terms.max(cell.combinational_terms) as usize)
+        .collect();
+    terms.sort_unstable_by(|a, b| b.cmp(a));
+    let n_pins = device.n_pins as usize - 2;
+    // The clock has a pin too.
+    let n_left = n_pins.saturating_sub(logic.inputs.len() + 1);
+    terms.truncate(n_left);
+    Room { terms, is_by_power_up: device.power_up == PowerUp::ByPolarity }
 }
 
 /// Why a circuit of this choice has no flip-flop for each step, or has one though that does not fit: what the device lacks. Nothing where it fits, where
@@ -273,9 +330,7 @@ fn fits(coded: &Coded, options: &EmitOptions) -> bool {
 
 /// Whether pins and flip-flops are few enough, so that it is worth finding sums.
 fn may_fit(logic: &Logic, groups: &[Group], encoding: Encoding, options: &EmitOptions) -> bool {
-    use grafsynth_backend_pld::device::Device;
-    let device = options.device.as_deref().map_or(Some(Device::default_device()), Device::find);
-    let Some(device) = device else { return false };
+    let Some(device) = device_of(options) else { return false };
     let saved: usize = groups
         .iter()
         .map(|group| match encoding {

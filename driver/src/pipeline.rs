@@ -555,6 +555,11 @@ pub(crate) fn codes_and_dont_cares(
             }
         ));
     }
+    if coded.n_unread > 0 {
+        let (inputs, have) =
+            if coded.n_unread == 1 { ("input", "has") } else { ("inputs", "have") };
+        parts.push(format!("{} {inputs} that nothing reads {have} no pin", coded.n_unread));
+    }
     if options.dont_cares {
         let kinds = [
             (emitted.unreachable.is_empty(), "situations that are not reached"),

@@ -383,6 +383,32 @@ pub fn prune(mut logic: Logic) -> Logic {
     logic
 }
 
+/// The circuit without the inputs that nothing reads.
+#[must_use]
+pub fn without_unread_inputs(logic: Logic) -> Logic {
+    let mut logic = prune(logic);
+    let mut is_read: IdMap<PinInput, bool> = IdMap::filled(&logic.inputs, false);
+    for node in logic.nodes.values() {
+        if let Node::Input(input) = node {
+            is_read[*input] = true;
+        }
+    }
+    let mut inputs = Arena::new();
+    let mut moved: IdMap<PinInput, Option<PinInputId>> = IdMap::filled(&logic.inputs, None);
+    for (id, input) in logic.inputs.iter().filter(|(id, _)| is_read[*id]) {
+        moved[id] = Some(inputs.push(input.clone()));
+    }
+    for (_, node) in logic.nodes.iter_mut() {
+        if let Node::Input(input) = node
+            && let Some(new) = moved[*input]
+        {
+            *input = new;
+        }
+    }
+    logic.inputs = inputs;
+    logic
+}
+
 #[cfg(test)]
 mod tests {
     use super::Builder;
@@ -404,6 +430,19 @@ mod tests {
         assert_eq!(builder.mux(a, yes, no), a);
         assert_eq!(builder.mux(a, not_b, b), builder.xor(a, b));
         assert_eq!(builder.mux(not_a, a, b), builder.and([a, b]));
+    }
+
+    #[test]
+    fn inputs_that_nothing_reads_go() {
+        let mut builder = Builder::default();
+        let (_, b) = (builder.input_named("a"), builder.input_named("b"));
+        let (flop, _) = builder.flop_named("q", false);
+        builder.logic.flops[flop].next = b;
+        let logic = super::without_unread_inputs(builder.finish());
+        let names: Vec<&str> = logic.inputs.values().map(|input| input.name.as_str()).collect();
+        assert_eq!(names, ["b"]);
+        let only = logic.inputs.ids().next().expect("an input");
+        assert_eq!(logic.nodes[logic.flops[flop].next], Node::Input(only));
     }
 
     #[test]

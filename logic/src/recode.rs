@@ -14,9 +14,12 @@
 //! in few bits, so the first assignment is an embedding that weighs these pairs, made better by exchanging codes; then exchanges are judged by the sums
 //! themselves, as the minimiser finds them without looking for proofs. The search is a fixed number of such judgements, so it ends and repeats.
 
+mod search;
+
+pub use search::Room;
+
 use crate::bdd::{Bdd, Ref};
 use crate::build::{Builder, map_operands, needed, prune};
-use crate::minimise::{Budget, sum_between};
 use crate::support::Functions;
 use grafsynth_ir::logic::{Decoded, Flop, FlopBit, FlopId, Function, Logic, Node, NodeId, Open};
 use grafsynth_ir::net::Meta;
@@ -64,8 +67,22 @@ pub fn recode(logic: &Logic, groups: &[Group], encoding: Encoding, tries: usize)
     if plans.is_empty() {
         return logic;
     }
-    let plans = if encoding == Encoding::Compact { better(&logic, plans, tries) } else { plans };
+    let plans =
+        if encoding == Encoding::Compact { search::better(&logic, plans, tries) } else { plans };
     apply(&logic, &plans)
+}
+
+/// As [`recode`] with [`Encoding::Compact`], for a device whose macrocells are narrower than the sums that come of it: codes are sought whose sums find room there,
+/// with more flip-flops than the fewest where macrocells are left. None where none was found among so many judged.
+///
+/// The groups are coded as a whole, so this is a long search: each judgement minimises every sum of the circuit.
+#[must_use]
+pub fn recode_within(logic: &Logic, groups: &[Group], room: &Room, tries: usize) -> Option<Logic> {
+    let mut logic = logic.clone();
+    exclude(&mut logic, groups);
+    let plans = disjoint(groups.iter().filter_map(|group| compact(&logic, group)).collect());
+    let plans = search::within(&logic, plans, room, tries)?;
+    Some(apply(&logic, &plans))
 }
 
 /// The code of one group.
@@ -363,149 +380,6 @@ fn keep_open(builder: &mut Builder, open: Vec<(Function, NodeId)>) {
     builder.logic.open = open.map(|(of, when)| Open { of, when }).collect();
 }
 
-/// Codes found by a search, first for near codes of near steps, then for short sums.
-fn better(logic: &Logic, mut plans: Vec<Plan>, tries: usize) -> Vec<Plan> {
-    for plan in &mut plans {
-        embed(logic, plan);
-    }
-    let tries = if logic.nodes.len() > 4_000 { 0 } else { tries };
-    let mut best = (tries > 0).then(|| cost(&apply(logic, &plans)));
-    let mut state = 0x9E37_79B9_7F4A_7C15_u64;
-    let mut next = |below: usize| {
-        state ^= state << 13;
-        state ^= state >> 7;
-        state ^= state << 17;
-        (state % below.max(1) as u64) as usize
-    };
-    for _ in 1..tries {
-        let at = next(plans.len());
-        let plan = &plans[at];
-        let mut changed = plan.clone();
-        // Two members exchange their codes, or one takes a code that nobody has.
-        let (a, b) = (next(plan.members.len()), next(1 << plan.n_bits) as u64);
-        if changed.idle == Some(b) || changed.codes[a] == b {
-            continue;
-        }
-        let before = changed.codes[a];
-        if let Some(other) = changed.codes.iter().position(|code| *code == b) {
-            changed.codes[other] = before;
-        }
-        changed.codes[a] = b;
-        let kept = std::mem::replace(&mut plans[at], changed);
-        let now = Some(cost(&apply(logic, &plans)));
-        if now <= best {
-            best = now;
-        } else {
-            plans[at] = kept;
-        }
-    }
-    plans
-}
-
-/// What the sums of a circuit cost: those too wide to have one, the widest, all products, literals.
-fn cost(logic: &Logic) -> (usize, usize, usize, usize) {
-    let budget = Budget { products: 64, nodes: 1 << 14, exact: None };
-    let everywhere: Vec<NodeId> = logic.never.iter().chain(&logic.unreachable).copied().collect();
-    let mut total = (0, 0, 0, 0);
-    let flops = logic.flops.iter().map(|(id, flop)| (flop.next, Function::Next(id)));
-    let outputs = logic.outputs.iter().map(|(id, output)| (output.value, Function::Output(id)));
-    for (node, function) in flops.chain(outputs) {
-        let dont_cares: Vec<NodeId> =
-            everywhere.iter().copied().chain(logic.open_where(function)).collect();
-        let sums = [false, true].map(|negated| {
-            sum_between(logic, node, negated, &dont_cares, budget)
-                .ok()
-                .map(|(sum, _)| (sum.len(), sum.iter().map(Vec::len).sum::<usize>()))
-        });
-        match sums.into_iter().flatten().min() {
-            Some((products, literals)) => {
-                total.1 = total.1.max(products);
-                total.2 += products;
-                total.3 += literals;
-            }
-            None => total.0 += 1,
-        }
-    }
-    total
-}
-
-/// Gives steps that are near each other codes that are near each other: how often two are together in a function is their weight.
-fn embed(logic: &Logic, plan: &mut Plan) {
-    let place: BTreeMap<FlopId, usize> =
-        plan.members.iter().enumerate().map(|(at, flop)| (*flop, at)).collect();
-    let n = plan.members.len();
-    let mut weight = vec![vec![0_u64; n]; n];
-    let mut together = |nodes: &[NodeId], own: Option<usize>| {
-        let cone = needed(logic, nodes.iter().copied());
-        let read: Vec<usize> = cone
-            .iter()
-            .filter(|(_, needed)| **needed)
-            .filter_map(|(id, _)| match logic.nodes[id] {
-                Node::Flop(flop) => place.get(&flop).copied(),
-                Node::Const(_)
-                | Node::Input(_)
-                | Node::Not(_)
-                | Node::And(_)
-                | Node::Or(_)
-                | Node::Xor(..)
-                | Node::Mux(..) => None,
-            })
-            .collect();
-        if read.len() > 8 {
-            return;
-        }
-        for (at, &a) in read.iter().enumerate() {
-            for &b in read[at + 1..].iter().chain(&own) {
-                if a != b {
-                    // A step and the one that it is entered from weigh more than two that are only read together.
-                    let more = if own == Some(a) || own == Some(b) { 3 } else { 1 };
-                    weight[a][b] += more;
-                    weight[b][a] += more;
-                }
-            }
-        }
-    };
-    for (at, member) in plan.members.iter().enumerate() {
-        together(&[logic.flops[*member].next], Some(at));
-    }
-    for output in logic.outputs.values() {
-        together(&[output.value], None);
-    }
-    let distance = |codes: &[u64], a: usize, at: u64| -> u64 {
-        (0..n)
-            .filter(|&b| b != a)
-            .map(|b| weight[a][b] * u64::from((codes[b] ^ at).count_ones()))
-            .sum()
-    };
-    for _ in 0..n.min(40) {
-        let mut is_better = false;
-        for a in 0..n {
-            for code in 0..1_u64 << plan.n_bits {
-                if plan.codes[a] == code || plan.idle == Some(code) {
-                    continue;
-                }
-                let other = plan.codes.iter().position(|known| *known == code);
-                let mut codes = plan.codes.clone();
-                codes[a] = code;
-                if let Some(other) = other {
-                    codes[other] = plan.codes[a];
-                }
-                let of = |codes: &[u64]| {
-                    distance(codes, a, codes[a])
-                        + other.map_or(0, |other| distance(codes, other, codes[other]))
-                };
-                if of(&codes) < of(&plan.codes) {
-                    plan.codes = codes;
-                    is_better = true;
-                }
-            }
-        }
-        if !is_better {
-            break;
-        }
-    }
-}
-
 /// All steps together as one number: a code for each reachable situation, where all of them are known. For a chart with hierarchy this takes fewer bits
 /// than a code for each group. `name` is what the bits are named after; none where that saves nothing over the flip-flops of the steps.
 ///
@@ -742,7 +616,7 @@ pub fn observe(written: &Logic, read_back: &mut Logic) {
 
 #[cfg(test)]
 mod tests {
-    use super::{Encoding, Group, TRIES, is_safe, observe, recode, safe};
+    use super::{Encoding, Group, Room, TRIES, is_safe, observe, recode, recode_within, safe};
     use crate::build::Builder;
     use crate::minimise::{Budget, Minimum, sum_between};
     use crate::sim::LogicSim;
@@ -887,6 +761,37 @@ mod tests {
                 &recode(&logic, std::slice::from_ref(&group), Encoding::Compact, 8),
             );
         }
+    }
+
+    /// A search within a device gives codes whose sums have a macrocell each, and more flip-flops where there is room for them; or nothing.
+    #[test]
+    fn codes_are_sought_for_the_macrocells_there_are() {
+        let (logic, group) = ring(13);
+        let groups = std::slice::from_ref(&group);
+        let widths = |logic: &Logic| -> Vec<usize> {
+            let flops = logic.flops.values().map(|flop| least(logic, flop.next, flop.init));
+            let outputs = logic.outputs.values().map(|output| {
+                least(logic, output.value, false).min(least(logic, output.value, true))
+            });
+            flops.chain(outputs).collect()
+        };
+        // Twelve outputs of one product each, and four flip-flops or up to seven.
+        let mut found = Vec::new();
+        for most in [3, 6, 12] {
+            let mut terms = vec![1; 12];
+            terms.extend([most; 4]);
+            let room = Room { terms: terms.clone(), is_by_power_up: true };
+            let Some(coded) = recode_within(&logic, groups, &room, 100) else { continue };
+            walks_alike(&logic, &coded);
+            let mut sums = widths(&coded);
+            sums.sort_unstable_by(|a, b| b.cmp(a));
+            terms.sort_unstable_by(|a, b| b.cmp(a));
+            assert!(sums.iter().zip(&terms).all(|(sum, terms)| sum <= terms), "{sums:?}");
+            found.push(most);
+        }
+        assert!(!found.contains(&3) && found.contains(&12), "{found:?}");
+        let room = Room { terms: vec![64; 15], is_by_power_up: true };
+        assert_eq!(recode_within(&logic, groups, &room, 300), None, "a macrocell too few");
     }
 
     #[test]
