@@ -39,6 +39,7 @@ pub(super) const ATF750C: Device = Device {
     free_when_combinational: true,
     layout: None,
     burned_as: "ATF750C",
+    galasm: "ATF750C",
     programmer: None,
     figures: &[
         Figure {

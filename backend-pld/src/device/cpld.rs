@@ -156,6 +156,7 @@ const PLCC84: Package = Package {
 
 const fn device(
     name: &'static str,
+    palasm: &'static str,
     chip: &'static str,
     cupl: &'static str,
     package: &Package,
@@ -164,7 +165,7 @@ const fn device(
 ) -> Device {
     Device {
         name,
-        palasm: name,
+        palasm,
         cupl,
         package: package.name,
         n_pins: package.n_pins,
@@ -183,20 +184,63 @@ const fn device(
         polarity: Polarity::Programmable,
         layout: None,
         burned_as: chip,
+        galasm: chip,
         programmer: None,
         figures: FIGURES,
     }
 }
 
-pub(super) const ATF1502_PLCC44: Device =
-    device("atf1502-plcc44", "ATF1502AS", "f1502ispplcc44", &PLCC44, &OF_1502_PLCC44, &TWO);
-pub(super) const ATF1502_TQFP44: Device =
-    device("atf1502-tqfp44", "ATF1502AS", "f1502isptqfp44", &TQFP44, &OF_1502_TQFP44, &TWO);
-pub(super) const ATF1504_PLCC44: Device =
-    device("atf1504-plcc44", "ATF1504AS", "f1504ispplcc44", &PLCC44, &OF_1504_PLCC44, &FOUR);
-pub(super) const ATF1504_TQFP44: Device =
-    device("atf1504-tqfp44", "ATF1504AS", "f1504isptqfp44", &TQFP44, &OF_1504_TQFP44, &FOUR);
-pub(super) const ATF1504_PLCC84: Device =
-    device("atf1504-plcc84", "ATF1504AS", "f1504ispplcc84", &PLCC84, &OF_1504_PLCC84, &FOUR);
-pub(super) const ATF1508_PLCC84: Device =
-    device("atf1508-plcc84", "ATF1508AS", "f1508ispplcc84", &PLCC84, &OF_1508_PLCC84, &EIGHT);
+pub(super) const ATF1502_PLCC44: Device = device(
+    "atf1502-plcc44",
+    "ATF1502PLCC44",
+    "ATF1502AS",
+    "f1502ispplcc44",
+    &PLCC44,
+    &OF_1502_PLCC44,
+    &TWO,
+);
+pub(super) const ATF1502_TQFP44: Device = device(
+    "atf1502-tqfp44",
+    "ATF1502TQFP44",
+    "ATF1502AS",
+    "f1502isptqfp44",
+    &TQFP44,
+    &OF_1502_TQFP44,
+    &TWO,
+);
+pub(super) const ATF1504_PLCC44: Device = device(
+    "atf1504-plcc44",
+    "ATF1504PLCC44",
+    "ATF1504AS",
+    "f1504ispplcc44",
+    &PLCC44,
+    &OF_1504_PLCC44,
+    &FOUR,
+);
+pub(super) const ATF1504_TQFP44: Device = device(
+    "atf1504-tqfp44",
+    "ATF1504TQFP44",
+    "ATF1504AS",
+    "f1504isptqfp44",
+    &TQFP44,
+    &OF_1504_TQFP44,
+    &FOUR,
+);
+pub(super) const ATF1504_PLCC84: Device = device(
+    "atf1504-plcc84",
+    "ATF1504PLCC84",
+    "ATF1504AS",
+    "f1504ispplcc84",
+    &PLCC84,
+    &OF_1504_PLCC84,
+    &FOUR,
+);
+pub(super) const ATF1508_PLCC84: Device = device(
+    "atf1508-plcc84",
+    "ATF1508PLCC84",
+    "ATF1508AS",
+    "f1508ispplcc84",
+    &PLCC84,
+    &OF_1508_PLCC84,
+    &EIGHT,
+);

@@ -45,7 +45,7 @@ pub struct Mode {
 }
 
 /// The fuses of a macrocell.
-#[derive(Debug, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct CellFuses {
     /// Its pin.
     pub pin: u32,
@@ -53,10 +53,30 @@ pub struct CellFuses {
     pub row: u32,
     /// How many rows it has, those of its enable and of its clock too.
     pub n_rows: u32,
-    /// The fuse that chooses the polarity: 1 is active high.
-    pub polarity: u32,
-    /// The fuse that chooses among the shapes, where there is one.
-    pub kind: Option<u32>,
+    /// What chooses the polarity: 1 is active high.
+    pub polarity: Setting,
+    /// What chooses among the shapes, where there are several.
+    pub kind: Option<Setting>,
+}
+
+/// A choice of a macrocell: a fuse, or made by the maker of the device.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Setting {
+    /// This fuse.
+    Fuse(u32),
+    /// Always this, as if a fuse had this value.
+    Fixed(bool),
+}
+
+impl Setting {
+    /// The fuse, where there is one.
+    #[must_use]
+    pub fn fuse(self) -> Option<u32> {
+        match self {
+            Setting::Fuse(fuse) => Some(fuse),
+            Setting::Fixed(_) => None,
+        }
+    }
 }
 
 /// What a macrocell is under one setting of its fuse.
@@ -167,7 +187,9 @@ pub(super) const fn cells<const N: usize>(
     polarity: u32,
     kind: Option<u32>,
 ) -> [CellFuses; N] {
-    let mut cells = [const { CellFuses { pin: 0, row: 0, n_rows: 0, polarity: 0, kind: None } }; N];
+    let mut cells = [const {
+        CellFuses { pin: 0, row: 0, n_rows: 0, polarity: Setting::Fixed(false), kind: None }
+    }; N];
     let mut at = 0;
     while at < N {
         let index = at as u32;
@@ -175,9 +197,9 @@ pub(super) const fn cells<const N: usize>(
             pin: highest - index,
             row: index * n_rows,
             n_rows,
-            polarity: polarity + index,
+            polarity: Setting::Fuse(polarity + index),
             kind: match kind {
-                Some(first) => Some(first + index),
+                Some(first) => Some(Setting::Fuse(first + index)),
                 None => None,
             },
         };

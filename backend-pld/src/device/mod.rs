@@ -4,6 +4,7 @@
 //! written only for devices whose map was read ([`Device::layout`]), and a fit that rests on a remembered figure says so.
 
 mod atf;
+mod bipolar;
 mod cpld;
 pub mod layout;
 mod pal20;
@@ -114,8 +115,10 @@ pub struct Device {
     pub polarity: Polarity,
     /// Where its fuses lie; none where that was not read, and then no fuse map is written.
     pub layout: Option<&'static Layout>,
-    /// The device whose fuse map is written: an old PAL is emulated by the GAL that takes its place.
+    /// The device whose fuse map is written: one of the tables takes the place of an old PAL.
     pub burned_as: &'static str,
+    /// Its name in `GALasm`, or that of the GAL that takes its place there.
+    pub galasm: &'static str,
     /// What the programmer `minipro` calls that, where it has it.
     pub programmer: Option<&'static str>,
     /// What is known of it, and whence.
@@ -185,6 +188,18 @@ pub static DEVICES: &[Device] = &[
     pal20::PAL12L6,
     pal20::PAL14L4,
     pal20::PAL16L2,
+    pal20::PAL16L8_AS_GAL,
+    pal20::PAL16R4_AS_GAL,
+    pal20::PAL16R6_AS_GAL,
+    pal20::PAL16R8_AS_GAL,
+    pal20::PAL10H8_AS_GAL,
+    pal20::PAL12H6_AS_GAL,
+    pal20::PAL14H4_AS_GAL,
+    pal20::PAL16H2_AS_GAL,
+    pal20::PAL10L8_AS_GAL,
+    pal20::PAL12L6_AS_GAL,
+    pal20::PAL14L4_AS_GAL,
+    pal20::PAL16L2_AS_GAL,
 ];
 
 /// Other names of the same structure: of other makers, of the PALs that the GALs replace, and of the languages.
@@ -256,8 +271,7 @@ impl Device {
     /// The device of this name, or of another maker's name for the same structure; letter case does not matter.
     #[must_use]
     pub fn find(name: &str) -> Option<&'static Device> {
-        // Board files write names without signs.
-        let name = name.to_ascii_lowercase().replace('_', "-");
+        let name = name.to_ascii_lowercase();
         let name =
             ALIASES.iter().find(|(alias, _)| *alias == name).map_or(name.as_str(), |(_, own)| own);
         let is_named = |device: &&Device| {
@@ -320,7 +334,7 @@ impl Device {
 
 #[cfg(test)]
 mod tests {
-    use super::{Clock, DEVICES, Device, Macrocell, Source};
+    use super::{Clock, DEVICES, Device, Macrocell, Source, layout};
 
     #[test]
     fn every_pin_of_a_device_has_one_use() {
@@ -375,11 +389,14 @@ mod tests {
                 let (Source::Read(text) | Source::Memory(text)) = figure.source;
                 assert!(!figure.what.is_empty() && !text.is_empty(), "{name}");
             }
-            let mut names: Vec<_> = DEVICES.iter().map(|device| device.cupl).collect();
-            names.sort_unstable();
-            names.dedup();
-            assert_eq!(names.len(), DEVICES.len(), "each has its CUPL mnemonic");
         }
+        // Each has its name in CUPL; what takes its place on another device is written for it all the same.
+        let own = DEVICES.iter().filter(|device| !device.name.contains("-as-"));
+        let mut names: Vec<_> = own.map(|device| device.cupl).collect();
+        let n_devices = names.len();
+        names.sort_unstable();
+        names.dedup();
+        assert_eq!(names.len(), n_devices);
     }
 
     #[test]
@@ -387,7 +404,8 @@ mod tests {
         assert_eq!(Device::find("ATF22V10").unwrap().name, "gal22v10");
         assert!(Device::names().all(|name| Device::find(name).is_some()));
         assert_eq!(Device::find("gal42v13"), None);
-        assert_eq!(Device::find("PAL16R8").unwrap().burned_as, "GAL16V8");
+        assert_eq!(Device::find("PAL16R8").unwrap().burned_as, "PAL16R8");
+        assert_eq!(Device::find("pal16r8-as-gal16v8").unwrap().burned_as, "GAL16V8");
     }
 
     /// The tables of fuses are typed in by hand: each fuse of a map has one use, and each column of each mode one signal.
@@ -402,8 +420,8 @@ mod tests {
             assert_eq!(rows, (0..layout.n_rows()).collect::<Vec<_>>(), "{}", device.name);
             let mut fuses: Vec<u32> = (0..layout.n_rows() * layout.n_columns).collect();
             for cell in layout.cells {
-                fuses.push(cell.polarity);
-                fuses.extend(cell.kind);
+                fuses.extend(cell.polarity.fuse());
+                fuses.extend(cell.kind.and_then(layout::Setting::fuse));
             }
             fuses.extend(layout.signature.iter().flat_map(|first| *first..first + 64));
             fuses.extend(

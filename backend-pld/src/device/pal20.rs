@@ -1,18 +1,37 @@
-//! The 20-pin PALs that a GAL16V8 takes the place of: the same pins, fewer choices. Their fuse map is that of the GAL16V8.
+//! The bipolar PALs with 20 pins, and the same pins and limits on the GAL16V8 that takes their place (`pal16r8-as-gal16v8`).
 
-use super::{Clock, DIP_20, Device, Figure, Macrocell, Polarity, PowerUp, Source, cell, v8};
+use super::layout::Layout;
+use super::{
+    Clock, DIP_20, Device, Figure, Macrocell, Polarity, PowerUp, Source, bipolar, cell, v8,
+};
 
-const READ: &str = "device tables of MAME jedutil";
+const READ: &str = "device tables of MAME jedutil; files of National's EQN2JED for PAL12L6 and PAL16R8 come out as their equations";
 
 const FIGURES: &[Figure] = &[
     Figure { what: "pins, product terms, polarity", source: Source::Read(READ) },
+    Figure { what: "fuse numbers, rows and columns", source: Source::Read(READ) },
+];
+
+const WITH_REGISTERS: &[Figure] = &[
+    FIGURES[0],
+    FIGURES[1],
+    Figure {
+        what: "registered pins high after power-up",
+        source: Source::Memory(
+            "data sheets of later makers; the first bipolar parts do not promise it",
+        ),
+    },
+];
+
+const AS_GAL: &[Figure] = &[
+    FIGURES[0],
     Figure {
         what: "fuse map of the GAL16V8 that takes its place",
         source: Source::Read("device tables of galette; golden files of galette"),
     },
     Figure {
         what: "registered pins high after power-up",
-        source: Source::Memory("Lattice data sheet GAL16V8; older bipolar parts do not promise it"),
+        source: Source::Memory("Lattice data sheet GAL16V8"),
     },
 ];
 
@@ -27,10 +46,9 @@ const fn gate(pin: u32) -> Macrocell {
 }
 
 const fn plain(
-    name: &'static str,
-    palasm: &'static str,
-    cupl: &'static str,
+    [name, palasm, cupl]: [&'static str; 3],
     macrocells: &'static [Macrocell],
+    layout: &'static Layout,
 ) -> Device {
     Device {
         name,
@@ -51,22 +69,22 @@ const fn plain(
         deaf_pins: &[],
         free_when_combinational: false,
         polarity: Polarity::ActiveLow,
-        layout: Some(&v8::LAYOUT_16),
-        burned_as: "GAL16V8",
-        programmer: Some("GAL16V8D"),
-        figures: FIGURES,
+        layout: Some(layout),
+        burned_as: palasm,
+        galasm: "GAL16V8",
+        programmer: None,
+        figures: WITH_REGISTERS,
     }
 }
 
 /// One without registers: all pins but the outputs are inputs.
 const fn combinational(
-    name: &'static str,
-    palasm: &'static str,
-    cupl: &'static str,
+    names: [&'static str; 3],
     polarity: Polarity,
     inputs: &'static [u32],
     macrocells: &'static [Macrocell],
     deaf_pins: &'static [u32],
+    layout: &'static Layout,
 ) -> Device {
     Device {
         inputs,
@@ -75,14 +93,25 @@ const fn combinational(
         deaf_pins,
         free_when_combinational: true,
         polarity,
-        ..plain(name, palasm, cupl, macrocells)
+        figures: FIGURES,
+        ..plain(names, macrocells, layout)
+    }
+}
+
+/// The GAL16V8 in its place.
+const fn as_gal(name: &'static str, pal: Device) -> Device {
+    Device {
+        name,
+        layout: Some(&v8::LAYOUT_16),
+        burned_as: "GAL16V8",
+        programmer: Some("GAL16V8D"),
+        figures: AS_GAL,
+        ..pal
     }
 }
 
 pub(super) const PAL16R8: Device = plain(
-    "pal16r8",
-    "PAL16R8",
-    "p16r8",
+    ["pal16r8", "PAL16R8", "p16r8"],
     &[
         registers(12),
         registers(13),
@@ -93,12 +122,11 @@ pub(super) const PAL16R8: Device = plain(
         registers(18),
         registers(19),
     ],
+    &bipolar::R8,
 );
 
 pub(super) const PAL16R6: Device = plain(
-    "pal16r6",
-    "PAL16R6",
-    "p16r6",
+    ["pal16r6", "PAL16R6", "p16r6"],
     &[
         gate(12),
         registers(13),
@@ -109,12 +137,11 @@ pub(super) const PAL16R6: Device = plain(
         registers(18),
         gate(19),
     ],
+    &bipolar::R6,
 );
 
 pub(super) const PAL16R4: Device = plain(
-    "pal16r4",
-    "PAL16R4",
-    "p16r4",
+    ["pal16r4", "PAL16R4", "p16r4"],
     &[
         gate(12),
         gate(13),
@@ -125,6 +152,7 @@ pub(super) const PAL16R4: Device = plain(
         gate(18),
         gate(19),
     ],
+    &bipolar::R4,
 );
 
 const NINE: &[u32] = &[1, 2, 3, 4, 5, 6, 7, 8, 9, 11];
@@ -133,13 +161,12 @@ const FOUR: &[u32] = &[1, 2, 3, 4, 5, 6, 7, 8, 9, 11, 12, 13, 18, 19];
 const TWO: &[u32] = &[1, 2, 3, 4, 5, 6, 7, 8, 9, 11, 12, 13, 14, 17, 18, 19];
 
 pub(super) const PAL16L8: Device = combinational(
-    "pal16l8",
-    "PAL16L8",
-    "p16l8",
+    ["pal16l8", "PAL16L8", "p16l8"],
     Polarity::ActiveLow,
     NINE,
     &[gate(12), gate(13), gate(14), gate(15), gate(16), gate(17), gate(18), gate(19)],
     &[12, 19],
+    &bipolar::L8,
 );
 
 const OF_EIGHT: &[Macrocell] = &[
@@ -164,9 +191,15 @@ const OF_FOUR: &[Macrocell] = &[cell(14, 0, 4), cell(15, 0, 4), cell(16, 0, 4), 
 const OF_TWO: &[Macrocell] = &[cell(15, 0, 8), cell(16, 0, 8)];
 
 macro_rules! small {
-    ($name:ident, $lower:literal, $upper:literal, $cupl:literal, $polarity:ident, $inputs:expr, $cells:expr, $deaf:expr) => {
-        pub(super) const $name: Device =
-            combinational($lower, $upper, $cupl, Polarity::$polarity, $inputs, $cells, $deaf);
+    ($name:ident, $lower:literal, $upper:literal, $cupl:literal, $polarity:ident, $inputs:expr, $cells:expr, $deaf:expr, $map:ident) => {
+        pub(super) const $name: Device = combinational(
+            [$lower, $upper, $cupl],
+            Polarity::$polarity,
+            $inputs,
+            $cells,
+            $deaf,
+            &bipolar::$map,
+        );
     };
 }
 
@@ -175,11 +208,24 @@ const DEAF_SIX: &[u32] = &[13, 14, 15, 16, 17, 18];
 const DEAF_FOUR: &[u32] = &[14, 15, 16, 17];
 const DEAF_TWO: &[u32] = &[15, 16];
 
-small!(PAL10H8, "pal10h8", "PAL10H8", "p10h8", ActiveHigh, NINE, OF_EIGHT, DEAF_EIGHT);
-small!(PAL12H6, "pal12h6", "PAL12H6", "p12h6", ActiveHigh, SIX, OF_SIX, DEAF_SIX);
-small!(PAL14H4, "pal14h4", "PAL14H4", "p14h4", ActiveHigh, FOUR, OF_FOUR, DEAF_FOUR);
-small!(PAL16H2, "pal16h2", "PAL16H2", "p16h2", ActiveHigh, TWO, OF_TWO, DEAF_TWO);
-small!(PAL10L8, "pal10l8", "PAL10L8", "p10l8", ActiveLow, NINE, OF_EIGHT, DEAF_EIGHT);
-small!(PAL12L6, "pal12l6", "PAL12L6", "p12l6", ActiveLow, SIX, OF_SIX, DEAF_SIX);
-small!(PAL14L4, "pal14l4", "PAL14L4", "p14l4", ActiveLow, FOUR, OF_FOUR, DEAF_FOUR);
-small!(PAL16L2, "pal16l2", "PAL16L2", "p16l2", ActiveLow, TWO, OF_TWO, DEAF_TWO);
+small!(PAL10H8, "pal10h8", "PAL10H8", "p10h8", ActiveHigh, NINE, OF_EIGHT, DEAF_EIGHT, H8);
+small!(PAL12H6, "pal12h6", "PAL12H6", "p12h6", ActiveHigh, SIX, OF_SIX, DEAF_SIX, H6);
+small!(PAL14H4, "pal14h4", "PAL14H4", "p14h4", ActiveHigh, FOUR, OF_FOUR, DEAF_FOUR, H4);
+small!(PAL16H2, "pal16h2", "PAL16H2", "p16h2", ActiveHigh, TWO, OF_TWO, DEAF_TWO, H2);
+small!(PAL10L8, "pal10l8", "PAL10L8", "p10l8", ActiveLow, NINE, OF_EIGHT, DEAF_EIGHT, L8_OF_10);
+small!(PAL12L6, "pal12l6", "PAL12L6", "p12l6", ActiveLow, SIX, OF_SIX, DEAF_SIX, L6);
+small!(PAL14L4, "pal14l4", "PAL14L4", "p14l4", ActiveLow, FOUR, OF_FOUR, DEAF_FOUR, L4);
+small!(PAL16L2, "pal16l2", "PAL16L2", "p16l2", ActiveLow, TWO, OF_TWO, DEAF_TWO, L2);
+
+pub(super) const PAL16L8_AS_GAL: Device = as_gal("pal16l8-as-gal16v8", PAL16L8);
+pub(super) const PAL16R4_AS_GAL: Device = as_gal("pal16r4-as-gal16v8", PAL16R4);
+pub(super) const PAL16R6_AS_GAL: Device = as_gal("pal16r6-as-gal16v8", PAL16R6);
+pub(super) const PAL16R8_AS_GAL: Device = as_gal("pal16r8-as-gal16v8", PAL16R8);
+pub(super) const PAL10H8_AS_GAL: Device = as_gal("pal10h8-as-gal16v8", PAL10H8);
+pub(super) const PAL12H6_AS_GAL: Device = as_gal("pal12h6-as-gal16v8", PAL12H6);
+pub(super) const PAL14H4_AS_GAL: Device = as_gal("pal14h4-as-gal16v8", PAL14H4);
+pub(super) const PAL16H2_AS_GAL: Device = as_gal("pal16h2-as-gal16v8", PAL16H2);
+pub(super) const PAL10L8_AS_GAL: Device = as_gal("pal10l8-as-gal16v8", PAL10L8);
+pub(super) const PAL12L6_AS_GAL: Device = as_gal("pal12l6-as-gal16v8", PAL12L6);
+pub(super) const PAL14L4_AS_GAL: Device = as_gal("pal14l4-as-gal16v8", PAL14L4);
+pub(super) const PAL16L2_AS_GAL: Device = as_gal("pal16l2-as-gal16v8", PAL16L2);

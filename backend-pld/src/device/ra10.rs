@@ -87,6 +87,7 @@ pub(super) const GAL20RA10: Device = Device {
     free_when_combinational: false,
     layout: Some(&LAYOUT),
     burned_as: "GAL20RA10",
+    galasm: "GAL20RA10",
     programmer: None,
     figures: &[
         Figure { what: "fuse numbers, rows and columns", source: Source::Read(READ) },

@@ -1,13 +1,16 @@
 //! GAL22V10: ten macrocells of eight to sixteen product terms, a common reset and preset.
 
-use super::layout::{CellFuses, Enable, Feedback, Layout, Mode, PolarityGate, Register, Shape};
+use super::layout::{
+    CellFuses, Enable, Feedback, Layout, Mode, PolarityGate, Register, Setting, Shape,
+};
 use super::{Clock, DIP_24, Device, Figure, Polarity, PowerUp, Source, cell};
 
 const READ: &str = "device tables of galette and MAME jedutil; golden files of galette";
 
 const fn fuses(pin: u32, row: u32, n_rows: u32) -> CellFuses {
     let polarity = 5808 + 2 * (23 - pin);
-    CellFuses { pin, row, n_rows, polarity, kind: Some(polarity + 1) }
+    let kind = Some(Setting::Fuse(polarity + 1));
+    CellFuses { pin, row, n_rows, polarity: Setting::Fuse(polarity), kind }
 }
 
 /// S0 and S1 of a macrocell lie side by side from 5808 on, pin 23 first.
@@ -112,6 +115,7 @@ pub(super) const GAL22V10: Device = Device {
     free_when_combinational: true,
     layout: Some(&LAYOUT),
     burned_as: "GAL22V10",
+    galasm: "GAL22V10",
     programmer: Some("GAL22V10D"),
     figures: &[
         Figure { what: "fuse numbers, rows and columns", source: Source::Read(READ) },

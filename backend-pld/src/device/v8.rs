@@ -7,7 +7,7 @@ use super::{Clock, DIP_20, DIP_24, Device, Figure, Polarity, PowerUp, Source, ce
 
 const READ: &str = "device tables of galette and MAME jedutil; golden files of galette";
 
-const NO_REGISTER: Shape = Shape {
+pub(super) const NO_REGISTER: Shape = Shape {
     kind: Some(false),
     register: Register::None,
     enable: Enable::Always,
@@ -16,10 +16,10 @@ const NO_REGISTER: Shape = Shape {
     polarity: PolarityGate::BeforeRegister,
 };
 const INPUT: Shape = Shape { kind: Some(true), enable: Enable::Never, ..NO_REGISTER };
-const WITH_ENABLE: Shape =
+pub(super) const WITH_ENABLE: Shape =
     Shape { kind: Some(true), enable: Enable::Row(0), sum: 1, ..NO_REGISTER };
 
-const fn registered(enable_pin: u32) -> Shape {
+pub(super) const fn registered(enable_pin: u32) -> Shape {
     Shape {
         kind: Some(false),
         register: Register::Pin(1),
@@ -32,6 +32,45 @@ const fn registered(enable_pin: u32) -> Shape {
 
 static CELLS_16: [CellFuses; 8] = cells(19, 8, 2048, Some(2120));
 static CELLS_20: [CellFuses; 8] = cells(22, 8, 2560, Some(2632));
+
+/// Which pins the rows of a GAL16V8 read in its complex mode, as those of the PALs that it takes the place of.
+pub(super) const COMPLEX_16: &[(u32, u32)] = &[
+    (1, 2),
+    (2, 0),
+    (3, 4),
+    (4, 8),
+    (5, 12),
+    (6, 16),
+    (7, 20),
+    (8, 24),
+    (9, 28),
+    (11, 30),
+    (13, 26),
+    (14, 22),
+    (15, 18),
+    (16, 14),
+    (17, 10),
+    (18, 6),
+];
+/// Which pins the rows of a GAL16V8 read in its registered mode, as those of the PALs that it takes the place of.
+pub(super) const REGISTERED_16: &[(u32, u32)] = &[
+    (2, 0),
+    (3, 4),
+    (4, 8),
+    (5, 12),
+    (6, 16),
+    (7, 20),
+    (8, 24),
+    (9, 28),
+    (12, 30),
+    (13, 26),
+    (14, 22),
+    (15, 18),
+    (16, 14),
+    (17, 10),
+    (18, 6),
+    (19, 2),
+];
 
 /// The fuses of a GAL16V8: SYN is 2192, AC0 is 2193.
 pub(super) static LAYOUT_16: Layout = Layout {
@@ -65,48 +104,14 @@ pub(super) static LAYOUT_16: Layout = Layout {
         Mode {
             name: "complex",
             fuses: &[(2192, true), (2193, true)],
-            columns: &[
-                (1, 2),
-                (2, 0),
-                (3, 4),
-                (4, 8),
-                (5, 12),
-                (6, 16),
-                (7, 20),
-                (8, 24),
-                (9, 28),
-                (11, 30),
-                (13, 26),
-                (14, 22),
-                (15, 18),
-                (16, 14),
-                (17, 10),
-                (18, 6),
-            ],
+            columns: COMPLEX_16,
             shapes: &[WITH_ENABLE],
             deaf: &[12, 19],
         },
         Mode {
             name: "registered",
             fuses: &[(2192, false), (2193, true)],
-            columns: &[
-                (2, 0),
-                (3, 4),
-                (4, 8),
-                (5, 12),
-                (6, 16),
-                (7, 20),
-                (8, 24),
-                (9, 28),
-                (12, 30),
-                (13, 26),
-                (14, 22),
-                (15, 18),
-                (16, 14),
-                (17, 10),
-                (18, 6),
-                (19, 2),
-            ],
+            columns: REGISTERED_16,
             shapes: &[registered(11), WITH_ENABLE],
             deaf: &[],
         },
@@ -262,6 +267,7 @@ pub(super) const GAL16V8: Device = Device {
     free_when_combinational: true,
     layout: Some(&LAYOUT_16),
     burned_as: "GAL16V8",
+    galasm: "GAL16V8",
     programmer: Some("GAL16V8D"),
     figures: FIGURES,
 };
@@ -296,6 +302,7 @@ pub(super) const GAL20V8: Device = Device {
     free_when_combinational: true,
     layout: Some(&LAYOUT_20),
     burned_as: "GAL20V8",
+    galasm: "GAL20V8",
     programmer: Some("GAL20V8B"),
     figures: FIGURES,
 };

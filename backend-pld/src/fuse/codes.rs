@@ -25,6 +25,8 @@ pub const PASSED_OVER: Code = Code { id: "G0788", title: "JEDEC field that is pa
 pub const NOT_AS_MEANT: Code = Code { id: "G0789", title: "fuse map that says something else" };
 /// The device's own simulator and the test vectors of a file differ.
 pub const VECTOR_FAILS: Code = Code { id: "G0790", title: "test vector that fails" };
+/// Several devices have as many fuses, and the file names none.
+pub const SEVERAL_DEVICES: Code = Code { id: "G0791", title: "fuse count of several devices" };
 
 /// All of them.
 pub const ALL: &[Code] = &[
@@ -39,4 +41,5 @@ pub const ALL: &[Code] = &[
     PASSED_OVER,
     NOT_AS_MEANT,
     VECTOR_FAILS,
+    SEVERAL_DEVICES,
 ];

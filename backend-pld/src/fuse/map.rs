@@ -4,7 +4,7 @@ use super::FuseMap;
 use super::codes;
 use crate::device::Device;
 use crate::device::layout::{
-    CellFuses, Enable, Feedback, Layout, Mode, PolarityGate, Register, Shape,
+    CellFuses, Enable, Feedback, Layout, Mode, PolarityGate, Register, Setting, Shape,
 };
 use crate::placement::{Cell, CellKind, Placement, Product};
 use grafsynth_ir::diag::Diagnostic;
@@ -83,7 +83,7 @@ fn refusals(placement: &Placement, layout: &Layout, mode: &Mode) -> Vec<Diagnost
     };
     let mut found = Vec::new();
     for cell in &placement.cells {
-        if layout.cell(cell.pin).is_some() && shape_for(mode, cell).is_none() {
+        if layout.cell(cell.pin).is_some() && shape_for(layout, mode, cell).is_none() {
             let what = match cell.kind {
                 CellKind::Combinational => "a combinational output",
                 CellKind::Registered => "a registered output",
@@ -114,9 +114,13 @@ fn refusals(placement: &Placement, layout: &Layout, mode: &Mode) -> Vec<Diagnost
     found
 }
 
-/// The shape that a macrocell needs.
-fn shape_for(mode: &'_ Mode, cell: &Cell) -> Option<&'static Shape> {
-    mode.shapes.iter().find(|shape| {
+/// The shape that a macrocell needs, of those that it can have.
+fn shape_for(layout: &Layout, mode: &'_ Mode, cell: &Cell) -> Option<&'static Shape> {
+    let fixed = match layout.cell(cell.pin)?.kind {
+        Some(Setting::Fixed(kind)) => Some(kind),
+        Some(Setting::Fuse(_)) | None => None,
+    };
+    mode.shapes.iter().filter(|shape| fixed.is_none() || shape.kind == fixed).find(|shape| {
         let has_row = matches!(shape.enable, Enable::Row(_) | Enable::PinLowAndRow(..));
         match cell.kind {
             CellKind::Combinational => {
@@ -209,19 +213,26 @@ impl Mapper<'_> {
 
     /// A macrocell without a function: nothing is driven where that can be said, and its pin can be read where somebody does.
     fn idle(&mut self, cell: &CellFuses) {
-        if let Some(kind) = cell.kind {
+        if let Some(Setting::Fuse(kind)) = cell.kind {
             self.set(kind, is_read(self.placement, cell.pin));
         }
     }
 
     fn cell(&mut self, fuses: &CellFuses, cell: &Cell) {
         // Without a shape the mode was refused already.
-        let Some(shape) = shape_for(self.mode, cell) else { return };
-        if let (Some(fuse), Some(kind)) = (fuses.kind, shape.kind) {
+        let Some(shape) = shape_for(self.layout, self.mode, cell) else { return };
+        if let (Some(Setting::Fuse(fuse)), Some(kind)) = (fuses.kind, shape.kind) {
             self.set(fuse, kind);
         }
         // Wherever the gate sits, 1 gives the sum itself to the pin: before the flip-flop it makes up for the inverting buffer.
-        self.set(fuses.polarity, !cell.is_active_low);
+        match fuses.polarity {
+            Setting::Fuse(fuse) => self.set(fuse, !cell.is_active_low),
+            Setting::Fixed(is_high) if is_high == cell.is_active_low => {
+                let level = if is_high { "high" } else { "low" };
+                self.refuse_cell(cell, &format!("is always active {level}"));
+            }
+            Setting::Fixed(_) => {}
+        }
         let always = Product::default();
         match shape.enable {
             Enable::Row(row) | Enable::PinLowAndRow(_, row) => {
@@ -308,7 +319,7 @@ impl Mapper<'_> {
     /// The first column of this pin carries the complement of its level.
     fn is_fed_back_inverted(&self, pin: u32) -> bool {
         let Some(cell) = self.placement.cell(pin) else { return false };
-        let Some(shape) = shape_for(self.mode, cell) else { return false };
+        let Some(shape) = shape_for(self.layout, self.mode, cell) else { return false };
         match (shape.feedback, shape.polarity) {
             (Feedback::Pin, _) | (Feedback::NotQ, PolarityGate::BeforeRegister) => false,
             // The pin is Q for a sum of the pin itself, and the column carries its complement.

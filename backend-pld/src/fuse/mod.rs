@@ -29,6 +29,7 @@ pub use palasm::palasm;
 pub use place::place;
 
 use crate::device::Device;
+use crate::device::layout::Setting;
 
 /// The fuses of a device: 0 where a connection is made.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -52,6 +53,15 @@ impl FuseMap {
     #[must_use]
     pub fn get(&self, fuse: u32) -> bool {
         self.fuses.get(fuse as usize).copied().unwrap_or(true)
+    }
+
+    /// What a macrocell is set to.
+    #[must_use]
+    pub fn setting(&self, setting: Setting) -> bool {
+        match setting {
+            Setting::Fuse(fuse) => self.get(fuse),
+            Setting::Fixed(value) => value,
+        }
     }
 
     /// The eight bytes of the user's signature, where the device has one.

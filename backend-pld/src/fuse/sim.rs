@@ -111,7 +111,7 @@ impl<'a> Chip<'a> {
             levels: vec![u64::MAX; n_pins],
         };
         for fuses in layout.cells {
-            let shape = mode.shape(fuses.kind.map(|fuse| map.get(fuse)));
+            let shape = mode.shape(fuses.kind.map(|kind| map.setting(kind)));
             let mut rows = fuses.row..fuses.row + fuses.n_rows;
             if shape.is_none() && rows.any(|row| chip.wired[row as usize].is_some()) {
                 return Err(unknown(format!(
@@ -325,7 +325,7 @@ fn next_state(
     let mut next = cell.clone();
     let (first, end) = (cell.fuses.row, cell.fuses.row + cell.fuses.n_rows);
     let sum = (first + shape.sum..end).fold(0, |sum, row| sum | rows.get(row));
-    let gate = if chip.map.get(cell.fuses.polarity) { u64::MAX } else { 0 };
+    let gate = if chip.map.setting(cell.fuses.polarity) { u64::MAX } else { 0 };
     let d = match shape.polarity {
         PolarityGate::BeforeRegister => sum ^ gate,
         PolarityGate::AfterRegister => sum,

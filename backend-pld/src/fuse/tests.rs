@@ -1,5 +1,6 @@
 //! Fuse maps against files by others and against themselves.
 
+mod bipolar;
 mod golden;
 mod random;
 mod silicon;

@@ -63,10 +63,53 @@ impl Jedec {
         pins
     }
 
-    /// The fuse map of the device that the file is for: `device` if it is given, else the one with this number of fuses.
+    /// The one of several devices with the same number of fuses that head or notes name.
+    fn named(
+        &self,
+        possible: &[&'static Device],
+        n_fuses: u32,
+    ) -> Result<&'static Device, Box<Diagnostic>> {
+        // Makers put letters around the kind: `AmPAL16R4A`, `TIBPAL16L8-15`, `p16r8`.
+        let names = |device: &Device, word: &str| {
+            let word = word.to_ascii_lowercase();
+            let kind = device.name.trim_start_matches("pal");
+            word.rfind(kind).is_some_and(|at| {
+                let after = word.as_bytes().get(at + kind.len());
+                let before = at.checked_sub(1).and_then(|at| word.as_bytes().get(at));
+                before.is_some_and(u8::is_ascii_alphabetic)
+                    && !after.is_some_and(u8::is_ascii_digit)
+            })
+        };
+        let is_named = |device: &&'static Device| {
+            let texts = std::iter::once(&self.head).chain(&self.notes);
+            let mut words = texts.flat_map(|text| text.split(|c: char| !c.is_ascii_alphanumeric()));
+            words.any(|word| names(device, word))
+        };
+        let named: Vec<&'static Device> = possible.iter().copied().filter(is_named).collect();
+        if let [only] = named[..] {
+            return Ok(only);
+        }
+        let names: Vec<&str> = possible.iter().map(|device| device.palasm).collect();
+        let which = if named.is_empty() { "none" } else { "several" };
+        let message = format!(
+            "{n_fuses} fuses are those of {}, and the file names {which} of them",
+            names.join(", ")
+        );
+        Err(Box::new(
+            Diagnostic::error(codes::SEVERAL_DEVICES, message)
+                .at(self.span, "the number of fuses")
+                .help(format!(
+                    "write `Device: {}` or the other's name into the head, before the first `*`",
+                    names[0]
+                )),
+        ))
+    }
+
+    /// The fuse map of the device that the file is for: `device` if it is given, else the one with this number of fuses; of several the one that the
+    /// file names in its head or in a note.
     ///
     /// # Errors
-    /// A device without a known map, or a file with another number of fuses.
+    /// A device without a known map, a file with another number of fuses, or with that of several devices and no name.
     pub fn fuse_map(&self, device: Option<&'static Device>) -> Result<FuseMap, Box<Diagnostic>> {
         let n_fuses = u32::try_from(self.fuses.len()).unwrap_or(u32::MAX);
         // A file may leave the signature out; the fuses before it are the same.
@@ -89,10 +132,21 @@ impl Jedec {
                 );
                 return Err(Box::new(finding.at(self.span, "the number of fuses")));
             }
-            // The first one is the device itself; those after it are what it stands in for.
-            None => DEVICES.iter().find(|device| {
-                fits(device) && self.n_pins.is_none_or(|n_pins| n_pins == device.n_pins)
-            }),
+            None => {
+                // What stands in for another device has that one's fuses.
+                let is_itself =
+                    |device: &Device| device.burned_as.eq_ignore_ascii_case(device.name);
+                let possible: Vec<&'static Device> = DEVICES
+                    .iter()
+                    .filter(|device| fits(device) && is_itself(device))
+                    .filter(|device| self.n_pins.is_none_or(|n_pins| n_pins == device.n_pins))
+                    .collect();
+                match possible[..] {
+                    [] => None,
+                    [only] => Some(only),
+                    _ => Some(self.named(&possible, n_fuses)?),
+                }
+            }
         };
         let Some(device) = device else {
             let known: Vec<String> = DEVICES

@@ -9,7 +9,7 @@ const SIGNS: Signs = Signs { not: "/", and: " * ", or: "+", yes: "VCC", no: "GND
 pub(crate) fn write(equations: &Equations) -> Sheet {
     let device = equations.device;
     let mut sheet = Sheet::default();
-    sheet.line(device.burned_as);
+    sheet.line(device.galasm);
     let signature: String =
         equations.title.chars().filter(char::is_ascii_alphanumeric).take(8).collect();
     sheet.line(&signature);
