@@ -348,7 +348,7 @@ fn pages_of_charts_on(device: &str, wanted: u64, max_steps: usize) {
         let mode = layout.modes.iter().find(is_set).expect("a mode");
         for cell in &chip.cells {
             let fuses = layout.cell(cell.pin.expect("a pin")).expect("a macrocell");
-            let shape = mode.shape(fuses.kind.map(|fuse| map.get(fuse))).expect("a shape");
+            let shape = mode.shape(fuses.kind.map(|kind| map.setting(kind))).expect("a shape");
             // A row in use has a fuse that is 1; idle rows are all 0.
             let is_used = |row: &u32| {
                 let first = row * layout.n_columns;

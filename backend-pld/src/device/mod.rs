@@ -297,6 +297,12 @@ impl Device {
         self.grounds.contains(&pin) || self.supplies.contains(&pin)
     }
 
+    /// False where the fuse map is known and no row of any mode has a column for this pin.
+    #[must_use]
+    pub fn can_read(&self, pin: u32) -> bool {
+        self.layout.is_none_or(|layout| layout.modes.iter().any(|mode| mode.column(pin).is_some()))
+    }
+
     /// All macrocells, those without a pin too.
     #[must_use]
     pub fn n_cells(&self) -> usize {

@@ -205,6 +205,7 @@ impl Need {
                 Clock::None => Some("the device has no flip-flops".to_owned()),
             },
             Need::Input if is_reserved => Some("it controls all registered outputs".to_owned()),
+            Need::Input if !device.can_read(pin) => Some("no term can read it".to_owned()),
             Need::Input => (is_clock_pin && has_registers).then(|| "it is the clock".to_owned()),
             Need::Macrocell { terms, is_registered } => match device.macrocell(pin) {
                 None => Some("it has no output macrocell".to_owned()),
