@@ -375,7 +375,7 @@ fn pages_of_charts_on(device: &str, wanted: u64, max_steps: usize) {
 #[test]
 fn pages_say_what_the_fuses_are() {
     for (device, max_steps) in [("gal22v10", 5), ("gal16v8", 4), ("gal20ra10", 3)] {
-        pages_of_charts_on(device, rounds(6, 120), max_steps);
+        pages_of_charts_on(device, rounds(6, 60), max_steps);
     }
 }
 

@@ -42,11 +42,11 @@ fn clocked(chip: &Chip, reads: &[Reads]) -> String {
     let clock = chip.signals.iter().find(|signal| signal.kind == Kind::Clock);
     let name = clock.map_or("the clock".to_owned(), |clock| format!("`{}`", inline(&clock.name)));
     let how = match (chip.device.map(|device| device.clock), clock.and_then(|clock| clock.pin)) {
-        (Some(Clock::Term), Some(pin)) => format!(
-            "{name} on pin {pin}, through a product term of each macrocell: one more pass through the array, and the same for all"
-        ),
+        (Some(Clock::Term), Some(pin)) => {
+            format!("{name} (pin {pin}, through a product term of each macrocell)")
+        }
         (Some(Clock::Pin(pin)), _) => format!("{name} (pin {pin}, the clock of the device)"),
-        (_, Some(pin)) => format!("{name} on pin {pin}"),
+        (_, Some(pin)) => format!("{name} (pin {pin})"),
         (_, None) => name,
     };
     format!(
