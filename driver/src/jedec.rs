@@ -259,12 +259,14 @@ pub(crate) fn build(
             outcome,
             circuit: &circuit,
             chains: &chains,
-            code,
+            code: Some(code),
             evolution: form,
             dont_cares: wishes.dont_cares,
             budget: wishes.budget,
         };
-        built.chips.push(Chip::burned(made, &burned));
+        let n_vectors = burned.vectors.len();
+        let (map, placement, roles) = (&burned.map, &burned.placement, &burned.roles);
+        built.chips.push(Chip::burned(made, map, placement, roles, n_vectors));
     }
     if !is_refuted {
         built.files.push(OutputFile {
@@ -371,6 +373,18 @@ fn title(file: &Jedec) -> Option<String> {
 /// # Errors
 /// What the device cannot hold; a device whose fuse map is not known.
 pub fn as_written(placement: &Placement) -> Result<String, Vec<Diagnostic>> {
+    written(placement).map(|written| written.text)
+}
+
+/// A file, and what was read in it.
+pub(crate) struct Written {
+    pub(crate) text: String,
+    pub(crate) map: FuseMap,
+    pub(crate) n_vectors: usize,
+}
+
+/// [`as_written`] with what was read back.
+pub(crate) fn written(placement: &Placement) -> Result<Written, Vec<Diagnostic>> {
     let one = |finding: Box<Diagnostic>| vec![*finding];
     let map = fuse::map(placement)?;
     let n = vectors::enough(placement);
@@ -378,7 +392,11 @@ pub fn as_written(placement: &Placement) -> Result<String, Vec<Diagnostic>> {
     let text = jedec::write(&map, &head(placement, &[]), &vectors);
     let (file, found) = jedec::read(FileId(u32::MAX), &text);
     let Some(file) = file.filter(|_| !any_error(&found)) else { return Err(found) };
-    let said = fuse::decode(&file.fuse_map(Some(placement.device)).map_err(one)?)?;
-    let differences = fuse::differences(placement, &said);
-    if differences.is_empty() { Ok(text) } else { Err(vec![not_as_meant(&differences.join(", "))]) }
+    let map = file.fuse_map(Some(placement.device)).map_err(one)?;
+    let differences = fuse::differences(placement, &fuse::decode(&map)?);
+    if differences.is_empty() {
+        Ok(Written { text, map, n_vectors: file.vectors.len() })
+    } else {
+        Err(vec![not_as_meant(&differences.join(", "))])
+    }
 }

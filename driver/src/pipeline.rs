@@ -454,7 +454,7 @@ fn equations(
             outcome,
             circuit: &circuit,
             chains: &chains,
-            code,
+            code: Some(code),
             evolution: form,
             dont_cares: emit_options.dont_cares,
             budget: emit_options.budget,

@@ -5,15 +5,19 @@
 //! refit        circuit ── emit ──► equations with pins ── read ──► circuit, proved equal ──► Placement ── as written
 //! ```
 
-use crate::jedec::as_written;
+use crate::jedec::{Written, written};
 use crate::logic::{Judged, LogicDesign, judge};
 use crate::pipeline::OutputFile;
 use crate::report::Line;
+use crate::report::chip::{Chip, Made as About};
+use grafsynth_backend_pld::equations::Equations;
+use grafsynth_backend_pld::fuse::{self, Role, own_roles, shell};
 use grafsynth_backend_pld::placement::Placement;
-use grafsynth_backend_pld::{Dialect, EmitOptions, emit, read_text, rebind};
+use grafsynth_backend_pld::{Dialect, EmitOptions, Emitted, Object, emit, read_text, rebind};
 use grafsynth_ir::diag::any_error;
-use grafsynth_ir::logic::Node;
+use grafsynth_ir::logic::{Logic, Node};
 use grafsynth_ir::{Diagnostic, FileId};
+use grafsynth_logic::minimise::Budget;
 use grafsynth_verify::Limits;
 
 /// What to write.
@@ -34,9 +38,11 @@ pub struct Made {
     pub file: OutputFile,
     /// What was proved, or why nothing was.
     pub line: Line,
+    /// What a page says of it, where one was asked for.
+    pub chip: Option<Chip>,
 }
 
-/// Makes a file of a design, called `stem` with the extension of its kind. `device` is for what is fitted anew; none is the one that the text names, or the default.
+/// Makes a file of a design, called `stem` with the extension of its kind, and what a page says of it where `report` is set. `device` is for what is fitted anew; none is the one that the text names, or the default.
 ///
 /// # Errors
 /// What the device or the language cannot hold, or why there is no circuit or no placement.
@@ -46,17 +52,17 @@ pub fn make(
     device: Option<&str>,
     stem: &str,
     limits: &Limits,
+    report: bool,
 ) -> Result<Made, Vec<Diagnostic>> {
     match wanted {
         Wanted::AsWritten => {
             let placement = design.placement.as_ref().map_err(Clone::clone)?;
             let name = format!("{stem}.jed");
-            let text = as_written(placement)?;
             let line = Line::proved(
                 &name,
                 "read back and decoded: the same products in the same macrocells",
             );
-            Ok(Made { file: file(name, text), line })
+            burned(name, placement, line, report)
         }
         Wanted::Text(dialect) => {
             let name = match dialect {
@@ -66,17 +72,73 @@ pub fn make(
                     format!("{stem}.{}", dialect.extension())
                 }
             };
-            let (text, _, judged) = fitted(design, dialect, device, limits)?;
-            let line = line(&name, judged);
-            Ok(Made { file: file(name, text), line })
+            let fitted = fitted(design, dialect, device, limits)?;
+            let line = line(&name, fitted.judged);
+            let circuit = design.circuit()?;
+            let chip = report.then(|| {
+                let made = about(&name, &line, circuit);
+                let is_flat = match dialect {
+                    Dialect::Palasm | Dialect::Cupl | Dialect::Galasm => true,
+                    Dialect::Verilog | Dialect::Blif => false,
+                };
+                match is_flat.then(|| Equations::new(circuit, dialect, &fitted.options)) {
+                    Some(Ok(again)) => Chip::of_equations(made, dialect, &again, 0),
+                    Some(Err(_)) | None => Chip::of_netlist(made, &fitted.emitted, 0),
+                }
+            });
+            Ok(Made { file: file(name, fitted.emitted.text), line, chip })
         }
         Wanted::Refit => {
             let name = format!("{stem}.jed");
-            let (_, placement, judged) = fitted(design, Dialect::Palasm, device, limits)?;
-            let text = as_written(&placement?)?;
-            let line = line(&name, judged);
-            Ok(Made { file: file(name, text), line })
+            let fitted = fitted(design, Dialect::Palasm, device, limits)?;
+            let line = line(&name, fitted.judged);
+            burned(name, &fitted.placement?, line, report)
         }
+    }
+}
+
+/// The file of a placement as it is.
+fn burned(
+    name: String,
+    placement: &Placement,
+    line: Line,
+    report: bool,
+) -> Result<Made, Vec<Diagnostic>> {
+    let written = written(placement)?;
+    let chip = report.then(|| chip(&name, placement, &line, &written));
+    Ok(Made { file: file(name, written.text), line, chip })
+}
+
+/// What a page says of a placement that was burned as it is.
+fn chip(name: &str, placement: &Placement, line: &Line, written: &Written) -> Chip {
+    let mut roles = own_roles(placement);
+    // Devices without one clock for all are no circuit: of those the page has products and no counts.
+    let circuit = fuse::logic(placement, &roles).unwrap_or_else(|_| {
+        let (parts, own) = shell(placement);
+        roles = own;
+        parts
+    });
+    // A registered pin has one name.
+    let is_register = |pin: u32| {
+        roles.iter().any(|role| role.pin == pin && matches!(role.object, Object::Flop(_)))
+    };
+    let is_own = |role: &&Role| matches!(role.object, Object::Flop(_)) || !is_register(role.pin);
+    let roles: Vec<Role> = roles.iter().filter(is_own).cloned().collect();
+    let made = about(name, line, &circuit);
+    Chip::burned(made, &written.map, placement, &roles, written.n_vectors)
+}
+
+/// What a page knows of logic by others.
+fn about<'a>(name: &'a str, line: &Line, circuit: &'a Logic) -> About<'a> {
+    About {
+        file: name,
+        outcome: line.outcome,
+        circuit,
+        chains: &[],
+        code: None,
+        evolution: None,
+        dont_cares: false,
+        budget: Budget::default(),
     }
 }
 
@@ -92,7 +154,14 @@ fn line(name: &str, judged: Judged) -> Line {
     }
 }
 
-type Fitted = (String, Result<Placement, Vec<Diagnostic>>, Judged);
+/// A circuit that was fitted.
+struct Fitted {
+    emitted: Emitted,
+    options: EmitOptions,
+    /// What the text says of macrocells, or why it does not say them.
+    placement: Result<Placement, Vec<Diagnostic>>,
+    judged: Judged,
+}
 
 /// The circuit in a language, small, with pins; what a stranger reads in that text; and whether both are equal.
 fn fitted(
@@ -136,5 +205,5 @@ fn fitted(
         return Err(found);
     }
     let judged = judge(circuit, &back, limits);
-    Ok((emitted.text, said.placement, judged))
+    Ok(Fitted { emitted, options, placement: said.placement, judged })
 }

@@ -33,12 +33,6 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
         Design::Net(design) => design,
         Design::Logic(design) => {
             session.show(&found);
-            if arguments.report {
-                return Err(Stop::Usage(
-                    "--report is for charts: `convert` writes the equations of logic by others"
-                        .to_owned(),
-                ));
-            }
             return super::refit::run(session, arguments, &design);
         }
     };

@@ -5,8 +5,9 @@ use crate::exit::Exit;
 use crate::files;
 use crate::load::{Session, Stop};
 use grafsynth_driver::logic::LogicDesign;
+use grafsynth_driver::pipeline::Built;
 use grafsynth_driver::refit::{self, Wanted};
-use grafsynth_driver::report::Outcome;
+use grafsynth_driver::report::{self, Outcome};
 use grafsynth_driver::target::Target;
 use grafsynth_verify::Limits;
 
@@ -20,6 +21,7 @@ pub(super) fn run(
     let stem = file.rsplit_once('.').map_or(file, |(stem, _)| stem);
     let stem = if stem == "-" { "logic" } else { stem };
     let mut written = Vec::new();
+    let mut built = Built::default();
     let mut outcome = Outcome::Proved;
     let mut is_refused = false;
     for name in &arguments.target {
@@ -47,12 +49,21 @@ pub(super) fn run(
                 return Err(Stop::Errors);
             }
         }
-        match refit::make(design, wanted, arguments.device.as_deref(), stem, &limits) {
+        match refit::make(
+            design,
+            wanted,
+            arguments.device.as_deref(),
+            stem,
+            &limits,
+            arguments.report,
+        ) {
             Ok(made) => {
                 if !session.quiet || made.line.outcome == Outcome::Refuted {
                     crate::print(&format!("{}\n", made.line));
                 }
                 outcome = outcome.max(made.line.outcome);
+                built.lines.push(made.line);
+                built.chips.extend(made.chip);
                 written.push((arguments.output.join(&made.file.name), made.file.text.into_bytes()));
             }
             Err(found) => {
@@ -69,6 +80,11 @@ pub(super) fn run(
             "grafsynth: nothing was written, because an output is not equal to the text\n",
         );
         return Ok(Exit::Refuted);
+    }
+    if arguments.report {
+        let page = report::page_of_logic(&design.interface, &built, stem);
+        let page = page.into_iter();
+        written.extend(page.map(|file| (arguments.output.join(file.name), file.text.into_bytes())));
     }
     files::write_all(&written)?;
     Ok(if outcome == Outcome::Open { Exit::Open } else { Exit::Done })

@@ -5,12 +5,11 @@
 
 use super::Outcome;
 use crate::coding::{Coded, Encoding, EncodingChoice};
-use crate::jedec::Burned;
 use grafsynth_backend_pld::device::{Device, FlipFlop};
 use grafsynth_backend_pld::equations::{self, Equations};
-use grafsynth_backend_pld::fuse::{self, FuseMap};
+use grafsynth_backend_pld::fuse::{self, FuseMap, Role};
 use grafsynth_backend_pld::ice40::Package;
-use grafsynth_backend_pld::placement::{CellKind, Product};
+use grafsynth_backend_pld::placement::{CellKind, Placement, Product};
 use grafsynth_backend_pld::synchronise::Chain;
 use grafsynth_backend_pld::{Dialect, Emitted, Object};
 use grafsynth_ir::logic::{FlopBit, FlopId, Logic, Node, NodeId, PinInputId, PinOutputId, PinRole};
@@ -31,8 +30,8 @@ pub struct Chip {
     pub circuit: Logic,
     /// Its synchronisers.
     pub chains: Vec<Chain>,
-    /// How its steps are coded.
-    pub code: Code,
+    /// How its steps are coded; none for logic by others, of which it is not known what its registers stand for.
+    pub code: Option<Code>,
     /// How it evolves until it is stable, for a chart that does.
     pub evolution: Option<String>,
     /// The device that it is for; none for a netlist.
@@ -192,7 +191,7 @@ pub(crate) struct Made<'a> {
     pub(crate) outcome: Outcome,
     pub(crate) circuit: &'a Logic,
     pub(crate) chains: &'a [Chain],
-    pub(crate) code: Code,
+    pub(crate) code: Option<Code>,
     pub(crate) evolution: Option<String>,
     pub(crate) dont_cares: bool,
     pub(crate) budget: Budget,
@@ -220,17 +219,23 @@ impl Chip {
         }
     }
 
-    /// A burned device: its macrocells are decoded from the fuses once more.
-    pub(crate) fn burned(made: Made<'_>, burned: &Burned) -> Self {
+    /// A burned device: its macrocells are decoded from the fuses once more. `placement` is what was meant, of which only names are taken.
+    pub(crate) fn burned(
+        made: Made<'_>,
+        map: &FuseMap,
+        placement: &Placement,
+        roles: &[Role],
+        n_vectors: usize,
+    ) -> Self {
         let (circuit, dont_cares, budget) = (made.circuit, made.dont_cares, made.budget);
         let mut chip = Chip::new(made, Language::Jedec);
-        let device = burned.placement.device;
+        let device = map.device;
         chip.device = Some(device);
-        chip.n_vectors = burned.vectors.len();
-        chip.fuses = Some(burned.map.clone());
+        chip.n_vectors = n_vectors;
+        chip.fuses = Some(map.clone());
         let mut known = Known::of(circuit);
-        for role in &burned.roles {
-            let printed = burned.placement.name(role.pin).unwrap_or_default();
+        for role in roles {
+            let printed = placement.name(role.pin).unwrap_or_default();
             chip.signals.push(known.signal(
                 &role.object,
                 Some(role.pin),
@@ -239,7 +244,7 @@ impl Chip {
             ));
         }
         // The fuses were decoded before they were written, so they can be decoded.
-        let cells = fuse::decode(&burned.map).map(|placement| placement.cells).unwrap_or_default();
+        let cells = fuse::decode(map).map(|placement| placement.cells).unwrap_or_default();
         let literals = |product: &Product| -> Literals {
             let literal = |&(pin, value): &(u32, bool)| {
                 let at = chip.signals.iter().position(|signal| signal.pin == Some(pin))?;
@@ -283,7 +288,7 @@ impl Chip {
         cells.sort_by_key(|cell| cell.pin);
         chip.cells = cells;
         chip.count(circuit, dont_cares, budget);
-        if let Ok(mut at_work) = fuse::sim::Chip::new(&burned.map) {
+        if let Ok(mut at_work) = fuse::sim::Chip::new(map) {
             chip.enables = at_work.enable_pins();
             // Outputs show what they are only while they are enabled; what that settles to was run through before the file was written.
             let low: Vec<(u32, u64)> = chip.enables.iter().map(|pin| (*pin, 0)).collect();

@@ -12,7 +12,9 @@ pub(super) fn write(subject: &Subject<'_>, chip: &Chip) -> Option<String> {
     let reads = chip.reads();
     let mut items = Vec::new();
     items.push(clocked(chip, &reads));
-    items.push(clocks(chip));
+    if chip.code.is_some() {
+        items.push(clocks(chip));
+    }
     items.extend(synchronisers(chip));
     items.extend(paths(chip, &reads));
     items.extend(depth(chip, &reads));
@@ -103,7 +105,8 @@ fn paths(chip: &Chip, reads: &[Reads]) -> Option<String> {
     Some(match paths.as_slice() {
         [] => "No way leads from an input to an output without a register: between clocks outputs hold.".to_owned(),
         paths => format!(
-            "Between clocks outputs follow inputs here (declare the output `registered` to hold it): {}.",
+            "Between clocks outputs follow inputs here{}: {}.",
+            if chip.code.is_some() { " (declare the output `registered` to hold it)" } else { "" },
             paths.join("; ")
         ),
     })

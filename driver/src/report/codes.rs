@@ -8,10 +8,10 @@ use grafsynth_logic::support::Var;
 
 pub(super) fn write(_: &Subject<'_>, chip: &Chip) -> Option<String> {
     let circuit = &chip.circuit;
+    let code = chip.code.as_ref()?;
     if circuit.flops.is_empty() {
         return Some("There are no flip-flops: the circuit remembers nothing.".to_owned());
     }
-    let code = &chip.code;
     let name = match code.encoding {
         Encoding::OneHot => "one-hot",
         Encoding::ZeroHot => "zero-hot",

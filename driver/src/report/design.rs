@@ -10,8 +10,12 @@ pub(super) fn write(subject: &Subject<'_>) -> Option<String> {
         crate::jedec::signature(net).iter().map(|byte| format!("{byte:02x}")).collect();
     let mut table = Table::new(["What", "It is"]);
     let mut say = |what: &str, is: String| table.row([what.to_owned(), is]);
-    say("chart", net.name.text.clone());
+    say(if subject.is_logic { "logic" } else { "chart" }, net.name.text.clone());
     say("made by", format!("grafsynth {}", env!("CARGO_PKG_VERSION")));
+    if subject.is_logic {
+        say("inputs, outputs", format!("{}, {}", net.inputs.len(), net.outputs.len()));
+        return Some(table.text());
+    }
     say("signature", format!("{hash} (FNV-1a, 64 bits, of the net's text)"));
     if let Some(device) = &net.board.device {
         say("board", format!("{}, {}", device.text, counted(net.board.pins.len(), "pin", "pins")));

@@ -15,6 +15,7 @@ pub(super) fn write(_: &Subject<'_>, chip: &Chip) -> Option<String> {
         Language::Jedec => "As the fuses say, decoded from the file",
         Language::Text(_) => "As in the file",
     };
+    let source = if chip.code.is_some() { "chart" } else { "text" };
     let mut signs = "`*` and, `+` or, `/` not, `:=` at the clock".to_owned();
     if chip.cells.iter().any(|cell| cell.is_registered() && cell.flip_flop == FlipFlop::T) {
         signs += ", `.T` changes where the sum is true";
@@ -22,7 +23,7 @@ pub(super) fn write(_: &Subject<'_>, chip: &Chip) -> Option<String> {
     if chip.cells.iter().any(|cell| cell.inverter.is_some()) {
         signs += ", `:+: x` all of it is inverted while x is true";
     }
-    let mut text = format!("{whence}; names are those of the chart. {signs}.\n\n```text\n");
+    let mut text = format!("{whence}; names are those of the {source}. {signs}.\n\n```text\n");
     for (at, cell) in chip.cells.iter().enumerate() {
         if at > 0 {
             text.push('\n');
@@ -136,7 +137,7 @@ fn netlist(chip: &Chip) -> Option<String> {
     let nodes = circuit.nodes.iter().filter(|(id, node)| is_needed[*id] && is_operation(node));
     let gates = nodes.count();
     Some(format!(
-        "The {language} text has the functions as the chart has them, in several levels: {} and {}, made of {} over {} and {}. What they are in cells or lookup tables is for the synthesis tool to choose, so no product terms are counted here.",
+        "The {language} text has the functions in several levels, as the source has them: {} and {}, made of {} over {} and {}. What they are in cells or lookup tables is for the synthesis tool to choose, so no product terms are counted here.",
         counted(circuit.flops.len(), "next state", "next states"),
         counted(circuit.outputs.len(), "output", "outputs"),
         counted(gates, "operation", "operations"),

@@ -101,10 +101,14 @@ fn summary(chip: &Chip, n_spare: usize) -> String {
             )
         }
         std::cmp::Ordering::Equal => {
-            "Don't-cares saved no terms: the same functions take as many without them.\n".to_owned()
+            "The same functions in the same form take as many terms without don't-cares.\n"
+                .to_owned()
         }
         std::cmp::Ordering::Less => {
-            format!("Without don't-cares the minimiser finds {without} terms.\n")
+            let how = if chip.code.is_none() { "; `--refit` takes them" } else { "" };
+            format!(
+                "The same functions in the same form need {without} of these {with} terms{how}.\n"
+            )
         }
     };
     text

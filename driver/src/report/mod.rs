@@ -73,6 +73,8 @@ pub struct Subject<'a> {
     pub reach: Option<Reach>,
     /// Which of its properties hold.
     pub properties: Vec<PropertyVerdict>,
+    /// It is logic by others: the net has its pins and does nothing.
+    pub is_logic: bool,
 }
 
 impl Subject<'_> {
@@ -103,7 +105,21 @@ pub fn page(
         grafsynth_verify::facts(net, &limits).reach
     });
     let properties = grafsynth_verify::properties(net, limits);
-    let subject = Subject { net, built, sources, reach, properties };
+    let subject = Subject { net, built, sources, reach, properties, is_logic: false };
+    write(&subject, &crate::pipeline::file_stem(net))
+}
+
+/// The page of logic by others, called `stem`, and the drawing of each chip. `interface` has its columns ([`crate::logic::interface`]).
+#[must_use]
+pub fn page_of_logic(interface: &Valid<Net>, built: &Built, stem: &str) -> Vec<OutputFile> {
+    let sources = Sources::default();
+    let (reach, properties) = (None, Vec::new());
+    let net = interface;
+    write(&Subject { net, built, sources: &sources, reach, properties, is_logic: true }, stem)
+}
+
+fn write(subject: &Subject<'_>, stem: &str) -> Vec<OutputFile> {
+    let Subject { net, built, .. } = subject;
     let mut text = format!("# {}\n", table::inline(&net.name.text));
     if !net.parts.values().next().is_none_or(|part| part.meta.label.is_empty()) {
         let label = net.parts.values().next().map_or("", |part| part.meta.label.as_str());
@@ -115,22 +131,21 @@ pub fn page(
         }
     };
     for (title, write) in BEFORE {
-        add("##", title, write(&subject));
+        add("##", title, write(subject));
     }
     let mut files = Vec::new();
     for chip in &built.chips {
         let head = format!("![{}]({})", chip.file, drawing_name(chip));
         add("##", &table::inline(&chip.file), Some(head));
         for (title, write) in CHIP {
-            add("###", title, write(&subject, chip));
+            add("###", title, write(subject, chip));
         }
         files.push(file(drawing_name(chip), drawing::Drawing::of(chip).svg()));
     }
     for (title, write) in AFTER {
-        add("##", title, write(&subject));
+        add("##", title, write(subject));
     }
-    let name = format!("{}.report.md", crate::pipeline::file_stem(net));
-    files.insert(0, file(name, text));
+    files.insert(0, file(format!("{stem}.report.md"), text));
     files
 }
 

@@ -27,6 +27,14 @@ pub(super) fn write(subject: &Subject<'_>, chip: &Chip) -> Option<String> {
         }
         None => text += &netlist(chip),
     }
+    if let Some(code) = &chip.code {
+        text += &situation(subject, chip, code.is_safe);
+    }
+    Some(text)
+}
+
+/// The situation that the chart begins in, and whether it is proved that the chip does too.
+fn situation(subject: &Subject<'_>, chip: &Chip, is_safe: bool) -> String {
     let initial = Simulator::new(subject.net).reset().steps.clone();
     let names: Vec<&str> = initial
         .iter()
@@ -34,7 +42,7 @@ pub(super) fn write(subject: &Subject<'_>, chip: &Chip) -> Option<String> {
         .map(|step| subject.net.steps[*step].name.text.as_str())
         .collect();
     let situation = if names.is_empty() { "no step".to_owned() } else { names.join(", ") };
-    text += &format!("\nThe initial situation of the chart is **{}**. ", inline(&situation));
+    let mut text = format!("\nThe initial situation of the chart is **{}**. ", inline(&situation));
     text += &match chip.outcome {
         Outcome::Proved => format!(
             "That `{}` wakes in it is part of its proof, which begins with the registers as they wake.\n",
@@ -43,10 +51,10 @@ pub(super) fn write(subject: &Subject<'_>, chip: &Chip) -> Option<String> {
         Outcome::Open => format!("That `{}` wakes in it was not proved.\n", chip.file),
         Outcome::Refuted => format!("`{}` does not do what the chart does.\n", chip.file),
     };
-    if chip.code.is_safe {
+    if is_safe {
         text += "A disturbed register leads back to it in one clock (`--safe`).\n";
     }
-    Some(text)
+    text
 }
 
 /// A row for each register: what the device does, and what the chart wants.

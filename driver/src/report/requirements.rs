@@ -20,6 +20,9 @@ struct Tagged {
 }
 
 pub(super) fn write(subject: &Subject<'_>) -> Option<String> {
+    if subject.is_logic {
+        return None;
+    }
     let tags = tags(subject);
     if tags.is_empty() {
         return Some("No element of the chart carries a requirement tag (`req \"R1\"` behind a step, transition, input, output or property).".to_owned());
