@@ -98,15 +98,7 @@ pub(crate) fn initial(name: &str, ty: Type, len: Option<u32>, values: &[i64]) ->
 
 /// Sets all outputs to what they are after reset.
 pub(crate) fn initial_outputs(net: &Net, names: &Names, values: &[i64]) -> Vec<Node> {
-    net.outputs
-        .iter()
-        .filter(|(_, output)| !crate::names::is_extern(output))
-        .map(|(id, output)| {
-            let value = values.get(id.index()).copied().unwrap_or(0);
-            Node::line(format!("out->{} = {};", names.outputs[id], constant(value, output.ty)))
-                .about(Object::Output(id))
-        })
-        .collect()
+    names.io.constants(net, &names.outputs, |id| values.get(id.index()).copied().unwrap_or(0))
 }
 
 /// A constant of a type, as text.

@@ -13,5 +13,8 @@ pub const RENAMED: Code =
 /// The compiled chart needs more memory than the machine has that is to run it.
 pub const TOO_LARGE: Code =
     Code { id: "G0604", title: "the chart does not fit into a microcontroller" };
+/// The gate can't stand in front of a chart that calls functions.
+pub const GATE_REFUSED: Code =
+    Code { id: "G0605", title: "the quiescence gate cannot stand in front of this chart" };
 /// All of them.
-pub const ALL: &[Code] = &[STYLE_REFUSED, FOREIGN_CODE, RENAMED, TOO_LARGE];
+pub const ALL: &[Code] = &[STYLE_REFUSED, FOREIGN_CODE, RENAMED, TOO_LARGE, GATE_REFUSED];

@@ -324,7 +324,8 @@ fn bench(net: &Net, interface: &Interface, explore: bool) -> Vec<Node> {
                 interface.names.inputs[id]
             )));
         } else if zero != 0 {
-            body.push(Node::line(format!("in.{} = {zero};", interface.names.inputs[id])));
+            let name = &interface.names.inputs[id];
+            body.push(Node::line(interface.names.io.put("in.", name, id, &zero.to_string())));
         }
     }
     body.push(Node::line(format!("fputs(\"{}\\n\", stdout);", columns(net, interface).join(","))));
@@ -339,6 +340,10 @@ fn bench(net: &Net, interface: &Interface, explore: bool) -> Vec<Node> {
         round.push(Node::when("!bench_number(&from)", vec![Node::line("break;")]));
         if interface.has_instance {
             round.push(Node::line("memcpy(&self, &bench_seen[from], sizeof self);"));
+            if interface.gate {
+                // The outputs that belong to the state are not in `out`.
+                round.push(Node::line("self.gate = 0U;"));
+            }
         }
         if interface.has_out {
             round.push(Node::line("memset(&out, 0x55, sizeof out);"));
@@ -366,7 +371,7 @@ fn bench(net: &Net, interface: &Interface, explore: bool) -> Vec<Node> {
         if input.kind == InputKind::Extern {
             round.push(Node::line(format!("{prefix}_stimulus_{name} = value;")));
         } else {
-            round.push(Node::line(format!("in.{name} = {value};")));
+            round.push(Node::line(interface.names.io.put("in.", name, id, &value)));
         }
     }
     round.push(Node::line("(void)value;"));
@@ -498,7 +503,9 @@ fn row(net: &Net, interface: &Interface) -> Vec<Node> {
     for (id, input) in net.inputs.iter() {
         let name = &interface.names.inputs[id];
         match input.kind {
-            InputKind::Pin | InputKind::Event => nodes.extend(value(&format!("in.{name}"))),
+            InputKind::Pin | InputKind::Event => {
+                nodes.extend(value(&interface.names.io.read("in.", name, id, input.ty).text));
+            }
             InputKind::Extern => nodes.extend(value(&format!("{prefix}_stimulus_{name}"))),
             InputKind::InternalEvent => {}
         }
@@ -528,7 +535,7 @@ fn row(net: &Net, interface: &Interface) -> Vec<Node> {
     for (id, output) in net.outputs.iter() {
         let name = &interface.names.outputs[id];
         let Driver::Extern { params, .. } = &output.driver else {
-            nodes.extend(value(&format!("out.{name}")));
+            nodes.extend(value(&interface.names.io.lamp("out.", name, id)));
             continue;
         };
         let calls = format!("{prefix}_calls_{name}");

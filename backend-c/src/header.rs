@@ -1,12 +1,12 @@
 //! The files of a package: what every chart has, around what its style decided.
 
-use crate::calls;
 use crate::cexpr::storage;
 use crate::cprogram::{CProgram, Member, mentions};
 use crate::ctext::{Kind, Node, Writer};
+use crate::gate;
 use crate::names::{Names, is_extern};
 use crate::times::Ticks;
-use crate::{File, Object, Options};
+use crate::{File, Io, Object, Options};
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::net::{InputKind, MacroStep, Net, StepKind, VarOrigin};
 
@@ -20,6 +20,8 @@ pub(crate) struct Interface {
     pub(crate) ticks: Option<Ticks>,
     pub(crate) has_fault: bool,
     pub(crate) callbacks: bool,
+    /// The quiescence gate stands in front of the reaction.
+    pub(crate) gate: bool,
 }
 
 impl Interface {
@@ -47,7 +49,7 @@ impl Interface {
 pub(crate) fn lay_out(
     net: &Net,
     names: &Names,
-    program: CProgram,
+    mut program: CProgram,
     options: &Options,
 ) -> (Vec<File>, Interface) {
     let interface = Interface {
@@ -58,7 +60,13 @@ pub(crate) fn lay_out(
         ticks: program.ticks,
         has_fault: program.has_fault,
         callbacks: options.callbacks,
+        // A chart without a state has nothing that could be quiet.
+        gate: options.gate && !program.instance.is_empty(),
     };
+    if interface.gate {
+        program.instance.extend(gate::members(&interface));
+        program.init.push(Node::line("self->gate = 0U;"));
+    }
     let has_library = options.callbacks
         || net.inputs.values().any(|it| it.kind == InputKind::Extern)
         || net.outputs.values().any(is_extern);
@@ -90,6 +98,12 @@ impl Layout<'_> {
             text.push_str(&format!(" from {}", self.options.source));
         }
         text.push_str(&format!("; style {}", self.program.style));
+        if self.options.io == Io::Words {
+            text.push_str(", inputs and outputs in words");
+        }
+        if self.interface.gate {
+            text.push_str(", gate");
+        }
         if self.options.callbacks {
             text.push_str(", callbacks");
         }
@@ -155,7 +169,13 @@ impl Layout<'_> {
         nodes.push(Node::comment(
             "One reaction: reads the inputs, moves the chart, gives the outputs.",
         ));
-        nodes.push(Node::line(format!("void {prefix}_step({});", i.parameters(true, true))));
+        if i.gate {
+            let head = format!("void {prefix}_react({});", i.parameters(true, true));
+            nodes.push(Node::line(head).note("behind the gate"));
+            nodes.push(gate::step(i, &gate::same(self.net, i)));
+        } else {
+            nodes.push(Node::line(format!("void {prefix}_step({});", i.parameters(true, true))));
+        }
         nodes.push(Node::blank());
         self.stop(&mut nodes);
         self.getters(&mut nodes);
@@ -173,8 +193,16 @@ impl Layout<'_> {
         if !self.interface.has_in {
             return;
         }
+        nodes.extend(self.names.io.input_macros(self.net, &self.names.inputs));
         let mut body = Vec::new();
+        match self.names.io.input_words() {
+            0 => {}
+            words => body.push(Node::line(format!("uint8_t bits[{words}];"))),
+        }
         for (id, input) in self.net.inputs.iter() {
+            if self.names.io.input_bit(id).is_some() {
+                continue;
+            }
             let note = match input.kind {
                 InputKind::Pin => {
                     described(&input.name.text, &input.meta.label, &self.names.inputs[id], input.ty)
@@ -211,11 +239,15 @@ impl Layout<'_> {
         if !self.interface.has_out {
             return;
         }
-        let body = self
+        let io = &self.names.io;
+        nodes.extend(io.output_macros(self.net, &self.names.outputs));
+        let words = (io.n_outputs > 0)
+            .then(|| Node::line(format!("{} bits[{}];", io.output_type(), io.output_words())));
+        let members = self
             .net
             .outputs
             .iter()
-            .filter(|(_, output)| !is_extern(output))
+            .filter(|(id, output)| !is_extern(output) && io.output_bit(*id).is_none())
             .map(|(id, output)| {
                 let note = described(
                     &output.name.text,
@@ -226,8 +258,8 @@ impl Layout<'_> {
                 Node::line(format!("{} {};", storage(output.ty), self.names.outputs[id]))
                     .note(note)
                     .about(Object::Output(id))
-            })
-            .collect();
+            });
+        let body = words.into_iter().chain(members).collect();
         nodes.push(Node::comment("What the chart gives at the end of a reaction."));
         nodes.push(
             Kind::Braces(
@@ -301,18 +333,8 @@ impl Layout<'_> {
 
     fn stop(&self, nodes: &mut Vec<Node>) {
         let i = self.interface;
-        let mut body = Vec::new();
-        for (id, output) in self.net.outputs.iter().filter(|(_, output)| !is_extern(output)) {
-            let off = output.ty.saturate(0);
-            body.push(
-                Node::line(format!(
-                    "out->{} = {};",
-                    self.names.outputs[id],
-                    calls::constant(off, output.ty)
-                ))
-                .about(Object::Output(id)),
-            );
-        }
+        let off = |id| self.net.outputs[id].ty.saturate(0);
+        let mut body = self.names.io.constants(self.net, &self.names.outputs, off);
         if i.has_instance {
             body.push(Node::line("(void)self;"));
         }

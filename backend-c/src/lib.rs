@@ -28,8 +28,10 @@ mod consts;
 mod cprogram;
 mod ctext;
 pub mod firmware;
+mod gate;
 mod harness;
 mod header;
+mod io;
 mod library;
 mod names;
 mod port;
@@ -83,11 +85,25 @@ impl Style {
     }
 }
 
+/// How Boolean inputs and outputs lie in `NAME_in_t` and `NAME_out_t`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+pub enum Io {
+    /// A `bool` member each.
+    #[default]
+    Members,
+    /// A bit each: inputs in bytes, outputs in the smallest word that holds all of them, at most 32 bits wide.
+    Words,
+}
+
 /// What the user can choose.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Options {
     /// The shape of the code.
     pub style: Style,
+    /// Where Boolean inputs and outputs lie.
+    pub io: Io,
+    /// The quiescence gate: a reaction on the inputs and the `dt` of the last one returns at once where that one left the instance as it was.
+    pub gate: bool,
     /// What all global names begin with, in place of the chart's name, made a C identifier where it is none; also the names of the files.
     pub prefix: Option<String>,
     /// Call `NAME_activated` and `NAME_enabled` of the user's library when a step changes and when a transition becomes enabled (seed 000).
@@ -102,6 +118,8 @@ impl Default for Options {
     fn default() -> Self {
         Options {
             style: Style::Auto,
+            io: Io::Members,
+            gate: false,
             prefix: None,
             callbacks: false,
             max_transitions: 200,
@@ -194,9 +212,15 @@ pub fn emit(
 ) -> Result<Package, Vec<Diagnostic>> {
     let mut diagnostics = Vec::new();
     let wanted = options.prefix.as_deref().unwrap_or(&net.name.text);
-    let names = names::Names::of(net, wanted);
+    let names = names::Names::of(net, wanted, options);
     diagnostics.extend(renamed(net, &names));
     diagnostics.extend(foreign_code(net));
+    if options.gate {
+        diagnostics.extend(gate::refusal(net));
+        if !diagnostics.is_empty() && grafsynth_ir::diag::any_error(&diagnostics) {
+            return Err(diagnostics);
+        }
+    }
     let mut reason = String::new();
     let shaped = match options.style {
         Style::Bits => None,

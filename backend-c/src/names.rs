@@ -4,9 +4,14 @@
 //! members of the input, output and instance structures, enumerators (which all carry the chart's prefix), and functions of the user's library (which
 //! carry none, so that one library serves several charts).
 
+use crate::io::Layout;
+use crate::{Io, Options};
 use grafsynth_ir::IdMap;
 use grafsynth_ir::names::{C, Namer, Target};
 use grafsynth_ir::net::{EdgeOperand, Input, InputKind, Net, Output, Step, Transition, Var};
+
+/// Members of the instance that the gate has.
+const MEMBERS_OF_GATE: [&str; 3] = ["gate", "gate_in", "gate_dt"];
 
 /// What follows a prefix: no word is reserved there.
 static SUFFIX: Target = Target { name: "C after a prefix", reserved: &[], ..C };
@@ -33,6 +38,10 @@ pub(crate) struct Names {
     pub(crate) transitions: IdMap<Transition, String>,
     /// Without the prefix, for `truck_macro_m1`.
     pub(crate) macros: Vec<String>,
+    /// Where Boolean inputs and outputs lie.
+    pub(crate) io: Layout,
+    /// What the headers define after the prefix in capitals, beside steps.
+    reserved: Vec<String>,
     /// Members of the instance: what an edge operand was.
     pub(crate) edges: IdMap<EdgeOperand, String>,
     /// All members of the instance so far.
@@ -53,16 +62,27 @@ pub(crate) fn identifier(text: &str) -> String {
 
 impl Names {
     /// The names of a net, with `prefix` in front of everything global.
-    pub(crate) fn of(net: &Net, prefix: &str) -> Self {
+    pub(crate) fn of(net: &Net, prefix: &str, options: &Options) -> Self {
         let prefix = identifier(prefix);
         let upper = prefix.to_ascii_uppercase();
         // Functions of the library share the global space with what the chart defines.
         let mut global = namer();
         global.reserve(&prefix);
+        let io = Layout::of(net, &upper, options.io);
+        // Locals of a reaction must not hide functions of the library.
+        (0..io.output_words()).for_each(|word| global.reserve(&io.lit(word)));
         let mut in_members = namer();
         let mut out_members = namer();
         let mut members = namer();
-        ["state", "fault"].iter().for_each(|word| members.reserve(word));
+        let own: Vec<&str> = ["state", "fault"]
+            .into_iter()
+            .chain(options.gate.then_some(MEMBERS_OF_GATE).into_iter().flatten())
+            .collect();
+        own.iter().for_each(|word| members.reserve(word));
+        if options.io == Io::Words {
+            in_members.reserve("bits");
+            out_members.reserve("bits");
+        }
         let inputs = IdMap::build(&net.inputs, |_, input| match input.kind {
             InputKind::Extern => global.name(&input.name.text),
             InputKind::Pin | InputKind::Event | InputKind::InternalEvent => {
@@ -78,8 +98,14 @@ impl Names {
         });
         let vars =
             assigned(&net.vars, members.assign(net.vars.values().map(|it| it.name.text.as_str())));
+        let mut reserved: Vec<String> = ENUMERATORS.iter().map(|word| (*word).to_owned()).collect();
+        if options.io == Io::Words {
+            reserved.extend(["GET", "PUT", "LIT", "LIGHT"].map(str::to_owned));
+            reserved.extend(inputs.values().map(|name| format!("IN_{name}")));
+            reserved.extend(outputs.values().map(|name| format!("OUT_{name}")));
+        }
         let mut enumerators = Namer::new(&SUFFIX);
-        ENUMERATORS.iter().for_each(|word| enumerators.reserve(word));
+        reserved.iter().for_each(|word| enumerators.reserve(word));
         let steps = assigned(
             &net.steps,
             enumerators.assign(net.steps.values().map(|it| it.name.text.as_str())),
@@ -90,19 +116,32 @@ impl Names {
         let edges = IdMap::build(&net.edges, |_, edge| {
             members.name(&format!("was_{}", edge_name(net, edge)))
         });
-        let members = ["state", "fault"]
+        let members = own
             .into_iter()
             .map(str::to_owned)
             .chain(vars.values().cloned())
             .chain(edges.values().cloned())
             .collect();
-        Names { prefix, upper, inputs, outputs, vars, steps, transitions, macros, edges, members }
+        Names {
+            prefix,
+            upper,
+            inputs,
+            outputs,
+            vars,
+            steps,
+            transitions,
+            macros,
+            edges,
+            members,
+            io,
+            reserved,
+        }
     }
 
     /// A namer for what stands behind the prefix, besides steps.
     pub(crate) fn suffix_namer(&self) -> Namer {
         let mut namer = Namer::new(&SUFFIX);
-        ENUMERATORS.iter().for_each(|word| namer.reserve(word));
+        self.reserved.iter().for_each(|word| namer.reserve(word));
         self.steps.values().for_each(|name| namer.reserve(name));
         namer
     }

@@ -116,14 +116,19 @@ impl Layout<'_> {
             let name = &self.names.inputs[*id];
             let case = Kind::Case(
                 vec![format!("case {upper}_EVENT_{name}:")],
-                vec![Node::line(format!("in->{name} = true;")), Node::line("break;")],
+                vec![
+                    Node::line(self.names.io.put("in->", name, *id, "true")),
+                    Node::line("break;"),
+                ],
             );
             cases.push(case.into());
         }
         cases.push(Kind::Case(vec!["default:".to_string()], vec![Node::line("break;")]).into());
         let mut take: Vec<Node> = events
             .iter()
-            .map(|(id, _)| Node::line(format!("in->{} = false;", self.names.inputs[*id])))
+            .map(|(id, _)| {
+                Node::line(self.names.io.put("in->", &self.names.inputs[*id], *id, "false"))
+            })
             .collect();
         take.extend([
             Node::line("const uint8_t tail = ring->tail;"),

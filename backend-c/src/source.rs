@@ -3,6 +3,7 @@
 use crate::cexpr::WIDE_FUNCTIONS;
 use crate::cprogram::mentions;
 use crate::ctext::Node;
+use crate::gate;
 use crate::header::{Layout, shown};
 use crate::{File, Object};
 
@@ -17,6 +18,9 @@ impl Layout<'_> {
         ];
         if self.has_library {
             nodes.push(Node::directive(format!("#include \"{prefix}_user.h\"")));
+        }
+        if i.gate {
+            nodes.push(Node::directive("#include <string.h>"));
         }
         nodes.push(Node::blank());
         nodes.extend(self.program.tables.iter().cloned());
@@ -36,10 +40,12 @@ impl Layout<'_> {
         ));
         nodes.push(Node::blank());
         let step = self.with_unused(step, true, true);
-        nodes.push(Node::function(
-            format!("void {prefix}_step({})", i.parameters(true, true)),
-            step,
-        ));
+        if i.gate {
+            nodes.extend(gate::functions(i, &gate::same(self.net, i), step));
+        } else {
+            let head = format!("void {prefix}_step({})", i.parameters(true, true));
+            nodes.push(Node::function(head, step));
+        }
         let _ = upper;
         self.file(format!("{prefix}.c"), &nodes, false)
     }

@@ -11,7 +11,7 @@ mod support;
 use std::io::Write as _;
 use std::process::{Command, Stdio};
 
-use grafsynth_backend_c::{Options, Package, Style, emit, multi_harness};
+use grafsynth_backend_c::{Io, Options, Package, Style, emit, multi_harness};
 use grafsynth_ir::Valid;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::{Net, Policy};
@@ -20,6 +20,16 @@ use support::*;
 
 /// Runs all nets in one program for each style, and compares.
 fn agree(tag: &str, nets: &[(Valid<Net>, Facts)], styles: &[Style]) -> Vec<&'static str> {
+    agree_with(tag, nets, styles, &Options::default())
+}
+
+/// The same with options besides the style.
+fn agree_with(
+    tag: &str,
+    nets: &[(Valid<Net>, Facts)],
+    styles: &[Style],
+    wanted: &Options,
+) -> Vec<&'static str> {
     let mut taken = Vec::new();
     if !have("gcc") {
         return taken;
@@ -28,7 +38,7 @@ fn agree(tag: &str, nets: &[(Valid<Net>, Facts)], styles: &[Style]) -> Vec<&'sta
         let mut packages: Vec<Package> = Vec::new();
         for (index, (net, facts)) in nets.iter().enumerate() {
             let options =
-                Options { style: *style, prefix: Some(format!("n{index}")), ..Options::default() };
+                Options { style: *style, prefix: Some(format!("n{index}")), ..wanted.clone() };
             let package = emit(net, facts, &options)
                 .unwrap_or_else(|errors| panic!("{tag} {index}: {errors:#?}"));
             taken.push(package.style);
@@ -62,7 +72,11 @@ fn agree(tag: &str, nets: &[(Valid<Net>, Facts)], styles: &[Style]) -> Vec<&'sta
         }
         run(&folder.0, "gcc", &arguments);
         for (index, (net, _)) in nets.iter().enumerate() {
-            let rows = stimulus(net, 200, index as u64 + 1);
+            let mut rows = stimulus(net, 200, index as u64 + 1);
+            if wanted.gate {
+                // A gate closes where rows repeat.
+                rows = rows.into_iter().flat_map(|row| [row.clone(), row.clone(), row]).collect();
+            }
             let mut child = Command::new(folder.0.join("all"))
                 .arg(index.to_string())
                 .stdin(Stdio::piped())
@@ -145,5 +159,37 @@ fn stable_evolution() {
             taken.is_empty() || taken.iter().filter(|it| it.starts_with("switch")).count() >= 4,
             "{taken:?}"
         );
+    }
+}
+
+/// Inputs and outputs in words, and the gate, change nothing that can be seen, in any style.
+#[test]
+fn words_and_gate() {
+    let all = Flavour { lists: true, times: true, forks: true, ..PLAIN };
+    let styles = [Style::Switch, Style::Tables, Style::Bits];
+    for (at, flavour) in
+        [PLAIN, all, Flavour { stable: true, ..all }, Flavour { policy: Policy::All, ..all }]
+            .into_iter()
+            .enumerate()
+    {
+        let forms = [(Io::Words, true), (Io::Words, false), (Io::Members, true)];
+        for (io, gate) in forms.into_iter().take(if at == 0 { 3 } else { 1 }) {
+            // Charts that call functions have no gate.
+            let taken: Vec<(Valid<Net>, Facts)> = nets(8 * NETS, flavour)
+                .into_iter()
+                .filter(|(net, facts)| {
+                    emit(net, facts, &Options { gate, ..Options::default() }).is_ok()
+                })
+                .take(NETS as usize)
+                .collect();
+            assert!(taken.len() as u64 == NETS, "{at}: {}", taken.len());
+            let options = Options { io, gate, ..Options::default() };
+            let styles = match (at, io, gate) {
+                (0, Io::Words, true) => &styles[..],
+                (0, ..) => &styles[1..2],
+                _ => &[Style::Auto, Style::Bits][..],
+            };
+            agree_with(&format!("io-{at}-{gate}-{io:?}"), &taken, styles, &options);
+        }
     }
 }

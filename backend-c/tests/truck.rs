@@ -4,7 +4,7 @@
 
 mod support;
 
-use grafsynth_backend_c::{Options, emit};
+use grafsynth_backend_c::{Io, Options, emit};
 use support::*;
 
 #[test]
@@ -45,18 +45,21 @@ fn odd_charts_compile_everywhere_too() {
     use support::random_net::{Flavour, random_net};
     let flavour =
         Flavour { policy: Policy::Priority, stable: true, lists: true, forks: true, times: true };
-    for (seed, style) in [(3, Style::Auto), (4, Style::Bits), (11, Style::Auto)] {
+    for (seed, style, io) in
+        [(3, Style::Auto, Io::Members), (4, Style::Bits, Io::Words), (11, Style::Auto, Io::Words)]
+    {
         let (net, facts) = random_net("int", seed, flavour);
         // Functions of one transition each, and callbacks: the most that can be wrong with parameters.
-        let options = Options { style, callbacks: true, max_transitions: 1, ..Options::default() };
+        let options =
+            Options { style, io, callbacks: true, max_transitions: 1, ..Options::default() };
         let package = emit(&net, &facts, &options).expect("it can be emitted");
         let folder = Folder::new(&format!("odd-{seed}"));
         folder.write(&package);
         compiles_everywhere(&folder, &package);
     }
     let (net, facts) = rings("tables", 64, 8);
-    let package = emit(&net, &facts, &Options { callbacks: true, ..Options::default() })
-        .expect("it can be emitted");
+    let options = Options { callbacks: true, io: Io::Words, gate: true, ..Options::default() };
+    let package = emit(&net, &facts, &options).expect("it can be emitted");
     assert_eq!(package.style, "switch with tables");
     let folder = Folder::new("odd-tables");
     folder.write(&package);

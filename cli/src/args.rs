@@ -240,6 +240,12 @@ pub(crate) struct Build {
     /// C: `auto`, `switch`, `tables` or `bits`.
     #[arg(long, value_name = "STYLE", default_value = "auto")]
     pub(crate) style: String,
+    /// C: Boolean inputs and outputs as `bool` members, or as bits of words.
+    #[arg(long, value_name = "FORM", value_parser = ["members", "words"], default_value = "members")]
+    pub(crate) io: String,
+    /// C: return at once from a reaction that would change nothing: same inputs and `dt` as the last, which changed nothing.
+    #[arg(long)]
+    pub(crate) gate: bool,
     /// C: call the user's `activated` and `enabled` functions.
     #[arg(long)]
     pub(crate) callbacks: bool,

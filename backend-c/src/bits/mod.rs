@@ -455,7 +455,7 @@ impl<'a> Emit<'a> {
                 let value =
                     saturated(value, ty, &self.names.prefix, &mut self.helpers).stored_as(ty);
                 nodes.push(
-                    Node::line(format!("out->{} = {value};", self.names.outputs[*output]))
+                    Node::line(self.names.io.write(&self.names.outputs[*output], *output, &value))
                         .about(Object::Output(*output)),
                 );
             }
@@ -743,7 +743,9 @@ impl Scope<Leaf> for Reader<'_, '_> {
                 let name = &emit.names.inputs[input];
                 let ty = emit.net.inputs[input].ty;
                 match emit.net.inputs[input].kind {
-                    InputKind::Pin | InputKind::Event => CExpr::place(format!("in->{name}"), ty),
+                    InputKind::Pin | InputKind::Event => {
+                        emit.names.io.read("in->", name, input, ty)
+                    }
                     InputKind::Extern if emit.is_split => {
                         CExpr::place(emit.shared(&format!("cond_{name}")), ty)
                     }

@@ -113,6 +113,22 @@ impl Tables {
         for (index, bank) in tables.banks.iter_mut().enumerate() {
             bank.member = members.name("states");
             bank.suffix = if index == 0 { String::new() } else { format!("_{}", index + 1) };
+            if bank.words_are_inputs(names) {
+                bank.inputs = net
+                    .inputs
+                    .iter()
+                    .filter(|(id, _)| names.io.input_bit(*id).is_some())
+                    .map(|(id, _)| id)
+                    .collect();
+            }
+            if bank.lamps_are_outputs(names) {
+                bank.outputs = net
+                    .outputs
+                    .iter()
+                    .filter(|(id, _)| names.io.output_bit(*id).is_some())
+                    .map(|(id, _)| id)
+                    .collect();
+            }
             bank.inputs.sort();
             bank.outputs.sort();
             for (position, machine) in bank.machines.iter().enumerate() {
@@ -234,7 +250,23 @@ impl Tables {
     pub(super) fn words(&self, emit: &Emit<'_>) -> Vec<Node> {
         let mut nodes = Vec::new();
         for bank in &self.banks {
-            if !bank.inputs.is_empty() {
+            if bank.words_are_inputs(emit.names) {
+                let (ty, wide) = (word_type(bank.inputs.len()), wide_type(bank.inputs.len()));
+                let bytes: Vec<String> = (0..emit.names.io.input_words())
+                    .map(|byte| match byte {
+                        0 => format!("in->bits[{byte}]"),
+                        _ => format!("(({wide})in->bits[{byte}] << {})", 8 * byte),
+                    })
+                    .collect();
+                let value = match bytes.as_slice() {
+                    [only] => only.clone(),
+                    _ => format!("({ty})({})", bytes.join(" | ")),
+                };
+                nodes.push(
+                    Node::line(format!("const {ty} word{} = {value};", bank.suffix))
+                        .note("the inputs, one bit each"),
+                );
+            } else if !bank.inputs.is_empty() {
                 let ty = word_type(bank.inputs.len());
                 nodes.push(
                     Node::line(format!("{ty} word{} = 0;", bank.suffix))
@@ -242,9 +274,10 @@ impl Tables {
                 );
                 for (bit, input) in bank.inputs.iter().enumerate() {
                     let name = &emit.names.inputs[*input];
+                    let read = emit.names.io.read("in->", name, *input, emit.net.inputs[*input].ty);
                     let shifted = match bit {
-                        0 => format!("in->{name}"),
-                        _ => format!("(({})in->{name} << {bit})", wide_type(bank.inputs.len())),
+                        0 => read.text,
+                        _ => format!("(({}){} << {bit})", wide_type(bank.inputs.len()), read.text),
                     };
                     nodes.push(
                         Node::line(format!("word{0} = ({ty})(word{0} | {shifted});", bank.suffix))
@@ -252,7 +285,7 @@ impl Tables {
                     );
                 }
             }
-            if !bank.outputs.is_empty() {
+            if !bank.outputs.is_empty() && !bank.lamps_are_outputs(emit.names) {
                 let ty = word_type(bank.outputs.len());
                 nodes.push(
                     Node::line(format!("{ty} lamps{} = 0;", bank.suffix))
@@ -270,13 +303,14 @@ impl Tables {
     }
 
     /// What the tables say of an output.
-    pub(super) fn output_bit(&self, output: OutputId, mealy: bool) -> Option<CExpr> {
+    pub(super) fn output_bit(&self, names: &Names, output: OutputId, mealy: bool) -> Option<CExpr> {
         if mealy {
             return None;
         }
         let terms: Vec<CExpr> = self
             .banks
             .iter()
+            .filter(|bank| !bank.lamps_are_outputs(names))
             .filter_map(|bank| {
                 let bit = bank.outputs.iter().position(|it| *it == output)?;
                 let mask = mask(1 << bit, bank.outputs.len());
@@ -325,6 +359,16 @@ impl Tables {
 }
 
 impl Bank {
+    /// All inputs that are bits fit one word: then that is the bank's word.
+    fn words_are_inputs(&self, names: &Names) -> bool {
+        !self.inputs.is_empty() && (1..=SHARED_BITS).contains(&names.io.n_inputs)
+    }
+
+    /// All outputs that are bits fit one word: then rows hold what is added to it.
+    fn lamps_are_outputs(&self, names: &Names) -> bool {
+        !self.outputs.is_empty() && (1..=SHARED_BITS).contains(&names.io.n_outputs)
+    }
+
     fn state_type(&self, plan: &Plan) -> &'static str {
         let most = self.machines.iter().map(|it| plan.machines[*it].values()).max().unwrap_or(1);
         count_type(len(most) - 1)
@@ -536,7 +580,12 @@ impl Bank {
         let word = if self.inputs.is_empty() { "0".to_string() } else { format!("word{suffix}") };
         let lamps = word_type(self.outputs.len());
         let collect = |row: &str| {
-            let text = format!("lamps{suffix} = ({lamps})(lamps{suffix} | {row}->lamps);");
+            let var = if self.lamps_are_outputs(emit.names) {
+                emit.names.io.lit(0)
+            } else {
+                format!("lamps{suffix}")
+            };
+            let text = format!("{var} = ({lamps})({var} | {row}->lamps);");
             (!self.outputs.is_empty()).then(|| Node::line(text))
         };
         let mut body = Vec::new();

@@ -63,6 +63,11 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
         device: arguments.device.clone(),
         c: grafsynth_backend_c::Options {
             style,
+            io: match arguments.io.as_str() {
+                "words" => grafsynth_backend_c::Io::Words,
+                _ => grafsynth_backend_c::Io::Members,
+            },
+            gate: arguments.gate,
             callbacks: arguments.callbacks,
             source,
             ..Default::default()

@@ -4,6 +4,7 @@
 //! [`Options::max_transitions`] transitions, that share what lives within a reaction in a structure on the stack. A variable with more transitions than
 //! that is itself split: its values are dealt to functions by their upper bits.
 
+mod masks;
 mod moves;
 mod outputs;
 mod read;
@@ -46,6 +47,10 @@ pub(super) struct Emit<'a> {
     helpers: Helpers,
     /// What lives within a reaction: type, name, value at its start or at the start of each micro-step, and a comment.
     scratch: Vec<Scratch>,
+    /// What each step drives, for outputs that are bits.
+    masks: masks::Masks,
+    /// The tables of these masks.
+    mask_tables: Vec<Node>,
     /// Locals of one function: conditions that are asked in one case only.
     case_conditions: BTreeSet<InputId>,
 }
@@ -112,7 +117,7 @@ impl<'a> Emit<'a> {
             .map(|index| weight(plan, &plan.machines[index]))
             .sum();
         let locals = !stable && weight <= options.max_transitions;
-        Emit {
+        let mut emit = Emit {
             net,
             names,
             plan,
@@ -126,8 +131,12 @@ impl<'a> Emit<'a> {
             stable,
             helpers: Helpers::default(),
             scratch: Vec::new(),
+            masks: masks::Masks::new(),
+            mask_tables: Vec::new(),
             case_conditions: BTreeSet::new(),
-        }
+        };
+        emit.masks = emit.step_masks();
+        emit
     }
 
     fn program(&mut self, facts: &Facts) -> CProgram {
@@ -137,6 +146,7 @@ impl<'a> Emit<'a> {
         let step = self.step_body(facts, moves, &mut functions);
         let init = self.init_body(self.fault_possible(facts));
         let mut tables = self.tables.definitions(self);
+        tables.append(&mut self.mask_tables);
         if !self.locals && !self.scratch.is_empty() {
             tables.push(self.scratch_type());
         }
@@ -522,6 +532,10 @@ impl<'a> Emit<'a> {
         }
         for input in std::mem::take(&mut self.case_conditions) {
             body.push(self.case_condition(input));
+        }
+        for word in 0..self.names.io.output_words() {
+            let (ty, lit) = (self.names.io.output_type(), self.names.io.lit(word));
+            body.push(Node::line(format!("{ty} {lit} = 0;")).note("the outputs, one bit each"));
         }
         body.extend(self.tables.words(self));
         body.extend(self.scratch_values(false, true));

@@ -208,6 +208,7 @@ impl Emit<'_> {
         let mut nodes = Vec::new();
         let mut arms: Vec<Arm> = Vec::new();
         let mut settled = None;
+        let lit = self.lit_in_cases(index);
         let transitions = self.plan.leaving[step].clone();
         let (own, foreign): (Vec<_>, Vec<_>) =
             transitions.iter().copied().partition(|id| self.plan.owner[*id] == Some(index));
@@ -227,7 +228,10 @@ impl Emit<'_> {
             if condition.is_false() {
                 continue;
             }
-            let body = self.effects(index, id, step);
+            let mut body = self.effects(index, id, step);
+            if lit {
+                body.extend(self.lights(self.plan.added(self.net, id, index)));
+            }
             if condition.is_true() {
                 settled = Some(
                     Arm::new("else", body).noted(self.transition_note(id), Object::Transition(id)),
@@ -237,16 +241,20 @@ impl Emit<'_> {
             let head = format!("if ({})", condition.text);
             arms.push(Arm::new(head, body).noted(self.transition_note(id), Object::Transition(id)));
         }
+        let stays = if lit { self.lights(Some(step)) } else { Vec::new() };
         if arms.is_empty() {
             if let Some(arm) = settled {
                 nodes.push(Node::comment(arm.note.clone()).about_all(arm.objects.clone()));
                 nodes.extend(arm.body);
+            } else {
+                nodes.extend(stays);
             }
             return nodes;
         }
         for arm in arms.iter_mut().skip(1) {
             arm.head = format!("else {}", arm.head);
         }
+        let settled = settled.or_else(|| (!stays.is_empty()).then(|| Arm::new("else", stays)));
         arms.extend(settled.filter(|arm| !arm.body.is_empty()));
         nodes.push(Kind::Block(arms).into());
         nodes

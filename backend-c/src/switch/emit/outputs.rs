@@ -13,19 +13,28 @@ impl Emit<'_> {
     /// The assignments of the outputs: those before the micro-step (`mealy`), or all others.
     pub(super) fn outputs(&mut self, mealy: bool) -> Vec<Node> {
         let net = self.net;
-        let mut nodes = Vec::new();
+        let io = &self.names.io;
+        let mut nodes = if mealy { Vec::new() } else { self.masks() };
         let mut by_step: BTreeMap<StepId, Vec<Node>> = BTreeMap::new();
         for (id, output) in net.outputs.iter() {
             let name = format!("out->{}", self.names.outputs[id]);
+            let bit = io.output_bit(id).map(|bit| {
+                let (word, bit) = (bit / io.output_bits(), bit % io.output_bits());
+                io.light(word, &io.output_mask(1 << bit)).about(Object::Output(id))
+            });
             match &output.driver {
                 Driver::Continuous(emissions) | Driver::Mealy(emissions) => {
                     if matches!(output.driver, Driver::Mealy(_)) != mealy {
                         continue;
                     }
                     let mut terms: Vec<CExpr> =
-                        self.tables.output_bit(id, mealy).into_iter().collect();
+                        self.tables.output_bit(self.names, id, mealy).into_iter().collect();
                     for emission in emissions {
                         if self.tables.emits(emission.step) && !mealy {
+                            continue;
+                        }
+                        // The masks of the steps stand in front.
+                        if bit.is_some() && !mealy && emission.condition.is_none() {
                             continue;
                         }
                         let expressions: Vec<&Expr> = emission.condition.iter().collect();
@@ -40,8 +49,9 @@ impl Emit<'_> {
                         }
                         let (machine, _) = self.plan.place[emission.step];
                         if self.by_case(machine) {
-                            let set =
-                                Node::line(format!("{name} = true;")).about(Object::Output(id));
+                            let set = bit.clone().unwrap_or_else(|| {
+                                Node::line(format!("{name} = true;")).about(Object::Output(id))
+                            });
                             let demands = self.demand_all(&expressions, &[]);
                             let list = by_step.entry(emission.step).or_default();
                             list.extend(demands.into_iter().map(|it| self.node_in_step(it)));
@@ -59,12 +69,25 @@ impl Emit<'_> {
                         }
                     }
                     let value = CExpr::or(terms);
+                    if let Some(light) = bit {
+                        if value.is_true() {
+                            nodes.push(light);
+                        } else if !value.is_false() {
+                            nodes.push(Node::when(&self.in_step(&value.text), vec![light]));
+                        }
+                        continue;
+                    }
                     nodes.push(
                         Node::line(format!("{name} = {};", self.in_step(&value.text)))
                             .about(Object::Output(id)),
                     );
                 }
                 Driver::Stored(var) if !mealy => {
+                    if let Some(light) = bit {
+                        let head = format!("self->{}", self.names.vars[*var]);
+                        nodes.push(Node::when(&head, vec![light]));
+                        continue;
+                    }
                     nodes.push(
                         Node::line(format!("{name} = self->{};", self.names.vars[*var]))
                             .about(Object::Output(id)),
@@ -125,6 +148,12 @@ impl Emit<'_> {
             }
         }
         nodes.extend(self.output_cases(by_step));
+        if !mealy {
+            for word in 0..self.names.io.output_words() {
+                let lit = self.names.io.lit(word);
+                nodes.push(Node::line(format!("out->bits[{word}] = {lit};")));
+            }
+        }
         nodes
     }
 

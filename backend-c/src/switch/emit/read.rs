@@ -132,7 +132,9 @@ impl Scope<Leaf> for Reader<'_, '_> {
             Leaf::Input(input) => {
                 let name = &self.emit.names.inputs[input];
                 match net.inputs[input].kind {
-                    InputKind::Pin => CExpr::place(format!("in->{name}"), net.inputs[input].ty),
+                    InputKind::Pin => {
+                        self.emit.names.io.read("in->", name, input, net.inputs[input].ty)
+                    }
                     InputKind::Extern => match self.emit.plan.latches.get(&input) {
                         Some(Latch::InCase) => {
                             CExpr::place(format!("cond_{name}"), net.inputs[input].ty)
@@ -143,7 +145,8 @@ impl Scope<Leaf> for Reader<'_, '_> {
                         ),
                     },
                     InputKind::Event => {
-                        let event = CExpr::condition(format!("in->{name}"), Prec::Atom);
+                        let event =
+                            self.emit.names.io.read("in->", name, input, net.inputs[input].ty);
                         if self.emit.stable {
                             CExpr::and([
                                 CExpr::condition(self.emit.scan("first"), Prec::Atom),

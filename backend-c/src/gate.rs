@@ -1,0 +1,179 @@
+//! The quiescence gate: a reaction that cannot change anything returns at once.
+//!
+//! One reaction is a function of the instance, the inputs and `dt`, and of nothing else: that is what [`refusal`] sees to, for a chart that calls functions
+//! of the user's library or carries C text also depends on them, or does more than the instance shows. So when a reaction has left the instance as it was,
+//! byte for byte, the next one on the same inputs and the same `dt` does the same again: it leaves the instance and gives the same outputs, which are in
+//! `out` already. Edges, running timers, ages, budgets of tasks, queued and raised events all live in the instance: while one of them has something to
+//! do, the instance changes, and the gate stays open. Nothing has to be known of the chart.
+//!
+//! The test that a reaction changed nothing costs a copy of the instance; it is made only where inputs and `dt` are the last ones, so that a scan on new
+//! inputs pays for comparing and storing them alone. The gate itself is inline, in the header: an idle scan costs no call.
+//!
+//! | `gate` | meaning |
+//! |---|---|
+//! | 0 | after `init`: no inputs are known |
+//! | 1 | `gate_in` and `gate_dt` are those of the last reaction |
+//! | 2 | and it changed nothing |
+
+use crate::codes;
+use crate::cprogram::Member;
+use crate::ctext::Node;
+use crate::header::Interface;
+use grafsynth_ir::Span;
+use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::net::{Block, InputKind, Net, StmtKind};
+
+/// Why the gate would not be exact in front of this chart.
+pub(crate) fn refusal(net: &Net) -> Option<Diagnostic> {
+    let condition = net.inputs.values().find(|it| it.kind == InputKind::Extern).map(|it| {
+        (format!("the extern condition `{}`, which may change by itself", it.name), it.name.span)
+    });
+    let action = net.outputs.values().find(|it| crate::names::is_extern(it)).map(|it| {
+        (
+            format!("the extern action `{}`, whose calls the instance does not show", it.name),
+            it.name.span,
+        )
+    });
+    let code = code(net).map(|span| ("C text, which may do anything".to_owned(), span));
+    let (what, span) = condition.or(action).or(code)?;
+    Some(
+        Diagnostic::error(codes::GATE_REFUSED, format!("the gate does not carry {what}"))
+            .at(span, "used here")
+            .help("leave out `--gate`, or give the value as an input and the call as an output"),
+    )
+}
+
+/// Where text for C stands.
+fn code(net: &Net) -> Option<Span> {
+    fn look(block: &Block) -> Option<Span> {
+        block.iter().find_map(|stmt| match &stmt.kind {
+            StmtKind::Code(text) => crate::calls::is_c(&text.language).then_some(stmt.span),
+            StmtKind::If { then, otherwise, .. } => look(then).or_else(|| look(otherwise)),
+            StmtKind::Assign { .. }
+            | StmtKind::Raise(_)
+            | StmtKind::Send(_)
+            | StmtKind::Cancel(_)
+            | StmtKind::Call { .. } => None,
+        })
+    }
+    let steps = net.steps.values().find_map(|step| {
+        let own = step.code.iter().any(|text| crate::calls::is_c(&text.language));
+        own.then_some(step.meta.span)
+            .or_else(|| look(&step.entry))
+            .or_else(|| look(&step.exit))
+            .or_else(|| look(&step.initial_content))
+            .or_else(|| step.tasks.iter().find_map(|task| look(&task.body)))
+    });
+    steps
+        .or_else(|| net.transitions.values().find_map(|it| look(&it.actions)))
+        .or_else(|| net.actions.values().find_map(|it| look(&it.body)))
+        .or_else(|| net.histories.values().find_map(|it| look(&it.default_content)))
+}
+
+/// What the gate keeps in the instance.
+pub(crate) fn members(interface: &Interface) -> Vec<Member> {
+    let prefix = &interface.names.prefix;
+    let member = |declaration: String, note: &str| Member {
+        declaration,
+        note: note.to_string(),
+        objects: Vec::new(),
+    };
+    let mut all = vec![member(
+        "uint8_t gate".to_string(),
+        "0: nothing known, 1: the last inputs known, 2: and the last reaction changed nothing",
+    )];
+    if interface.has_in {
+        all.push(member(format!("{prefix}_in_t gate_in"), "the inputs of the last reaction"));
+    }
+    if let Some(ticks) = interface.ticks {
+        all.push(member(format!("{} gate_dt", ticks.name()), "its dt"));
+    }
+    all
+}
+
+/// `NAME_step`, in the header.
+pub(crate) fn step(interface: &Interface, same: &[String]) -> Node {
+    let prefix = &interface.names.prefix;
+    let mut all = vec!["self->gate == 2U".to_string()];
+    all.extend(same.iter().cloned());
+    let body = vec![
+        Node::when(&all.join(" && "), vec![Node::line("return;")])
+            .note("the last one changed nothing, and this would be the same again"),
+        Node::line(format!("{prefix}_react({});", arguments(interface))),
+    ];
+    let head = format!("static inline void {prefix}_step({})", interface.parameters(true, true));
+    Node::function(head, body)
+}
+
+/// What stands behind the gate, in the source; `reaction` is the body of the reaction itself.
+pub(crate) fn functions(interface: &Interface, same: &[String], reaction: Vec<Node>) -> Vec<Node> {
+    let prefix = &interface.names.prefix;
+    let parameters = interface.parameters(true, true);
+    let arguments = arguments(interface);
+    let mut known = vec!["self->gate != 0U".to_string()];
+    known.extend(same.iter().cloned());
+    let mut react = vec![Node::when(
+        &known.join(" && "),
+        vec![Node::line(format!("{prefix}_probe({arguments});")), Node::line("return;")],
+    )];
+    if interface.has_in {
+        react.push(Node::line("self->gate_in = *in;"));
+    }
+    if interface.ticks.is_some() {
+        react.push(Node::line("self->gate_dt = dt;"));
+    }
+    react.push(Node::line("self->gate = 1U;"));
+    react.push(Node::line(format!("{prefix}_reaction({arguments});")));
+    vec![
+        Node::function(format!("static void {prefix}_reaction({parameters})"), reaction),
+        Node::blank(),
+        Node::comment("A reaction on the inputs of the last one: does it change anything?"),
+        Node::function(
+            format!("static void {prefix}_probe({parameters})"),
+            vec![
+                Node::line(format!("{prefix}_t before;")),
+                Node::line("memcpy(&before, self, sizeof before);"),
+                Node::line(format!("{prefix}_reaction({arguments});")),
+                Node::when(
+                    "memcmp(&before, self, sizeof before) == 0",
+                    vec![Node::line("self->gate = 2U;")],
+                ),
+            ],
+        ),
+        Node::blank(),
+        Node::function(format!("void {prefix}_react({parameters})"), react),
+    ]
+}
+
+/// The questions whether inputs and `dt` are the last ones.
+pub(crate) fn same(net: &Net, interface: &Interface) -> Vec<String> {
+    let names = &interface.names;
+    let mut all: Vec<String> = (0..names.io.input_words())
+        .map(|word| format!("in->bits[{word}] == self->gate_in.bits[{word}]"))
+        .collect();
+    for (id, input) in net.inputs.iter() {
+        let is_member = matches!(input.kind, InputKind::Pin | InputKind::Event)
+            && names.io.input_bit(id).is_none();
+        if is_member {
+            all.push(format!("in->{0} == self->gate_in.{0}", names.inputs[id]));
+        }
+    }
+    if interface.ticks.is_some() {
+        all.push("dt == self->gate_dt".to_string());
+    }
+    all
+}
+
+fn arguments(interface: &Interface) -> String {
+    let mut all = vec!["self"];
+    if interface.has_in {
+        all.push("in");
+    }
+    if interface.ticks.is_some() {
+        all.push("dt");
+    }
+    if interface.has_out {
+        all.push("out");
+    }
+    all.join(", ")
+}

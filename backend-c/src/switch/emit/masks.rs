@@ -1,0 +1,138 @@
+//! Outputs that are bits: a reaction collects them in a register and writes each word once.
+//!
+//! What a step drives without condition is a mask of its own. A small variable whose transitions concern no other adds the mask where it moves, so that the
+//! mask costs no question; a larger one, or one that forks and joins reach, looks it up in a table after all have moved; for one or two steps a question is
+//! cheaper than a table.
+
+use super::Emit;
+use crate::Object;
+use crate::ctext::{Kind, Node};
+use crate::switch::plan::entered;
+use crate::times::count_type;
+use grafsynth_ir::net::{Driver, StepId};
+use std::collections::BTreeMap;
+
+/// The most values of a variable whose masks stand at its transitions: each of them is there once more.
+const MAX_IN_CASES: usize = 16;
+/// From this many steps with a mask on a table is taken.
+const MIN_TABLE: usize = 3;
+
+/// What each step drives without condition: a mask for each word.
+pub(super) type Masks = BTreeMap<StepId, Vec<u32>>;
+
+impl Emit<'_> {
+    /// The masks of all steps that have one.
+    pub(super) fn step_masks(&self) -> Masks {
+        let io = &self.names.io;
+        let mut masks = Masks::new();
+        for (id, output) in self.net.outputs.iter() {
+            let (Some(bit), Driver::Continuous(emissions)) = (io.output_bit(id), &output.driver)
+            else {
+                continue;
+            };
+            for emission in emissions.iter().filter(|it| it.condition.is_none()) {
+                let words =
+                    masks.entry(emission.step).or_insert_with(|| vec![0; io.output_words()]);
+                words[bit / io.output_bits()] |= 1 << (bit % io.output_bits());
+            }
+        }
+        masks
+    }
+
+    /// Whether the masks of a variable are added where it moves.
+    pub(super) fn lit_in_cases(&self, index: usize) -> bool {
+        let machine = &self.plan.machines[index];
+        self.locals
+            && !self.tables.holds(index)
+            && !machine.is_entered
+            && machine.values() <= MAX_IN_CASES
+            && machine.steps.iter().all(|step| {
+                self.plan.leaving[*step].iter().all(|id| {
+                    let own = |step: StepId| self.plan.place[step].0 == index;
+                    !self.plan.is_wide[*id]
+                        && entered(&self.net.transitions[*id]).all(own)
+                        && self.plan.owner[*id] == Some(index)
+                })
+            })
+            && !self.net.transitions.iter().any(|(id, transition)| {
+                self.plan.is_wide[id]
+                    && entered(transition).any(|step| self.plan.place[step].0 == index)
+            })
+    }
+
+    /// The statements that add the mask of a step.
+    pub(super) fn lights(&self, step: Option<StepId>) -> Vec<Node> {
+        let Some(step) = step else { return Vec::new() };
+        let Some(words) = self.masks.get(&step) else { return Vec::new() };
+        let io = &self.names.io;
+        words
+            .iter()
+            .enumerate()
+            .filter(|(_, mask)| **mask != 0)
+            .map(|(word, mask)| io.light(word, &io.output_mask(*mask)).about(Object::Step(step)))
+            .collect()
+    }
+
+    /// The masks of all other variables, after they have moved.
+    pub(super) fn masks(&mut self) -> Vec<Node> {
+        let io = &self.names.io;
+        let mut nodes = Vec::new();
+        let mut tables = Vec::new();
+        if io.n_outputs == 0 {
+            return nodes;
+        }
+        for (index, machine) in self.plan.machines.iter().enumerate() {
+            if self.tables.holds(index) || self.lit_in_cases(index) {
+                continue;
+            }
+            for word in 0..io.output_words() {
+                let mask_of = |step: StepId| self.masks.get(&step).map_or(0, |words| words[word]);
+                let lit: Vec<StepId> =
+                    machine.steps.iter().copied().filter(|step| mask_of(*step) != 0).collect();
+                if lit.len() < MIN_TABLE {
+                    for step in lit {
+                        let light = io.light(word, &io.output_mask(mask_of(step)));
+                        nodes.push(
+                            Node::when(&self.now_active(step).text, vec![light])
+                                .about(Object::Step(step)),
+                        );
+                    }
+                    continue;
+                }
+                let suffix = if word == 0 { String::new() } else { format!("_{}", word + 1) };
+                let var = self.vars[index].replace(['[', ']'], "_");
+                let name = format!("{}_lit_{var}{suffix}", self.names.prefix);
+                let none = machine.has_none.then(|| Node::line(format!("{},", io.output_mask(0))));
+                let rows = machine.steps.iter().map(|step| {
+                    Node::line(format!("{},", io.output_mask(mask_of(*step))))
+                        .note(self.net.steps[*step].name.text.clone())
+                        .about(Object::Step(*step))
+                });
+                let mut rows: Vec<Node> = none.into_iter().chain(rows).collect();
+                if let Some(last) = rows.last_mut()
+                    && let Kind::Line(text) = &mut last.kind
+                {
+                    text.truncate(text.trim_end_matches(',').len());
+                }
+                let count = rows.len();
+                let head = format!(
+                    "static {}_ROM {} {name}[{count}] =",
+                    self.names.upper,
+                    io.output_type()
+                );
+                tables.push(Node::comment("The outputs of each step."));
+                tables.push(Kind::Braces(head, rows, ";".to_string()).into());
+                // Memory that was disturbed reads nothing beside the table; where every value of the type is a row it can't.
+                let light = io.light(word, &format!("{name}[{}]", self.var(index)));
+                let all = count == 256 && count_type(255) == Self::state_type(machine);
+                nodes.push(if all {
+                    light
+                } else {
+                    Node::when(&format!("{} < {count}U", self.var(index)), vec![light])
+                });
+            }
+        }
+        self.mask_tables = tables;
+        nodes
+    }
+}

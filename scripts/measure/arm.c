@@ -1,0 +1,93 @@
+/* Instructions of a reaction: the loop with it, less the loop with an empty function. Prints `busy idle` by semihosting. */
+#include HEADER
+#include <string.h>
+
+#define ROWS 256
+#define SCANS 2560
+#define SYST_CSR (*(volatile uint32_t *)0xE000E010U)
+#define SYST_RVR (*(volatile uint32_t *)0xE000E014U)
+#define SYST_CVR (*(volatile uint32_t *)0xE000E018U)
+
+static TYPE(t) self;
+static TYPE(in_t) rows[ROWS];
+static TYPE(out_t) out;
+
+static void call(int operation, const void *argument)
+{
+    register int r0 __asm__("r0") = operation;
+    register const void *r1 __asm__("r1") = argument;
+    __asm__ volatile("bkpt 0xab" : "+r"(r0) : "r"(r1) : "memory");
+}
+
+__attribute__((noinline)) static void empty(TYPE(t) *it, const TYPE(in_t) *in, TYPE(out_t) *lamps)
+{
+    __asm__ volatile("" : : "r"(it), "r"(in), "r"(lamps) : "memory");
+}
+
+/* Ticks of 40 instructions that SCANS reactions take, or as many empty functions. */
+#define TICKS(function, row) \
+    do { \
+        SYST_CVR = 0; \
+        const uint32_t begin = SYST_CVR; \
+        for (uint32_t k = 0; k < SCANS; ++k) { \
+            function(&self, &rows[(row) & (ROWS - 1U)], &out); \
+            __asm__ volatile("" : : : "memory"); \
+        } \
+        ticks = begin - SYST_CVR; \
+    } while (0)
+
+static char text[32];
+
+static char *number(char *at, uint32_t tenths)
+{
+    char digits[12];
+    int n = 0;
+    const char last = (char)('0' + tenths % 10U);
+    tenths /= 10U;
+    do {
+        digits[n++] = (char)('0' + tenths % 10U);
+        tenths /= 10U;
+    } while (tenths != 0U);
+    while (n > 0) {
+        *at++ = digits[--n];
+    }
+    *at++ = '.';
+    *at++ = last;
+    return at;
+}
+
+void start(void)
+{
+    uint32_t ticks, none, busy, idle, seed = 12345;
+    for (uint32_t k = 0; k < ROWS; ++k) {
+        for (uint32_t i = 0; i < sizeof rows[0].bits; ++i) {
+            seed = seed * 1664525U + 1013904223U;
+            rows[k].bits[i] = (uint8_t)(seed >> 24);
+        }
+    }
+    SYST_RVR = 0xFFFFFFU;
+    SYST_CSR = 5U;
+    TYPE(init)(&self, &out);
+    TICKS(empty, k);
+    none = ticks;
+    TICKS(TYPE(step), k);
+    busy = ticks;
+    memset(&rows[0], 0, sizeof rows[0]);
+    TYPE(step)(&self, &rows[0], &out);
+    TYPE(step)(&self, &rows[0], &out);
+    TICKS(TYPE(step), 0U);
+    idle = ticks;
+    /* The call and the return of the empty function belong to a reaction: two instructions. */
+    char *at = number(text, (busy - none) * 400U / SCANS + 20U);
+    *at++ = ' ';
+    at = number(at, (idle - none) * 400U / SCANS + 20U);
+    *at++ = '\n';
+    *at = '\0';
+    call(4, text);
+    call(0x18, (const void *)0x20026);
+    for (;;) {
+    }
+}
+
+__attribute__((section(".vectors"), used)) static const void *const vectors[2] = {
+    (const void *)0x20400000, (const void *)start};

@@ -1,0 +1,39 @@
+/* Reactions between marks in GPIOR0: 1 begins one, 2 ends it, 4 ends a series, 3 ends the program. */
+#include <avr/io.h>
+#include HEADER
+
+static TYPE(t) self;
+static TYPE(in_t) in;
+static TYPE(out_t) out;
+static uint32_t seed = 12345;
+
+int main(void)
+{
+    uint16_t k;
+    uint8_t i;
+    TYPE(init)(&self, &out);
+    for (k = 0; k < 1000; k++) {
+        for (i = 0; i < sizeof in.bits; i++) {
+            seed = seed * 1664525UL + 1013904223UL;
+            in.bits[i] = (uint8_t)(seed >> 24);
+        }
+        GPIOR0 = 1;
+        TYPE(step)(&self, &in, &out);
+        GPIOR0 = 2;
+    }
+    GPIOR0 = 4;
+    for (i = 0; i < sizeof in.bits; i++) {
+        in.bits[i] = 0;
+    }
+    TYPE(step)(&self, &in, &out);
+    TYPE(step)(&self, &in, &out);
+    for (k = 0; k < 1000; k++) {
+        GPIOR0 = 1;
+        TYPE(step)(&self, &in, &out);
+        GPIOR0 = 2;
+    }
+    GPIOR0 = 4;
+    GPIOR0 = 3;
+    for (;;) {
+    }
+}
