@@ -168,7 +168,8 @@ fn row(net: &Net, interface: &Interface) -> Vec<Node> {
     }
     for (id, output) in net.outputs.iter() {
         if !matches!(output.driver, Driver::Extern { .. }) {
-            nodes.extend(send(&format!("out.{}", interface.names.outputs[id]), output.ty));
+            let place = interface.names.io.lamp("out.", &interface.names.outputs[id], id);
+            nodes.extend(send(&place, output.ty));
         }
     }
     for (id, var) in net.vars.iter().filter(|(_, it)| it.origin == VarOrigin::Declared) {
@@ -202,7 +203,9 @@ fn inputs(net: &Net, interface: &Interface) -> Vec<Node> {
         } else {
             format!("in.{name}")
         };
-        nodes.push(Node::line(if input.ty.is_bool() {
+        nodes.push(Node::line(if input.kind != InputKind::Extern && input.ty.is_bool() {
+            interface.names.io.put("in.", name, id, "bench_get() != 0U")
+        } else if input.ty.is_bool() {
             format!("{place} = bench_get() != 0U;")
         } else {
             format!("bench_receive(&{place}, (uint8_t)sizeof {place});")

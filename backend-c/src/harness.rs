@@ -332,6 +332,13 @@ fn bench(net: &Net, interface: &Interface, explore: bool) -> Vec<Node> {
     body.push(Node::line(format!("{prefix}_init({});", arguments(interface, false))));
     let mut round = row(net, interface);
     if explore {
+        if interface.gate {
+            // What the gate remembers is no state of the chart, and the outputs that belong to a state are not in `out`: each reaction stands alone.
+            for member in crate::gate::members(interface) {
+                let name = member.declaration.rsplit(' ').next().unwrap_or_default();
+                round.push(Node::line(format!("memset(&self.{name}, 0, sizeof self.{name});")));
+            }
+        }
         let number = if interface.has_instance { "(int64_t)bench_instance(&self)" } else { "0" };
         round.push(Node::line(format!("bench_print({number});")));
         round.push(Node::line("putchar('\\n');"));
@@ -340,10 +347,6 @@ fn bench(net: &Net, interface: &Interface, explore: bool) -> Vec<Node> {
         round.push(Node::when("!bench_number(&from)", vec![Node::line("break;")]));
         if interface.has_instance {
             round.push(Node::line("memcpy(&self, &bench_seen[from], sizeof self);"));
-            if interface.gate {
-                // The outputs that belong to the state are not in `out`.
-                round.push(Node::line("self.gate = 0U;"));
-            }
         }
         if interface.has_out {
             round.push(Node::line("memset(&out, 0x55, sizeof out);"));
