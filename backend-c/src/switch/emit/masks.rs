@@ -99,9 +99,9 @@ impl Emit<'_> {
                     }
                     continue;
                 }
-                let suffix = if word == 0 { String::new() } else { format!("_{}", word + 1) };
+                let which = if word == 0 { String::new() } else { (word + 1).to_string() };
                 let var = self.vars[index].replace(['[', ']'], "_");
-                let name = format!("{}_lit_{var}{suffix}", self.names.prefix);
+                let name = format!("{}_lit{which}_{var}", self.names.prefix);
                 let none = machine.has_none.then(|| Node::line(format!("{},", io.output_mask(0))));
                 let rows = machine.steps.iter().map(|step| {
                     Node::line(format!("{},", io.output_mask(mask_of(*step))))
