@@ -1,8 +1,8 @@
 //! The decisions between a circuit and its equations: the form of each function, the pin of each signal, and what to say where that does not fit.
 //!
 //! ```text
-//! Logic ─ form    polarity of each sum; exclusive  T flip-flops and inverters ─┐
-//!   └──── logic::split  where a sum is too wide: buried nodes ─ pins  matched to macrocells ─ Equations
+//! Logic ─ form    polarity of each sum; exclusive  T flip-flops, inverters ─┐
+//!   └──── logic::split  where a sum is too wide: buried nodes ─ pins  matched to macrocells; blocks  to logic blocks ─ Equations
 //!                                          │                       └─ misfit  what is missing, why, and what would help
 //!                                          └─ place  the macrocells of the device, for the fuse mapper
 //! ```
