@@ -14,6 +14,8 @@ use grafsynth_logic::support::Var;
 
 /// Sums that inverters are tried for have at most this many signals: each is tried.
 const MOST_SIGNALS: usize = 12;
+/// A circuit of more nodes than this fits none of these devices, and would be copied for each of its functions.
+const MOST_NODES: usize = 20_000;
 
 /// A circuit with one more function for each flip-flop: where it changes.
 pub(crate) struct Exclusive {
@@ -86,19 +88,24 @@ impl Exclusive {
         let mut signals: Vec<Var> = known.products.iter().flatten().map(|(var, _)| *var).collect();
         signals.sort_unstable();
         signals.dedup();
-        if signals.len() > MOST_SIGNALS {
+        if signals.len() > MOST_SIGNALS || self.logic.nodes.len() > MOST_NODES {
             return None;
         }
         let mut least = known.products.len() + known.inverter.iter().count();
         let mut found = None;
-        for var in signals {
-            let mut logic = self.logic.clone();
-            let signal = logic.nodes.push(match var {
-                Var::Input(id) => Node::Input(id),
-                Var::Flop(id) => Node::Flop(id),
-            });
-            let other = logic.nodes.push(Node::Xor(node, signal));
-            let forms = FormChoice { logic: &logic, ..*forms };
+        let mut logic = self.logic.clone();
+        let others: Vec<(Var, NodeId)> = signals
+            .into_iter()
+            .map(|var| {
+                let signal = logic.nodes.push(match var {
+                    Var::Input(id) => Node::Input(id),
+                    Var::Flop(id) => Node::Flop(id),
+                });
+                (var, logic.nodes.push(Node::Xor(node, signal)))
+            })
+            .collect();
+        let forms = FormChoice { logic: &logic, ..*forms };
+        for (var, other) in others {
             if let Ok(form) = forms.of(other, init)
                 && form.products.len() + 1 < least
             {
