@@ -599,10 +599,10 @@ impl<'a> Known<'a> {
         // Signals keep their places, by which the functions name them.
         let (kind, source, meta) = found.unwrap_or((Kind::Buried, printed, &none));
         // A stored output and its memory have one name in the chart; then the text's tells them apart, or a mark does.
-        let mut name = source.to_owned();
+        let mut name = plain(source);
         if self.taken.contains(&name) {
             let is_useless = printed.is_empty() || self.taken.contains(printed);
-            name = if is_useless { format!("{source}_q") } else { printed.to_owned() };
+            name = if is_useless { format!("{name}_q") } else { printed.to_owned() };
         }
         while !self.taken.insert(name.clone()) {
             name.push('\'');
@@ -624,6 +624,16 @@ impl Signal {
     pub fn on_pin(&self) -> String {
         format!("{}{}", if self.is_inverted { "/" } else { "" }, self.name)
     }
+}
+
+/// A name on one line, without the sign that ends a block of Markdown.
+pub(super) fn plain(name: &str) -> String {
+    let plain = |c: char| match c {
+        '`' => '\'',
+        c if c.is_control() => ' ',
+        c => c,
+    };
+    name.chars().map(plain).collect()
 }
 
 /// What a function reads.

@@ -161,7 +161,7 @@ impl Drawing {
     /// The drawing of a chip.
     #[must_use]
     pub fn of(chip: &Chip) -> Self {
-        let subtitle = chip.circuit.name.text.clone();
+        let subtitle = super::chip::plain(&chip.circuit.name.text);
         let bars = bars(chip);
         match chip.device.filter(|_| chip.misfit.is_none()) {
             Some(device) => Drawing {
@@ -412,7 +412,7 @@ impl Drawing {
             BODY,
             INK,
         );
-        self.titles(&mut svg, (x + length / 2, top + length / 2), length - 90);
+        self.titles(&mut svg, (x + length / 2, top + length / 2), length.saturating_sub(90));
         let along = |at: u32| 20 + at * ROW + ROW / 2;
         for (at, pin) in (0..).zip(&left) {
             draw_pin(&mut svg, pin, (x, top + along(at)), Side::Left, names);

@@ -1,6 +1,6 @@
 //! The equations of a chip, with the chart's names: of a fuse map those that its fuses are.
 
-use super::chip::{Cell, Chip, Kind, Language};
+use super::chip::{Cell, Chip, Kind, Language, plain};
 use super::{Subject, counted};
 use grafsynth_backend_pld::Dialect;
 use grafsynth_backend_pld::device::FlipFlop;
@@ -59,10 +59,10 @@ fn heading(chip: &Chip, cell: &Cell) -> String {
     for signal in &cell.signals {
         let meta = &chip.signals[*signal].meta;
         if !meta.label.is_empty() {
-            text += &format!(": {}", one_line(&meta.label));
+            text += &format!(": {}", plain(&meta.label));
         }
         if !meta.req.is_empty() {
-            text += &format!(" [{}]", one_line(&meta.req.join(", ")));
+            text += &format!(" [{}]", plain(&meta.req.join(", ")));
         }
     }
     text
@@ -144,10 +144,4 @@ fn netlist(chip: &Chip) -> Option<String> {
         counted(circuit.inputs.len(), "input bit", "input bits"),
         counted(circuit.flops.len(), "flip-flop", "flip-flops"),
     ))
-}
-
-fn one_line(text: &str) -> String {
-    // A fence of the user's would end the block.
-    let text: String = text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
-    text.replace("```", "'''")
 }

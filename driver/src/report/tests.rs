@@ -151,6 +151,28 @@ fn check_svg(text: &str) {
     }
 }
 
+/// Labels may be anything: none ends a block of the page, breaks a line of it, or makes the drawing something else than XML.
+#[test]
+fn odd_labels_stay_on_their_lines() {
+    let (net, sources) = net(TRUCK);
+    let mut net: Net = (*net).clone();
+    for (_, step) in net.steps.iter_mut() {
+        step.meta.label = "a\n```\n# <odd> & | `b`\u{1}".to_owned();
+    }
+    let net = grafsynth_ir::validate(net).expect("labels are free");
+    let limits = Limits::default();
+    let facts = pipeline::facts(&net, &limits);
+    let options = BuildOptions { report: true, ..on("gal22v10") };
+    let targets = [Target::Jedec, Target::Logic(Dialect::Verilog)];
+    let built = pipeline::build(&net, &facts, &targets, &options);
+    let pages = page(&net, &facts, &built, &sources, &limits);
+    assert_eq!(pages.len(), 3, "{:?}", built.found);
+    pages[1..].iter().for_each(|drawing| check_svg(&drawing.text));
+    let fences = pages[0].text.lines().filter(|line| line.starts_with("```")).count();
+    assert_eq!(fences, 8, "equations, drawing and command, and a drawing: {}", pages[0].text);
+    assert!(!pages[0].text.lines().any(|line| line.starts_with("# <")), "{}", pages[0].text);
+}
+
 #[test]
 fn long_names_stay_inside_the_picture() {
     let long = "a_very_long_name_of_a_signal_that_nobody_would_like_to_write_twice";
