@@ -59,15 +59,20 @@ pub(super) fn write(_: &Subject<'_>, chip: &Chip) -> Option<String> {
     Some(text)
 }
 
+/// All macrocells together, and what don't-cares saved.
 fn summary(chip: &Chip, n_spare: usize) -> String {
     let used: usize = chip.cells.iter().map(|cell| cell.n_terms()).sum();
     let available: u32 = chip.cells.iter().filter_map(|cell| cell.available).sum();
+    if chip.misfit.is_some() {
+        let functions = counted(chip.cells.len(), "function", "functions");
+        let terms = counted(used, "product term", "product terms");
+        return format!("{terms} in {functions}.\n{}", saved(chip));
+    }
     let mut text = format!(
-        "{} of {} used",
-        used,
-        counted(available as usize, "product term", "product terms")
+        "{used} of {} used in {}",
+        counted(available as usize, "product term", "product terms"),
+        counted(chip.cells.len(), "macrocell", "macrocells")
     );
-    text += &format!(" in {}", counted(chip.cells.len(), "macrocell", "macrocells"));
     match chip.device.filter(|_| chip.misfit.is_none()) {
         Some(device) if device.blocks.is_some() => {
             let own = device.blocks.map_or(1, |blocks| blocks.own_terms.max(1));
@@ -82,13 +87,21 @@ fn summary(chip: &Chip, n_spare: usize) -> String {
         None => {}
     }
     text += ".\n";
+    text + &saved(chip)
+}
+
+/// What don't-cares saved, of the functions of which that is known.
+fn saved(chip: &Chip) -> String {
     let counted_cells: Vec<(&Cell, usize)> =
         (chip.cells.iter()).filter_map(|cell| Some((cell, cell.count.without?.0))).collect();
+    if counted_cells.is_empty() {
+        return String::new();
+    }
     let with: usize = counted_cells.iter().map(|(cell, _)| cell.n_terms()).sum();
     let without: usize = counted_cells.iter().map(|(_, without)| without).sum();
     let bound: usize =
         counted_cells.iter().filter_map(|(cell, _)| Some(cell.count.without?.1)).sum();
-    text += &match without.cmp(&with) {
+    match without.cmp(&with) {
         std::cmp::Ordering::Greater => {
             let sure = if bound == without {
                 "proved to be the least without them".to_owned()
@@ -110,8 +123,7 @@ fn summary(chip: &Chip, n_spare: usize) -> String {
                 "The same functions in the same form need {without} of these {with} terms{how}.\n"
             )
         }
-    };
-    text
+    }
 }
 
 /// Whether fewer products would do.
