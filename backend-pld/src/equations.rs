@@ -14,7 +14,8 @@ use crate::codes;
 use crate::device::{Device, FlipFlop, PowerUp};
 use crate::fit::exclusive::Exclusive;
 use crate::fit::form::{Form, FormChoice};
-use crate::fit::misfit::{Misfit, widest};
+use crate::fit::misfit::Misfit;
+use crate::fit::need::widest;
 use crate::{Dialect, EmitOptions, Named, Object};
 use grafsynth_ir::diag::{Diagnostic, nearest};
 use grafsynth_ir::logic::{FlopId, Logic, NodeId, PinInputId, PinOutput, PinOutputId, PinRole};
@@ -44,6 +45,8 @@ pub struct Equations {
     pub has_pins: bool,
     /// The longest chain of buried nodes; 0 if there are none.
     pub depth: usize,
+    /// What the device lacks, where pins were left open for that.
+    pub lacks: Vec<String>,
 }
 
 /// Something with a name, and with a pin where the design fits.
@@ -57,6 +60,10 @@ pub struct Signal {
     pub pin: Option<u32>,
     /// The pin carries the complement.
     pub is_pin_inverted: bool,
+    /// It is the complement of its flip-flop.
+    pub is_complement: bool,
+    /// An output without a macrocell of its own: the flip-flop's signal whose name and pin it has.
+    pub shared: Option<SignalIndex>,
     /// Label, tags and place.
     pub meta: Meta,
 }
@@ -172,6 +179,8 @@ impl Equations {
                     source: Source::Buried(index),
                     pin: None,
                     is_pin_inverted: false,
+                    is_complement: false,
+                    shared: None,
                     meta: node.meta.clone(),
                 });
             }
@@ -225,15 +234,27 @@ impl Equations {
             equations,
             has_pins: false,
             depth,
+            lacks: Vec::new(),
         };
-        let misfit = result.assign_pins(logic, options, &mut findings);
+        result.share_pins(logic, options);
+        let mut misfit = result.assign_pins(logic, options, &mut findings);
+        if misfit.as_ref().is_some_and(Misfit::is_about_width) {
+            let n_before = result.signals.len();
+            result.divide(logic, options, &mut |owner, count| {
+                namer.name_with_suffix(owner, &format!("_w{count}"))
+            });
+            if result.signals.len() > n_before {
+                misfit = result.assign_pins(logic, options, &mut findings);
+            }
+        }
         if let (Some(misfit), Dialect::Galasm) = (&misfit, dialect) {
             findings.push(misfit.diagnostic(logic, device));
         }
         if !findings.is_empty() {
             return Err(findings);
         }
-        result.head = head(&result, logic, dialect, options, misfit.as_ref());
+        result.lacks = misfit.map(|misfit| misfit.parts(device)).unwrap_or_default();
+        result.head = head(&result, logic, dialect, options);
         Ok(result)
     }
 
@@ -250,7 +271,8 @@ impl Equations {
                     Source::Output(id) => Object::Output(logic.outputs[id].clone()),
                     Source::Buried(_) => Object::Buried,
                 };
-                Named { name: signal.name.clone(), pin: signal.pin, object }
+                let is_complement = signal.is_complement;
+                Named { name: signal.name.clone(), pin: signal.pin, object, is_complement }
             })
             .collect()
     }
@@ -278,6 +300,8 @@ fn name_signals(logic: &Logic, namer: &mut Namer) -> Vec<Signal> {
         source,
         pin: None,
         is_pin_inverted: false,
+        is_complement: false,
+        shared: None,
         meta: meta.clone(),
     };
     let names = namer.assign(pins.iter().map(|pin| pin.0));
@@ -472,7 +496,6 @@ fn head(
     logic: &Logic,
     dialect: Dialect,
     options: &EmitOptions,
-    misfit: Option<&Misfit>,
 ) -> Vec<String> {
     let device = equations.device;
     let mut head = vec![
@@ -494,17 +517,17 @@ fn head(
     if options.device.is_some() && device.layout.is_none() && !remembered.is_empty() {
         head.push(format!("rests on what is remembered of data sheets: {}", remembered.join("; ")));
     }
-    if let Some(misfit) = misfit {
+    if !equations.lacks.is_empty() {
         head.push(format!(
             "does not fit one {}, so pins are left open: {}",
             device.name,
-            misfit.parts(device).join("; ")
+            equations.lacks.join("; ")
         ));
     }
     if equations.depth > 0 {
         let is_buried = |signal: &&Signal| matches!(signal.source, Source::Buried(_));
         head.push(format!(
-            "{} parts of functions too wide for one sum are signals of their own: up to {} passes through the array more",
+            "parts of functions too wide for one sum that are signals of their own: {}; passes through the array that they add: up to {}",
             equations.signals.iter().filter(is_buried).count(),
             equations.depth
         ));

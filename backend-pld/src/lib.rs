@@ -102,6 +102,8 @@ pub struct EmitOptions {
     pub device: Option<String>,
     /// Pin numbers by the source's names; the clock is `clock` or `clk`. Signals without a number get one where the design fits the device.
     pub pins: Vec<(String, u32)>,
+    /// Pins of an earlier build by the names in its text: signals stay where they were as far as that is still possible.
+    pub keep: Vec<(String, u32)>,
     /// Test vectors: the SIMULATION section of PALASM, the test bench of Verilog.
     pub vectors: Option<Vectors>,
     /// Verilog: a reset input beside the initial values.
@@ -156,6 +158,8 @@ pub struct Named {
     pub pin: Option<u32>,
     /// The thing itself.
     pub object: Object,
+    /// The name stands for the complement of this flip-flop: its pin is an output that shows it inverted.
+    pub is_complement: bool,
 }
 
 /// What a name stands for.

@@ -76,7 +76,12 @@ impl Netlist {
     /// The names for [`crate::Emitted`].
     #[must_use]
     pub fn named(&self, logic: &Logic) -> Vec<Named> {
-        let named = |name: &String, object| Named { name: name.clone(), pin: None, object };
+        let named = |name: &String, object| Named {
+            name: name.clone(),
+            pin: None,
+            object,
+            is_complement: false,
+        };
         let clock = self.clock.iter().map(|name| named(name, Object::Clock));
         let reset = self.reset.iter().map(|reset| named(&reset.name, Object::Reset));
         let inputs = logic

@@ -98,6 +98,29 @@ impl Placement {
         self.cells.iter().find(|cell| cell.pin == pin)
     }
 
+    /// How often a signal goes through the array between two clocks beyond the first time: the longest chain of combinational macrocells that are read.
+    /// Levels that go in circles are counted once.
+    #[must_use]
+    pub fn n_passes(&self) -> usize {
+        let gates: Vec<&Cell> =
+            self.cells.iter().filter(|cell| cell.kind != CellKind::Registered).collect();
+        let mut depth = vec![0_usize; gates.len()];
+        for _ in 0..gates.len() {
+            for at in 0..gates.len() {
+                let reads = |pin: u32| gates[at].sum.iter().any(|own| own.literal(pin).is_some());
+                let below = (0..gates.len()).filter(|other| reads(gates[*other].pin));
+                let deepest = below.map(|other| depth[other] + 1).max().unwrap_or(0);
+                depth[at] = deepest.min(gates.len());
+            }
+        }
+        let is_read = |pin: u32| {
+            let registered = self.cells.iter().filter(|cell| cell.kind == CellKind::Registered);
+            registered.flat_map(|cell| &cell.sum).any(|product| product.literal(pin).is_some())
+        };
+        let of = |at: usize| depth[at] + usize::from(is_read(gates[at].pin));
+        (0..gates.len()).map(of).max().unwrap_or(0)
+    }
+
     /// What the user calls a pin, if it has a name.
     #[must_use]
     pub fn name(&self, pin: u32) -> Option<&str> {

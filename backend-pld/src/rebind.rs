@@ -5,7 +5,7 @@ use crate::{Dialect, Emitted, Object};
 use grafsynth_ir::arena::{Arena, Id, IdMap};
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::logic::{FlopId, Logic, Node, NodeId, PinInput, PinOutput, PinRole};
-use grafsynth_logic::build::{map_operands, prune};
+use grafsynth_logic::build::{Builder, map_operands, prune};
 use std::collections::BTreeMap;
 
 /// Gives a circuit that was read back the roles of the one that was written: by name, each input, flip-flop and output becomes what it was, in the
@@ -40,6 +40,7 @@ pub fn rebind(logic: &mut Logic, emitted: &Emitted) -> Vec<Diagnostic> {
     let mut input_image: IdMap<PinInput, Option<Id<PinInput>>> = IdMap::filled(&read.inputs, None);
     let mut flop_image: IdMap<_, Option<FlopId>> = IdMap::filled(&read.flops, None);
     let mut outputs: Vec<(PinOutput, Option<FlopId>)> = Vec::new();
+    let mut complements: Vec<FlopId> = Vec::new();
     let mut is_claimed: IdMap<PinOutput, bool> = IdMap::filled(&read.outputs, false);
     for named in &emitted.names {
         let name = key(&named.name);
@@ -75,7 +76,9 @@ pub fn rebind(logic: &mut Logic, emitted: &Emitted) -> Vec<Diagnostic> {
                     let mut flop = flop.clone();
                     flop.init = own.init;
                     flop.next = own.next;
-                    flop_image[id] = Some(new.flops.push(flop));
+                    let image = new.flops.push(flop);
+                    flop_image[id] = Some(image);
+                    complements.extend(named.is_complement.then_some(image));
                     // The text shows the flip-flop on a pin; the circuit has no such output.
                     if let Some(&pin) = find_outputs.get(&name) {
                         is_claimed[pin] = true;
@@ -139,8 +142,50 @@ pub fn rebind(logic: &mut Logic, emitted: &Emitted) -> Vec<Diagnostic> {
     }
     new.nodes = renumbered(&read, &input_image, &flop_image);
     new.wires = read.wires;
-    *logic = prune(new);
+    *logic = prune(if complements.is_empty() { new } else { complemented(new, &complements) });
     findings
+}
+
+/// The same circuit with the complements of these flip-flops in their place.
+fn complemented(logic: Logic, flops: &[FlopId]) -> Logic {
+    let mut builder = Builder::default();
+    let mut images: IdMap<Node, Option<NodeId>> = IdMap::filled(&logic.nodes, None);
+    for (id, node) in logic.nodes.iter() {
+        // A node names only earlier nodes.
+        let of = |operand: NodeId| images[operand].unwrap_or(operand);
+        let image = match map_operands(node, of) {
+            Node::Flop(flop) if flops.contains(&flop) => {
+                let value = builder.flop(flop);
+                builder.not(value)
+            }
+            Node::Const(value) => builder.constant(value),
+            Node::Input(input) => builder.input(input),
+            Node::Flop(flop) => builder.flop(flop),
+            Node::Not(a) => builder.not(a),
+            Node::And(all) => builder.and(all),
+            Node::Or(all) => builder.or(all),
+            Node::Xor(a, b) => builder.xor(a, b),
+            Node::Mux(a, b, c) => builder.mux(a, b, c),
+        };
+        images[id] = Some(image);
+    }
+    let image = |node: NodeId| images[node].unwrap_or(node);
+    let mut new = Logic { nodes: Arena::default(), ..logic };
+    for (id, flop) in new.flops.iter_mut() {
+        flop.next = image(flop.next);
+        if flops.contains(&id) {
+            flop.next = builder.not(flop.next);
+            flop.init = !flop.init;
+        }
+    }
+    for (_, output) in new.outputs.iter_mut() {
+        output.value = image(output.value);
+    }
+    for wire in &mut new.wires {
+        wire.node = image(wire.node);
+    }
+    new.nodes = builder.logic.nodes;
+    new
 }
 
 /// The nodes over the new inputs and flip-flops; a flip-flop that is gone is read by nobody.

@@ -234,6 +234,9 @@ pub(crate) struct Build {
     /// The device family that equations are for.
     #[arg(long, value_name = "DEVICE")]
     pub(crate) device: Option<String>,
+    /// Equations and fuse maps: signals keep the pins that they have in this earlier output (`.jed`, `.pld` or `.pds`), as far as their functions still fit there.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) keep_pins: Option<String>,
     /// Logic by others: make its functions small and give it pins anew, on another device too, instead of burning it as written.
     #[arg(long)]
     pub(crate) refit: bool,

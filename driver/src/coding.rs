@@ -41,6 +41,8 @@ pub struct Coded {
     pub n_coded: usize,
     /// Inputs that nothing reads and that were given no pin, because the device has too few.
     pub n_unread: usize,
+    /// Why it is not the code before it in the order of [`EncodingChoice::Auto`]: what that lacks on the device.
+    pub why: Option<String>,
 }
 
 /// The groups of steps that exclude each other, by their flip-flops: components, those of them joined that exclude each other, the registers of regions,
@@ -195,7 +197,8 @@ pub fn code(
         Some(_) | None => logic,
     };
     let n_unread = n_inputs - logic.inputs.len();
-    let plain = Coded { logic: logic.clone(), encoding: Encoding::OneHot, n_coded: 0, n_unread };
+    let plain =
+        Coded { logic: logic.clone(), encoding: Encoding::OneHot, n_coded: 0, n_unread, why: None };
     let groups = groups(net, facts, logic);
     if is_busy {
         return plain;
@@ -218,25 +221,26 @@ pub fn code(
         }
         let n_coded = logic.decoded.len();
         let logic = if safe { recode::safe(logic) } else { logic };
-        Coded { logic, encoding, n_coded, n_unread }
+        Coded { logic, encoding, n_coded, n_unread, why: None }
     };
     let choice = match choice {
         EncodingChoice::This(encoding) => return made(encoding, TRIES),
         EncodingChoice::Auto => made(Encoding::OneHot, 0),
     };
-    if !needs_pins(dialect) || groups.is_empty() || fits(&choice, options) {
+    if !needs_pins(dialect) || groups.is_empty() {
         return choice;
     }
-    let coded = [Encoding::ZeroHot, Encoding::Compact]
-        .into_iter()
-        .filter(|encoding| {
-            situations.is_some() && *encoding == Encoding::Compact
-                || may_fit(logic, &groups, *encoding, options)
-        })
-        .map(|encoding| made(encoding, TRIES))
-        .find(|coded| fits(coded, options));
-    if let Some(coded) = coded {
-        return coded;
+    let Err(mut why) = fits(&choice, options) else { return choice };
+    for encoding in [Encoding::ZeroHot, Encoding::Compact] {
+        let is_whole = situations.is_some() && encoding == Encoding::Compact;
+        if !is_whole && !may_fit(logic, &groups, encoding, options) {
+            continue;
+        }
+        let coded = made(encoding, TRIES);
+        match fits(&coded, options) {
+            Ok(()) => return Coded { why: Some(why), ..coded },
+            Err(lack) => why = lack,
+        }
     }
     // Where the pins are enough and the product terms are not, other numbers for the steps may still do.
     if may_fit(logic, &groups, Encoding::Compact, options)
@@ -246,9 +250,9 @@ pub fn code(
     {
         let n_coded = logic.decoded.len();
         let logic = if safe { recode::safe(logic) } else { logic };
-        let coded = Coded { logic, encoding: Encoding::Compact, n_coded, n_unread };
-        if fits(&coded, options) {
-            return coded;
+        let coded = Coded { logic, encoding: Encoding::Compact, n_coded, n_unread, why: None };
+        if fits(&coded, options).is_ok() {
+            return Coded { why: Some(why), ..coded };
         }
     }
     choice
@@ -324,8 +328,21 @@ pub fn emitted(coded: &Coded, safe: bool) -> Logic {
     logic
 }
 
-fn fits(coded: &Coded, options: &EmitOptions) -> bool {
-    Equations::new(&coded.logic, Dialect::Palasm, options).is_ok_and(|made| made.has_pins)
+/// Whether it fits, and what the device lacks if not.
+fn fits(coded: &Coded, options: &EmitOptions) -> Result<(), String> {
+    let code = match coded.encoding {
+        Encoding::OneHot => "one-hot",
+        Encoding::ZeroHot => "zero-hot",
+        Encoding::Compact => "compact",
+    };
+    match Equations::new(&coded.logic, Dialect::Palasm, options) {
+        Ok(made) if made.has_pins => Ok(()),
+        Ok(made) => Err(format!("{code} does not fit: {}", made.lacks.join("; "))),
+        Err(found) => Err(format!(
+            "{code} does not fit: {}",
+            found.first().map_or("", |finding| finding.message.as_str())
+        )),
+    }
 }
 
 /// Whether pins and flip-flops are few enough, so that it is worth finding sums.
@@ -342,7 +359,8 @@ fn may_fit(logic: &Logic, groups: &[Group], encoding: Encoding, options: &EmitOp
                 .saturating_sub(n_bits(group.steps.len(), group.is_always) as usize),
         })
         .sum();
-    let n_cells = logic.flops.len() + logic.outputs.len() - saved;
+    // An output may be a flip-flop, so at best the more numerous of both decide.
+    let n_cells = logic.flops.len().saturating_sub(saved).max(logic.outputs.len());
     // Where macrocells are more than pins, only outputs and inputs need those.
     let n_pins = device.blocks.map_or(n_cells, |_| logic.outputs.len()) + logic.inputs.len();
     n_cells <= device.n_cells() && n_pins < device.n_pins as usize

@@ -203,12 +203,14 @@ pub(crate) fn build(
 ) {
     let wishes = EmitOptions {
         dont_cares: options.dont_cares,
+        keep: options.keep_pins.clone(),
         ..pipeline::emit_options(net, options.device.as_deref(), None)
     };
     // A device is filled from the same equations as a text for it.
     let dialect = Dialect::Palasm;
     let coded = coding::code(net, facts, logic, options.encoding, options.safe, dialect, &wishes);
     let code = pipeline::code_of(net, facts, logic, &coded, options, dialect, &wishes);
+    let asked = crate::rescue::Asked { net, facts, logic, options, is_burned: true };
     let logic = &coding::emitted(&coded, options.safe);
     let (circuit, chains) = pipeline::synchronised(net, logic.clone(), options.synchronise);
     let stimulus = options
@@ -223,7 +225,8 @@ pub(crate) fn build(
     });
     let (burned, read_back) = match burned {
         Ok(burned) => burned,
-        Err(found) => {
+        Err(mut found) => {
+            crate::rescue::advise(&asked, &mut found);
             built.found.extend(found);
             return;
         }
@@ -278,6 +281,13 @@ pub(crate) fn build(
     }
 }
 
+fn times(n: usize) -> String {
+    match n {
+        1 => "once".to_owned(),
+        n => format!("{n} times"),
+    }
+}
+
 /// What is said of a fuse map beside its proof.
 fn said(burned: &Burned, file: &str) -> String {
     let device = burned.placement.device;
@@ -291,6 +301,14 @@ fn said(burned: &Burned, file: &str) -> String {
     match command(&burned.placement, file) {
         Some(command) => text += &format!("; burn it with `{command}`"),
         None => text += "; no programmer is known to us for it",
+    }
+    let n_parts = burned.roles.iter().filter(|role| matches!(role.object, Object::Buried)).count();
+    if n_parts > 0 {
+        text += &format!(
+            "; {} of sums that are too wide: signals go through the array up to {} more before the clock",
+            if n_parts == 1 { "one is a part".to_owned() } else { format!("{n_parts} are parts") },
+            times(burned.placement.n_passes())
+        );
     }
     let remembered: Vec<&str> = device.remembered().map(|figure| figure.what).collect();
     if !remembered.is_empty() {

@@ -25,6 +25,7 @@ pub mod pipeline;
 pub mod read;
 pub mod refit;
 pub mod report;
+mod rescue;
 pub mod rows;
 pub mod run;
 pub mod source;

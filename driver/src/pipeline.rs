@@ -16,11 +16,12 @@ use crate::codes;
 use crate::coding::{self, EncodingChoice};
 use crate::report::chip::{Chip, Code, Made};
 use crate::report::{Line, Outcome};
+use crate::rescue;
 use crate::target::Target;
 use grafsynth_backend_c::Package;
 use grafsynth_backend_pld::equations::Equations;
 use grafsynth_backend_pld::vectors::TraceRow;
-use grafsynth_backend_pld::{Dialect, EmitOptions, Emitted, Vectors, synchronise};
+use grafsynth_backend_pld::{Dialect, EmitOptions, Emitted, Object, Vectors, synchronise};
 pub use grafsynth_backend_pld::{Reset, ResetStyle};
 use grafsynth_ir::diag::any_error;
 use grafsynth_ir::facts::Facts;
@@ -47,6 +48,8 @@ pub struct BuildOptions {
     pub synchronise: u32,
     /// Verilog: a reset input.
     pub reset: Option<Reset>,
+    /// Pins of an earlier build, by the names in its file: signals stay there as far as that is still possible.
+    pub keep_pins: Vec<(String, u32)>,
     /// How the steps are coded.
     pub encoding: EncodingChoice,
     /// Equations may do what they like in situations that are not reached, and where the chart's assumptions are broken.
@@ -375,10 +378,12 @@ fn equations(
     };
     let wishes = EmitOptions {
         dont_cares: options.dont_cares && is_flat,
+        keep: options.keep_pins.clone(),
         ..emit_options(net, options.device.as_deref(), None)
     };
     let coded = coding::code(net, facts, logic, options.encoding, options.safe, dialect, &wishes);
     let code = code_of(net, facts, logic, &coded, options, dialect, &wishes);
+    let asked = rescue::Asked { net, facts, logic, options, is_burned: false };
     let logic = &coding::emitted(&coded, options.safe);
     let (circuit, chains) = synchronised(net, logic.clone(), options.synchronise);
     let vectors = options
@@ -401,7 +406,8 @@ fn equations(
     });
     let through = match through {
         Ok(through) => through,
-        Err(found) => {
+        Err(mut found) => {
+            rescue::advise(&asked, &mut found);
             built.found.extend(found);
             return None;
         }
@@ -428,6 +434,13 @@ fn equations(
     }
     if options.safe {
         say_safe(&mut line, logic, &through.read_back);
+    }
+    let has_open_pins = |named: &grafsynth_backend_pld::Named| {
+        named.pin.is_none() && matches!(named.object, Object::Input(_) | Object::Output(_))
+    };
+    if is_flat && options.device.is_some() && through.emitted.names.iter().any(has_open_pins) {
+        let advice = rescue::advice_for(&asked);
+        line.text = format!("{}; pins are open, for it does not fit; {advice}", line.text);
     }
     let is_refuted = line.outcome == Outcome::Refuted;
     let form = form(net, facts, logic, options.busy);
@@ -554,6 +567,7 @@ pub(crate) fn codes_and_dont_cares(
                 Encoding::Compact => "compactly",
             }
         ));
+        parts.extend(coded.why.as_ref().map(|why| format!("chosen, for {why}")));
     }
     if coded.n_unread > 0 {
         let (inputs, have) =

@@ -4,10 +4,12 @@
 //! number of signals that a block reads. Functions that no pin shows get a block here and no macrocell: which one, and the way of every signal, is
 //! the fitter's choice.
 
-use super::misfit::Misfit;
-use super::pins::Need;
+use super::misfit::{Homeless, Misfit, Obstacles};
+use super::need::{Need, View};
+use super::pins::{Attempt, Order};
 use crate::device::{Blocks, Device};
 use crate::equations::{Equations, SignalIndex, Source};
+use grafsynth_ir::diag::Diagnostic;
 use std::collections::BTreeSet;
 
 /// One block as it fills.
@@ -27,15 +29,46 @@ struct Function {
 }
 
 impl Equations {
+    /// Numbers the pins of a device of blocks; gives the reason where the design does not fit. Impossible wishes of the board are findings.
+    pub(crate) fn assign_to_blocks(
+        &mut self,
+        blocks: &'static Blocks,
+        order: &Order,
+        findings: &mut Vec<Diagnostic>,
+        before: usize,
+    ) -> Option<Misfit> {
+        let has_registers = order.has_registers;
+        let view = View { device: self.device, mode: None, has_registers };
+        let refused = order.refused(&view);
+        let attempt = Attempt { view, pins: Vec::new(), left: Vec::new(), refused };
+        self.bad_pins(order, &[attempt], findings);
+        if findings.len() > before {
+            return None;
+        }
+        self.only_board_pins(order);
+        let is_wished = |pin: &u32| order.board.iter().any(|(wished, ..)| wished == pin);
+        let needs: Vec<(SignalIndex, Need)> =
+            order.wishes.iter().map(|wish| (wish.index, wish.need)).collect();
+        let obstacles =
+            self.assign_blocks(blocks, view.pins().filter(|pin| !is_wished(pin)).collect(), &needs);
+        if obstacles.count() == 0 {
+            self.copy_shared_pins();
+            self.has_pins = true;
+            return None;
+        }
+        self.only_board_pins(order);
+        Some(Misfit::new(self, vec![obstacles]))
+    }
+
     /// Gives functions blocks, and pins to what has to be seen; `free` are the pins that nobody asked for, `needs` what each signal needs.
-    pub(crate) fn assign_blocks(
+    fn assign_blocks(
         &mut self,
         blocks: &'static Blocks,
         mut free: Vec<u32>,
         needs: &[(SignalIndex, Need)],
-    ) -> Misfit {
+    ) -> Obstacles {
         let device = self.device;
-        let mut misfit = Misfit::default();
+        let mut misfit = Obstacles::default();
         let mut all: Vec<Block> = (0..blocks.n_blocks)
             .map(|block| Block {
                 cells: blocks.n_cells,
@@ -49,13 +82,13 @@ impl Equations {
             })
             .collect();
         let has_registers = self.equations.iter().any(|equation| equation.is_registered);
+        let view = View { device, mode: None, has_registers };
         // Pins that are no macrocell's serve inputs first; the others must not take all the pins that outputs need.
         for &(signal, need) in needs {
             let wants = matches!(need, Need::Clock | Need::Input);
             if wants && self.signals[signal].pin.is_none() {
                 let own = free.iter().position(|pin| {
-                    device.macrocell(*pin).is_none()
-                        && need.refuses(device, has_registers, *pin).is_none()
+                    device.macrocell(*pin).is_none() && view.refuses(need, *pin).is_none()
                 });
                 self.signals[signal].pin = own.map(|at| free.remove(at));
             }
@@ -66,7 +99,12 @@ impl Equations {
         });
         for own in functions {
             let Some(at) = choose(&all, blocks, device, &own) else {
-                misfit.note_block(&self.signals[own.signal], own.reads.len(), blocks);
+                let signal = &self.signals[own.signal];
+                misfit.homeless.push(Homeless {
+                    name: signal.name.clone(),
+                    n_signals: own.reads.len(),
+                    meta: signal.meta.clone(),
+                });
                 continue;
             };
             all[at].cells -= own.cells;
@@ -81,11 +119,10 @@ impl Equations {
             if !matches!(need, Need::Clock | Need::Input) || self.signals[signal].pin.is_some() {
                 continue;
             }
-            let possible =
-                free.iter().position(|pin| need.refuses(device, has_registers, *pin).is_none());
+            let possible = free.iter().position(|pin| view.refuses(need, *pin).is_none());
             match possible {
                 Some(at) => self.signals[signal].pin = Some(free.remove(at)),
-                None => misfit.note(need, &self.signals[signal], device),
+                None => misfit.inputs.push(self.signals[signal].name.clone()),
             }
         }
         misfit
@@ -103,7 +140,9 @@ impl Equations {
                 Function {
                     signal: equation.signal,
                     cells: terms.div_ceil(blocks.own_terms).max(1),
-                    is_shown: matches!(signal.source, Source::Output(_)) || signal.pin.is_some(),
+                    is_shown: matches!(signal.source, Source::Output(_))
+                        || signal.pin.is_some()
+                        || self.signals.iter().any(|own| own.shared == Some(equation.signal)),
                     pin: signal.pin,
                     reads: literals.map(|(signal, _)| *signal).collect(),
                 }

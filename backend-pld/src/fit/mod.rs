@@ -4,12 +4,21 @@
 //! Logic ─ form    polarity of each sum; exclusive  T flip-flops, inverters ─┐
 //!   └──── logic::split  where a sum is too wide: buried nodes ─ pins  matched to macrocells; blocks  to logic blocks ─ Equations
 //!                                          │                       └─ misfit  what is missing, why, and what would help
+//!                                          │                       └─ share  outputs that are the pin of a flip-flop
+//!                                          │                       └─ divide  sums over spare macrocells, where they are too wide for those of the device
 //!                                          └─ place  the macrocells of the device, for the fuse mapper
 //! ```
 
-pub(crate) mod blocks;
+mod blocks;
+mod divide;
 pub(crate) mod exclusive;
 pub(crate) mod form;
+mod matching;
 pub(crate) mod misfit;
+pub(crate) mod need;
 pub(crate) mod pins;
 mod place;
+mod share;
+
+#[cfg(test)]
+mod tests;

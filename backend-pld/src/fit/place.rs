@@ -16,7 +16,7 @@ impl Equations {
                 Some(Role {
                     pin: named.pin?,
                     object: named.object,
-                    is_inverted: signal.is_pin_inverted,
+                    is_inverted: signal.is_pin_inverted != signal.is_complement,
                 })
             })
             .collect()
@@ -34,7 +34,7 @@ impl Equations {
             let signal = &self.signals[signal];
             Some((signal.pin?, value != signal.is_pin_inverted))
         };
-        for signal in &self.signals {
+        for signal in self.signals.iter().filter(|signal| signal.shared.is_none()) {
             placement.pins.push(PinName { pin: signal.pin?, name: signal.name.clone() });
         }
         placement.pins.sort_by_key(|named| named.pin);

@@ -57,22 +57,29 @@ fn is_read(placement: &Placement, pin: u32) -> bool {
     placement.products().any(|product| product.literal(pin).is_some())
 }
 
-/// The plainest mode that holds the design; the last one, with findings, where none does.
+/// The plainest mode that holds the design; where none does, the one with the fewest obstacles, and those of all modes, its own first.
 fn choose_mode(placement: &Placement, layout: &'static Layout) -> (&'static Mode, Vec<Diagnostic>) {
-    let mut last = Vec::new();
-    let mut chosen = &layout.modes[layout.modes.len() - 1];
+    let has_registers = placement.cells.iter().any(|cell| cell.kind == CellKind::Registered);
+    let is_registered = |shape: &Shape| shape.register != Register::None;
+    let mut tried: Vec<(&'static Mode, Vec<Diagnostic>)> = Vec::new();
     for mode in layout.modes {
         let refusals = refusals(placement, layout, mode);
         if refusals.is_empty() {
             return (mode, refusals);
         }
-        // The mode with the fewest obstacles explains best what is in the way.
-        if last.is_empty() || refusals.len() < last.len() {
-            last = refusals;
-            chosen = mode;
+        // That a mode has no flip-flops at all is no obstacle worth telling as long as another one has.
+        if !has_registers || mode.shapes.iter().any(is_registered) {
+            tried.push((mode, refusals));
         }
     }
-    (chosen, last)
+    tried.sort_by_key(|(_, refusals)| refusals.len());
+    match tried.first() {
+        Some((mode, _)) => (*mode, tried.into_iter().flat_map(|(_, refusals)| refusals).collect()),
+        None => {
+            let last = &layout.modes[layout.modes.len() - 1];
+            (last, refusals(placement, layout, last))
+        }
+    }
 }
 
 /// What of a design a mode cannot hold; sums are not counted.

@@ -208,7 +208,7 @@ fn the_map_says_where_lines_come_from() {
     let emitted = emit(&truck(), Dialect::Palasm, &on("gal22v10")).unwrap();
     let lines: Vec<&str> = emitted.text.lines().collect();
     let entry = emitted.map.iter().rfind(|entry| entry.name == "R").unwrap();
-    assert_eq!(lines[entry.line as usize - 1], "R = p2");
+    assert_eq!(lines[entry.line as usize - 1], "R := p1 * m + R * /b");
     assert_eq!(entry.req, ["R12"]);
 }
 

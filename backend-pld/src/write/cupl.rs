@@ -23,6 +23,8 @@ pub(crate) fn write(equations: &Equations) -> Sheet {
     }
     sheet.line("");
     let mut order: Vec<usize> = (0..equations.signals.len()).collect();
+    // A shared pin is declared once, by its flip-flop.
+    order.retain(|&index| equations.signals[index].shared.is_none());
     order.sort_by_key(|&index| {
         (equations.signals[index].pin.is_none(), equations.signals[index].pin, index)
     });

@@ -27,6 +27,8 @@ pub(crate) fn write(equations: &Equations, vectors: Option<&Vectors>) -> Sheet {
         is_registered[equation.signal] = equation.is_registered;
     }
     let mut order: Vec<usize> = (0..equations.signals.len()).collect();
+    // A shared pin is declared once, by its flip-flop.
+    order.retain(|&index| equations.signals[index].shared.is_none());
     order.sort_by_key(|&index| {
         (equations.signals[index].pin.is_none(), equations.signals[index].pin, index)
     });
@@ -94,7 +96,8 @@ fn simulation(sheet: &mut Sheet, equations: &Equations, vectors: &Vectors) {
     sheet.line("SIMULATION");
     sheet.line("");
     let is_shown = |source: Source| !matches!(source, Source::Buried(_));
-    let shown = equations.signals.iter().filter(|signal| is_shown(signal.source));
+    let is_own = |signal: &&crate::equations::Signal| signal.shared.is_none();
+    let shown = equations.signals.iter().filter(|signal| is_shown(signal.source)).filter(is_own);
     let all: Vec<&str> = shown.map(|signal| signal.name.as_str()).collect();
     wrapped(sheet, "TRACE_ON", &all);
     let mut before: Option<Vec<bool>> = None;
@@ -120,6 +123,9 @@ fn simulation(sheet: &mut Sheet, equations: &Equations, vectors: &Vectors) {
                         .get(id.index())
                         .copied()
                         .flatten()
+                        .filter(|_| {
+                            !equations.signals.iter().any(|output| output.shared == Some(index))
+                        })
                         .map(|value| literal(index, value)),
                     Source::Output(_)
                     | Source::Flop(_)

@@ -1,6 +1,6 @@
 //! `grafsynth build FILE --target T -o DIR`.
 
-use crate::args::{Build, Busy};
+use crate::args::{Build, Busy, Input};
 use crate::exit::Exit;
 use crate::files;
 use crate::load::{Session, Stop};
@@ -57,6 +57,10 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
             None => return Ok(Exit::Usage),
         },
     };
+    let keep_pins = match &arguments.keep_pins {
+        Some(path) => earlier_pins(session, path)?,
+        None => Vec::new(),
+    };
     let facts = pipeline::facts(net, &limits);
     let source = arguments.input.file.rsplit(['/', '\\']).next().unwrap_or_default().to_owned();
     let options = BuildOptions {
@@ -79,6 +83,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
             Busy::Always => BusyMode::Always,
         },
         synchronise: arguments.synchronise,
+        keep_pins,
         encoding: match arguments.encoding.as_str() {
             "one-hot" => EncodingChoice::This(Encoding::OneHot),
             "zero-hot" => EncodingChoice::This(Encoding::ZeroHot),
@@ -132,6 +137,33 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
     } else {
         Exit::Done
     })
+}
+
+/// The pins of an earlier output, by its names.
+fn earlier_pins(session: &mut Session, path: &str) -> Result<Vec<(String, u32)>, Stop> {
+    let earlier = Input {
+        file: path.to_owned(),
+        from: None,
+        assert: Vec::new(),
+        board: None,
+        c: crate::args::COptions::default(),
+    };
+    let (design, found) = session.design(&earlier)?;
+    session.show(&found);
+    let Design::Logic(design) = design else {
+        return Err(Stop::Usage(format!(
+            "--keep-pins takes an output of an earlier build (.jed, .pld or .pds), and {path} is a chart"
+        )));
+    };
+    match design.placement {
+        Ok(placement) => {
+            Ok(placement.pins.into_iter().map(|named| (named.name, named.pin)).collect())
+        }
+        Err(found) => {
+            session.show(&found);
+            Err(Stop::Usage(format!("--keep-pins: {path} does not say which signal has which pin")))
+        }
+    }
 }
 
 fn is_limit(line: &Line) -> bool {

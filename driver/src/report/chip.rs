@@ -247,7 +247,7 @@ impl Chip {
         let cells = fuse::decode(map).map(|placement| placement.cells).unwrap_or_default();
         let literals = |product: &Product| -> Literals {
             let literal = |&(pin, value): &(u32, bool)| {
-                let at = chip.signals.iter().position(|signal| signal.pin == Some(pin))?;
+                let at = chip.at_pin(pin).first().copied()?;
                 Some((at, value != chip.signals[at].is_inverted))
             };
             let mut literals: Literals = product.0.iter().filter_map(literal).collect();
@@ -255,9 +255,7 @@ impl Chip {
             literals
         };
         let of_cell = |cell: &grafsynth_backend_pld::placement::Cell| -> Option<Cell> {
-            let signals: Vec<usize> = (0..chip.signals.len())
-                .filter(|at| chip.signals[*at].pin == Some(cell.pin))
-                .collect();
+            let signals = chip.at_pin(cell.pin);
             let is_inverted = chip.signals[*signals.first()?].is_inverted;
             let terms = [
                 ("enable", &cell.enable),
@@ -305,6 +303,14 @@ impl Chip {
         chip
     }
 
+    /// The signals at a pin: the flip-flop first, for it is what the macrocell holds, then the outputs that it is.
+    fn at_pin(&self, pin: u32) -> Vec<usize> {
+        let mut all: Vec<usize> =
+            (0..self.signals.len()).filter(|at| self.signals[*at].pin == Some(pin)).collect();
+        all.sort_by_key(|at| !matches!(self.signals[*at].kind, Kind::Flop(_)));
+        all
+    }
+
     /// Equations as they were printed.
     pub(crate) fn of_equations(
         made: Made<'_>,
@@ -320,15 +326,23 @@ impl Chip {
         chip.misfit = crate::coding::misfit(equations).map(str::to_owned);
         let mut known = Known::of(circuit);
         for (named, signal) in equations.named(circuit).iter().zip(&equations.signals) {
-            let mut own =
-                known.signal(&named.object, signal.pin, &signal.name, signal.is_pin_inverted);
+            // A flip-flop whose complement is printed is shown here as it is.
+            let is_inverted = signal.is_pin_inverted != signal.is_complement;
+            let mut own = known.signal(&named.object, signal.pin, &signal.name, is_inverted);
             if let equations::Source::Buried(_) = signal.source {
                 own.meta = signal.meta.clone();
             }
             chip.signals.push(own);
         }
+        let literals = |product: &Literals| -> Literals {
+            let own = |signal: usize| equations.signals[signal].is_complement;
+            product.iter().map(|&(signal, value)| (signal, value != own(signal))).collect()
+        };
         let mut cells: Vec<Cell> = (equations.equations.iter())
             .map(|equation| {
+                let sharing = (0..equations.signals.len())
+                    .filter(|at| equations.signals[*at].shared == Some(equation.signal));
+                let is_complement = equations.signals[equation.signal].is_complement;
                 let pin = equations.signals[equation.signal].pin;
                 let kind = if equation.is_registered {
                     CellKind::Registered
@@ -336,13 +350,13 @@ impl Chip {
                     CellKind::Combinational
                 };
                 Cell {
-                    signals: vec![equation.signal],
+                    signals: std::iter::once(equation.signal).chain(sharing).collect(),
                     pin,
                     kind,
-                    is_complemented: equation.is_complemented,
-                    sum: equation.products.clone(),
+                    is_complemented: equation.is_complemented != is_complement,
+                    sum: equation.products.iter().map(literals).collect(),
                     flip_flop: equation.flip_flop,
-                    inverter: equation.inverter.clone(),
+                    inverter: equation.inverter.as_ref().map(literals),
                     terms: Vec::new(),
                     available: available(device, pin, kind, equation.n_terms()),
                     count: Count::default(),

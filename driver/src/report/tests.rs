@@ -186,7 +186,7 @@ fn long_names_stay_inside_the_picture() {
     check_svg(&pages[1].text);
     check_svg(&pages[2].text);
     assert!(
-        pages[1].text.contains(&format!("<title>{long}</title>")),
+        pages[1].text.contains(&format!("{long} = p2</title>")),
         "the whole name is the tooltip"
     );
     assert!(pages[0].text.contains(&format!("--> {long}")));
@@ -198,7 +198,7 @@ fn terms_are_counted_with_and_without_dont_cares() {
     let (built, pages) = built(TRUCK, &[Target::Jedec], &on("gal22v10"));
     let chip = &built.chips[0];
     let cell = |name: &str| -> &Cell {
-        chip.cells.iter().find(|cell| chip.names(cell) == [name]).expect("a macrocell")
+        chip.cells.iter().find(|cell| chip.names(cell)[0] == name).expect("a macrocell")
     };
     let p1 = cell("p1");
     assert_eq!((p1.sum.len(), p1.is_least(), p1.is_complemented), (3, true, true));
@@ -243,7 +243,8 @@ fn power_up_and_clock_are_said() {
         let page = &pages[0].text;
         assert!(page.contains("The initial situation of the chart is **p1**"), "{page}");
         assert!(page.contains(note) && page.contains("must keep to the clock"), "{page}");
-        assert!(page.contains("| m     | must keep to the clock | p1, p2 "), "{page}");
+        let m = page.lines().find(|line| line.starts_with("| m     | must keep")).expect("a row");
+        assert!(m.contains("p1") && m.contains("p2") && !m.contains("p3"), "{page}");
     }
     let (_, pages) = built(
         TRUCK,

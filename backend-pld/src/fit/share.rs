@@ -1,0 +1,124 @@
+//! Outputs that are a flip-flop: one macrocell for both.
+//!
+//! ```text
+//! p2 := m * p1 + /b * p2          R := m * p1 + /b * R       step p2 and output R are one pin
+//! R   = p2                   =>
+//! ```
+//! Whether they agree is seen on the minimised sum: it is a single literal of the flip-flop, with don't-cares too, so that a bit of a compact code can be
+//! an output. An output that is the complement of a flip-flop shares its macrocell as well: the pin then shows the complement, which wakes with the other
+//! value. Where registered pins always wake high ([`PowerUp::PinsHigh`]) only an output that is true at first can be the pin itself.
+
+use crate::EmitOptions;
+use crate::device::{FlipFlop, Polarity, PowerUp};
+use crate::equations::{Equations, SignalIndex, Source, source_matches};
+use grafsynth_ir::logic::Logic;
+
+impl Equations {
+    /// Takes away the equations of outputs whose pin is that of a flip-flop. A flip-flop serves one output, or several to which the board gives one pin.
+    pub(crate) fn share_pins(&mut self, logic: &Logic, options: &EmitOptions) {
+        let mut at = 0;
+        while at < self.equations.len() {
+            match self.flop_shown_by(at) {
+                Some((flop, is_complement)) if self.may_share(logic, options, at, flop) => {
+                    let output = self.equations.remove(at).signal;
+                    if is_complement {
+                        self.invert(flop);
+                    }
+                    self.share(output, flop);
+                }
+                Some(_) | None => at += 1,
+            }
+        }
+    }
+
+    /// The flip-flop that a combinational equation is a literal of, where its pin can show that, and whether the output is its complement.
+    fn flop_shown_by(&self, at: usize) -> Option<(SignalIndex, bool)> {
+        let equation = &self.equations[at];
+        let is_output = matches!(self.signals[equation.signal].source, Source::Output(_));
+        let [product] = &equation.products[..] else { return None };
+        let [(signal, value)] = product[..] else { return None };
+        let is_flop = matches!(self.signals[signal].source, Source::Flop(_));
+        if !is_output || !is_flop || equation.is_registered || equation.inverter.is_some() {
+            return None;
+        }
+        let is_complement = value == equation.is_complemented;
+        let can_show = if is_complement {
+            self.can_be_inverted(signal)
+        } else {
+            !self.signals[signal].is_pin_inverted
+        };
+        can_show.then_some((signal, is_complement))
+    }
+
+    /// The signal can be taken for its complement instead, which then is what the pin shows.
+    fn can_be_inverted(&self, flop: SignalIndex) -> bool {
+        let is_shared = self.signals.iter().any(|signal| signal.shared == Some(flop));
+        // A T flip-flop's function has no polarity that could follow.
+        let is_toggled = self
+            .equations
+            .iter()
+            .any(|equation| equation.signal == flop && equation.flip_flop == FlipFlop::T);
+        !is_shared
+            && !is_toggled
+            && match self.device.power_up {
+                PowerUp::ByPolarity => self.device.polarity == Polarity::Programmable,
+                PowerUp::PinsHigh => self.signals[flop].is_pin_inverted,
+            }
+    }
+
+    /// The board does not want them apart, and the flip-flop has no other output unless the board puts both on one pin.
+    fn may_share(
+        &self,
+        logic: &Logic,
+        options: &EmitOptions,
+        at: usize,
+        flop: SignalIndex,
+    ) -> bool {
+        let wish = |signal: SignalIndex| {
+            let source = self.signals[signal].source;
+            let named = options.pins.iter().find(|(name, _)| source_matches(logic, source, name));
+            named.map(|(_, pin)| *pin)
+        };
+        let own = wish(self.equations[at].signal);
+        let is_apart = |other: Option<u32>| own.is_some() && other.is_some() && own != other;
+        let others: Vec<SignalIndex> = (0..self.signals.len())
+            .filter(|index| self.signals[*index].shared == Some(flop))
+            .collect();
+        let is_on_one_pin = |other: &SignalIndex| own.is_some() && wish(*other) == own;
+        !is_apart(wish(flop)) && others.iter().all(is_on_one_pin)
+    }
+
+    /// The signal becomes the complement of its flip-flop: its equation and every literal of it.
+    fn invert(&mut self, flop: SignalIndex) {
+        let signal = &mut self.signals[flop];
+        signal.is_complement = !signal.is_complement;
+        signal.is_pin_inverted = false;
+        for equation in &mut self.equations {
+            if equation.signal == flop {
+                equation.is_complemented = !equation.is_complemented;
+            }
+            let literals = equation.products.iter_mut().chain(&mut equation.inverter).flatten();
+            for (_, value) in literals.filter(|(signal, _)| *signal == flop) {
+                *value = !*value;
+            }
+        }
+    }
+
+    /// One name for both, which is what the pin shows.
+    fn share(&mut self, output: SignalIndex, flop: SignalIndex) {
+        if self.signals.iter().any(|signal| signal.shared == Some(flop)) {
+            let name = self.signals[flop].name.clone();
+            self.signals[output].name = name;
+        }
+        self.signals[output].shared = Some(flop);
+        self.signals[output].is_pin_inverted = false;
+        let (name, meta) = (self.signals[output].name.clone(), self.signals[output].meta.clone());
+        let signal = &mut self.signals[flop];
+        let not = if signal.is_complement { "not " } else { "" };
+        let step = std::mem::replace(&mut signal.name, name);
+        let labels = [meta.label, format!("{not}{step}"), signal.meta.label.clone()];
+        let labels: Vec<String> = labels.into_iter().filter(|label| !label.is_empty()).collect();
+        signal.meta.label = labels.join(", ");
+        signal.meta.req.extend(meta.req);
+    }
+}

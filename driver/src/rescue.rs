@@ -1,0 +1,264 @@
+//! What would make a design fit that does not: other codes, other settings, other devices, each of them tried.
+//!
+//! Nothing is advised that was not fitted: with its own codes, sums, divisors and pins, and for a fuse map down to the fuses. [`MOST_FITS`] bounds the
+//! search; devices that are too small whatever is done are left out without a trial.
+
+use crate::coding::{self, Encoding, EncodingChoice};
+use crate::pipeline::{self, BuildOptions};
+use grafsynth_backend_pld::codes::DOES_NOT_FIT;
+use grafsynth_backend_pld::device::{Clock, DEVICES, Device, Polarity};
+use grafsynth_backend_pld::equations::Equations;
+use grafsynth_backend_pld::fuse;
+use grafsynth_backend_pld::{Dialect, EmitOptions};
+use grafsynth_ir::Diagnostic;
+use grafsynth_ir::facts::Facts;
+use grafsynth_ir::logic::{Logic, Node, PinRole};
+use grafsynth_ir::net::{InputKind, Net};
+use grafsynth_logic::build::needed;
+
+/// Fits that are tried.
+const MOST_FITS: usize = 16;
+/// Ways out that are named.
+const MOST_NAMED: usize = 3;
+
+/// What did not fit.
+#[derive(Clone, Copy)]
+pub(crate) struct Asked<'a> {
+    pub(crate) net: &'a Net,
+    pub(crate) facts: &'a Facts,
+    /// One flip-flop a step.
+    pub(crate) logic: &'a Logic,
+    pub(crate) options: &'a BuildOptions,
+    /// It was to be burned, not only written.
+    pub(crate) is_burned: bool,
+}
+
+/// Settings of a trial.
+#[derive(Clone, Copy)]
+struct Trial {
+    device: &'static Device,
+    encoding: EncodingChoice,
+    dont_cares: bool,
+    safe: bool,
+}
+
+/// Says in the findings of a fit what would fit instead.
+pub(crate) fn advise(asked: &Asked<'_>, found: &mut [Diagnostic]) {
+    let is_misfit =
+        |finding: &Diagnostic| [DOES_NOT_FIT, fuse::codes::CANNOT_HOLD].contains(&finding.code);
+    if found.is_empty() || !found.iter().all(is_misfit) {
+        return;
+    }
+    if let Some(first) = found.first_mut() {
+        first.help = Some(advice_for(asked));
+    }
+}
+
+/// What would fit, in words.
+pub(crate) fn advice_for(asked: &Asked<'_>) -> String {
+    asked.device().map_or_else(String::new, |device| advice(asked, device))
+}
+
+fn advice(asked: &Asked<'_>, device: &'static Device) -> String {
+    let trials = trials(asked, device);
+    let mut fits: Vec<String> = Vec::new();
+    let mut named: Vec<&str> = Vec::new();
+    let mut n_tried = 0;
+    for trial in &trials {
+        if n_tried == MOST_FITS || fits.len() == MOST_NAMED {
+            break;
+        }
+        // A device that was named already is not named with another code.
+        if trial.device != device && named.contains(&trial.device.name) {
+            continue;
+        }
+        n_tried += 1;
+        if let Some((coded, n_cells, n_terms)) = asked.fit(trial) {
+            let mut options: Vec<String> = Vec::new();
+            named.push(trial.device.name);
+            if trial.device != device {
+                options.push(format!("--device {}", trial.device.name));
+            }
+            if trial.encoding != asked.options.encoding {
+                options.push(format!("--encoding {}", name(coded)));
+            }
+            if trial.dont_cares != asked.options.dont_cares {
+                options.push("don't-cares (leave out --no-dc)".to_owned());
+            }
+            if trial.safe != asked.options.safe {
+                options.push("no return from illegal situations (leave out --safe)".to_owned());
+            }
+            let code = match trial.encoding {
+                EncodingChoice::Auto => format!(", {}", name(coded)),
+                EncodingChoice::This(_) => String::new(),
+            };
+            fits.push(format!(
+                "{} ({n_cells} macrocells, {n_terms} product terms{code})",
+                options.join(" and ")
+            ));
+        }
+    }
+    if !fits.is_empty() {
+        return format!("what fits, each tried: {}", fits.join("; "));
+    }
+    let tried = match n_tried {
+        0 => "no other device or setting of ours is large enough to be worth a trial".to_owned(),
+        1 => "the one other device or setting that is large enough does not hold it either"
+            .to_owned(),
+        n if n < trials.len() => format!(
+            "none of the first {n} of {} other devices and settings holds it either",
+            trials.len()
+        ),
+        n => format!(
+            "none of the {n} other devices and settings that are large enough holds it either"
+        ),
+    };
+    match encoder(asked.net).or_else(|| by_hand(asked.logic)) {
+        Some(by_hand) => format!("{tried}; {by_hand}"),
+        None => format!(
+            "{tried}; split the chart, or build for `palasm` or `cupl`, which leave pins open"
+        ),
+    }
+}
+
+fn name(encoding: Encoding) -> &'static str {
+    match encoding {
+        Encoding::OneHot => "one-hot",
+        Encoding::ZeroHot => "zero-hot",
+        Encoding::Compact => "compact",
+    }
+}
+
+/// What is worth trying, the least change first: codes and settings on the same device, then devices, the smallest first, then both.
+fn trials(asked: &Asked<'_>, device: &'static Device) -> Vec<Trial> {
+    let options = asked.options;
+    let same = Trial {
+        device,
+        encoding: options.encoding,
+        dont_cares: options.dont_cares,
+        safe: options.safe,
+    };
+    let codes: Vec<EncodingChoice> = match options.encoding {
+        EncodingChoice::Auto => Vec::new(),
+        EncodingChoice::This(own) => [Encoding::OneHot, Encoding::ZeroHot, Encoding::Compact]
+            .into_iter()
+            .filter(|encoding| *encoding != own)
+            .map(EncodingChoice::This)
+            .collect(),
+    };
+    let mut trials: Vec<Trial> = Vec::new();
+    if asked.may_hold(device) {
+        trials.extend(codes.iter().map(|&encoding| Trial { encoding, ..same }));
+        if !options.dont_cares && !options.safe {
+            trials.push(Trial { dont_cares: true, ..same });
+        }
+        if options.safe {
+            trials.push(Trial { safe: false, ..same });
+        }
+    }
+    let mut others: Vec<&'static Device> = DEVICES
+        .iter()
+        .filter(|other| {
+            // What a PAL can do in whose place a GAL is burned, that GAL can do itself.
+            **other != *device && !other.name.contains("-as-") && asked.may_hold(other)
+        })
+        .collect();
+    // The old PALs last: they are burned once, and their polarities are fixed.
+    others.sort_by_key(|device| {
+        let is_fixed = device.polarity != Polarity::Programmable;
+        (is_fixed, device.n_pins, device.macrocells.len())
+    });
+    trials.extend(others.iter().map(|&device| Trial { device, ..same }));
+    for &device in &others {
+        trials.extend(codes.iter().map(|&encoding| Trial { device, encoding, ..same }));
+    }
+    trials
+}
+
+impl Asked<'_> {
+    fn device(&self) -> Option<&'static Device> {
+        let own = self.net.board.device.as_ref().map(|name| name.text.as_str());
+        match self.options.device.as_deref().or(own) {
+            Some(name) => Device::find(name),
+            None => Some(Device::default_device()),
+        }
+    }
+
+    /// The device has pins for the inputs and macrocells for the outputs, were everything else free.
+    fn may_hold(&self, device: &Device) -> bool {
+        let (n_inputs, n_outputs) = (self.logic.inputs.len(), self.logic.outputs.len());
+        let has_flops = !self.logic.flops.is_empty();
+        let n_flops = usize::from(has_flops && n_outputs == 0);
+        device.macrocells.len() >= n_outputs + n_flops
+            && n_inputs + n_outputs + usize::from(has_flops) <= device.n_pins as usize - 2
+            && (!has_flops || device.clock != Clock::None)
+            && (!self.is_burned || device.layout.is_some())
+    }
+
+    /// Fits it: the code that was taken, macrocells and product terms.
+    fn fit(&self, trial: &Trial) -> Option<(Encoding, usize, usize)> {
+        let own = self.device()?;
+        let mut wishes = EmitOptions {
+            dont_cares: trial.dont_cares,
+            ..pipeline::emit_options(self.net, Some(trial.device.name), None)
+        };
+        if trial.device != own {
+            // The numbers of the board are those of another package.
+            wishes.pins.clear();
+        }
+        let coded = coding::code(
+            self.net,
+            self.facts,
+            self.logic,
+            trial.encoding,
+            trial.safe,
+            Dialect::Palasm,
+            &wishes,
+        );
+        let circuit = coding::emitted(&coded, trial.safe);
+        let (circuit, _) = pipeline::synchronised(self.net, circuit, self.options.synchronise);
+        if self.is_burned {
+            let (placement, _) = fuse::place(&circuit, &wishes).ok()?;
+            fuse::map(&placement).ok()?;
+            let n_terms = placement.cells.iter().map(|cell| cell.sum.len()).sum();
+            return Some((coded.encoding, placement.cells.len(), n_terms));
+        }
+        let made = Equations::new(&circuit, Dialect::Galasm, &wishes).ok()?;
+        let n_terms = made.equations.iter().map(|equation| equation.products.len()).sum();
+        Some((coded.encoding, made.equations.len(), n_terms))
+    }
+}
+
+/// Events that never come together need a number and a strobe, not a pin each.
+fn encoder(net: &Net) -> Option<String> {
+    let n = net.inputs.values().filter(|input| input.kind == InputKind::Event).count();
+    let n_bits = usize::BITS - n.saturating_sub(1).leading_zeros();
+    let is_fewer = n_bits as usize + 1 < n;
+    (net.settings.events_exclusive && is_fewer).then(|| {
+        format!(
+            "by hand: its {n} events never come together, so an encoder in front of the chip makes {n_bits} pins and a strobe of them"
+        )
+    })
+}
+
+/// Two chips: what a second one for the outputs would take over.
+fn by_hand(logic: &Logic) -> Option<String> {
+    let moved: Vec<_> = (logic.outputs.values())
+        .filter(|output| output.registered.is_none() && output.role != PinRole::Busy)
+        .collect();
+    if moved.len() < 2 || logic.flops.is_empty() {
+        return None;
+    }
+    let cone = needed(logic, moved.iter().map(|output| output.value));
+    let reads = |is_kind: fn(&Node) -> bool| {
+        logic.nodes.iter().filter(|(id, node)| cone[*id] && is_kind(node)).count()
+    };
+    let n_flops = reads(|node| matches!(node, Node::Flop(_)));
+    let n_inputs = reads(|node| matches!(node, Node::Input(_)));
+    Some(format!(
+        "by hand it may go on two chips: a second one for the {} outputs reads {n_flops} flip-flops and {n_inputs} inputs, and leaves the first with {} flip-flops and {} inputs",
+        moved.len(),
+        logic.flops.len(),
+        logic.inputs.len()
+    ))
+}
