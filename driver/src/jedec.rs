@@ -74,28 +74,22 @@ pub fn burn(
     burn_as(net, circuit, &pipeline::emit_options(net, device, None), stimulus, n_vectors)
 }
 
-/// Burns a circuit as it is, or, where the device has too few macrocells for a flip-flop for each step, with the code that it has room for. The circuit that
-/// comes back shows the steps in every code.
+/// Burns a circuit with the code of its steps that a build chooses for the device, and with its don't-cares. The circuit that comes back shows the steps in
+/// every code.
 ///
 /// # Errors
-/// What [`burn`] says of the circuit as it is, if no code fits.
-pub fn burn_in_any_code(
+/// As [`burn`].
+pub fn burn_coded(
     net: &Net,
     facts: &Facts,
     circuit: &Logic,
     device: Option<&str>,
     n_vectors: Option<usize>,
 ) -> Result<Burned, Vec<Diagnostic>> {
-    let why = match burn(net, circuit, device, None, n_vectors) {
-        Ok(burned) => return Ok(burned),
-        Err(why) => why,
-    };
     let wishes = EmitOptions { dont_cares: true, ..pipeline::emit_options(net, device, None) };
     let choice = EncodingChoice::Auto;
     let coded = coding::code(net, facts, circuit, choice, false, Dialect::Palasm, &wishes);
-    let Ok(mut burned) = burn_as(net, &coded.logic, &wishes, None, n_vectors) else {
-        return Err(why);
-    };
+    let mut burned = burn_as(net, &coding::emitted(&coded, false), &wishes, None, n_vectors)?;
     grafsynth_logic::recode::observe(&coded.logic, &mut burned.logic);
     Ok(burned)
 }

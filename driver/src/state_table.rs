@@ -233,21 +233,9 @@ fn starts(machine: &Machine, n_bits: usize) -> Vec<Vec<u32>> {
     vec![binary, near, zero]
 }
 
-/// A macrocell for each function: true if sums with these numbers of products can be put on macrocells with these numbers of product terms.
-#[must_use]
-pub fn fits(sums: &[usize], cells: &[usize]) -> bool {
-    let sorted = |numbers: &[usize]| {
-        let mut numbers = numbers.to_vec();
-        numbers.sort_unstable_by(|a, b| b.cmp(a));
-        numbers
-    };
-    sums.len() <= cells.len()
-        && sorted(sums).iter().zip(&sorted(cells)).all(|(sum, cell)| sum <= cell)
-}
-
 #[cfg(test)]
 mod tests {
-    use super::{Coding, Search, few_products, fits, function, table};
+    use super::{Coding, Search, few_products, function, table};
     use grafsynth_frontend::kiss2;
     use grafsynth_ir::FileId;
     use grafsynth_logic::minimise::{Effort, shared};
@@ -267,12 +255,5 @@ mod tests {
             few_products(&machine, Search { tries: 60, seed: 1 }, &effort).expect("small");
         assert!(matches!(&coding, Coding::Codes(codes, 2) if codes.len() == 4), "{coding:?}");
         assert!(outcome.terms.len() <= 5, "{}", outcome.terms.len());
-    }
-
-    #[test]
-    fn sums_are_put_on_cells_by_size() {
-        assert!(fits(&[7, 12], &[8, 12, 8]));
-        assert!(!fits(&[9, 12], &[8, 12, 8]));
-        assert!(!fits(&[1, 1], &[8]));
     }
 }

@@ -5,8 +5,7 @@ use grafsynth_driver::run::device_trace;
 use grafsynth_driver::{jedec, pipeline};
 use grafsynth_sim::Trace;
 
-/// The fuse map of a net in the simulator of fuses. A design with too many steps for a flip-flop each is coded;
-/// what the device cannot hold then is refused.
+/// The fuse map of a net in the simulator of fuses, with the code of the steps that a build would choose. What the device cannot hold in any is refused.
 #[derive(Debug, Clone, Copy)]
 pub struct DeviceEngine {
     /// The device; none takes that of the net's board, or the default.
@@ -31,7 +30,7 @@ impl Engine for DeviceEngine {
             return Err(EngineError::Refused(vec![diagnostic]));
         }
         let logic = pipeline::logic(job.net, job.facts).map_err(EngineError::Refused)?;
-        let burned = jedec::burn_in_any_code(job.net, job.facts, &logic, self.device, Some(1))
+        let burned = jedec::burn_coded(job.net, job.facts, &logic, self.device, Some(1))
             .map_err(EngineError::Refused)?;
         device_trace(job.net, &burned.map, &burned.logic, &burned.roles, job.stimulus)
             .map_err(EngineError::Refused)

@@ -3,14 +3,10 @@
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "it is an example that prints")]
 #![allow(clippy::disallowed_methods, reason = "it reads files and its arguments")]
 
-use grafsynth_driver::state_table::{Coding, Search, few_products, fits, function, table};
+use grafsynth_driver::state_table::{Coding, Search, few_products, function, table};
 use grafsynth_frontend::kiss2::{self, Machine};
 use grafsynth_ir::FileId;
 use grafsynth_logic::minimise::{Effort, Minimum, OneOutput, Refused, per_output, shared};
-
-/// Product terms of a GAL22V10's macrocells, and its pins that are inputs beside the clock.
-const CELLS: [usize; 10] = [8, 10, 12, 14, 16, 16, 14, 12, 10, 8];
-const INPUTS: usize = 11;
 
 fn main() {
     let mut words = std::env::args().skip(1);
@@ -29,9 +25,9 @@ fn main() {
     paths.retain(|path| path.extension().is_some_and(|extension| extension == "kiss2"));
     paths.sort();
     println!(
-        "| machine | in/out/states | one-hot shared | one-hot per output (most) | binary | compact | per output (most) | one 22V10 |"
+        "| machine | in/out/states | one-hot shared | one-hot per output (most) | binary | compact | per output (most) |"
     );
-    println!("|---|---|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|");
     for path in paths {
         let Ok(text) = std::fs::read_to_string(&path) else { continue };
         let Some(machine) = kiss2::parse(FileId(0), &text).0 else { continue };
@@ -74,23 +70,9 @@ fn row(machine: &Machine, tries: u64, level: u32) -> Result<String, Refused> {
     let binary = shared(&function(&table(machine, &Coding::binary(machine)), 1 << 25)?, &effort)?;
     let (coding, compact) = few_products(machine, search, &effort)?;
     let free = sizes(&per_output(&function(&table(machine, &coding), 1 << 25)?, true, &effort)?);
-    let n_bits = coding.n_bits(machine);
-    let hot_free = sizes(&per_output(&hot, true, &effort)?);
-    // Macrocells that hold nothing are inputs.
-    let has_pins =
-        |n_cells: usize| n_cells <= CELLS.len() && n_inputs <= INPUTS + CELLS.len() - n_cells;
-    let verdict = if has_pins(n_states + n_outputs) && fits(&hot_free, &CELLS) {
-        "one-hot"
-    } else if !has_pins(n_bits + n_outputs) {
-        "no: pins"
-    } else if fits(&free, &CELLS) {
-        "compact"
-    } else {
-        "no: terms"
-    };
     let most = |sizes: &[usize]| sizes.iter().copied().max().unwrap_or(0);
     Ok(format!(
-        "{n_inputs}/{n_outputs}/{n_states} | {} | {} ({}) | {} | {} | {} ({}) | {verdict}",
+        "{n_inputs}/{n_outputs}/{n_states} | {} | {} ({}) | {} | {} | {} ({})",
         mark(together.terms.len(), together.minimum),
         single.iter().sum::<usize>(),
         most(&single),
