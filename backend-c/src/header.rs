@@ -193,7 +193,7 @@ impl Layout<'_> {
         if !self.interface.has_in {
             return;
         }
-        nodes.extend(self.names.io.input_macros(self.net, &self.names.inputs));
+        nodes.extend(self.names.io.input_macros(self.net, &self.names.prefix, &self.names.inputs));
         let mut body = Vec::new();
         match self.names.io.input_words() {
             0 => {}

@@ -178,15 +178,26 @@ impl Layout {
     }
 
     /// The macros of the header for inputs: how to reach a bit, and the number of each.
-    pub(crate) fn input_macros(&self, net: &Net, names: &IdMap<Input, String>) -> Vec<Node> {
+    ///
+    /// The test itself is a function: where the masks stood in the expressions, gcc would warn of every receptivity that asks for an input and its negation.
+    pub(crate) fn input_macros(
+        &self,
+        net: &Net,
+        prefix: &str,
+        names: &IdMap<Input, String>,
+    ) -> Vec<Node> {
         if self.n_inputs == 0 {
             return Vec::new();
         }
         let upper = &self.upper;
         let mut nodes = vec![
+            Node::function(
+                format!("static inline bool {prefix}_bit(uint8_t byte, uint8_t mask)"),
+                vec![Node::line("return (byte & mask) != 0U;")],
+            ),
             Node::comment("Boolean inputs are bits: GET reads one, PUT gives it a value."),
             Node::directive(format!(
-                "#define {upper}_GET(io, bit) (((io)->bits[(bit) / 8U] & (1U << ((bit) % 8U))) != 0U)"
+                "#define {upper}_GET(io, bit) ({prefix}_bit((io)->bits[(bit) / 8U], (uint8_t)(1U << ((bit) % 8U))))"
             )),
             Node::directive(format!(
                 "#define {upper}_PUT(io, bit, value) ((io)->bits[(bit) / 8U] = (uint8_t)((value) ? ((io)->bits[(bit) / 8U] | (1U << ((bit) % 8U))) : ((io)->bits[(bit) / 8U] & ~(1U << ((bit) % 8U)))))"
