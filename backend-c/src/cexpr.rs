@@ -383,6 +383,16 @@ impl CExpr {
             (ArithOp::Mod, Some(magnitude)) => CExpr::int(magnitude),
             (ArithOp::Mod | ArithOp::Add | ArithOp::Sub | ArithOp::Mul | ArithOp::Div, _) => b,
         };
+        // sdcc 4.2 divides a byte by a negative constant as if that had no sign.
+        if op == ArithOp::Div
+            && let Some(magnitude) = b.constant().filter(|it| *it < 0).and_then(i64::checked_neg)
+        {
+            return if magnitude == 1 {
+                a.neg()
+            } else {
+                CExpr::arith(op, a, CExpr::int(magnitude)).neg()
+            };
+        }
         let class = Class::of(lo, hi).max(a.class).max(b.class);
         let prec = match op {
             ArithOp::Add | ArithOp::Sub => Prec::Sum,
@@ -407,6 +417,11 @@ impl CExpr {
 
     /// [`CExpr::arith`], by a function of ours where the operator is one that not every compiler has: products and quotients of 64 bits.
     fn arith_by(op: ArithOp, a: CExpr, b: CExpr, prefix: &str) -> Self {
+        // As in `arith`, so that the quotient below the sign is by a function too.
+        if let (ArithOp::Div, Some(magnitude @ 2..)) = (op, b.constant().and_then(i64::checked_neg))
+        {
+            return CExpr::arith_by(op, a, CExpr::int(magnitude), prefix).neg();
+        }
         let word = match op {
             ArithOp::Add | ArithOp::Sub => None,
             ArithOp::Mul => Some(WIDE_FUNCTIONS[0]),
@@ -416,7 +431,8 @@ impl CExpr {
         let (first, second) = (a.text.clone(), b.text.clone());
         let plain = CExpr::arith(op, a, b);
         match word {
-            Some(word) if plain.class == Class::Huge && plain.constant().is_none() => CExpr {
+            // A quotient that was turned into a negation is none any more.
+            Some(word) if plain.class == Class::Huge && plain.prec == Prec::Product => CExpr {
                 text: format!("{prefix}_{word}({first}, {second})"),
                 prec: Prec::Atom,
                 ..plain
@@ -677,6 +693,13 @@ mod tests {
         let huge = CExpr::arith_by(ArithOp::Mul, n.clone(), m, "x");
         assert_eq!((huge.text.as_str(), huge.class), ("x_mul64(n, m)", Class::Huge));
         assert_eq!(CExpr::arith_by(ArithOp::Mul, n, CExpr::int(9), "x").text, "n * 9");
+    }
+
+    #[test]
+    fn divisors_are_positive() {
+        let n = var("n", -128, 127);
+        assert_eq!(CExpr::arith(ArithOp::Div, n.clone(), CExpr::int(-2)).text, "-(n / 2)");
+        assert_eq!(CExpr::arith(ArithOp::Div, n, CExpr::int(-1)).text, "-n");
     }
 
     #[test]

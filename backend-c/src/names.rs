@@ -201,16 +201,19 @@ fn edge_name(net: &Net, edge: &EdgeOperand) -> String {
 const ENUMERATORS: &[&str] = &[
     "ACTIVE",
     "BAD_STATE",
+    "BARRIER",
     "COMPLETE",
     "ENTER_CRITICAL",
     "EXIT_CRITICAL",
     "H",
+    "IDLE",
     "INACTIVE",
     "NONE",
     "PORT_H",
     "RING_SIZE",
     "ROM",
     "USER_H",
+    "WATCHDOG",
 ];
 
 #[cfg(test)]

@@ -41,7 +41,13 @@ impl Layout<'_> {
             Node::directive("#endif"),
             Node::blank(),
         ];
+        if self.interface.has_in {
+            nodes.push(Node::directive(format!("#include \"{prefix}.h\"")));
+            nodes.push(Node::blank());
+        }
+        self.latch(&mut nodes);
         self.ring(&mut nodes);
+        self.scan(&mut nodes);
         nodes.push(Node::directive("#endif"));
         self.file(format!("{prefix}_port.h"), &nodes, false)
     }
@@ -63,12 +69,31 @@ impl Layout<'_> {
                     .about(Object::Input(*id)),
             );
         }
-        nodes.push(Node::directive(format!("#include \"{prefix}.h\"")));
-        nodes.push(Node::blank());
         nodes.push(
             Kind::Braces("typedef enum".to_string(), body, format!(" {prefix}_event_t;")).into(),
         );
         nodes.push(Node::blank());
+        nodes.extend([
+            Node::comment("What was written before stands in memory before what is written after: between an event and the index that publishes it."),
+            Node::directive(format!("#ifndef {upper}_BARRIER")),
+            Node::directive("#if defined(__AVR__)"),
+            Node::directive(format!("#define {upper}_BARRIER() __asm__ volatile(\"\" ::: \"memory\")")),
+            Node::directive("#elif defined(__GNUC__)"),
+            Node::directive(format!("#define {upper}_BARRIER() __sync_synchronize()")),
+            Node::directive("#else"),
+            Node::directive(format!("#define {upper}_BARRIER() ((void)0)")),
+            Node::directive("#endif"),
+            Node::directive("#endif"),
+            Node::blank(),
+            Node::comment("After a whole scan: tell the watchdog. When nothing waits after it: sleep until an interrupt."),
+            Node::directive(format!("#ifndef {upper}_WATCHDOG")),
+            Node::directive(format!("#define {upper}_WATCHDOG() ((void)0)")),
+            Node::directive("#endif"),
+            Node::directive(format!("#ifndef {upper}_IDLE")),
+            Node::directive(format!("#define {upper}_IDLE() ((void)0)")),
+            Node::directive("#endif"),
+            Node::blank(),
+        ]);
         nodes.push(Node::comment("The number of places of a ring, a power of two up to 128."));
         nodes.push(Node::directive(format!("#ifndef {upper}_RING_SIZE")));
         nodes.push(Node::directive(format!("#define {upper}_RING_SIZE 16U")));
@@ -83,6 +108,8 @@ impl Layout<'_> {
                 vec![
                     Node::line("volatile uint8_t head;").note("the next place to write"),
                     Node::line("volatile uint8_t tail;").note("the next place to read"),
+                    Node::line("volatile uint8_t lost;")
+                        .note("events that found it full; stays at 255"),
                     Node::line(format!("volatile uint8_t events[{upper}_RING_SIZE];")),
                 ],
                 format!(" {prefix}_ring_t;"),
@@ -91,7 +118,7 @@ impl Layout<'_> {
         );
         nodes.push(Node::blank());
         nodes.push(Node::comment(
-            "For interrupts: false when the ring is full and the event is lost.",
+            "For interrupts: false when the ring is full; the event is lost then, and counted.",
         ));
         nodes.push(Node::function(
             format!(
@@ -101,11 +128,18 @@ impl Layout<'_> {
                 Node::line("const uint8_t head = ring->head;"),
                 Node::when(
                     &format!("(uint8_t)(head - ring->tail) >= {upper}_RING_SIZE"),
-                    vec![Node::line("return false;")],
+                    vec![
+                        Node::when(
+                            "ring->lost != 255U",
+                            vec![Node::line("ring->lost = (uint8_t)(ring->lost + 1U);")],
+                        ),
+                        Node::line("return false;"),
+                    ],
                 ),
                 Node::line(format!(
                     "ring->events[head & ({upper}_RING_SIZE - 1U)] = (uint8_t)event;"
                 )),
+                Node::line(format!("{upper}_BARRIER();")),
                 Node::line("ring->head = (uint8_t)(head + 1U);"),
                 Node::line("return true;"),
             ],
@@ -133,7 +167,9 @@ impl Layout<'_> {
         take.extend([
             Node::line("const uint8_t tail = ring->tail;"),
             Node::when("tail == ring->head", vec![Node::line("return false;")]),
+            Node::line(format!("{upper}_BARRIER();")),
             Node::block(format!("switch (ring->events[tail & ({upper}_RING_SIZE - 1U)])"), cases),
+            Node::line(format!("{upper}_BARRIER();")),
             Node::line("ring->tail = (uint8_t)(tail + 1U);"),
             Node::line("return true;"),
         ]);
@@ -143,6 +179,91 @@ impl Layout<'_> {
         nodes.push(Node::function(
             format!("static inline bool {prefix}_take({prefix}_ring_t *ring, {prefix}_in_t *in)"),
             take,
+        ));
+        nodes.push(Node::blank());
+    }
+
+    /// Inputs that interrupts write, copied as a whole.
+    fn latch(&self, nodes: &mut Vec<Node>) {
+        let (prefix, upper) = (&self.names.prefix, &self.names.upper);
+        let pins: Vec<_> =
+            self.net.inputs.iter().filter(|(_, input)| input.kind == InputKind::Pin).collect();
+        if pins.is_empty() {
+            return;
+        }
+        let mut body = vec![Node::line(format!("{upper}_ENTER_CRITICAL();"))];
+        for (id, _) in &pins {
+            let name = &self.names.inputs[*id];
+            body.push(Node::line(format!("in->{name} = pins->{name};")).about(Object::Input(*id)));
+        }
+        body.push(Node::line(format!("{upper}_EXIT_CRITICAL();")));
+        nodes.push(Node::comment(
+            "Inputs that interrupts write, all as they stand at one moment. Events are left alone: they come by the ring.",
+        ));
+        nodes.push(Node::function(
+            format!(
+                "static inline void {prefix}_latch({prefix}_in_t *in, const volatile {prefix}_in_t *pins)"
+            ),
+            body,
+        ));
+        nodes.push(Node::blank());
+    }
+
+    /// The frame around `step` for a machine with interrupts.
+    fn scan(&self, nodes: &mut Vec<Node>) {
+        let (prefix, upper) = (&self.names.prefix, &self.names.upper);
+        let i = self.interface;
+        let has = |kind: InputKind| self.net.inputs.values().any(|input| input.kind == kind);
+        if !has(InputKind::Event) {
+            return;
+        }
+        let mut parameters = Vec::new();
+        if i.has_instance {
+            parameters.push(format!("{prefix}_t *self"));
+        }
+        parameters.push(format!("{prefix}_ring_t *ring"));
+        let mut body = vec![Node::line(format!("{prefix}_in_t in;"))];
+        if has(InputKind::Pin) {
+            parameters.push(format!("const volatile {prefix}_in_t *pins"));
+            body.push(Node::line(format!("{prefix}_latch(&in, pins);")));
+        }
+        if let Some(ticks) = i.ticks {
+            parameters.push(format!("{} dt", ticks.name()));
+        }
+        if i.has_out {
+            parameters.push(format!("{prefix}_out_t *out"));
+        }
+        let step = |dt: &str| {
+            let arguments: Vec<&str> = [
+                (i.has_instance, "self"),
+                (i.has_in, "&in"),
+                (i.ticks.is_some(), dt),
+                (i.has_out, "out"),
+            ]
+            .into_iter()
+            .filter_map(|(is_there, argument)| is_there.then_some(argument))
+            .collect();
+            Node::line(format!("{prefix}_step({});", arguments.join(", ")))
+        };
+        body.extend([
+            Node::line(format!("bool more = {prefix}_take(ring, &in);")),
+            step("dt"),
+            Node::block(
+                format!("for (uint8_t i = 1U; more && i < {upper}_RING_SIZE; ++i)"),
+                vec![
+                    Node::line(format!("more = {prefix}_take(ring, &in);")),
+                    Node::when("more", vec![step("0U")]),
+                ],
+            ),
+            Node::line(format!("{upper}_WATCHDOG();")),
+            Node::when("ring->head == ring->tail", vec![Node::line(format!("{upper}_IDLE();"))]),
+        ]);
+        nodes.push(Node::comment(
+            "A whole scan: inputs latched once, a reaction for each event that waits and one at least, as many as the ring holds at most.",
+        ));
+        nodes.push(Node::function(
+            format!("static inline void {prefix}_scan({})", parameters.join(", ")),
+            body,
         ));
         nodes.push(Node::blank());
     }

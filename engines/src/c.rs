@@ -109,11 +109,10 @@ pub fn compile_text(text: &str, flags: &[&str]) -> Result<Program, String> {
 }
 
 /// The same with libraries, which stand behind the text on the command line.
-pub(crate) fn compile_with(
-    text: &str,
-    flags: &[&str],
-    libraries: &[&str],
-) -> Result<Program, String> {
+///
+/// # Errors
+/// What the compiler says.
+pub fn compile_with(text: &str, flags: &[&str], libraries: &[&str]) -> Result<Program, String> {
     let folder = temporary()?;
     write(folder.path(), "bench_main.c", text)?;
     compile_in(folder, &["bench_main.c".to_owned()], flags, libraries)

@@ -94,6 +94,8 @@ fn wide_arithmetic_is_exact_where_int_has_16_bits() {
             input b: int -300..70000
             input c: int 1..2000000000
             input d: int -9..-1
+            input e: int -128..127
+            var half: int -64..64 = 0
             var sum: int -32768..32767 = 0
             var product: int -2000000000..2000000000 = 0
             var quotient: int -2147483648..2147483647 = 0
@@ -107,7 +109,7 @@ fn wide_arithmetic_is_exact_where_int_has_16_bits() {
                 sum := a + b; product := a * b; quotient := product * 1000 / d - a; rest := quotient mod c
             }
             t2: r -> s when true do {
-                total := total + product * a; shorter := total / c mod d; rest := -rest mod 65536
+                total := total + product * a; shorter := total / c mod d; half := e / -2; total := total * a / -77; rest := -rest mod 65536
             }
         }",
     );
