@@ -4,7 +4,7 @@ use grafsynth_backend_pld::pla::{self, Kind, Pla};
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::span::FileId;
 use grafsynth_logic::minimise::{
-    Effort, Minimum, OneOutput, Outcome, Primes, Refused, per_output, shared,
+    Effort, Minimum, OneOutput, Outcome, Primes, Refused, per_output, phased, shared,
 };
 use std::fmt::Write as _;
 
@@ -45,7 +45,11 @@ pub fn minimise(
 ) -> (Option<Minimised>, Vec<Diagnostic>) {
     let (read, mut findings) = pla::read(file, text);
     let Some((table, places)) = read else { return (None, findings) };
-    let effort = Effort::of_level(options.budget, options.exact);
+    let effort = if options.exact {
+        Effort::of_level(options.budget, true)
+    } else {
+        Effort::quick(options.budget)
+    };
     let (function, more) = pla::function(&table, &places, effort.nodes);
     findings.extend(more);
     let Some(function) = function else { return (None, findings) };
@@ -53,7 +57,7 @@ pub fn minimise(
         per_output(&function, options.free_polarity, &effort)
             .map(|outputs| separate(&table, &outputs))
     } else if options.free_polarity {
-        with_phases(&table, &function, &effort)
+        with_phases(&table, &function, options, &effort)
     } else {
         shared(&function, &effort)
             .map(|outcome| together(&table, outcome, &vec![false; table.shape().outputs()]))
@@ -75,25 +79,26 @@ pub fn minimise(
     }
 }
 
-/// The shared sum of the outputs as they are, or of those complements that need fewer products by themselves: the smaller one.
+/// Choices of phases that are judged for each unit of the budget.
+const TRIES: usize = 40;
+
+/// The shared sum with the phases that need the fewest products, and how they were found.
 fn with_phases(
     table: &Pla,
     function: &grafsynth_logic::minimise::Function,
+    options: &Options,
     effort: &Effort,
 ) -> Result<Minimised, Refused> {
-    let plain = shared(function, effort)?;
-    let quick = Effort { exact: false, ..*effort };
-    let phases: Vec<bool> =
-        per_output(function, true, &quick)?.iter().map(|output| output.is_complemented).collect();
-    if phases.contains(&true) {
-        let turned = shared(&function.complemented(&phases)?, effort)?;
-        let cost = |outcome: &Outcome| (outcome.terms.len(), outcome.terms.n_literals());
-        if cost(&turned) < cost(&plain) {
-            return Ok(together(table, turned, &phases));
-        }
-    }
-    let n = phases.len();
-    Ok(together(table, plain, &vec![false; n]))
+    let tries = TRIES * options.budget.max(1) as usize;
+    let found = phased(function, effort, tries)?;
+    let mut small = together(table, found.outcome, &found.is_complemented);
+    let _ = writeln!(
+        small.report,
+        "phases: {}{}",
+        counted(found.tries, "choice"),
+        if found.is_complete { " judged, all there are" } else { " judged" }
+    );
+    Ok(small)
 }
 
 fn together(table: &Pla, outcome: Outcome, phases: &[bool]) -> Minimised {

@@ -25,18 +25,15 @@ pub(super) struct Found {
 /// Looks for the smallest sum, given a sum of primes and products that cover what is free.
 pub(super) fn exact(function: &Function, cover: &Terms, free: &Terms, effort: &Effort) -> Found {
     let mut bdd = function.bdd.clone();
+    bdd.limit_work(30 * effort.sets as u64);
     let nothing = |primes| Found { terms: None, lower: 0, primes, n_essential: 0 };
-    let primes = match all_primes(
-        &mut bdd,
-        &function.upper,
-        &function.input_of,
-        effort.primes,
-        effort.nodes,
-    ) {
-        Ok(primes) => primes,
-        Err(TooMany::Nodes) => return nothing(Primes::Unknown),
-        Err(TooMany::Primes(n)) => return nothing(Primes::MoreThan(n)),
-    };
+    let primes =
+        match all_primes(&mut bdd, &function.upper, &function.input_of, effort.primes, effort.sets)
+        {
+            Ok(primes) => primes,
+            Err(TooMany::Nodes) => return nothing(Primes::Unknown),
+            Err(TooMany::Primes(n)) => return nothing(Primes::MoreThan(n)),
+        };
     drop(bdd);
     let shape = function.shape();
     let n_primes = Primes::All(primes.len());
@@ -46,8 +43,9 @@ pub(super) fn exact(function: &Function, cover: &Terms, free: &Terms, effort: &E
     let mut recursion = Recursion::new(&all, effort.steps);
     let mut is_essential = vec![false; cover.len()];
     for (index, term) in cover.iter().enumerate() {
+        let near = recursion.meeting(term, |other| all.get(other) == term);
         is_essential[index] = bits(shape.outputs_of(term)).any(|output| {
-            let list = recursion.meeting(term, output, |other| all.get(other) == term);
+            let list = recursion.of_output(&near, output);
             let mut region = shape.literals_of(term).to_vec();
             recursion.covers(list, &mut region) == Ok(false)
         });
@@ -69,8 +67,9 @@ pub(super) fn exact(function: &Function, cover: &Terms, free: &Terms, effort: &E
     let mut rows = Rows::new(n_columns, effort.rows);
     let mut is_whole = true;
     for region in regions.iter() {
+        let near = recursion.meeting(region, |_| false);
         for output in bits(shape.outputs_of(region)) {
-            let list = recursion.meeting(region, output, |_| false);
+            let list = recursion.of_output(&near, output);
             is_whole &= recursion.rows(list, region, n_columns, &mut rows).is_ok();
         }
     }
@@ -99,5 +98,7 @@ pub(super) fn best_of_starts(search: &mut Loop<'_>, starts: &[Terms]) -> Terms {
         }
     }
     let best = best.unwrap_or_else(|| Terms::new(search.shape()));
-    search.best_of_pool(best)
+    let mut best = search.best_of_pool(best);
+    best.extend(&search.essential());
+    best
 }

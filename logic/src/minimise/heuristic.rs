@@ -1,14 +1,15 @@
 //! The loop of espresso [Brayton et al. 1984], with exact covering where espresso has a greedy choice, and a pool of all primes met.
 //!
 //! ```text
-//! sum ─ expand ─ irredundant ─► reduce ─ expand ─ irredundant … ─► last gasp ─► irredundant over the pool ─► sparse
+//! sum ─ expand ─ irredundant ─ essential ─► reduce ─ expand ─ irredundant … ─► last gasp ─► irredundant over the pool ─► sparse
 //! ```
 //! Products are expanded against the forbidden products (the blocking matrix), towards those that swallow most others; where the forbidden part
 //! has no sum of bearable size, against the diagram.
 
 use super::covering::solve;
+use super::expand::Growth;
 use super::function::Function;
-use super::terms::{Recursion, Rows, Shape, Spent, Terms, bits, ones};
+use super::terms::{Recursion, Rows, Shape, Spent, Terms, bits};
 use std::collections::BTreeSet;
 
 /// The loop over one question.
@@ -19,6 +20,10 @@ pub(super) struct Loop<'a> {
     pub(super) off: Option<Terms>,
     /// What each output may or may not cover.
     free: Terms,
+    /// This, and the essential primes once they are known: nobody else has to cover it.
+    done: Terms,
+    /// The primes that every sum of primes has.
+    essential: Option<Terms>,
     /// Every prime met.
     pool: BTreeSet<Vec<u64>>,
     /// Steps left for all recursions.
@@ -35,7 +40,17 @@ impl<'a> Loop<'a> {
         covering_steps: u64,
     ) -> Self {
         let shape = function.shape();
-        Loop { function, shape, off, free, pool: BTreeSet::new(), steps, covering_steps }
+        Loop {
+            function,
+            shape,
+            off,
+            done: free.clone(),
+            free,
+            essential: None,
+            pool: BTreeSet::new(),
+            steps,
+            covering_steps,
+        }
     }
 
     /// Brings a sum to a local minimum. Whatever runs out, the result is a right sum.
@@ -43,27 +58,79 @@ impl<'a> Loop<'a> {
         let cost = |terms: &Terms| (terms.len(), terms.n_literals());
         let mut best = start.clone();
         best.absorb();
-        best = self.expand(&best);
+        best = self.expand(&best, &vec![false; best.len()]);
         best = self.irredundant(best);
+        if self.essential.is_none() {
+            let is_essential = self.essential_of(&best);
+            let essential = best.select((0..best.len()).filter(|index| is_essential[*index]));
+            self.done.extend(&essential);
+            self.essential = Some(essential);
+            best.retain(|index, _| !is_essential[index]);
+        }
         let mut cover = best.clone();
+        let mut round = 0;
         loop {
             loop {
-                cover = self.reduce(cover, false);
-                cover = self.expand(&cover);
+                let (shrunk, is_prime) = self.reduce(cover, round % 2 == 1, false);
+                cover = self.expand(&shrunk, &is_prime);
                 cover = self.irredundant(cover);
+                round += 1;
                 if cost(&cover) >= cost(&best) {
                     break;
                 }
                 best = cover.clone();
             }
             let gasped = self.last_gasp(&best);
-            if gasped.len() >= best.len() {
+            if cost(&gasped) >= cost(&best) {
                 break;
             }
             best = gasped;
             cover = best.clone();
         }
         best
+    }
+
+    /// The primes that every sum of primes has; with them a result of [`Loop::run`] is whole.
+    pub(super) fn essential(&self) -> Terms {
+        self.essential.clone().unwrap_or_else(|| Terms::new(self.shape))
+    }
+
+    /// Which primes of a sum are the only ones at some point: there no neighbour outside the prime is allowed, and no further output.
+    fn essential_of(&mut self, terms: &Terms) -> Vec<bool> {
+        let shape = self.shape;
+        let words = shape.literal_words();
+        let mut all = terms.clone();
+        all.extend(&self.done);
+        let mut is_essential = vec![false; terms.len()];
+        for (index, is_essential) in is_essential.iter_mut().enumerate() {
+            let term = terms.get(index);
+            // What lies in others or beside them, and what others have for more outputs.
+            let mut beside = Terms::new(shape);
+            for (_, near) in all.iter().enumerate().filter(|(other, _)| *other != index) {
+                let Some(mut own) = shape.without_conflict(near, term) else { continue };
+                let is_apart = own[..words] != near[..words];
+                let mut is_more = false;
+                for k in words..shape.stride() {
+                    is_more |= !is_apart && near[k] & !term[k] != 0;
+                    own[k] = near[k] & term[k];
+                }
+                if is_more {
+                    own[words..].copy_from_slice(&term[words..]);
+                }
+                if own[words..].iter().any(|outputs| *outputs != 0) {
+                    beside.push(&own);
+                }
+            }
+            let mut recursion = Recursion::new(&beside, self.steps);
+            let near = recursion.meeting(term, |_| false);
+            *is_essential = bits(shape.outputs_of(term)).any(|output| {
+                let list = recursion.of_output(&near, output);
+                let mut region = term[..words].to_vec();
+                recursion.covers(list, &mut region) == Ok(false)
+            });
+            self.steps = recursion.steps;
+        }
+        is_essential
     }
 
     /// The best sum of the primes met so far.
@@ -95,34 +162,42 @@ impl<'a> Loop<'a> {
     }
 
     /// Makes each product prime, and drops those that lie in another.
-    pub(super) fn expand(&mut self, terms: &Terms) -> Terms {
+    pub(super) fn expand(&mut self, terms: &Terms, is_prime: &[bool]) -> Terms {
         let shape = self.shape;
         let mut order: Vec<usize> = (0..terms.len()).collect();
         let weights = weights(terms);
         order.sort_by_key(|&index| (weights[index], index));
+        let mut is_prime: Vec<bool> = order.iter().map(|index| is_prime[*index]).collect();
         let mut terms = terms.select(order);
-        let mut is_covered = vec![false; terms.len()];
-        let mut grown = Terms::new(shape);
+        let mut is_covered: Vec<bool> = match &self.essential {
+            Some(essential) => terms
+                .iter()
+                .map(|term| essential.iter().any(|prime| shape.contains(prime, term)))
+                .collect(),
+            None => vec![false; terms.len()],
+        };
         for index in 0..terms.len() {
-            if is_covered[index] {
+            if is_covered[index] || is_prime[index] {
                 continue;
             }
             let prime = match &self.off {
-                Some(off) => expand_one(&terms, index, &is_covered, off),
+                Some(off) => {
+                    // No prime contains another one.
+                    let open = (index + 1..terms.len())
+                        .filter(|other| !is_covered[*other] && !is_prime[*other]);
+                    Growth::new(&terms, index, open, off).prime()
+                }
                 None => self.expand_by_diagram(terms.get(index)),
             };
             for (other, is_covered) in is_covered.iter_mut().enumerate() {
                 *is_covered |= other != index && shape.contains(&prime, terms.get(other));
             }
             terms.get_mut(index).copy_from_slice(&prime);
+            is_prime[index] = true;
             self.pool.insert(prime);
         }
-        for (index, term) in terms.iter().enumerate() {
-            if !is_covered[index] {
-                grown.push(term);
-            }
-        }
-        grown
+        terms.retain(|index, _| !is_covered[index]);
+        terms
     }
 
     /// Grows one product by literals, then by outputs, as far as the diagram allows.
@@ -151,8 +226,15 @@ impl<'a> Loop<'a> {
     /// True if the others and what is free cover a product for all its outputs; false also when the steps run out.
     fn is_covered(&mut self, all: &Terms, term: &[u64], skip: impl Fn(usize) -> bool) -> bool {
         let mut recursion = Recursion::new(all, self.steps);
-        let covered = self.shape_outputs(term).all(|output| {
-            let list = recursion.meeting(term, output, &skip);
+        let near = recursion.meeting(term, skip);
+        let mut last = None;
+        let covered = bits(self.shape.outputs_of(term)).all(|output| {
+            let list = recursion.of_output(&near, output);
+            // Outputs with the same products have the same answer.
+            if last.as_ref() == Some(&list) {
+                return true;
+            }
+            last = Some(list.clone());
             let mut region = term[..self.shape.literal_words()].to_vec();
             recursion.covers(list, &mut region) == Ok(true)
         });
@@ -169,7 +251,7 @@ impl<'a> Loop<'a> {
     pub(super) fn irredundant(&mut self, terms: Terms) -> Terms {
         let n = terms.len();
         let mut all = terms.clone();
-        all.extend(&self.free);
+        all.extend(&self.done);
         // What nobody else covers stays.
         let needed: Vec<bool> = (0..n)
             .map(|index| !self.is_covered(&all, terms.get(index), |other| other == index))
@@ -186,7 +268,7 @@ impl<'a> Loop<'a> {
         let optional = terms.select((0..n).filter(|index| is_optional[*index]));
         let mut kept = terms.select((0..n).filter(|index| needed[*index]));
         let mut blockers = kept.clone();
-        blockers.extend(&self.free);
+        blockers.extend(&self.done);
         match self.choose(&optional, &blockers, &optional) {
             Some((chosen, _)) => {
                 kept.extend(&optional.select(chosen));
@@ -200,7 +282,7 @@ impl<'a> Loop<'a> {
     fn thin(&mut self, terms: Terms) -> Terms {
         let n = terms.len();
         let mut all = terms.clone();
-        all.extend(&self.free);
+        all.extend(&self.done);
         let mut is_gone = vec![false; n];
         let mut order: Vec<usize> = (0..n).collect();
         order.sort_by_key(|&index| {
@@ -246,8 +328,9 @@ impl<'a> Loop<'a> {
         let mut recursion = Recursion::new(&all, self.steps);
         let mut outcome = Ok(());
         'regions: for region in regions.iter() {
+            let near = recursion.meeting(region, |_| false);
             for output in bits(self.shape.outputs_of(region)) {
-                let list = recursion.meeting(region, output, |_| false);
+                let list = recursion.of_output(&near, output);
                 outcome = recursion.rows(list, region, columns.len(), rows);
                 if outcome.is_err() || rows.is_full() {
                     break 'regions;
@@ -258,8 +341,9 @@ impl<'a> Loop<'a> {
         outcome
     }
 
-    /// Shrinks each product to what the others leave to it; `alone`: the others as they were, not as they became.
-    pub(super) fn reduce(&mut self, terms: Terms, alone: bool) -> Terms {
+    /// Shrinks each product to what the others leave to it, and says which ones stay as they are; `by_weight`: in the order of their weights alone;
+    /// `alone`: the others as they were, not as they became.
+    fn reduce(&mut self, terms: Terms, by_weight: bool, alone: bool) -> (Terms, Vec<bool>) {
         let shape = self.shape;
         let words = shape.literal_words();
         let n = terms.len();
@@ -267,7 +351,9 @@ impl<'a> Loop<'a> {
         let mut order: Vec<usize> = (0..n).collect();
         order.sort_by_key(|&index| (std::cmp::Reverse(weights[index]), index));
         // As espresso: the largest first, then by their distance from it.
-        if let Some(&largest) = order.first() {
+        if let Some(&largest) = order.first()
+            && !by_weight
+        {
             let seed = terms.get(largest).to_vec();
             order.sort_by_key(|&index| {
                 let term = terms.get(index);
@@ -281,8 +367,9 @@ impl<'a> Loop<'a> {
             });
         }
         let mut all = terms.clone();
-        all.extend(&self.free);
+        all.extend(&self.done);
         let mut is_empty = vec![false; n];
+        let mut is_same = vec![true; n];
         let mut shrunk = terms.clone();
         for index in order {
             let term = all.get(index).to_vec();
@@ -290,10 +377,10 @@ impl<'a> Loop<'a> {
             let mut literals: Option<Vec<u64>> = None;
             let mut kept = term.clone();
             let mut is_spent = false;
+            let near =
+                recursion.meeting(&term, |other| other == index || (other < n && is_empty[other]));
             for output in self.shape_outputs(&term) {
-                let list = recursion.meeting(&term, output, |other| {
-                    other == index || (other < n && is_empty[other])
-                });
+                let list = recursion.of_output(&near, output);
                 match recursion.hull_of_rest(list, &term) {
                     Ok(None) => shape.remove_output(&mut kept, output),
                     Ok(Some(hull)) => match &mut literals {
@@ -316,34 +403,40 @@ impl<'a> Loop<'a> {
                     continue;
                 }
             }
+            is_same[index] = kept == term;
             shrunk.get_mut(index).copy_from_slice(&kept);
             if !alone {
                 all.get_mut(index).copy_from_slice(&kept);
             }
         }
         shrunk.retain(|index, _| !is_empty[index]);
-        shrunk
+        let is_same =
+            (0..n).filter(|index| !is_empty[*index]).map(|index| is_same[index]).collect();
+        (shrunk, is_same)
     }
 
     /// New primes over pairs of products that were shrunk each by itself, and the best choice with them.
     fn last_gasp(&mut self, terms: &Terms) -> Terms {
         let shape = self.shape;
-        let shrunk = self.reduce(terms.clone(), true);
+        let (mut shrunk, is_same) = self.reduce(terms.clone(), true, true);
+        // What did not shrink is the only way to cover some corner of it.
+        shrunk.retain(|index, _| !is_same[index]);
         let mut found: BTreeSet<Vec<u64>> = BTreeSet::new();
-        let budget = 40_000_000 / self.off.as_ref().map_or(100_000, |off| off.len() + 1);
-        let mut tried = 0;
-        'pairs: for a in 0..shrunk.len() {
-            for b in a + 1..shrunk.len() {
+        for a in 0..shrunk.len() {
+            let partners: Vec<usize> = match &self.off {
+                Some(off) => Growth::new(&shrunk, a, a + 1..shrunk.len(), off).partners(),
+                None => (a + 1..shrunk.len())
+                    .filter(|b| {
+                        let mut both = shrunk.get(a).to_vec();
+                        shape.join(&mut both, shrunk.get(*b));
+                        self.function.allows(&both)
+                    })
+                    .collect(),
+            };
+            for b in partners {
                 let mut both = shrunk.get(a).to_vec();
                 shape.join(&mut both, shrunk.get(b));
-                // Nothing but the universe has so few literals; asking costs little there too.
-                tried += 1;
-                if tried > budget {
-                    break 'pairs;
-                }
-                if self.allows(&both) {
-                    found.insert(both);
-                }
+                found.insert(both);
             }
         }
         if found.is_empty() {
@@ -351,7 +444,7 @@ impl<'a> Loop<'a> {
         }
         let mut pairs = Terms::new(shape);
         found.iter().for_each(|term| pairs.push(term));
-        let primes = self.expand(&pairs);
+        let primes = self.expand(&pairs, &vec![false; pairs.len()]);
         let mut all = terms.clone();
         for prime in primes.iter() {
             if !terms.iter().any(|term| term == prime) {
@@ -405,8 +498,9 @@ impl<'a> Loop<'a> {
             let term = terms.get(index).to_vec();
             let mut recursion = Recursion::new(&all, self.steps);
             let mut own = Vec::new();
+            let near = recursion.meeting(&term, |other| other == index);
             for output in self.shape_outputs(&term) {
-                let list = recursion.meeting(&term, output, |other| other == index);
+                let list = recursion.of_output(&near, output);
                 let mut region = term[..shape.literal_words()].to_vec();
                 if recursion.covers(list, &mut region) == Ok(false) {
                     let mut point = shape.empty();
@@ -484,140 +578,4 @@ fn weights(terms: &Terms) -> Vec<u64> {
 pub(super) fn literal_weights(terms: &Terms) -> Vec<u32> {
     let shape = terms.shape;
     terms.iter().map(|term| u32::try_from(shape.n_literals(term)).unwrap_or(u32::MAX)).collect()
-}
-
-/// Grows one product to a prime: towards the one that covers most of the others that are not covered yet, then towards what they have in common,
-/// then to as few literals as possible.
-fn expand_one(terms: &Terms, index: usize, is_covered: &[bool], off: &Terms) -> Vec<u64> {
-    let shape = terms.shape;
-    let (wi, words, stride) = (shape.input_words(), shape.literal_words(), shape.stride());
-    let mut raise = terms.get(index).to_vec();
-    // What may still be given up: literals; what may still be gained: outputs.
-    let mut free = raise.clone();
-    let mut universe = shape.empty();
-    (0..shape.outputs()).for_each(|output| shape.add_output(&mut universe, output));
-    for k in words..stride {
-        free[k] = universe[k] & !raise[k];
-    }
-    let mut active: Vec<usize> = (0..off.len()).collect();
-    let mut candidates: Vec<usize> =
-        (0..terms.len()).filter(|other| *other != index && !is_covered[*other]).collect();
-    let mut blocking = vec![0u64; words];
-    loop {
-        // A forbidden product that one part alone keeps out fixes that part.
-        for &at in &active {
-            let other = off.get(at);
-            for k in 0..wi {
-                blocking[k] = raise[k] & other[wi + k];
-                blocking[wi + k] = raise[wi + k] & other[k];
-            }
-            let is_shared = shape.share_output(&raise, other);
-            match (ones(&blocking), is_shared) {
-                (1, true) => free.iter_mut().zip(&blocking).for_each(|(f, b)| *f &= !b),
-                (0, false) => {
-                    for k in words..stride {
-                        free[k] &= !other[k];
-                    }
-                }
-                _ => {}
-            }
-        }
-        if free.iter().all(|word| *word == 0) {
-            return raise;
-        }
-        let mut most = raise.clone();
-        for k in 0..words {
-            most[k] &= !free[k];
-        }
-        for k in words..stride {
-            most[k] |= free[k];
-        }
-        active.retain(|&at| {
-            let other = off.get(at);
-            shape.share_output(&most, other) && !shape.conflict(&most, other)
-        });
-        if active.is_empty() {
-            return most;
-        }
-        candidates.retain(|&at| {
-            let other = terms.get(at);
-            shape.contains(&most, other) && !shape.contains(&raise, other)
-        });
-        let is_allowed = |term: &[u64]| {
-            !active.iter().any(|&at| {
-                let other = off.get(at);
-                shape.share_output(term, other) && !shape.conflict(term, other)
-            })
-        };
-        let mut best: Option<(usize, usize, Vec<u64>)> = None;
-        for &at in &candidates {
-            let mut joined = raise.clone();
-            shape.join(&mut joined, terms.get(at));
-            if best.as_ref().is_some_and(|(_, _, best)| *best == joined) || !is_allowed(&joined) {
-                continue;
-            }
-            let swallowed =
-                candidates.iter().filter(|c| shape.contains(&joined, terms.get(**c))).count();
-            let size = ones(&joined[..words]);
-            if best
-                .as_ref()
-                .is_none_or(|(count, literals, _)| (swallowed, size) > (*count, *literals))
-            {
-                best = Some((swallowed, size, joined));
-            }
-        }
-        if let Some((_, _, joined)) = best {
-            raise = joined;
-        } else {
-            let part = if candidates.is_empty() {
-                least_blocking(&raise, &free, &active, off)
-            } else {
-                most_common(&free, &candidates, terms)
-            };
-            if part < words * 64 {
-                raise[part / 64] &= !(1 << (part % 64));
-            } else {
-                raise[part / 64] |= 1 << (part % 64);
-            }
-        }
-        for k in 0..words {
-            free[k] &= raise[k];
-        }
-        for k in words..stride {
-            free[k] &= !raise[k];
-        }
-    }
-}
-
-/// The part that most candidates do without (a literal) or have (an output).
-fn most_common(free: &[u64], candidates: &[usize], terms: &Terms) -> usize {
-    let first_output = terms.shape.literal_words() * 64;
-    let count = |part: usize| {
-        candidates
-            .iter()
-            .filter(|at| {
-                let has = terms.get(**at)[part / 64] >> (part % 64) & 1 == 1;
-                has == (part >= first_output)
-            })
-            .count()
-    };
-    bits(free).max_by_key(|part| (count(*part), std::cmp::Reverse(*part))).unwrap_or(0)
-}
-
-/// The part that keeps out the fewest forbidden products.
-fn least_blocking(raise: &[u64], free: &[u64], active: &[usize], off: &Terms) -> usize {
-    let shape = off.shape;
-    let (wi, words) = (shape.input_words(), shape.literal_words());
-    let mut counts = vec![0u32; free.len() * 64];
-    for &at in active {
-        let other = off.get(at);
-        for k in 0..wi {
-            bits(&[raise[k] & other[wi + k]]).for_each(|bit| counts[k * 64 + bit] += 1);
-            bits(&[raise[wi + k] & other[k]]).for_each(|bit| counts[(wi + k) * 64 + bit] += 1);
-        }
-        if !shape.share_output(raise, other) {
-            bits(shape.outputs_of(other)).for_each(|bit| counts[words * 64 + bit] += 1);
-        }
-    }
-    bits(free).min_by_key(|part| (counts[*part], *part)).unwrap_or(0)
 }

@@ -12,9 +12,11 @@
 mod covering;
 mod diagram;
 mod exact;
+mod expand;
 mod function;
 mod heuristic;
 mod local;
+mod phase;
 mod primes;
 mod terms;
 #[cfg(test)]
@@ -22,6 +24,7 @@ mod tests;
 
 pub use diagram::isop;
 pub use function::Function;
+pub use phase::{Phased, phased};
 pub use terms::{Shape, Terms};
 
 use crate::bdd::{Bdd, Full, Ref};
@@ -310,6 +313,8 @@ pub struct Effort {
     pub nodes: usize,
     /// More primes than this are not listed.
     pub primes: usize,
+    /// The largest diagram of sets of primes, in nodes.
+    pub sets: usize,
     /// The largest table, in rows.
     pub rows: usize,
     /// Steps of the recursions over products, each about a look at one product.
@@ -318,6 +323,8 @@ pub struct Effort {
     pub branching: u64,
     /// Forbidden products beyond this number are not listed; the diagram is asked instead.
     pub forbidden: usize,
+    /// Looks at a forbidden product for a lower bound where no proof was found otherwise.
+    pub looks: usize,
 }
 
 impl Effort {
@@ -329,17 +336,37 @@ impl Effort {
         let scaled = |n: u64| n.saturating_mul(scale);
         let items =
             |n: usize| n.saturating_mul(usize::try_from(scale.isqrt()).unwrap_or(usize::MAX));
+        let nodes = items(200_000).min(1 << 25);
         Effort {
             exact,
-            nodes: items(200_000).min(1 << 25),
+            nodes,
+            sets: nodes,
             primes: items(2_000),
             rows: items(2_000),
             steps: scaled(2_000_000),
             branching: scaled(400_000),
             forbidden: items(1_000).max(20_000),
+            looks: if exact { 400_000_000 } else { 50_000_000 },
+        }
+    }
+
+    /// For a small sum soon: the loop may do the work of this level, and the table of primes is made only where it is a short one.
+    #[must_use]
+    pub fn quick(level: u32) -> Self {
+        let effort = Self::of_level(level, true);
+        Effort {
+            primes: effort.primes.min(3_000),
+            rows: effort.rows.min(3_000),
+            sets: effort.sets.min(100_000),
+            branching: effort.branching.min(1_000_000),
+            looks: 50_000_000,
+            ..effort
         }
     }
 }
+
+/// A question without a sum to start from is refused when its first one is longer.
+const MAX_START: usize = 20_000;
 
 /// How far the primes are known.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -382,7 +409,7 @@ pub struct Outcome {
 /// A small sum for all outputs together, products shared between them: for a PLA. The number of products counts, then the literals.
 ///
 /// # Errors
-/// When the diagrams need more than the effort's nodes.
+/// When the diagrams need more than the effort's nodes, or there is no sum to start from and none of bearable length.
 pub fn shared(function: &Function, effort: &Effort) -> Result<Outcome, Refused> {
     let mut function = function.clone();
     let free = function.free(effort.forbidden)?;
@@ -392,15 +419,18 @@ pub fn shared(function: &Function, effort: &Effort) -> Result<Outcome, Refused> 
     let mut starts = Vec::new();
     if !function.start.is_empty() {
         starts.push(function.start.clone());
+        starts.push(function.start.unwrapped());
     }
-    let own = if starts.is_empty() { usize::MAX } else { effort.forbidden.min(4_000) };
-    if let Some(sums) = function.sums(&bounds, own)? {
-        starts.push(sums);
+    let own = if starts.is_empty() { MAX_START } else { effort.forbidden.min(4_000) };
+    match function.sums(&bounds, own)? {
+        Some(sums) => starts.push(sums),
+        None if starts.is_empty() => return Err(Refused::Products(own)),
+        None => {}
     }
     let is_free_known = free.is_some();
     let free = free.unwrap_or_else(|| Terms::new(function.shape));
     let mut search =
-        Loop::new(&function, off, free.clone(), effort.steps, effort.branching.min(1 << 22));
+        Loop::new(&function, off, free.clone(), effort.steps, (effort.steps / 5).min(1 << 22));
     let mut best = exact::best_of_starts(&mut search, &starts);
     let mut found = exact::Found { terms: None, lower: 0, primes: Primes::Unknown, n_essential: 0 };
     if effort.exact && is_free_known {
@@ -413,8 +443,7 @@ pub fn shared(function: &Function, effort: &Effort) -> Result<Outcome, Refused> 
     }
     let mut lower = found.lower;
     if is_free_known && lower < best.len() {
-        let looks = if effort.exact { 400_000_000 } else { 200_000_000 };
-        lower = lower.max(search.independent_points(&best, looks));
+        lower = lower.max(search.independent_points(&best, effort.looks));
     }
     best = search.sparse(best);
     drop(search);
@@ -449,6 +478,9 @@ pub fn per_output(
     effort: &Effort,
 ) -> Result<Vec<OneOutput>, Refused> {
     let mut outputs = Vec::new();
+    // The proofs of all outputs together may be this much work.
+    let share = effort.branching / (function.shape.outputs() as u64).max(1);
+    let effort = &Effort { branching: share, ..*effort };
     for output in 0..function.shape.outputs() {
         let plain = function.single(output, false)?;
         if !free_polarity {
@@ -462,8 +494,12 @@ pub fn per_output(
         let mut sides = Vec::new();
         for is_complemented in [false, true] {
             let side = if is_complemented { function.single(output, true)? } else { plain.clone() };
-            let outcome = shared(&side, &quick)?;
-            sides.push((side, OneOutput { is_complemented, outcome }));
+            match shared(&side, &quick) {
+                Ok(outcome) => sides.push((side, OneOutput { is_complemented, outcome })),
+                // A complement without a sum of bearable length is no choice.
+                Err(Refused::Products(_)) if is_complemented => {}
+                Err(refused) => return Err(refused),
+            }
         }
         sides.sort_by_key(|(_, one)| cost(&one.outcome));
         let mut best: Option<OneOutput> = None;

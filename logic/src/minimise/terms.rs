@@ -121,6 +121,19 @@ impl Shape {
         (0..self.wi).any(|k| a[k] & b[self.wi + k] | a[self.wi + k] & b[k] != 0)
     }
 
+    /// A product without the literal that keeps it apart from another; none if there are two such literals.
+    pub(super) fn without_conflict(self, a: &[u64], b: &[u64]) -> Option<Vec<u64>> {
+        let mut term = a.to_vec();
+        let mut n = 0;
+        for k in 0..self.wi {
+            let apart = a[k] & b[self.wi + k] | a[self.wi + k] & b[k];
+            n += apart.count_ones();
+            term[k] &= !apart;
+            term[self.wi + k] &= !apart;
+        }
+        (n <= 1).then_some(term)
+    }
+
     /// True when some output has both.
     pub(super) fn share_output(self, a: &[u64], b: &[u64]) -> bool {
         self.outputs_of(a).iter().zip(self.outputs_of(b)).any(|(a, b)| a & b != 0)
@@ -264,6 +277,22 @@ impl Terms {
         selected
     }
 
+    /// Each product once for each of its outputs.
+    pub(super) fn unwrapped(&self) -> Terms {
+        let shape = self.shape;
+        let words = shape.literal_words();
+        let mut single = Terms::new(shape);
+        for term in self.iter() {
+            for output in bits(shape.outputs_of(term)) {
+                let mut own = shape.empty();
+                own[..words].copy_from_slice(&term[..words]);
+                shape.add_output(&mut own, output);
+                single.push(&own);
+            }
+        }
+        single
+    }
+
     /// Drops what lies in another product, of equal ones all but the first.
     pub(super) fn absorb(&mut self) {
         let mut order: Vec<usize> = (0..self.n).collect();
@@ -335,22 +364,26 @@ impl<'a> Recursion<'a> {
         Ok(())
     }
 
-    /// The products of an output that meet a region, without those that `skip` names.
-    pub(super) fn meeting(
-        &self,
-        region: &[u64],
-        output: usize,
-        skip: impl Fn(usize) -> bool,
-    ) -> Vec<u32> {
+    /// The products that meet a product in some output, without those that `skip` names: for [`Recursion::of_output`].
+    pub(super) fn meeting(&self, term: &[u64], skip: impl Fn(usize) -> bool) -> Vec<u32> {
         let shape = self.terms.shape;
         (0u32..)
-            .zip(self.terms.iter())
-            .filter(|(index, term)| {
-                shape.has_output(term, output)
-                    && !shape.conflict(term, region)
+            .zip(self.terms.data.chunks_exact(shape.stride().max(1)))
+            .filter(|(index, other)| {
+                !shape.conflict(other, term)
+                    && shape.share_output(other, term)
                     && !skip(*index as usize)
             })
             .map(|(index, _)| index)
+            .collect()
+    }
+
+    /// Those of a list that an output has.
+    pub(super) fn of_output(&self, list: &[u32], output: usize) -> Vec<u32> {
+        let shape = self.terms.shape;
+        list.iter()
+            .copied()
+            .filter(|index| shape.has_output(self.terms.get(*index as usize), output))
             .collect()
     }
 

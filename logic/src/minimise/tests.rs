@@ -1,6 +1,6 @@
 //! Laws of the minimiser against truth tables, and against the minimum by brute force.
 
-use super::{Effort, Function, Minimum, Shape, Terms, per_output, shared};
+use super::{Effort, Function, Minimum, Refused, Shape, Terms, per_output, phased, shared};
 use proptest::prelude::*;
 
 /// The function whose outputs are these truth tables over `n` inputs; `dc` is free.
@@ -122,6 +122,7 @@ proptest! {
     fn the_heuristic_is_right_and_its_bound_true(on: [u64; 2], dc: u64) {
         check(3, &on, &[dc, 0], &Effort::of_level(1, false))?;
         check(4, &on[..1], &[dc], &Effort::of_level(1, false))?;
+        check(4, &on[..1], &[dc], &Effort::quick(1))?;
     }
 
     #[test]
@@ -139,6 +140,42 @@ proptest! {
     #[test]
     fn one_output_of_five_inputs_gets_the_fewest_products(on: u32, dc: u32, thin: u32) {
         check(5, &[u64::from(on)], &[u64::from(dc & thin)], &Effort::of_level(2, true))?;
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 24, ..ProptestConfig::default() })]
+
+    #[test]
+    fn shared_products_of_four_inputs_are_the_fewest(on: [u64; 2], dc: [u64; 2], thin: [u64; 2]) {
+        check(4, &on, &[dc[0] & thin[0], dc[1] & thin[1]], &Effort::of_level(2, true))?;
+    }
+
+    #[test]
+    fn phases_give_the_same_functions_with_no_more_products(on: [u64; 3], dc: [u64; 3]) {
+        let rows = 0xff;
+        let dc = dc.map(|dc| dc & rows & dc >> 8);
+        let lower: Vec<u64> = on.iter().zip(&dc).map(|(on, dc)| on & rows & !dc).collect();
+        let off: Vec<u64> = lower.iter().zip(&dc).map(|(on, dc)| rows & !(on | dc)).collect();
+        let function = function(3, &lower, &dc);
+        let effort = Effort::of_level(2, true);
+        let found = phased(&function, &effort, 40).unwrap();
+        prop_assert!(found.is_complete);
+        prop_assert!(found.outcome.terms.len() <= shared(&function, &effort).unwrap().terms.len());
+        for output in 0..3 {
+            let got = table(&found.outcome.terms, output);
+            let got = if found.is_complemented[output] { rows & !got } else { got };
+            prop_assert_eq!(lower[output] & !got, 0);
+            prop_assert_eq!(got & off[output], 0);
+        }
+        // No choice of phases needs fewer than the least of all choices.
+        let least = (0..8usize).map(|choice| {
+            let side = |output: usize| if choice >> output & 1 == 1 { off[output] } else { lower[output] };
+            let on: Vec<u64> = (0..3).map(side).collect();
+            let upper: Vec<u64> = on.iter().zip(&dc).map(|(on, dc)| on | dc).collect();
+            brute(3, &on, &upper)
+        }).min().unwrap();
+        prop_assert!(found.outcome.terms.len() >= least);
     }
 }
 
@@ -188,6 +225,23 @@ fn functions_without_a_bearable_complement_are_minimised_too() {
     let outcome = shared(&function, &Effort::of_level(2, true)).unwrap();
     assert_eq!((outcome.terms.len(), outcome.minimum), (n, Minimum::Exact));
     assert_eq!(outcome.n_essential, n);
+}
+
+#[test]
+fn a_complement_without_a_bearable_sum_is_no_choice() {
+    // The complement of 40 disjoint pairs has 2^40 products.
+    let n = 40;
+    let shape = Shape::new(2 * n, 1);
+    let mut on = Terms::new(shape);
+    (0..n).for_each(|k| on.add([(2 * k, true), (2 * k + 1, true)], [0]));
+    let function = Function::new(&on, &Terms::new(shape), None, 1 << 16).unwrap();
+    let effort = Effort::of_level(2, true);
+    let outputs = per_output(&function, true, &effort).unwrap();
+    assert_eq!((outputs[0].is_complemented, outputs[0].outcome.terms.len()), (false, n));
+    let found = phased(&function, &effort, 10).unwrap();
+    assert_eq!((found.is_complemented, found.outcome.terms.len()), (vec![false], n));
+    let turned = function.complemented(&[true]).unwrap();
+    assert!(matches!(shared(&turned, &effort), Err(Refused::Products(_))));
 }
 
 #[test]
