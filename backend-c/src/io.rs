@@ -64,6 +64,12 @@ impl Layout {
         self.n_inputs.div_ceil(INPUT_BITS)
     }
 
+    /// The bits of a byte of the inputs that stand for something.
+    pub(crate) fn used_bits(&self, byte: usize) -> u8 {
+        let n = self.n_inputs.saturating_sub(byte * INPUT_BITS);
+        if n >= INPUT_BITS { u8::MAX } else { (1 << n) - 1 }
+    }
+
     /// The bits of one word of outputs.
     pub(crate) fn output_bits(&self) -> usize {
         match self.n_outputs {

@@ -2,6 +2,7 @@
 
 use crate::ctext::{Kind, Node};
 use crate::header::Layout;
+use crate::io::INPUT_BITS;
 use crate::{File, Object};
 use grafsynth_ir::net::InputKind;
 
@@ -192,9 +193,27 @@ impl Layout<'_> {
             return;
         }
         let mut body = vec![Node::line(format!("{upper}_ENTER_CRITICAL();"))];
+        // The bits of pins in each byte; what else is in it are events.
+        let mut masks = vec![0_u8; self.names.io.input_words()];
         for (id, _) in &pins {
-            let name = &self.names.inputs[*id];
-            body.push(Node::line(format!("in->{name} = pins->{name};")).about(Object::Input(*id)));
+            match self.names.io.input_bit(*id) {
+                Some(bit) => masks[bit / INPUT_BITS] |= 1 << (bit % INPUT_BITS),
+                None => {
+                    let name = &self.names.inputs[*id];
+                    let line = Node::line(format!("in->{name} = pins->{name};"));
+                    body.push(line.about(Object::Input(*id)));
+                }
+            }
+        }
+        for (byte, mask) in masks.iter().enumerate().filter(|(_, mask)| **mask != 0) {
+            let (to, from) = (format!("in->bits[{byte}]"), format!("pins->bits[{byte}]"));
+            let used = self.names.io.used_bits(byte);
+            body.push(Node::line(if *mask == used {
+                format!("{to} = {from};")
+            } else {
+                let events = used & !mask;
+                format!("{to} = (uint8_t)(({to} & 0x{events:02x}U) | ({from} & 0x{mask:02x}U));")
+            }));
         }
         body.push(Node::line(format!("{upper}_EXIT_CRITICAL();")));
         nodes.push(Node::comment(
