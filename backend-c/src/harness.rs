@@ -339,6 +339,11 @@ fn bench(net: &Net, interface: &Interface, explore: bool) -> Vec<Node> {
                 round.push(Node::line(format!("memset(&self.{name}, 0, sizeof self.{name});")));
             }
         }
+        if interface.trace.is_some() {
+            // Nor is the ring.
+            let member = crate::trace::MEMBER;
+            round.push(Node::line(format!("memset(&self.{member}, 0, sizeof self.{member});")));
+        }
         let number = if interface.has_instance { "(int64_t)bench_instance(&self)" } else { "0" };
         round.push(Node::line(format!("bench_print({number});")));
         round.push(Node::line("putchar('\\n');"));
@@ -386,6 +391,9 @@ fn bench(net: &Net, interface: &Interface, explore: bool) -> Vec<Node> {
     }
     round.push(Node::line(format!("{prefix}_step({});", arguments(interface, true))));
     body.push(Node::block("for (;;)", round));
+    if let (Some(_), false) = (interface.trace, explore) {
+        body.extend(crate::trace::dump(&interface.names));
+    }
     for (id, _) in net.outputs.iter().filter(|(_, it)| crate::names::is_extern(it)) {
         body.push(Node::line(format!(
             "free({prefix}_calls_{}.text);",

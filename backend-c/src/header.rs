@@ -6,6 +6,7 @@ use crate::ctext::{Kind, Node, Writer};
 use crate::gate;
 use crate::names::{Names, is_extern};
 use crate::times::Ticks;
+use crate::trace;
 use crate::{File, Io, Object, Options};
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::net::{InputKind, MacroStep, Net, StepKind, VarOrigin};
@@ -22,6 +23,8 @@ pub(crate) struct Interface {
     pub(crate) callbacks: bool,
     /// The quiescence gate stands in front of the reaction.
     pub(crate) gate: bool,
+    /// The places of the trace ring.
+    pub(crate) trace: Option<u16>,
 }
 
 impl Interface {
@@ -52,6 +55,9 @@ pub(crate) fn lay_out(
     mut program: CProgram,
     options: &Options,
 ) -> (Vec<File>, Interface) {
+    if options.trace.is_some() {
+        trace::add(names, &mut program);
+    }
     let interface = Interface {
         names: names.clone(),
         has_instance: !program.instance.is_empty(),
@@ -62,6 +68,7 @@ pub(crate) fn lay_out(
         callbacks: options.callbacks,
         // A chart without a state has nothing that could be quiet.
         gate: options.gate && !program.instance.is_empty(),
+        trace: options.trace,
     };
     if interface.gate {
         program.instance.extend(gate::members(&interface));
@@ -103,6 +110,9 @@ impl Layout<'_> {
         }
         if self.interface.gate {
             text.push_str(", gate");
+        }
+        if let Some(places) = self.interface.trace {
+            text.push_str(&format!(", trace {places}"));
         }
         if self.options.callbacks {
             text.push_str(", callbacks");
@@ -157,6 +167,9 @@ impl Layout<'_> {
         if self.options.callbacks {
             self.callback_enums(&mut nodes);
         }
+        if let Some(places) = self.interface.trace {
+            nodes.extend(trace::ring(self.names, self.net, places));
+        }
         self.instance_struct(&mut nodes);
         let i = self.interface;
         nodes.push(Node::comment(if i.has_out {
@@ -179,6 +192,9 @@ impl Layout<'_> {
         nodes.push(Node::blank());
         self.stop(&mut nodes);
         self.getters(&mut nodes);
+        if self.interface.trace.is_some() {
+            nodes.extend(trace::reader(self.names));
+        }
         nodes.extend([
             Node::directive("#ifdef __cplusplus"),
             Node::line("}"),

@@ -39,6 +39,7 @@ mod source;
 mod statechart;
 mod switch;
 mod times;
+pub mod trace;
 
 pub use harness::{explorer, harness, multi_harness};
 
@@ -104,6 +105,8 @@ pub struct Options {
     pub io: Io,
     /// The quiescence gate: a reaction on the inputs and the `dt` of the last one returns at once where that one left the instance as it was.
     pub gate: bool,
+    /// The places of the trace ring in the instance, at most [`trace::MAX_PLACES`]; none for no ring at all.
+    pub trace: Option<u16>,
     /// What all global names begin with, in place of the chart's name, made a C identifier where it is none; also the names of the files.
     pub prefix: Option<String>,
     /// Call `NAME_activated` and `NAME_enabled` of the user's library when a step changes and when a transition becomes enabled (seed 000).
@@ -120,6 +123,7 @@ impl Default for Options {
             style: Style::Auto,
             io: Io::Members,
             gate: false,
+            trace: None,
             prefix: None,
             callbacks: false,
             max_transitions: 200,
@@ -220,6 +224,10 @@ pub fn emit(
         if !diagnostics.is_empty() && grafsynth_ir::diag::any_error(&diagnostics) {
             return Err(diagnostics);
         }
+    }
+    if let Some(refusal) = trace::refusal(net, options) {
+        diagnostics.push(refusal);
+        return Err(diagnostics);
     }
     let mut reason = String::new();
     let shaped = match options.style {

@@ -77,6 +77,7 @@ impl Names {
         let own: Vec<&str> = ["state", "fault"]
             .into_iter()
             .chain(options.gate.then_some(MEMBERS_OF_GATE).into_iter().flatten())
+            .chain(options.trace.is_some().then_some(crate::trace::MEMBER))
             .collect();
         own.iter().for_each(|word| members.reserve(word));
         if options.io == Io::Words {

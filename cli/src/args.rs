@@ -77,6 +77,8 @@ pub(crate) enum Verb {
     Convert(Convert),
     /// Make a table of two-level logic (.pla) small: products, literals, and whether the number is proved to be the least.
     Minimise(Minimise),
+    /// Decode the trace ring of a chart in the field (`build --trace`): which transitions fired, and the situations that they led to.
+    Trace(Trace),
     /// Bring charts into the canonical form.
     Fmt(Fmt),
     /// What changed between two charts: steps, conditions, behaviour.
@@ -249,6 +251,9 @@ pub(crate) struct Build {
     /// C: return at once from a reaction that would change nothing: same inputs and `dt` as the last, which changed nothing.
     #[arg(long)]
     pub(crate) gate: bool,
+    /// C: keep the last N transitions that fired, with the number of their reaction, in the instance; `grafsynth trace` reads them.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=8192))]
+    pub(crate) trace: Option<u16>,
     /// C: call the user's `activated` and `enabled` functions.
     #[arg(long)]
     pub(crate) callbacks: bool,
@@ -314,6 +319,15 @@ pub(crate) struct Sim {
     /// Write the state after the last reaction.
     #[arg(long, value_name = "FILE")]
     pub(crate) save: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Trace {
+    /// The dump: the bytes of `NAME_trace_byte`, or the same as hexadecimal text.
+    pub(crate) dump: String,
+    /// The chart that the code was built from.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) chart: String,
 }
 
 #[derive(Debug, Args)]

@@ -17,6 +17,19 @@ pub(crate) const SOURCE_LIMIT: u64 = 64 << 20;
 /// # Errors
 /// What the system says, that the text is longer than `limit` bytes, or the first byte that is not UTF-8; in the user's terms.
 pub(crate) fn read_text(path: &str, limit: u64) -> Result<String, String> {
+    let bytes = read_bytes(path, limit)?;
+    String::from_utf8(bytes).map_err(|error| {
+        let at = error.utf8_error().valid_up_to();
+        let line = error.as_bytes()[..at].iter().filter(|byte| **byte == b'\n').count() + 1;
+        format!("{path} is not UTF-8 text: byte {at}, in line {line}")
+    })
+}
+
+/// Reads the bytes of a file; `-` is standard input.
+///
+/// # Errors
+/// What the system says, or that there are more than `limit` bytes.
+pub(crate) fn read_bytes(path: &str, limit: u64) -> Result<Vec<u8>, String> {
     let mut bytes = Vec::new();
     let taken = if path == "-" {
         io::stdin().lock().take(limit + 1).read_to_end(&mut bytes)
@@ -32,11 +45,7 @@ pub(crate) fn read_text(path: &str, limit: u64) -> Result<String, String> {
     if bytes.len() as u64 > limit {
         return Err(format!("{path} is longer than {limit} bytes (see --source-limit)"));
     }
-    String::from_utf8(bytes).map_err(|error| {
-        let at = error.utf8_error().valid_up_to();
-        let line = error.as_bytes()[..at].iter().filter(|byte| **byte == b'\n').count() + 1;
-        format!("{path} is not UTF-8 text: byte {at}, in line {line}")
-    })
+    Ok(bytes)
 }
 
 /// Writes all files, or none: each goes to a temporary file in its folder first, and only when all are there are they renamed.

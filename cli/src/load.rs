@@ -20,7 +20,7 @@ pub(crate) struct Session {
     /// Nothing but findings and what was asked for.
     pub(crate) quiet: bool,
     limits: ReadLimits,
-    source_limit: u64,
+    pub(crate) source_limit: u64,
 }
 
 /// A verb cannot go on: what to say is said, only the exit code is left.

@@ -27,6 +27,7 @@ fn main() -> ExitCode {
         Verb::Compare(arguments) => verbs::compare::run(&mut session, arguments),
         Verb::Convert(arguments) => verbs::convert::run(&mut session, arguments),
         Verb::Minimise(arguments) => verbs::minimise::run(&mut session, arguments),
+        Verb::Trace(arguments) => verbs::trace::run(&mut session, arguments),
         Verb::Fmt(arguments) => verbs::fmt::run(&mut session, arguments),
         Verb::Diff(arguments) => verbs::diff::run(&mut session, arguments),
         Verb::Explain(arguments) => verbs::explain::run(arguments).map_err(Stop::Usage),

@@ -26,6 +26,7 @@ pub mod read;
 pub mod refit;
 pub mod report;
 mod rescue;
+pub mod ring;
 pub mod rows;
 pub mod run;
 pub mod source;

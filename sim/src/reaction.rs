@@ -298,6 +298,44 @@ impl Reaction<'_> {
         self.no_event_holds();
     }
 
+    /// A micro-step of these transitions, if the situation and the policy allow it.
+    pub(crate) fn replay(&mut self, fired: &[TransitionId]) -> bool {
+        self.work.check += 1;
+        self.work.fired.clear();
+        self.work.open_next = false;
+        self.k2_enabled();
+        let mut wanted = fired.to_vec();
+        wanted.sort_unstable();
+        wanted.dedup();
+        if wanted.len() != fired.len()
+            || wanted.iter().any(|it| self.work.enabled.binary_search(it).is_err())
+        {
+            return false;
+        }
+        for transition in &wanted {
+            self.work.fireable_at[transition.index()] = self.work.check;
+        }
+        self.work.chosen.clone_from(&wanted);
+        let is_statechart = self.net.settings.policy.is_statechart();
+        if is_statechart {
+            self.select_in_statechart()
+        } else {
+            self.select()
+        }
+        let mut chosen = self.work.chosen.clone();
+        chosen.sort_unstable();
+        if chosen != wanted {
+            return false;
+        }
+        if is_statechart {
+            self.fire_in_statechart();
+            self.drop_queues();
+        } else {
+            self.fire();
+        }
+        true
+    }
+
     /// `ev := {}`.
     pub(crate) fn no_event_holds(&mut self) {
         for event in &self.tables.events {

@@ -71,6 +71,16 @@ impl<'n> Simulator<'n> {
         &self.row
     }
 
+    /// One micro-step in which exactly these transitions fire, whatever their receptivities say: for replaying what is known to have fired where the
+    /// inputs are not. False, and nothing is changed, where the situation does not enable all of them, or where the policy would not let them fire
+    /// together.
+    ///
+    /// Lists run, but on inputs that nobody knows, so afterwards the situation is right (and what histories remember), variables and outputs are not.
+    /// Only micro-steps and resets should follow.
+    pub fn replay(&mut self, fired: &[TransitionId]) -> bool {
+        self.reaction().replay(fired)
+    }
+
     fn reaction(&mut self) -> Reaction<'_> {
         Reaction {
             net: self.net,

@@ -140,13 +140,13 @@ impl Reaction<'_> {
         self.renew_edge_operands();
     }
 
-    fn drop_queues(&mut self) {
+    pub(crate) fn drop_queues(&mut self) {
         self.state.internal.clear();
         self.state.external.clear();
     }
 
     /// FIRE for statecharts: `chosen` is F' in the order of selection.
-    fn fire_in_statechart(&mut self) {
+    pub(crate) fn fire_in_statechart(&mut self) {
         let net = self.net;
         let chosen = std::mem::take(&mut self.work.chosen);
         let mut exits = std::mem::take(&mut self.work.some_steps);

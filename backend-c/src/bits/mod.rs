@@ -14,7 +14,7 @@ use crate::names::{Names, namer};
 use crate::times::{Ticks, count_type, unsigned};
 use crate::{Object, Options};
 use grafsynth_ir::diag::Diagnostic;
-use grafsynth_ir::lower::program::{ProgramOptions, program as reaction_program};
+use grafsynth_ir::lower::program::{ProgramOptions, marked_program, program as reaction_program};
 use grafsynth_ir::names::Namer;
 use grafsynth_ir::net::{
     Driver, Evolution, InputId, InputKind, Leaf as NetLeaf, Net, OutputId, StepId, TransitionId,
@@ -38,7 +38,12 @@ pub(crate) fn program(
     names: &Names,
     options: &Options,
 ) -> Result<CProgram, Vec<Diagnostic>> {
-    let program = reaction_program(net, &ProgramOptions::default())?;
+    let program = match options.trace {
+        None => reaction_program(net, &ProgramOptions::default())?,
+        Some(_) => {
+            marked_program(net, &ProgramOptions::default(), &crate::trace::marks(net, names))?
+        }
+    };
     let limit = options.max_transitions.saturating_mul(NODES_PER_TRANSITION).max(1);
     let mut bodies = Vec::new();
     let main = cut(&program.body, limit, &mut bodies);

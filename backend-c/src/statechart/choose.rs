@@ -274,6 +274,9 @@ impl Emit<'_> {
             taken.iter().map(|region| format!("{} == 0", check.taken[region])).collect();
         body.push(Node::when(&none.join(" && "), vec![Node::line("return false;")]));
         body.push(Node::when("!may_fire", vec![Node::line("return true;")]));
+        if self.options.trace.is_some() {
+            self.trace(&taken, &check, &mut body);
+        }
         self.fire(&taken, &check, phases, &mut body);
         body.push(Node::line("return true;"));
         let own = [("bool", "may_fire")];
@@ -525,6 +528,27 @@ impl Emit<'_> {
                 let condition = format!("{taken} >= {}", self.number(region, *first));
                 note(check.left.get(parallel), condition);
             }
+        }
+    }
+
+    /// Notes what fires, in the order of selection.
+    fn trace(&mut self, taken: &[usize], check: &Check, body: &mut Vec<Node>) {
+        body.push(crate::trace::micro_step());
+        for region in self.plan.post_order.clone() {
+            if !taken.contains(&region) {
+                continue;
+            }
+            let mut rows = vec![Row::none()];
+            rows.extend(self.plan.regions[region].transitions.iter().map(|id| Row {
+                value: id.index(),
+                text: id.index().to_string(),
+                about: Some(*id),
+            }));
+            let wanted = format!("{}_numbers", self.region_word(region));
+            let table = self.table(&wanted, "uint16_t", "transitions, for the trace", &rows);
+            let local = &check.taken[&region];
+            let line = format!("{}_fired(self, {table}[{local}]);", self.names.prefix);
+            body.push(Node::when(&format!("{local} != 0"), vec![Node::line(line)]));
         }
     }
 

@@ -412,6 +412,15 @@ impl Bank {
             );
         }
         row.push(Node::line(format!("{next} next;")).note("the step that follows"));
+        let traces = emit.options.trace.is_some();
+        if traces {
+            row.push(Node::line("uint16_t fired;").note("the transition, for the trace"));
+        }
+        let fired = |id: Option<TransitionId>| match id {
+            _ if !traces => String::new(),
+            Some(id) => format!(", {}", id.index()),
+            None => ", 0".to_string(),
+        };
         nodes.push(
             Kind::Braces("typedef struct".to_string(), row, format!(" {prefix}_row{suffix}_t;"))
                 .into_note(if single {
@@ -470,7 +479,9 @@ impl Bank {
                         ),
                     };
                     let lamp = lamp_mask.map(|it| format!("{it}, ")).unwrap_or_default();
-                    let mut node = Node::line(format!("{{ {care}, {want}, {lamp}{target} }},"));
+                    let fired = fired(mine.first().map(|(_, _, id)| *id));
+                    let mut node =
+                        Node::line(format!("{{ {care}, {want}, {lamp}{target}{fired} }},"));
                     node.note = step.map_or_else(
                         || "none".to_string(),
                         |step| emit.net.steps[step].name.text.clone(),
@@ -492,9 +503,13 @@ impl Bank {
                         let words =
                             if has_inputs { format!("{care}, {want}, ") } else { String::new() };
                         rows.push(
-                            Node::line(format!("{{ {words}{} }},", emit.step_code(*target)))
-                                .note(emit.net.transitions[*id].name.text.clone())
-                                .about(Object::Transition(*id)),
+                            Node::line(format!(
+                                "{{ {words}{}{} }},",
+                                emit.step_code(*target),
+                                fired(Some(*id))
+                            ))
+                            .note(emit.net.transitions[*id].name.text.clone())
+                            .about(Object::Transition(*id)),
                         );
                     }
                     done += mine.len();
@@ -593,7 +608,8 @@ impl Bank {
             body.push(Node::line(format!(
                 "{upper}_ROM {prefix}_row{suffix}_t *row = &{prefix}_rows{suffix}[{begin}{state}];"
             )));
-            let mut moved = vec![Node::line(format!("{state} = row->next;"))];
+            let mut moved = traced(emit);
+            moved.push(Node::line(format!("{state} = row->next;")));
             if !self.outputs.is_empty() {
                 moved.push(Node::line(format!("row = &{prefix}_rows{suffix}[{begin}row->next];")));
             }
@@ -608,7 +624,8 @@ impl Bank {
             body.push(Node::line(format!(
                 "{upper}_ROM {prefix}_stand{suffix}_t *stand = &{prefix}_stands{suffix}[{begin}{state}];"
             )));
-            let mut moved = vec![Node::line(format!("{state} = row->next;"))];
+            let mut moved = traced(emit);
+            moved.push(Node::line(format!("{state} = row->next;")));
             if !self.outputs.is_empty() {
                 moved.push(Node::line(format!(
                     "stand = &{prefix}_stands{suffix}[{begin}row->next];"
@@ -655,6 +672,12 @@ impl Bank {
             nodes
         }
     }
+}
+
+/// What the trace notes of a row.
+fn traced(emit: &Emit<'_>) -> Vec<Node> {
+    let call = format!("{}_fired(self, row->fired);", emit.names.prefix);
+    emit.options.trace.map(|_| Node::line(call)).into_iter().collect()
 }
 
 /// Variables that something besides inputs and outputs concerns.

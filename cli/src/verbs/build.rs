@@ -72,6 +72,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
                 _ => grafsynth_backend_c::Io::Members,
             },
             gate: arguments.gate,
+            trace: arguments.trace,
             callbacks: arguments.callbacks,
             source,
             ..Default::default()

@@ -13,3 +13,4 @@ pub(crate) mod minimise;
 pub(crate) mod new;
 mod refit;
 pub(crate) mod sim;
+pub(crate) mod trace;

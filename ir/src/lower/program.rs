@@ -54,7 +54,7 @@ use crate::diag::Diagnostic;
 use crate::expr::Type;
 use crate::net::{
     ControlledAction, EdgeOperand, Evolution, History, Input, InputKind, Net, Part, SendSlot, Step,
-    StepId, Timer, Transition, Var,
+    StepId, Timer, Transition, Var, Verbatim,
 };
 use crate::program::{
     ActionPart, Cell, CellId, Expr, Leaf, Origin, Program, Stmt, Temp, TempId, TempRole,
@@ -78,6 +78,15 @@ pub struct ProgramOptions {
     pub properties: bool,
 }
 
+/// Text of a target language that a program carries where something fires, so that a back end can watch a reaction without asking again what it does.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Marks {
+    /// At the start of each micro-step of an evolution until stable; a single check needs no such mark.
+    pub micro_step: Verbatim,
+    /// Where each transition or reaction fires, before any list of its micro-step runs.
+    pub fires: IdMap<Transition, Verbatim>,
+}
+
 impl Default for ProgramOptions {
     fn default() -> Self {
         ProgramOptions { prune: true, properties: false }
@@ -91,7 +100,28 @@ impl Default for ProgramOptions {
 /// # Errors
 /// What no bounded program can say; see [`codes`].
 pub fn program(net: &Valid<Net>, options: &ProgramOptions) -> Result<Program, Vec<Diagnostic>> {
+    program_with(net, options, None)
+}
+
+/// As [`program`], with a mark wherever something fires. Reset makes none.
+///
+/// # Errors
+/// As [`program`].
+pub fn marked_program(
+    net: &Valid<Net>,
+    options: &ProgramOptions,
+    marks: &Marks,
+) -> Result<Program, Vec<Diagnostic>> {
+    program_with(net, options, Some(marks))
+}
+
+fn program_with(
+    net: &Valid<Net>,
+    options: &ProgramOptions,
+    marks: Option<&Marks>,
+) -> Result<Program, Vec<Diagnostic>> {
     let mut builder = Builder::new(net, options);
+    builder.marks = marks;
     let statechart = net.settings.policy.is_statechart();
     let body = if statechart { builder.statechart_reaction() } else { builder.grafcet_reaction() };
     if !builder.findings.is_empty() {
@@ -107,6 +137,7 @@ pub fn program(net: &Valid<Net>, options: &ProgramOptions) -> Result<Program, Ve
 fn with_reset(mut builder: Builder<'_>, net: &Net, program: &mut Program) {
     // Reset has temps of its own, over the same cells.
     builder.reset = true;
+    builder.marks = None;
     builder.forget_temps();
     let statechart = net.settings.policy.is_statechart();
     let body = if statechart { builder.statechart_reset() } else { builder.grafcet_reset() };
@@ -145,6 +176,7 @@ struct Builder<'a> {
     temps: Arena<Temp>,
     /// Reset is being made: no edges, no events.
     reset: bool,
+    marks: Option<&'a Marks>,
 
     step: IdMap<Step, CellId>,
     elapsed: IdMap<Step, Option<CellId>>,
@@ -260,6 +292,7 @@ impl<'a> Builder<'a> {
             cells,
             temps: Arena::new(),
             reset: false,
+            marks: None,
             step,
             elapsed,
             last_elapsed,
@@ -335,6 +368,17 @@ impl<'a> Builder<'a> {
         let temp = self.new_temp(name, Type::Bool, role);
         out.push(Stmt::Set(temp, value));
         Expr::leaf(Leaf::Temp(temp), span)
+    }
+
+    /// What a micro-step carries for those who watch it.
+    fn mark(&self, fire: &IdMap<Transition, Expr>, out: &mut Vec<Stmt>) {
+        let Some(marks) = self.marks else { return };
+        if self.limit().is_some() {
+            out.push(Stmt::Code(marks.micro_step.clone()));
+        }
+        for (id, text) in marks.fires.iter() {
+            when(fire[id].clone(), vec![Stmt::Code(text.clone())], out);
+        }
     }
 
     fn limit(&self) -> Option<u32> {

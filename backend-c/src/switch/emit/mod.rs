@@ -18,7 +18,7 @@ use crate::cprogram::{CProgram, Member, mentions, with_unused, without_unused};
 use crate::ctext::{Kind, Node, comment_text};
 use crate::names::Names;
 use crate::times::{Ticks, count_type, unsigned};
-use crate::{Object, Options};
+use crate::{Object, Options, trace};
 use grafsynth_ir::IdMap;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::{
@@ -34,7 +34,7 @@ pub(super) struct Emit<'a> {
     pub(super) names: &'a Names,
     pub(super) plan: &'a Plan,
     pub(super) tables: &'a Tables,
-    options: &'a Options,
+    pub(super) options: &'a Options,
     /// Member (and local) that holds each variable; for a table the element.
     vars: Vec<String>,
     timers: Vec<String>,
@@ -618,6 +618,9 @@ impl<'a> Emit<'a> {
         let prefix = &self.names.prefix;
         let Evolution::Stable { limit } = self.net.settings.evolution else { return moves };
         let mut micro = self.scratch_values(true, false);
+        if self.options.trace.is_some() {
+            micro.push(trace::micro_step());
+        }
         micro.extend(moves);
         let mut micro = with_unused(&["self", "scan"], without_unused(micro));
         micro.push(Node::line("return scan->fired;"));

@@ -8,6 +8,7 @@ use crate::cprogram::{mentions, without_unused};
 use crate::ctext::{Arm, Kind, Node};
 use crate::switch::plan::{self, Latch, Machine, Plan, receptivity};
 use crate::times::Ticks;
+use crate::trace;
 use grafsynth_ir::net::{Expr, InputId, Leaf, Policy, StepId, TransitionId};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -404,6 +405,9 @@ impl Emit<'_> {
         let target = plan.added(net, id, index);
         let stays = target == Some(step) && !transition.restart;
         let mut nodes = Vec::new();
+        if is_owner && self.options.trace.is_some() {
+            nodes.push(trace::fired(self.names, id).about(Object::Transition(id)));
+        }
         if !stays {
             let place = Place::List { machine: index, active: Some(step), timed: true };
             nodes.extend(self.block(&net.steps[step].exit, place));

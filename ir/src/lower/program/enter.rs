@@ -168,6 +168,7 @@ impl Builder<'_> {
         }
         let mut sequence = Vec::new();
         let mut late = Vec::new();
+        self.mark(fire, &mut sequence);
         let doc_order: Vec<StepId> = net.steps.ids().collect();
         for step in doc_order.iter().rev().copied() {
             if self.simultaneous {

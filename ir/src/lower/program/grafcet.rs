@@ -248,6 +248,7 @@ impl Builder<'_> {
         self.name_changes(&mut changes, &watched, out);
         let mut sequence = Vec::new();
         let mut late = Vec::new();
+        self.mark(fire, &mut sequence);
         for step in self.ranks.steps.clone() {
             let mut list = self.list(&net.steps[step].exit);
             let mut drop = Vec::new();

@@ -1,0 +1,252 @@
+//! The trace ring: the last transitions that fired, with the number of their reaction, in the instance.
+//!
+//! A ring is there only where it is asked for; without it not a byte of the text differs. Every style calls `NAME_fired` where a transition fires:
+//! in `switch` at the transition's owner, in tables with a number in each row, in statecharts once a region has chosen, and in `bits` by a mark of
+//! the reaction program ([`marked_program`](grafsynth_ir::lower::program::marked_program)). The order within one micro-step is the style's own.
+//!
+//! A program reads the ring byte by byte with `NAME_trace_byte` and sends it wherever it likes. The bytes, numbers with the low byte first:
+//!
+//! | at | bytes | what |
+//! |---|---|---|
+//! | 0 | 4 | `GTR1` |
+//! | 4 | 4 | [`hash`] of the chart |
+//! | 8 | 4 | reactions since `init`, modulo 2^32 |
+//! | 12 | 4 | transitions fired since `init`; stays at the largest number |
+//! | 16 | 2 | places of the ring |
+//! | 18 | 2 | the place that is written next |
+//! | 20 | 6 each | reaction (4), transition (2), from 0 in declaration order; [`BEGINS`] is added where a micro-step begins |
+//!
+//! The first reaction has the number 1, as in a trace of the simulator. Micro-steps are told apart in charts with stable evolution only: elsewhere there
+//! is one in a reaction.
+
+use crate::Options;
+use crate::codes;
+use crate::cprogram::{CProgram, Member, mentions};
+use crate::ctext::{Arm, Kind, Node};
+use crate::names::Names;
+use grafsynth_ir::IdMap;
+use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::lower::program::Marks;
+use grafsynth_ir::net::{Net, TransitionId, Verbatim};
+
+/// What a dump begins with.
+pub const MAGIC: [u8; 4] = *b"GTR1";
+/// The bytes before the first entry.
+pub const HEADER_BYTES: usize = 20;
+/// The bytes of an entry.
+pub const ENTRY_BYTES: usize = 6;
+/// The most places of a ring: its bytes can still be counted in 16 bits.
+pub const MAX_PLACES: u16 = 8192;
+/// Added to the number of a transition that is the first of a micro-step.
+pub const BEGINS: u16 = 0x8000;
+
+/// The member of the instance.
+pub(crate) const MEMBER: &str = "trace";
+
+/// A number for all that a chart says (FNV-1a over its text as a net), so that a dump is not read with another chart.
+#[must_use]
+pub fn hash(net: &Net) -> u32 {
+    grafsynth_ir::text::print(net)
+        .bytes()
+        .fold(0x811c_9dc5, |hash, byte| (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193))
+}
+
+/// Why there can be no ring.
+pub(crate) fn refusal(net: &Net, options: &Options) -> Option<Diagnostic> {
+    let places = options.trace?;
+    if options.gate {
+        let message = "the trace ring does not go with the gate: it counts every reaction";
+        return Some(
+            Diagnostic::error(codes::TRACE_REFUSED, message)
+                .at(net.name.span, "this chart")
+                .help("leave out `--gate` or `--trace`"),
+        );
+    }
+    if net.transitions.len() > usize::from(BEGINS) {
+        let message = format!(
+            "the trace ring tells {BEGINS} transitions apart, and there are {}",
+            net.transitions.len()
+        );
+        return Some(
+            Diagnostic::error(codes::TRACE_REFUSED, message)
+                .at(net.name.span, "this chart")
+                .help("leave out `--trace`, or trace a part of the chart"),
+        );
+    }
+    if places == 0 || places > MAX_PLACES {
+        let message = format!("a trace ring has 1 to {MAX_PLACES} places, not {places}");
+        return Some(
+            Diagnostic::error(codes::TRACE_REFUSED, message)
+                .at(net.name.span, "this chart")
+                .help("give another number to `--trace`"),
+        );
+    }
+    None
+}
+
+/// Notes that a transition fires.
+pub(crate) fn fired(names: &Names, id: TransitionId) -> Node {
+    Node::line(fired_text(names, id))
+}
+
+fn fired_text(names: &Names, id: TransitionId) -> String {
+    format!("{}_fired(self, {}U);", names.prefix, id.index())
+}
+
+/// Notes that a micro-step begins.
+pub(crate) fn micro_step() -> Node {
+    Node::line(micro_step_text())
+}
+
+fn micro_step_text() -> String {
+    format!("self->{MEMBER}.begins = true;")
+}
+
+/// The same for the reaction program.
+pub(crate) fn marks(net: &Net, names: &Names) -> Marks {
+    let c = |text: String| Verbatim { language: "c".to_owned(), text };
+    Marks {
+        micro_step: c(micro_step_text()),
+        fires: IdMap::build(&net.transitions, |id, _| c(fired_text(names, id))),
+    }
+}
+
+/// Adds the ring to a program: the member, its start, the count of reactions, and `NAME_fired`.
+pub(crate) fn add(names: &Names, program: &mut CProgram) {
+    let prefix = &names.prefix;
+    program.instance.push(Member {
+        declaration: format!("{prefix}_trace_t {MEMBER}"),
+        note: "the transitions that fired last".to_owned(),
+        objects: Vec::new(),
+    });
+    for (member, zero) in [("reactions", "0"), ("count", "0"), ("next", "0"), ("begins", "false")] {
+        program.init.push(Node::line(format!("self->{MEMBER}.{member} = {zero};")));
+    }
+    let clear = vec![
+        Node::line(format!("self->{MEMBER}.at[i] = 0;")),
+        Node::line(format!("self->{MEMBER}.fired[i] = 0;")),
+    ];
+    let head = format!("for (uint16_t i = 0U; i < {}_TRACE_PLACES; ++i)", names.upper);
+    program.init.push(Node::block(head, clear));
+    program.step.insert(0, Node::line(format!("++self->{MEMBER}.reactions;")));
+    let called = format!("{prefix}_fired");
+    if !mentions(&program.functions, &called) && !mentions(&program.step, &called) {
+        return;
+    }
+    let body = vec![
+        Node::line(format!("{prefix}_trace_t *trace = &self->{MEMBER};")),
+        Node::line("trace->at[trace->next] = trace->reactions;"),
+        Node::line(
+            "trace->fired[trace->next] = (uint16_t)(transition | (trace->begins ? 0x8000U : 0U));",
+        ),
+        Node::line("trace->begins = false;"),
+        Node::line(format!(
+            "trace->next = (trace->next + 1U < {}_TRACE_PLACES) ? (uint16_t)(trace->next + 1U) : 0U;",
+            names.upper
+        )),
+        Node::when("trace->count != 0xffffffffUL", vec![Node::line("++trace->count;")]),
+    ];
+    let head = format!("static void {prefix}_fired({prefix}_t *self, uint16_t transition)");
+    let function = vec![
+        Node::comment("Notes in the ring that a transition fires."),
+        Node::function(head, body),
+        Node::blank(),
+    ];
+    program.functions.splice(0..0, function);
+}
+
+/// The type of the ring and its numbers, before the instance.
+pub(crate) fn ring(names: &Names, net: &Net, places: u16) -> Vec<Node> {
+    let upper = &names.upper;
+    let bytes = HEADER_BYTES + ENTRY_BYTES * usize::from(places);
+    let body = vec![
+        Node::line("uint32_t reactions;").note("since init"),
+        Node::line("uint32_t count;").note("transitions fired since init"),
+        Node::line("uint16_t next;").note("the place that is written next"),
+        Node::line("bool begins;").note("the next one is the first of its micro-step"),
+        Node::line(format!("uint32_t at[{upper}_TRACE_PLACES];")).note("reaction"),
+        Node::line(format!("uint16_t fired[{upper}_TRACE_PLACES];"))
+            .note("transition, from 0; 0x8000 is added where a micro-step begins"),
+    ];
+    vec![
+        Node::directive(format!("#define {upper}_TRACE_PLACES {places}U")),
+        Node::directive(format!("#define {upper}_TRACE_BYTES {bytes}U"))
+            .note("what the trace is as bytes"),
+        Node::directive(format!("#define {upper}_TRACE_CHART 0x{:08x}UL", hash(net)))
+            .note("which chart it is of"),
+        Kind::Braces("typedef struct".to_string(), body, format!(" {}_trace_t;", names.prefix))
+            .into(),
+        Node::blank(),
+    ]
+}
+
+/// `NAME_trace_byte`, after the other functions of the header.
+pub(crate) fn reader(names: &Names) -> Vec<Node> {
+    let (prefix, upper) = (&names.prefix, &names.upper);
+    let magic = u32::from_le_bytes(MAGIC);
+    let number = |first: usize, value: String| {
+        let arm = Node::line(format!("value = {value};"));
+        (format!("at < {}U", first + 4), arm)
+    };
+    let parts = [
+        number(0, format!("0x{magic:08x}UL")),
+        number(4, format!("{upper}_TRACE_CHART")),
+        number(8, format!("self->{MEMBER}.reactions")),
+        number(12, format!("self->{MEMBER}.count")),
+        number(16, format!("{upper}_TRACE_PLACES | ((uint32_t)self->{MEMBER}.next << 16)")),
+    ];
+    let mut arms = Vec::new();
+    for (condition, line) in parts {
+        let word = if arms.is_empty() { "if" } else { "else if" };
+        arms.push(Arm::new(format!("{word} ({condition})"), vec![line]));
+    }
+    arms.push(Arm::new(
+        "else",
+        vec![
+            Node::line("const uint16_t entry = (uint16_t)((at - 20U) / 6U);"),
+            Node::line("byte = (uint8_t)((at - 20U) % 6U);"),
+            Kind::Block(vec![
+                Arm::new(
+                    "if (byte < 4U)",
+                    vec![Node::line(format!("value = self->{MEMBER}.at[entry];"))],
+                ),
+                Arm::new(
+                    "else",
+                    vec![
+                        Node::line("byte = (uint8_t)(byte - 4U);"),
+                        Node::line(format!("value = self->{MEMBER}.fired[entry];")),
+                    ],
+                ),
+            ])
+            .into(),
+        ],
+    ));
+    let body = vec![
+        Node::line("uint32_t value;"),
+        Node::line("uint8_t byte = (uint8_t)(at % 4U);"),
+        Kind::Block(arms).into(),
+        Node::line("return (uint8_t)(value >> (8U * byte));"),
+    ];
+    let head =
+        format!("static inline uint8_t {prefix}_trace_byte(const {prefix}_t *self, uint16_t at)");
+    vec![
+        Node::comment(format!(
+            "A byte of the trace, at below {upper}_TRACE_BYTES. Send them all, as they are or as hexadecimal text, for grafsynth trace to read.\nBetween reactions only: the ring must stand still."
+        )),
+        Node::function(head, body),
+        Node::blank(),
+    ]
+}
+
+/// Prints the trace on standard error, for the harness.
+pub(crate) fn dump(names: &Names) -> Vec<Node> {
+    let (prefix, upper) = (&names.prefix, &names.upper);
+    let print = format!("fprintf(stderr, \"%02x\", (unsigned){prefix}_trace_byte(&self, at));");
+    vec![
+        Node::block(
+            format!("for (uint16_t at = 0; at < {upper}_TRACE_BYTES; ++at)"),
+            vec![Node::line(print)],
+        ),
+        Node::line("fputc('\\n', stderr);"),
+    ]
+}

@@ -1,0 +1,34 @@
+//! `grafsynth trace DUMP --chart FILE`.
+
+use crate::args::Trace;
+use crate::exit::Exit;
+use crate::files;
+use crate::load::{Session, Stop};
+use grafsynth_driver::{pipeline, ring};
+use grafsynth_verify::Limits;
+
+pub(crate) fn run(session: &mut Session, arguments: &Trace) -> Result<Exit, Stop> {
+    let (design, found) = session.net_at(&arguments.chart)?;
+    session.show(&found);
+    let net = &design.net;
+    let dump = files::read_bytes(&arguments.dump, session.source_limit)?;
+    let ring = ring::parse(net, &dump).map_err(|why| format!("{}: {why}", arguments.dump))?;
+    let facts = pipeline::facts(net, &Limits::default());
+    let replay = ring::replay(net, &facts, &ring);
+    crate::print(&ring::to_csv(net, &replay));
+    let lost = match ring.lost() {
+        0 => "all of them are here".to_owned(),
+        n => format!("the first {n} were overwritten"),
+    };
+    session.note(&format!(
+        "{} reactions, {} transitions fired, {} places: {lost}",
+        ring.reactions, ring.count, ring.places
+    ));
+    match replay.broken {
+        None => Ok(Exit::Done),
+        Some(why) => {
+            crate::print_error(&format!("grafsynth: {why}\n"));
+            Ok(Exit::Refuted)
+        }
+    }
+}
