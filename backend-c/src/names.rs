@@ -100,6 +100,9 @@ impl Names {
         let vars =
             assigned(&net.vars, members.assign(net.vars.values().map(|it| it.name.text.as_str())));
         let mut reserved: Vec<String> = ENUMERATORS.iter().map(|word| (*word).to_owned()).collect();
+        if options.trace.is_some() {
+            reserved.extend(crate::trace::MACROS.map(str::to_owned));
+        }
         if options.io == Io::Words {
             reserved.extend(["GET", "PUT", "LIT", "LIGHT"].map(str::to_owned));
             reserved.extend(inputs.values().map(|name| format!("IN_{name}")));

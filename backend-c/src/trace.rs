@@ -42,6 +42,8 @@ pub const BEGINS: u16 = 0x8000;
 
 /// The member of the instance.
 pub(crate) const MEMBER: &str = "trace";
+/// The macros of the header, after the prefix.
+pub(crate) const MACROS: [&str; 3] = ["TRACE_PLACES", "TRACE_BYTES", "TRACE_CHART"];
 
 /// A number for all that a chart says (FNV-1a over its text as a net), so that a dump is not read with another chart.
 #[must_use]

@@ -111,7 +111,7 @@ fn the_ring_holds_what_fired_and_its_replay_is_the_simulators() {
         return;
     }
     let (mut n_bits, mut n_shaped) = (0, 0);
-    for seed in 0..rounds(3, 40) {
+    for seed in 0..rounds(3, 30) {
         let features = if seed % 3 == 0 { Features::everything() } else { Features::plain() };
         let net = random_net(seed, &features);
         n_bits += usize::from(round_trip(&net, Style::Bits, seed));

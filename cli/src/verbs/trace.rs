@@ -21,7 +21,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Trace) -> Result<Exit, Stop
         n => format!("the first {n} were overwritten"),
     };
     session.note(&format!(
-        "{} reactions, {} transitions fired, {} places: {lost}",
+        "{} reactions, {} transitions fired, {} places: {lost}\n",
         ring.reactions, ring.count, ring.places
     ));
     match replay.broken {
