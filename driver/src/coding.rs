@@ -171,6 +171,16 @@ fn is_active(set: &[u64], step: StepId) -> bool {
     set.get(step.index() / 64).is_some_and(|word| word >> (step.index() % 64) & 1 == 1)
 }
 
+/// Codes of one circuit that were found already: a search for them does not depend on the device, and what does depends on its macrocells alone. Valid for
+/// one net with its facts and its circuit.
+#[derive(Debug, Clone, Default)]
+pub struct Known {
+    /// By the code, how many assignments were judged, whether it is safe, and how many inputs were left out.
+    made: BTreeMap<(Encoding, usize, bool, usize), Coded>,
+    /// For macrocells with so many product terms each, by polarity, and how many inputs were left out.
+    within: BTreeMap<(Vec<usize>, bool, usize), Option<Logic>>,
+}
+
 /// Codes the steps for a language and a device.
 #[must_use]
 pub fn code(
@@ -179,6 +189,22 @@ pub fn code(
     logic: &Logic,
     choice: EncodingChoice,
     safe: bool,
+    dialect: Dialect,
+    options: &EmitOptions,
+) -> Coded {
+    let (known, asked) = (&mut Known::default(), (choice, safe));
+    code_knowing(known, net, facts, logic, asked, dialect, options)
+}
+
+/// As [`code`], for one of several devices: what was found for another one is not sought again. `asked` is the choice, and whether every illegal
+/// situation must return.
+#[must_use]
+pub fn code_knowing(
+    found: &mut Known,
+    net: &Net,
+    facts: &Facts,
+    logic: &Logic,
+    (choice, safe): (EncodingChoice, bool),
     dialect: Dialect,
     options: &EmitOptions,
 ) -> Coded {
@@ -208,10 +234,16 @@ pub fn code(
     if let Some(situations) = &situations {
         recode::only(&mut known, &situations.flops, &situations.values);
     }
-    let made = |encoding: Encoding, tries: usize| {
+    let Known { made, within } = found;
+    let mut made = |encoding: Encoding, tries: usize| {
+        let key = (encoding, tries, safe, n_unread);
+        if let Some(coded) = made.get(&key) {
+            return coded.clone();
+        }
         let mut logic = recode::recode(&known, &groups, encoding, tries);
         if encoding == Encoding::Compact
             && let Some(situations) = &situations
+            && situations.n_bits() + known.flops.len() < logic.flops.len() + situations.flops.len()
             && let Some(values) = situations.whole()
             && let Some(flat) =
                 recode::flatten(&known, &net.name.text, &situations.flops, &values, tries)
@@ -221,7 +253,9 @@ pub fn code(
         }
         let n_coded = logic.decoded.len();
         let logic = if safe { recode::safe(logic) } else { logic };
-        Coded { logic, encoding, n_coded, n_unread, why: None }
+        let coded = Coded { logic, encoding, n_coded, n_unread, why: None };
+        made.insert(key, coded.clone());
+        coded
     };
     let choice = match choice {
         EncodingChoice::This(encoding) => return made(encoding, TRIES),
@@ -245,8 +279,11 @@ pub fn code(
     // Where the pins are enough and the product terms are not, other numbers for the steps may still do.
     if may_fit(logic, &groups, Encoding::Compact, options)
         && let Some(device) = device_of(options)
-        && let Some(logic) =
-            recode::recode_within(&known, &groups, &room(device, &known), MORE_TRIES)
+        && let room = room(device, &known)
+        && let Some(logic) = within
+            .entry((room.terms.clone(), room.is_by_power_up, n_unread))
+            .or_insert_with(|| recode::recode_within(&known, &groups, &room, MORE_TRIES))
+            .clone()
     {
         let n_coded = logic.decoded.len();
         let logic = if safe { recode::safe(logic) } else { logic };
@@ -398,6 +435,11 @@ impl Situations {
         };
         let values = sets.iter().map(of_set).collect();
         Some(Situations { flops: flops.into_iter().map(|(flop, ..)| flop).collect(), values })
+    }
+
+    /// How many bits tell them apart.
+    fn n_bits(&self) -> usize {
+        self.values.len().next_power_of_two().trailing_zeros() as usize
     }
 
     /// The values of all flip-flops, where every situation says all of them.

@@ -3,7 +3,7 @@
 //! Nothing is advised that was not fitted: with its own codes, sums, divisors and pins, and for a fuse map down to the fuses. [`MOST_FITS`] bounds the
 //! search; devices that are too small whatever is done are left out without a trial.
 
-use crate::coding::{self, Encoding, EncodingChoice};
+use crate::coding::{self, Encoding, EncodingChoice, Known};
 use crate::pipeline::{self, BuildOptions};
 use grafsynth_backend_pld::codes::DOES_NOT_FIT;
 use grafsynth_backend_pld::device::{Clock, DEVICES, Device, Polarity};
@@ -64,6 +64,7 @@ fn advice(asked: &Asked<'_>, device: &'static Device) -> String {
     let mut fits: Vec<String> = Vec::new();
     let mut named: Vec<&str> = Vec::new();
     let mut n_tried = 0;
+    let mut known = Known::default();
     for trial in &trials {
         if n_tried == MOST_FITS || fits.len() == MOST_NAMED {
             break;
@@ -73,7 +74,7 @@ fn advice(asked: &Asked<'_>, device: &'static Device) -> String {
             continue;
         }
         n_tried += 1;
-        if let Some((coded, n_cells, n_terms)) = asked.fit(trial) {
+        if let Some((coded, n_cells, n_terms)) = asked.fit(trial, &mut known) {
             let mut options: Vec<String> = Vec::new();
             named.push(trial.device.name);
             if trial.device != device {
@@ -196,7 +197,7 @@ impl Asked<'_> {
     }
 
     /// Fits it: the code that was taken, macrocells and product terms.
-    fn fit(&self, trial: &Trial) -> Option<(Encoding, usize, usize)> {
+    fn fit(&self, trial: &Trial, known: &mut Known) -> Option<(Encoding, usize, usize)> {
         let own = self.device()?;
         let mut wishes = EmitOptions {
             dont_cares: trial.dont_cares,
@@ -206,12 +207,12 @@ impl Asked<'_> {
             // The numbers of the board are those of another package.
             wishes.pins.clear();
         }
-        let coded = coding::code(
+        let coded = coding::code_knowing(
+            known,
             self.net,
             self.facts,
             self.logic,
-            trial.encoding,
-            trial.safe,
+            (trial.encoding, trial.safe),
             Dialect::Palasm,
             &wishes,
         );

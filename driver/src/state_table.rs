@@ -4,7 +4,9 @@
 
 use grafsynth_backend_pld::pla::{Kind, Pla};
 use grafsynth_frontend::kiss2::{Machine, Trit};
-use grafsynth_logic::minimise::{Effort, Function, Outcome, Refused, Shape, Terms, shared};
+use grafsynth_logic::minimise::{
+    self, Effort, Function, Minimum, Outcome, Refused, Shape, Terms, per_output, shared,
+};
 use grafsynth_sim::Random;
 use std::collections::BTreeSet;
 
@@ -97,6 +99,74 @@ pub fn table(machine: &Machine, coding: &Coding) -> Pla {
 /// When the diagrams need more than `nodes` nodes.
 pub fn function(table: &Pla, nodes: usize) -> Result<Function, Refused> {
     Function::new(&table.on, &Terms::new(table.shape()), Some(&table.off), nodes)
+}
+
+/// One flip-flop for each state, and a small sum for all flip-flops and outputs together. Where the ordinary search ends without a proof, the states are
+/// taken as one multi-valued variable too, and the shorter sum counts.
+///
+/// # Errors
+/// When the diagrams need more than `nodes` nodes, or there is no sum of bearable length.
+pub fn one_hot(machine: &Machine, nodes: usize, effort: &Effort) -> Result<Outcome, Refused> {
+    let table = table(machine, &Coding::OneHot);
+    let function = function(&table, nodes)?;
+    let plain = shared(&function, effort)?;
+    shorter(machine, (&table.on, &table.off), &function, plain, effort)
+}
+
+/// As [`one_hot`], each flip-flop and output by itself.
+///
+/// # Errors
+/// When the diagrams need more than `nodes` nodes.
+pub fn one_hot_per_output(
+    machine: &Machine,
+    nodes: usize,
+    effort: &Effort,
+) -> Result<Vec<Outcome>, Refused> {
+    let table = table(machine, &Coding::OneHot);
+    let plain = per_output(&function(&table, nodes)?, false, effort)?;
+    let mut outcomes = Vec::new();
+    for (output, plain) in plain.into_iter().enumerate() {
+        if plain.outcome.minimum == Minimum::Exact {
+            outcomes.push(plain.outcome);
+            continue;
+        }
+        let (on, off) = (table.on.of_output(output), table.off.of_output(output));
+        let function = Function::new(&on, &Terms::new(on.shape), Some(&off), nodes)?;
+        outcomes.push(shorter(machine, (&on, &off), &function, plain.outcome, effort)?);
+    }
+    Ok(outcomes)
+}
+
+/// The shorter one of a sum and one that is found with the states as one variable.
+fn shorter(
+    machine: &Machine,
+    sums: (&Terms, &Terms),
+    function: &Function,
+    mut plain: Outcome,
+    effort: &Effort,
+) -> Result<Outcome, Refused> {
+    if plain.minimum == Minimum::Exact {
+        return Ok(plain);
+    }
+    let states = machine.inputs.len()..machine.inputs.len() + machine.states.len();
+    let found = minimise::one_hot(function, sums, states, Some(&plain.terms), effort)?;
+    let Some(mut found) = found else { return Ok(plain) };
+    // Both bounds hold for both.
+    let lower = lower(&plain).max(lower(&found));
+    let cost = |outcome: &Outcome| (outcome.terms.len(), outcome.terms.n_literals());
+    if cost(&plain) <= cost(&found) {
+        std::mem::swap(&mut plain, &mut found);
+    }
+    let n = found.terms.len();
+    found.minimum = if lower >= n { Minimum::Exact } else { Minimum::Between { lower, found: n } };
+    Ok(found)
+}
+
+fn lower(outcome: &Outcome) -> usize {
+    match outcome.minimum {
+        Minimum::Exact => outcome.terms.len(),
+        Minimum::Between { lower, .. } => lower,
+    }
 }
 
 /// What a search for codes may spend.
@@ -235,7 +305,7 @@ fn starts(machine: &Machine, n_bits: usize) -> Vec<Vec<u32>> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Coding, Search, few_products, function, table};
+    use super::{Coding, Search, few_products, function, one_hot, one_hot_per_output, table};
     use grafsynth_frontend::kiss2;
     use grafsynth_ir::FileId;
     use grafsynth_logic::minimise::{Effort, shared};
@@ -255,5 +325,30 @@ mod tests {
             few_products(&machine, Search { tries: 60, seed: 1 }, &effort).expect("small");
         assert!(matches!(&coding, Coding::Codes(codes, 2) if codes.len() == 4), "{coding:?}");
         assert!(outcome.terms.len() <= 5, "{}", outcome.terms.len());
+    }
+
+    #[test]
+    fn states_as_one_variable_are_never_worse_and_right() {
+        // A counter up and down with an output on every third state, and a row for every state: too many flip-flops for the codes to be listed.
+        let n = 60;
+        let mut text = String::from(".i 2\n.o 1\n0- * s0 0\n");
+        for at in 0..n {
+            let output = u8::from(at % 3 == 0);
+            text += &format!("10 s{at} s{} {output}\n", (at + 1) % n);
+            text += &format!("11 s{at} s{} -\n", (at + n - 1) % n);
+        }
+        let machine = kiss2::parse(FileId(0), &text).0.expect("a table");
+        let effort = Effort::of_level(0, false);
+        let hot = table(&machine, &Coding::OneHot);
+        let plain = shared(&function(&hot, 1 << 20).expect("small"), &effort).expect("small");
+        let found = one_hot(&machine, 1 << 20, &effort).expect("small");
+        // Each state is entered from two others; s0 from wherever too, and what goes there says nothing of the output.
+        assert!(found.terms.len() <= plain.terms.len() && found.terms.len() <= 2 * n + 1);
+        let wrong = function(&hot, 1 << 20).expect("small").wrong_outputs(&found.terms);
+        assert_eq!(wrong, Ok(Vec::new()));
+        let single = one_hot_per_output(&machine, 1 << 20, &effort).expect("small");
+        assert_eq!(single.len(), n + 1);
+        assert!(single.iter().all(|outcome| outcome.terms.shape.outputs() == 1));
+        assert!(single.iter().take(n).skip(1).all(|outcome| outcome.terms.len() == 2));
     }
 }

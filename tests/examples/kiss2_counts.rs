@@ -3,7 +3,9 @@
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "it is an example that prints")]
 #![allow(clippy::disallowed_methods, reason = "it reads files and its arguments")]
 
-use grafsynth_driver::state_table::{Coding, Search, few_products, function, table};
+use grafsynth_driver::state_table::{
+    Coding, Search, few_products, function, one_hot, one_hot_per_output, table,
+};
 use grafsynth_frontend::kiss2::{self, Machine};
 use grafsynth_ir::FileId;
 use grafsynth_logic::minimise::{Effort, Minimum, OneOutput, Refused, per_output, shared};
@@ -53,6 +55,11 @@ fn sizes(outputs: &[OneOutput]) -> Vec<usize> {
     outputs.iter().map(|output| output.outcome.terms.len()).collect()
 }
 
+fn one_hot_sizes(machine: &Machine, effort: &Effort) -> Result<Vec<usize>, Refused> {
+    let outcomes = one_hot_per_output(machine, 1 << 25, effort)?;
+    Ok(outcomes.iter().map(|outcome| outcome.terms.len()).collect())
+}
+
 fn row(machine: &Machine, tries: u64, level: u32) -> Result<String, Refused> {
     let (n_inputs, n_outputs, n_states) =
         (machine.inputs.len(), machine.outputs.len(), machine.states.len());
@@ -62,9 +69,17 @@ fn row(machine: &Machine, tries: u64, level: u32) -> Result<String, Refused> {
     } else {
         Effort::of_level(level, true)
     };
-    let hot = function(&table(machine, &Coding::OneHot), 1 << 25)?;
-    let together = shared(&hot, &effort)?;
-    let single = sizes(&per_output(&hot, false, &effort)?);
+    let together = one_hot(machine, 1 << 25, &effort)?;
+    let single = one_hot_sizes(machine, &effort)?;
+    // What other people's counts leave out.
+    let mut without = machine.clone();
+    without.rows.retain(|row| row.from.is_some());
+    let without = if without.rows.len() < machine.rows.len() {
+        let sum: usize = one_hot_sizes(&without, &effort)?.iter().sum();
+        format!("; {sum} without `*`")
+    } else {
+        String::new()
+    };
     let is_large = machine.rows.len() > 400 || n_states > 64;
     let search = Search { tries: if is_large { 0 } else { tries }, seed: 1 };
     let binary = shared(&function(&table(machine, &Coding::binary(machine)), 1 << 25)?, &effort)?;
@@ -72,7 +87,7 @@ fn row(machine: &Machine, tries: u64, level: u32) -> Result<String, Refused> {
     let free = sizes(&per_output(&function(&table(machine, &coding), 1 << 25)?, true, &effort)?);
     let most = |sizes: &[usize]| sizes.iter().copied().max().unwrap_or(0);
     Ok(format!(
-        "{n_inputs}/{n_outputs}/{n_states} | {} | {} ({}) | {} | {} | {} ({})",
+        "{n_inputs}/{n_outputs}/{n_states} | {} | {} ({}){without} | {} | {} | {} ({})",
         mark(together.terms.len(), together.minimum),
         single.iter().sum::<usize>(),
         most(&single),

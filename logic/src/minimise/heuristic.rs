@@ -120,13 +120,28 @@ impl<'a> Loop<'a> {
                 if own[words..].iter().any(|outputs| *outputs != 0) {
                     beside.push(&own);
                 }
+                // What has another value of the field beside this product is beside it for all values.
+                let is_other = |value: usize| {
+                    let (own, other) = (shape.literal(term, value), shape.literal(near, value));
+                    own == Some(false) && other != Some(false)
+                };
+                if shape.one_hot().any(is_other) && !shape.conflict(near, term) {
+                    let mut own = near.to_vec();
+                    shape.one_hot().for_each(|value| shape.set_literal(&mut own, value, None));
+                    for k in words..shape.stride() {
+                        own[k] &= term[k];
+                    }
+                    beside.push(&own);
+                }
             }
             let mut recursion = Recursion::new(&beside, self.steps);
             let near = recursion.meeting(term, |_| false);
-            *is_essential = bits(shape.outputs_of(term)).any(|output| {
-                let list = recursion.of_output(&near, output);
-                let mut region = term[..words].to_vec();
-                recursion.covers(list, &mut region) == Ok(false)
+            *is_essential = shape.regions(term).into_iter().any(|region| {
+                let near = recursion.within(&near, &region);
+                bits(shape.outputs_of(term)).any(|output| {
+                    let list = recursion.of_output(&near, output);
+                    recursion.covers(list, &mut region.clone()) == Ok(false)
+                })
             });
             self.steps = recursion.steps;
         }
@@ -227,16 +242,18 @@ impl<'a> Loop<'a> {
     fn is_covered(&mut self, all: &Terms, term: &[u64], skip: impl Fn(usize) -> bool) -> bool {
         let mut recursion = Recursion::new(all, self.steps);
         let near = recursion.meeting(term, skip);
-        let mut last = None;
-        let covered = bits(self.shape.outputs_of(term)).all(|output| {
-            let list = recursion.of_output(&near, output);
-            // Outputs with the same products have the same answer.
-            if last.as_ref() == Some(&list) {
-                return true;
-            }
-            last = Some(list.clone());
-            let mut region = term[..self.shape.literal_words()].to_vec();
-            recursion.covers(list, &mut region) == Ok(true)
+        let covered = self.shape.regions(term).into_iter().all(|region| {
+            let near = recursion.within(&near, &region);
+            let mut last = None;
+            bits(self.shape.outputs_of(term)).all(|output| {
+                let list = recursion.of_output(&near, output);
+                // Outputs with the same products have the same answer.
+                if last.as_ref() == Some(&list) {
+                    return true;
+                }
+                last = Some(list.clone());
+                recursion.covers(list, &mut region.clone()) == Ok(true)
+            })
         });
         self.steps = recursion.steps;
         covered
@@ -329,11 +346,14 @@ impl<'a> Loop<'a> {
         let mut outcome = Ok(());
         'regions: for region in regions.iter() {
             let near = recursion.meeting(region, |_| false);
-            for output in bits(self.shape.outputs_of(region)) {
-                let list = recursion.of_output(&near, output);
-                outcome = recursion.rows(list, region, columns.len(), rows);
-                if outcome.is_err() || rows.is_full() {
-                    break 'regions;
+            for part in self.shape.regions(region) {
+                let near = recursion.within(&near, &part);
+                for output in bits(self.shape.outputs_of(region)) {
+                    let list = recursion.of_output(&near, output);
+                    outcome = recursion.rows(list, &part, columns.len(), rows);
+                    if outcome.is_err() || rows.is_full() {
+                        break 'regions;
+                    }
                 }
             }
         }
@@ -379,16 +399,33 @@ impl<'a> Loop<'a> {
             let mut is_spent = false;
             let near =
                 recursion.meeting(&term, |other| other == index || (other < n && is_empty[other]));
+            let regions = shape.regions(&term);
+            let near: Vec<Vec<u32>> =
+                regions.iter().map(|region| recursion.within(&near, region)).collect();
             for output in self.shape_outputs(&term) {
-                let list = recursion.of_output(&near, output);
-                match recursion.hull_of_rest(list, &term) {
-                    Ok(None) => shape.remove_output(&mut kept, output),
-                    Ok(Some(hull)) => match &mut literals {
+                let mut is_open = false;
+                for (region, near) in regions.iter().zip(&near) {
+                    let list = recursion.of_output(near, output);
+                    let hull = match recursion.hull_of_rest(list, region) {
+                        Ok(None) => continue,
+                        Ok(Some(hull)) => hull,
+                        Err(Spent) => {
+                            is_spent = true;
+                            continue;
+                        }
+                    };
+                    is_open = true;
+                    match &mut literals {
                         None => literals = Some(hull),
                         Some(own) => own.iter_mut().zip(&hull).for_each(|(own, hull)| *own &= hull),
-                    },
-                    Err(Spent) => is_spent = true,
+                    }
                 }
+                if !is_open {
+                    shape.remove_output(&mut kept, output);
+                }
+            }
+            if let Some(literals) = &mut literals {
+                shape.without_positive(literals);
             }
             self.steps = recursion.steps;
             if is_spent {
@@ -501,8 +538,11 @@ impl<'a> Loop<'a> {
             let near = recursion.meeting(&term, |other| other == index);
             for output in self.shape_outputs(&term) {
                 let list = recursion.of_output(&near, output);
-                let mut region = term[..shape.literal_words()].to_vec();
-                if recursion.covers(list, &mut region) == Ok(false) {
+                let gap = shape.regions(&term).into_iter().find_map(|mut region| {
+                    let list = recursion.within(&list, &region);
+                    (recursion.covers(list, &mut region) == Ok(false)).then_some(region)
+                });
+                if let Some(region) = gap {
                     let mut point = shape.empty();
                     point[..shape.literal_words()].copy_from_slice(&region);
                     // An input that is still open may have either value; points have one.

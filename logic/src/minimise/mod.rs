@@ -18,6 +18,7 @@ mod heuristic;
 mod local;
 mod phase;
 mod primes;
+mod symbolic;
 mod terms;
 #[cfg(test)]
 mod tests;
@@ -25,6 +26,7 @@ mod tests;
 pub use diagram::isop;
 pub use function::Function;
 pub use phase::{Phased, phased};
+pub use symbolic::one_hot;
 pub use terms::{Shape, Terms};
 
 use crate::bdd::{Bdd, Full, Ref};

@@ -15,13 +15,55 @@ pub struct Shape {
     wi: usize,
     /// Words of outputs.
     wo: usize,
+    /// The inputs of which always exactly one is true: the first of them, and how many.
+    one_hot: (usize, usize),
 }
 
 impl Shape {
     /// Products of so many inputs and outputs.
     #[must_use]
     pub fn new(inputs: usize, outputs: usize) -> Self {
-        Shape { inputs, outputs, wi: inputs.div_ceil(64), wo: outputs.div_ceil(64) }
+        Shape {
+            inputs,
+            outputs,
+            wi: inputs.div_ceil(64),
+            wo: outputs.div_ceil(64),
+            one_hot: (0, 0),
+        }
+    }
+
+    /// The same where of a run of inputs always exactly one is true. Products have no positive literals there, and belong to those values whose input has
+    /// no negative one: one multi-valued variable.
+    pub(super) fn with_one_hot(self, field: Range<usize>) -> Self {
+        Shape { one_hot: (field.start, field.len()), ..self }
+    }
+
+    /// The inputs of which exactly one is true; empty where there are none.
+    pub(super) fn one_hot(self) -> Range<usize> {
+        self.one_hot.0..self.one_hot.0 + self.one_hot.1
+    }
+
+    /// The literals of a product, with a one-hot field once for each value that it has there: regions in which a recursion may take inputs one by one.
+    pub(super) fn regions(self, term: &[u64]) -> Vec<Vec<u64>> {
+        let field = self.one_hot();
+        if field.is_empty() {
+            return vec![self.literals_of(term).to_vec()];
+        }
+        let mut empty = self.literals_of(term).to_vec();
+        field.clone().for_each(|value| self.set_literal(&mut empty, value, Some(false)));
+        let region = |value: usize| {
+            let mut region = empty.clone();
+            self.set_literal(&mut region, value, Some(true));
+            region
+        };
+        field.filter(|value| self.literal(term, *value) != Some(false)).map(region).collect()
+    }
+
+    /// Takes the positive literals of the one-hot field away: the others say the same.
+    pub(super) fn without_positive(self, literals: &mut [u64]) {
+        for value in self.one_hot() {
+            literals[value / 64] &= !(1 << (value % 64));
+        }
     }
 
     /// The number of inputs.
@@ -277,6 +319,21 @@ impl Terms {
         selected
     }
 
+    /// The products of one output, as those of the only one.
+    #[must_use]
+    pub fn of_output(&self, output: usize) -> Terms {
+        let shape = self.shape;
+        let words = shape.literal_words();
+        let mut own = Terms::new(Shape { outputs: 1, wo: 1, ..shape });
+        for term in self.iter().filter(|term| shape.has_output(term, output)) {
+            let mut single = own.shape.empty();
+            single[..words].copy_from_slice(&term[..words]);
+            own.shape.add_output(&mut single, 0);
+            own.push(&single);
+        }
+        own
+    }
+
     /// Each product once for each of its outputs.
     pub(super) fn unwrapped(&self) -> Terms {
         let shape = self.shape;
@@ -384,6 +441,15 @@ impl<'a> Recursion<'a> {
         list.iter()
             .copied()
             .filter(|index| shape.has_output(self.terms.get(*index as usize), output))
+            .collect()
+    }
+
+    /// Those of a list that have a point in a region.
+    pub(super) fn within(&self, list: &[u32], region: &[u64]) -> Vec<u32> {
+        let shape = self.terms.shape;
+        list.iter()
+            .copied()
+            .filter(|index| !shape.conflict(self.literals(*index), region))
             .collect()
     }
 

@@ -220,7 +220,12 @@ pub(super) fn better(logic: &Logic, mut plans: Vec<Plan>, tries: usize) -> Vec<P
     let tries = if logic.nodes.len() > 4_000 { 0 } else { tries };
     let mut best = (tries > 0).then(|| cost(&apply(logic, &plans)));
     let mut dice = Dice::new();
+    let mut work = 0;
     for _ in 1..tries {
+        work += best.map_or(0, work_of);
+        if work > MOST_WORK {
+            break;
+        }
         let at = dice.below(plans.len());
         let Some(changed) = exchange(&plans[at], &mut dice) else { continue };
         let kept = std::mem::replace(&mut plans[at], changed);
@@ -232,6 +237,15 @@ pub(super) fn better(logic: &Logic, mut plans: Vec<Plan>, tries: usize) -> Vec<P
         }
     }
     plans
+}
+
+/// So much work, as [`work_of`] has it, and a search ends: some seconds, which only circuits with sums far too wide for a device come to.
+const MOST_WORK: usize = 6_000_000;
+
+/// About how much work it was to find sums of this cost: each product is tried without each literal.
+fn work_of((too_wide, widest, _, literals): (usize, usize, usize, usize)) -> usize {
+    let of_one = |products: usize, literals: usize| products.saturating_mul(literals);
+    of_one(widest, literals).saturating_add(of_one(too_wide, MOST * MOST * 8))
 }
 
 /// What the sums of a circuit cost: those too wide to have one, the widest, all products, literals.
