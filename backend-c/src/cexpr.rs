@@ -5,6 +5,10 @@
 //! neither operand has that class yet, the left one is cast, and the usual arithmetic conversions widen the other. So nothing overflows, nothing is
 //! ever converted to an unsigned type by accident, and a compiler with a 16-bit `int` gives the same answer as one with 32 bits.
 //!
+//! MISRA-C:2012 wants both operands of an operator to be of one essential type category (rule 10.4), and no composite expression to be cast to another
+//! category or to a wider type (rule 10.8). So each expression knows up to three spellings: as it stands, signed in its class (`(int)n`, for arithmetic), and
+//! unsigned (`5U`, `n + 1U`, for comparisons with bytes and for storing into them); a composite goes through its own type before it is cast to another.
+//!
 //! Comparisons that the intervals decide become constants: compilers warn about them, and dead code would be printed otherwise.
 
 use grafsynth_ir::expr::{ArithOp, CompareOp, Expr, ExprKind, Type};
@@ -72,6 +76,12 @@ pub(crate) struct CExpr {
     pub(crate) lo: i64,
     /// Largest value.
     pub(crate) hi: i64,
+    /// `text` is of the essential type category unsigned: a byte.
+    pub(crate) is_unsigned: bool,
+    /// The spelling whose essential type is that of `class`, where it is another than `text`: bytes are cast.
+    signed: Option<(String, Prec)>,
+    /// The spelling that is unsigned and at most a byte wide, where there is one beside `text`.
+    unsigned: Option<(String, Prec)>,
     /// For the comparison of something with a constant: what is compared, so that two of them can be seen to be always or never true together.
     pub(crate) asks: Option<Box<Question>>,
 }
@@ -122,6 +132,21 @@ impl Question {
 }
 
 impl CExpr {
+    /// The expression without other spellings that the constructors fill in.
+    fn plain() -> Self {
+        CExpr {
+            text: String::new(),
+            prec: Prec::Atom,
+            class: Class::Int,
+            lo: 0,
+            hi: 0,
+            is_unsigned: false,
+            signed: None,
+            unsigned: None,
+            asks: None,
+        }
+    }
+
     /// A Boolean constant.
     pub(crate) fn bool(value: bool) -> Self {
         let number = i64::from(value);
@@ -132,6 +157,7 @@ impl CExpr {
             lo: number,
             hi: number,
             asks: None,
+            ..CExpr::plain()
         }
     }
 
@@ -139,17 +165,27 @@ impl CExpr {
     pub(crate) fn int(value: i64) -> Self {
         let class = Class::of(value, value);
         let (text, prec) = literal(value, class);
-        CExpr { text, prec, class, lo: value, hi: value, asks: None }
+        let unsigned =
+            (class == Class::Int && value >= 0).then(|| (format!("{value}U"), Prec::Atom));
+        CExpr { unsigned, text, prec, class, lo: value, hi: value, asks: None, ..CExpr::plain() }
     }
 
     /// A number of this interval that has this type in C.
     pub(crate) fn exact(text: String, prec: Prec, class: Class, (lo, hi): (i64, i64)) -> Self {
-        CExpr { text, prec, class, lo, hi, asks: None }
+        CExpr { text, prec, class, lo, hi, asks: None, ..CExpr::plain() }
     }
 
     /// A Boolean expression.
     pub(crate) fn condition(text: impl Into<String>, prec: Prec) -> Self {
-        CExpr { text: text.into(), prec, class: Class::Bool, lo: 0, hi: 1, asks: None }
+        CExpr {
+            text: text.into(),
+            prec,
+            class: Class::Bool,
+            lo: 0,
+            hi: 1,
+            asks: None,
+            ..CExpr::plain()
+        }
     }
 
     /// A name or member that holds a value of this type, stored as [`storage`] says.
@@ -168,6 +204,7 @@ impl CExpr {
                         lo,
                         hi,
                         asks: None,
+                        ..CExpr::plain()
                     },
                     "uint32_t" => CExpr {
                         text: format!("(int64_t){text}"),
@@ -176,8 +213,15 @@ impl CExpr {
                         lo,
                         hi,
                         asks: None,
+                        ..CExpr::plain()
                     },
-                    _ => CExpr { text, prec: Prec::Atom, class, lo, hi, asks: None },
+                    // Narrower than the class, so arithmetic widens it at once.
+                    narrow @ ("uint8_t" | "int8_t" | "int16_t") => CExpr {
+                        signed: Some((format!("(int){text}"), Prec::Unary)),
+                        is_unsigned: narrow == "uint8_t",
+                        ..CExpr::exact(text, Prec::Atom, class, (lo, hi))
+                    },
+                    _ => CExpr::exact(text, Prec::Atom, class, (lo, hi)),
                 }
             }
         }
@@ -201,6 +245,53 @@ impl CExpr {
     /// The text, in brackets where it binds less than `at_least`.
     pub(crate) fn within(&self, at_least: Prec) -> String {
         if self.prec < at_least { format!("({})", self.text) } else { self.text.clone() }
+    }
+
+    /// The spelling whose essential type is signed and as wide as the class.
+    fn as_signed(&self) -> CExpr {
+        match &self.signed {
+            Some((text, prec)) => CExpr::exact(text.clone(), *prec, self.class, (self.lo, self.hi)),
+            None => self.clone(),
+        }
+    }
+
+    /// The unsigned spelling, if there is one.
+    fn as_unsigned(&self) -> Option<CExpr> {
+        if self.is_unsigned {
+            return Some(self.clone());
+        }
+        let (text, prec) = self.unsigned.clone()?;
+        let expr = CExpr::exact(text, prec, self.class, (self.lo, self.hi));
+        Some(CExpr { is_unsigned: true, signed: Some((self.text.clone(), self.prec)), ..expr })
+    }
+
+    /// Two operands in one essential type category: unsigned where one is a byte and the other one too, or a literal.
+    fn paired(a: CExpr, b: CExpr) -> (CExpr, CExpr) {
+        if a.is_unsigned == b.is_unsigned {
+            return (a, b);
+        }
+        let is_simple = |it: &CExpr| it.is_unsigned || it.constant().is_some();
+        if is_simple(&a)
+            && is_simple(&b)
+            && let (Some(a), Some(b)) = (a.as_unsigned(), b.as_unsigned())
+        {
+            return (a, b);
+        }
+        (a.as_signed(), b.as_signed())
+    }
+
+    /// True for the result of an operator on numbers, whose essential type is that of its operands.
+    fn is_composite(&self) -> bool {
+        match self.prec {
+            Prec::Choice | Prec::Sum | Prec::Product => true,
+            Prec::Unary => self.text.starts_with('-') && self.constant().is_none(),
+            Prec::Or | Prec::And | Prec::Compare | Prec::Atom => false,
+        }
+    }
+
+    /// The text as an operand of an operator: in brackets but where nobody has to know how tightly operators bind (MISRA-C:2012, rule 12.1).
+    fn operand(&self, outer: Prec) -> String {
+        self.within(if self.prec == outer { outer } else { Prec::Unary })
     }
 
     /// The negation.
@@ -271,7 +362,7 @@ impl CExpr {
                 text.push_str(sign);
             }
             // `a || b && c` is legal and a warning, so the inner one gets brackets; a chain of the same sign needs none.
-            if operand.prec < Prec::Compare && operand.prec != prec {
+            if operand.prec < Prec::Unary && operand.prec != prec {
                 text.push('(');
                 text.push_str(&operand.text);
                 text.push(')');
@@ -304,7 +395,10 @@ impl CExpr {
                 }
                 (None, None) if a.text == b.text => CExpr::bool(wanted),
                 (None, None) => {
-                    let sign = if wanted { "==" } else { "!=" };
+                    // cppcheck takes a comparison below one for a number, and the negation of one for the truth value that it is.
+                    let [is_a, is_b] = [&a, &b].map(|it| it.prec == Prec::Compare);
+                    let (a, b) = (if is_a { a.not() } else { a }, if is_b { b.not() } else { b });
+                    let sign = if wanted == (is_a == is_b) { "==" } else { "!=" };
                     let text = format!("{} {sign} {}", a.within(Prec::Atom), b.within(Prec::Atom));
                     CExpr::condition(text, Prec::Compare)
                 }
@@ -313,14 +407,16 @@ impl CExpr {
         if let Some(known) = decided(op, &a, &b) {
             return CExpr::bool(known);
         }
-        let text = format!("{} {} {}", a.within(Prec::Sum), c_sign(op), b.within(Prec::Sum));
+        let subjects = (a.text.clone(), b.text.clone());
+        let (a, b) = CExpr::paired(a, b);
+        let text = format!("{} {} {}", a.within(Prec::Unary), c_sign(op), b.within(Prec::Unary));
         let asks = match (a.constant(), b.constant()) {
             (None, Some(constant)) => {
-                Some(Question { interval: (a.lo, a.hi), subject: a.text, op, constant })
+                Some(Question { interval: (a.lo, a.hi), subject: subjects.0, op, constant })
             }
             (Some(constant), None) => Some(Question {
                 interval: (b.lo, b.hi),
-                subject: b.text,
+                subject: subjects.1,
                 op: mirrored(op),
                 constant,
             }),
@@ -349,20 +445,28 @@ impl CExpr {
                 (None, Some(false)) => return CExpr::and([condition, a]),
                 (None, None) => {}
             }
+            if a.prec == Prec::Compare || b.prec == Prec::Compare {
+                // As for comparisons of truth values.
+                return CExpr::select(condition, a.not(), b.not()).not();
+            }
         }
-        let text = format!(
-            "{} ? {} : {}",
-            condition.within(Prec::Atom),
-            a.within(Prec::Compare),
-            b.within(Prec::Compare)
-        );
+        let choice = |a: &CExpr, b: &CExpr| {
+            let (a, b) = (a.within(Prec::Unary), b.within(Prec::Unary));
+            format!("{} ? {a} : {b}", condition.within(Prec::Atom))
+        };
+        let signed = (a.signed.is_some() || b.signed.is_some())
+            .then(|| (choice(&a.as_signed(), &b.as_signed()), Prec::Choice));
+        let (a, b) = if a.class == Class::Bool { (a, b) } else { CExpr::paired(a, b) };
         CExpr {
-            text,
+            text: choice(&a, &b),
+            is_unsigned: a.is_unsigned,
+            signed,
             prec: Prec::Choice,
             class: a.class.max(b.class),
             lo: a.lo.min(b.lo),
             hi: a.hi.max(b.hi),
             asks: None,
+            ..CExpr::plain()
         }
     }
 
@@ -372,6 +476,14 @@ impl CExpr {
             && let Some(value) = op.apply(x, y)
         {
             return CExpr::int(value);
+        }
+        // What changes nothing is not computed.
+        match (op, a.constant(), b.constant()) {
+            (ArithOp::Add | ArithOp::Sub, _, Some(0))
+            | (ArithOp::Mul | ArithOp::Div, _, Some(1)) => return a,
+            (ArithOp::Sub, Some(0), _) => return b.neg(),
+            (ArithOp::Add, Some(0), _) | (ArithOp::Mul, Some(1), _) => return b,
+            (ArithOp::Add | ArithOp::Sub | ArithOp::Mul | ArithOp::Div | ArithOp::Mod, _, _) => {}
         }
         let (lo, hi) = arith_interval(op, &a, &b);
         // Such as a rest of 1, which one of the compilers takes for a mistake of its own.
@@ -398,7 +510,6 @@ impl CExpr {
             ArithOp::Add | ArithOp::Sub => Prec::Sum,
             ArithOp::Mul | ArithOp::Div | ArithOp::Mod => Prec::Product,
         };
-        let right = if prec == Prec::Sum { Prec::Product } else { Prec::Unary };
         let sign = match op {
             ArithOp::Add => "+",
             ArithOp::Sub => "-",
@@ -406,13 +517,16 @@ impl CExpr {
             ArithOp::Div => "/",
             ArithOp::Mod => "%",
         };
-        let left = if a.class < class && b.class < class {
-            a.cast(class).within(prec)
-        } else {
-            a.within(prec)
+        let unsigned = match (a.as_unsigned(), b.as_unsigned()) {
+            (Some(a), Some(b)) if class == Class::Int && lo >= 0 => {
+                let text = format!("{} {sign} {}", a.operand(prec), b.within(Prec::Unary));
+                Some((text, prec))
+            }
+            (Some(_) | None, Some(_) | None) => None,
         };
-        let text = format!("{left} {sign} {}", b.within(right));
-        CExpr { text, prec, class, lo, hi, asks: None }
+        let left = if a.class < class && b.class < class { a.cast(class) } else { a.as_signed() };
+        let text = format!("{} {sign} {}", left.operand(prec), b.as_signed().within(Prec::Unary));
+        CExpr { unsigned, ..CExpr::exact(text, prec, class, (lo, hi)) }
     }
 
     /// [`CExpr::arith`], by a function of ours where the operator is one that not every compiler has: products and quotients of 64 bits.
@@ -428,7 +542,10 @@ impl CExpr {
             ArithOp::Div => Some(WIDE_FUNCTIONS[1]),
             ArithOp::Mod => Some(WIDE_FUNCTIONS[2]),
         };
-        let (first, second) = (a.text.clone(), b.text.clone());
+        let [first, second] = [&a, &b].map(|it| match it.class {
+            Class::Huge => it.text.clone(),
+            Class::Bool | Class::Int | Class::Wide => it.clone().cast(Class::Huge).text,
+        });
         let plain = CExpr::arith(op, a, b);
         match word {
             // A quotient that was turned into a negation is none any more.
@@ -448,20 +565,39 @@ impl CExpr {
         }
         let (lo, hi) = (self.hi.saturating_neg(), self.lo.saturating_neg());
         let class = Class::of(lo, hi).max(self.class);
-        let inner = if self.class < class { self.cast(class) } else { self };
+        let inner = if self.class < class { self.cast(class) } else { self.as_signed() };
         // Two signs in a row would read as a decrement.
         let inner = if inner.text.starts_with('-') {
             format!("({})", inner.text)
         } else {
             inner.within(Prec::Unary)
         };
-        CExpr { text: format!("-{inner}"), prec: Prec::Unary, class, lo, hi, asks: None }
+        CExpr {
+            text: format!("-{inner}"),
+            prec: Prec::Unary,
+            class,
+            lo,
+            hi,
+            asks: None,
+            ..CExpr::plain()
+        }
     }
 
     /// The same value in a wider class.
     pub(crate) fn cast(self, class: Class) -> Self {
-        let text = format!("({}){}", class.name(), self.within(Prec::Unary));
-        CExpr { text, prec: Prec::Unary, class, lo: self.lo, hi: self.hi, asks: None }
+        let bounds = (self.lo, self.hi);
+        CExpr::exact(self.converted(class.name()), Prec::Unary, class, bounds)
+    }
+
+    /// Cast to a C type; a composite goes through its own type where that is another one.
+    fn converted(&self, name: &str) -> String {
+        let own = self.class.name();
+        if self.is_composite() && own != name {
+            let signed = self.as_signed();
+            format!("({name})({own}){}", signed.within(Prec::Unary))
+        } else {
+            format!("({name}){}", self.within(Prec::Unary))
+        }
     }
 
     /// The value converted to the type that stores `ty`; the value must lie within it (see [`saturated`]).
@@ -469,12 +605,18 @@ impl CExpr {
         let name = storage(ty);
         let is_literal = self.constant().is_some() && self.prec >= Prec::Unary;
         // What is computed in the very type that stores it needs no cast; neither does a literal that fits.
-        if self.class == Class::Bool || is_literal || name == self.class.name() || name == "int64_t"
-        {
-            self.text.clone()
-        } else {
-            format!("({name}){}", self.within(Prec::Unary))
+        if self.class == Class::Bool || is_literal || name == self.class.name() {
+            return self.text.clone();
         }
+        if name == "uint8_t"
+            && let Some(unsigned) = self.as_unsigned()
+        {
+            return format!("({name}){}", unsigned.within(Prec::Unary));
+        }
+        if matches!(name, "int8_t" | "int16_t") {
+            return format!("({name}){}", self.as_signed().within(Prec::Unary));
+        }
+        self.converted(name)
     }
 }
 
@@ -632,6 +774,26 @@ pub(crate) fn c_expr<L>(expr: &Expr<L>, scope: &mut impl Scope<L>) -> CExpr {
     }
 }
 
+/// Conditions under one sign (`&&` or `||`), each one that is more than a name, a call or something in brackets put in brackets.
+pub(crate) fn joined(conditions: &[String], sign: &str) -> String {
+    if let [only] = conditions {
+        return only.clone();
+    }
+    let bracketed = |text: &String| {
+        let mut depth = 0_usize;
+        let is_open = text.chars().any(|c| {
+            match c {
+                '(' | '[' => depth += 1,
+                ')' | ']' => depth = depth.saturating_sub(1),
+                _ => {}
+            }
+            c == ' ' && depth == 0
+        });
+        if is_open { format!("({text})") } else { text.clone() }
+    };
+    conditions.iter().map(bracketed).collect::<Vec<_>>().join(&format!(" {sign} "))
+}
+
 /// The helper functions that saturating stores need, one for each class in use.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub(crate) struct Helpers {
@@ -663,8 +825,9 @@ pub(crate) fn saturated(value: CExpr, ty: Type, prefix: &str, helpers: &mut Help
     helpers.clamp[slot] = true;
     let class = value.class;
     let bound = |value: i64| literal(value, Class::of(value, value)).0;
-    let text = format!("{prefix}_clamp{width}({}, {}, {})", value.text, bound(lo), bound(hi));
-    CExpr { text, prec: Prec::Atom, class, lo, hi, asks: None }
+    let inner = value.as_signed().text;
+    let text = format!("{prefix}_clamp{width}({inner}, {}, {})", bound(lo), bound(hi));
+    CExpr { text, prec: Prec::Atom, class, lo, hi, asks: None, ..CExpr::plain() }
 }
 
 #[cfg(test)]
@@ -680,7 +843,7 @@ mod tests {
         let product = CExpr::arith(ArithOp::Mul, var("n", 0, 1000), CExpr::int(100));
         assert_eq!(product.text, "(int32_t)n * 100");
         let sum = CExpr::arith(ArithOp::Add, var("n", 0, 255), CExpr::int(1));
-        assert_eq!((sum.text.as_str(), sum.class), ("n + 1", Class::Int));
+        assert_eq!((sum.text.as_str(), sum.class), ("(int)n + 1", Class::Int));
         let unsigned = CExpr::arith(ArithOp::Sub, var("n", 0, 65535), CExpr::int(1));
         assert_eq!(unsigned.text, "(int32_t)n - 1");
         let huge = CExpr::arith(ArithOp::Mul, var("n", 0, 100_000), var("m", 0, 100_000));
@@ -691,21 +854,24 @@ mod tests {
     fn products_of_64_bits_are_calls() {
         let [n, m] = ["n", "m"].map(|name| var(name, 0, 100_000));
         let huge = CExpr::arith_by(ArithOp::Mul, n.clone(), m, "x");
-        assert_eq!((huge.text.as_str(), huge.class), ("x_mul64(n, m)", Class::Huge));
+        assert_eq!(
+            (huge.text.as_str(), huge.class),
+            ("x_mul64((int64_t)n, (int64_t)m)", Class::Huge)
+        );
         assert_eq!(CExpr::arith_by(ArithOp::Mul, n, CExpr::int(9), "x").text, "n * 9");
     }
 
     #[test]
     fn divisors_are_positive() {
         let n = var("n", -128, 127);
-        assert_eq!(CExpr::arith(ArithOp::Div, n.clone(), CExpr::int(-2)).text, "-(n / 2)");
-        assert_eq!(CExpr::arith(ArithOp::Div, n, CExpr::int(-1)).text, "-n");
+        assert_eq!(CExpr::arith(ArithOp::Div, n.clone(), CExpr::int(-2)).text, "-((int)n / 2)");
+        assert_eq!(CExpr::arith(ArithOp::Div, n, CExpr::int(-1)).text, "-(int)n");
     }
 
     #[test]
     fn rests_have_the_sign_of_the_dividend() {
         let n = var("n", -50, 50);
-        assert_eq!(CExpr::arith(ArithOp::Mod, n.clone(), CExpr::int(-8)).text, "n % 8");
+        assert_eq!(CExpr::arith(ArithOp::Mod, n.clone(), CExpr::int(-8)).text, "(int)n % 8");
         assert_eq!(CExpr::arith(ArithOp::Mod, n, CExpr::int(-1)).constant(), Some(0));
     }
 
@@ -739,14 +905,14 @@ mod tests {
         assert_eq!(CExpr::int(40000).text, "INT32_C(40000)");
         assert_eq!(CExpr::int(i64::MIN).text, "(-INT64_C(9223372036854775807) - 1)");
         assert_eq!(CExpr::int(-5).neg().text, "5");
-        assert_eq!(CExpr::arith(ArithOp::Sub, var("n", 0, 9), CExpr::int(-5)).text, "n - -5");
+        assert_eq!(CExpr::arith(ArithOp::Sub, var("n", 0, 9), CExpr::int(-5)).text, "(int)n - -5");
     }
 
     #[test]
     fn decided_comparisons_are_constants() {
         assert!(CExpr::compare(CompareOp::Ge, var("n", 0, 9), CExpr::int(0)).is_true());
         assert!(CExpr::compare(CompareOp::Gt, var("n", 0, 9), CExpr::int(9)).is_false());
-        assert_eq!(CExpr::compare(CompareOp::Gt, var("n", 0, 9), CExpr::int(8)).text, "n > 8");
+        assert_eq!(CExpr::compare(CompareOp::Gt, var("n", 0, 9), CExpr::int(8)).text, "n > 8U");
     }
 
     #[test]
@@ -757,7 +923,7 @@ mod tests {
         assert!(CExpr::or([ask(CompareOp::Ne, 3), ask(CompareOp::Ge, 3)]).is_true());
         assert_eq!(
             CExpr::and([ask(CompareOp::Gt, 3), ask(CompareOp::Lt, 5)]).text,
-            "n > 3 && n < 5"
+            "(n > 3U) && (n < 5U)"
         );
     }
 
@@ -779,7 +945,7 @@ mod tests {
         let fits = saturated(var("n", 0, 9), ty, "p", &mut helpers);
         assert_eq!(fits.text, "n");
         let more = CExpr::arith(ArithOp::Add, var("n", 0, 9), CExpr::int(1));
-        assert_eq!(saturated(more, ty, "p", &mut helpers).text, "p_clamp16(n + 1, 1, 9)");
+        assert_eq!(saturated(more, ty, "p", &mut helpers).text, "p_clamp16((int)n + 1, 1, 9)");
         assert_eq!(helpers.clamp, [true, false, false]);
     }
 
@@ -791,6 +957,6 @@ mod tests {
         };
         assert!(CExpr::or([ask(3), ask(4)]).is_true());
         assert!(CExpr::and([ask(3), ask(3).not()]).is_false());
-        assert_eq!(CExpr::or([ask(3), ask(3)]).text, "!(x == 3)");
+        assert_eq!(CExpr::or([ask(3), ask(3)]).text, "!(x == 3U)");
     }
 }

@@ -248,6 +248,11 @@ impl Writer {
                 self.indented(&arm.body);
             }
         }
+        // A chain ends with an `else`, which says that nothing was forgotten (MISRA-C:2012, rule 15.7).
+        if arms.last().is_some_and(|arm| arm.head.starts_with("else if")) {
+            self.put("} else {", "", &[]);
+            self.indented(&[Node::comment("Nothing else happens.")]);
+        }
         self.put("}", "", &[]);
     }
 

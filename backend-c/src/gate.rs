@@ -97,7 +97,7 @@ pub(crate) fn step(interface: &Interface, same: &[String]) -> Node {
     let mut all = vec!["self->gate == 2U".to_string()];
     all.extend(same.iter().cloned());
     let body = vec![
-        Node::when(&all.join(" && "), vec![Node::line("return;")])
+        Node::when(&crate::cexpr::joined(&all, "&&"), vec![Node::line("return;")])
             .note("the last one changed nothing, and this would be the same again"),
         Node::line(format!("{prefix}_react({});", arguments(interface))),
     ];
@@ -113,7 +113,7 @@ pub(crate) fn functions(interface: &Interface, same: &[String], reaction: Vec<No
     let mut known = vec!["self->gate != 0U".to_string()];
     known.extend(same.iter().cloned());
     let mut react = vec![Node::when(
-        &known.join(" && "),
+        &crate::cexpr::joined(&known, "&&"),
         vec![Node::line(format!("{prefix}_probe({arguments});")), Node::line("return;")],
     )];
     if interface.has_in {

@@ -441,7 +441,11 @@ impl Layout<'_> {
         )));
         for (index, it) in self.net.macros.iter().enumerate() {
             let MacroStep { steps, exit, .. } = it;
-            let any: Vec<String> = steps.iter().map(|step| self.active_term(*step)).collect();
+            let any: Vec<String> = steps
+                .iter()
+                .filter(|step| *step != exit)
+                .map(|step| self.active_term(*step))
+                .collect();
             let body = vec![
                 Node::when(
                     &self.program.active[*exit],
@@ -449,7 +453,11 @@ impl Layout<'_> {
                 ),
                 Node::line(format!(
                     "return ({}) ? {upper}_ACTIVE : {upper}_INACTIVE;",
-                    if any.is_empty() { "false".to_string() } else { any.join(" || ") }
+                    if any.is_empty() {
+                        "false".to_string()
+                    } else {
+                        crate::cexpr::joined(&any, "||")
+                    }
                 )),
             ];
             let head = format!(

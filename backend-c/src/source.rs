@@ -75,7 +75,7 @@ impl Layout<'_> {
                 nodes.push(Node::comment("The value, or the nearest bound."));
                 nodes.push(Node::function(
                     format!("static {ty} {prefix}_clamp{width}({ty} value, {ty} lo, {ty} hi)"),
-                    vec![Node::line("return (value < lo) ? lo : (value > hi) ? hi : value;")],
+                    vec![Node::line("return (value < lo) ? lo : ((value > hi) ? hi : value);")],
                 ));
                 nodes.push(Node::blank());
             }

@@ -494,13 +494,13 @@ impl<'a> Emit<'a> {
         let ty = count_type(i64::from(limit));
         let bound = unsigned(i64::from(limit));
         let question = if condition.is_true() {
-            String::new()
+            format!("{counter} < {bound}")
         } else {
-            format!(" && {}", condition.within(Prec::Compare))
+            format!("({counter} < {bound}) && {}", condition.within(Prec::Unary))
         };
         vec![
             Kind::Block(vec![Arm::new(
-                format!("for ({ty} {counter} = 0; {counter} < {bound}{question}; ++{counter})"),
+                format!("for ({ty} {counter} = 0; {question}; ++{counter})"),
                 body,
             )])
             .into(),

@@ -9,7 +9,7 @@ use super::Emit;
 use super::tables::Row;
 use super::text::{Case, Function, merged, switch};
 use crate::Object;
-use crate::cexpr::CExpr;
+use crate::cexpr::{CExpr, joined};
 use crate::ctext::Node;
 use crate::names::namer;
 use grafsynth_ir::net::{Policy, StepId, TransitionId};
@@ -271,8 +271,8 @@ impl Emit<'_> {
         }
         let taken: Vec<usize> = check.candidates.keys().copied().collect();
         let none: Vec<String> =
-            taken.iter().map(|region| format!("{} == 0", check.taken[region])).collect();
-        body.push(Node::when(&none.join(" && "), vec![Node::line("return false;")]));
+            taken.iter().map(|region| format!("{} == 0U", check.taken[region])).collect();
+        body.push(Node::when(&joined(&none, "&&"), vec![Node::line("return false;")]));
         body.push(Node::when("!may_fire", vec![Node::line("return true;")]));
         if self.options.trace.is_some() {
             self.trace(&taken, &check, &mut body);
@@ -370,7 +370,7 @@ impl Emit<'_> {
         for region in self.plan.regions_in(parallel) {
             all.push(check.rests.get(region).filter(|_| check.concerned.contains(region))?.clone());
         }
-        Some(all.join(" || "))
+        Some(joined(&all, "||"))
     }
 
     /// The conditions under which what a region has found does not fire.
@@ -402,14 +402,14 @@ impl Emit<'_> {
                         format!("!{rests}")
                     };
                     all.push(match self.stands_on(*parallel, "==") {
-                        Some(stands) => format!("({stands} && {rests})"),
+                        Some(stands) => format!("(({stands}) && {rests})"),
                         None => rests,
                     });
                 }
                 if let Some(moved) = check.moved.get(parallel).filter(|it| known.contains(*it))
                     && highest > data.n_still
                 {
-                    all.push(format!("({moves} && {moved})"));
+                    all.push(format!("(({moves}) && {moved})"));
                 }
             }
         }
@@ -417,12 +417,12 @@ impl Emit<'_> {
             if let Some(left) = check.left.get(parallel).filter(|it| known.contains(*it))
                 && highest > data.n_still
             {
-                all.push(format!("({moves} && {left})"));
+                all.push(format!("(({moves}) && {left})"));
             }
             if let Some(moved) = check.moved.get(parallel).filter(|it| known.contains(*it))
                 && highest >= *first
             {
-                all.push(format!("({taken} >= {} && {moved})", self.number(region, *first)));
+                all.push(format!("(({taken} >= {}) && {moved})", self.number(region, *first)));
             }
         }
         all
@@ -431,7 +431,7 @@ impl Emit<'_> {
     /// That the transition taken leaves something.
     fn moves_condition(&self, region: usize, taken: &str) -> String {
         match self.plan.regions[region].n_still {
-            0 => format!("{taken} != 0"),
+            0 => format!("{taken} != 0U"),
             n => format!("{taken} > {}", self.number(region, n)),
         }
     }
@@ -473,14 +473,14 @@ impl Emit<'_> {
         if let Some(rests) = check.rests.get(&region) {
             let mut all = Vec::new();
             if selected.is_some() {
-                all.push(format!("{} == 0", check.taken[&region]));
+                all.push(format!("{} == 0U", check.taken[&region]));
             }
             if inner_first {
                 for (parallel, _) in &data.nested {
                     let Some(inner) = self.some_rests(*parallel, check) else { continue };
                     let stands = self.stands_on(*parallel, "!=");
                     all.push(match stands {
-                        Some(stands) => format!("({stands} || {inner})"),
+                        Some(stands) => format!("(({stands}) || {inner})"),
                         None if inner.contains("||") => format!("({inner})"),
                         None => inner,
                     });
@@ -488,7 +488,7 @@ impl Emit<'_> {
             } else {
                 all.extend(outer_rests.iter().map(|it| (*it).to_owned()));
             }
-            let value = if all.is_empty() { "true".to_owned() } else { all.join(" && ") };
+            let value = if all.is_empty() { "true".to_owned() } else { joined(&all, "&&") };
             body.push(Node::line(format!("const bool {rests} = {value};")).defining(rests));
         }
         let Some((_, drops)) = selected else { return };
@@ -500,7 +500,7 @@ impl Emit<'_> {
                     .and_then(|it| it.strip_suffix(')'))
                     .unwrap_or(only)
                     .to_owned(),
-                _ => drops.join(" || "),
+                _ => joined(&drops, "||"),
             };
             body.push(Node::when(&condition, vec![Node::line(format!("{taken} = 0;"))]));
         }
@@ -517,7 +517,7 @@ impl Emit<'_> {
                 let line = if known.insert(flag.clone()) {
                     format!("bool {flag} = {condition};")
                 } else {
-                    format!("{flag} = {flag} || {condition};")
+                    format!("{flag} = {flag} || ({condition});")
                 };
                 body.push(Node::line(line).defining(flag));
             };

@@ -325,7 +325,7 @@ impl Emit<'_> {
             let is_all = entries.cases.iter().all(|case| case.body.is_empty())
                 && n_plain + 1 == targets.len();
             let condition =
-                if is_all { "taken != 0".to_owned() } else { format!("{table}[taken] != 0") };
+                if is_all { "taken != 0U".to_owned() } else { format!("{table}[taken] != 0U") };
             entries.plain.push(Node::when(&condition, vec![set]));
         } else {
             entries.cases = self.with_table(region, entries.cases);
@@ -477,7 +477,7 @@ impl Emit<'_> {
                 let name = kept.first().map_or("", |(_, name)| name.as_str());
                 crate::calls::either(
                     crate::cexpr::CExpr::condition(
-                        format!("self->{name} != 0"),
+                        format!("self->{name} != 0U"),
                         crate::cexpr::Prec::Compare,
                     ),
                     all,
@@ -510,7 +510,7 @@ impl Emit<'_> {
                 let name = kept.iter().find(|(it, _)| *it == region).map_or("", |(_, name)| name);
                 crate::calls::either(
                     crate::cexpr::CExpr::condition(
-                        format!("self->{name} != 0"),
+                        format!("self->{name} != 0U"),
                         crate::cexpr::Prec::Compare,
                     ),
                     recorded,

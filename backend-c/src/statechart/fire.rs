@@ -214,7 +214,7 @@ impl Emit<'_> {
         let body = match cases.as_slice() {
             [only] if only.labels.len() == n_moving && n_moving > 1 => {
                 let condition = if data.n_still == 0 {
-                    "taken != 0".to_owned()
+                    "taken != 0U".to_owned()
                 } else {
                     format!("taken > {}", self.number(region, data.n_still))
                 };
@@ -271,7 +271,7 @@ impl Emit<'_> {
         let table = self.table(&wanted, ty, note, &rows);
         let depth = format!("{table}[taken] - 1U");
         let call = Node::line(format!("{};", exit.function.call(&[("depth", &depth)])));
-        Some(vec![Node::when(&format!("{table}[taken] != 0"), vec![call])])
+        Some(vec![Node::when(&format!("{table}[taken] != 0U"), vec![call])])
     }
 
     /// The function that runs the actions of a transition; none where there are none.

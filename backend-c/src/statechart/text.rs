@@ -157,7 +157,10 @@ pub(super) fn switch(subject: &str, cases: Vec<Case>) -> Vec<Node> {
     match cases.as_slice() {
         [] => return Vec::new(),
         [Case { labels, body, .. }] if labels.len() == 1 => {
-            return vec![Node::when(&format!("{subject} == {}", labels[0]), body.clone())];
+            let label = &labels[0];
+            let is_number = label.chars().all(|c| c.is_ascii_digit());
+            let suffix = if is_number { "U" } else { "" };
+            return vec![Node::when(&format!("{subject} == {label}{suffix}"), body.clone())];
         }
         _ => {}
     }

@@ -276,7 +276,8 @@ impl Tables {
                     let name = &emit.names.inputs[*input];
                     let read = emit.names.io.read("in->", name, *input, emit.net.inputs[*input].ty);
                     let shifted = match bit {
-                        0 => read.text,
+                        // No operand of `|` is a truth value (MISRA-C:2012, rule 10.1).
+                        0 => format!("({ty}){}", read.text),
                         _ => format!("(({}){} << {bit})", wide_type(bank.inputs.len()), read.text),
                     };
                     nodes.push(
@@ -315,7 +316,7 @@ impl Tables {
                 let bit = bank.outputs.iter().position(|it| *it == output)?;
                 let mask = mask(1 << bit, bank.outputs.len());
                 Some(CExpr::condition(
-                    format!("(lamps{} & {mask}) != 0", bank.suffix),
+                    format!("(lamps{} & {mask}) != 0U", bank.suffix),
                     Prec::Compare,
                 ))
             })

@@ -646,7 +646,7 @@ impl<'a> Emit<'a> {
         }
         let mut nodes = vec![
             Node::line(format!("{counter} rounds = 0;")),
-            Node::block(format!("while (rounds < {bound} && {call})"), round),
+            Node::block(format!("while ((rounds < {bound}) && {call})"), round),
         ];
         if self.fault_possible(facts) {
             nodes.push(Node::line("self->fault = false;"));

@@ -1,0 +1,108 @@
+//! The emitted C under `cppcheck --addon=misra`: nothing but the advisory rules that `docs/c.md` names, in every style.
+
+#![allow(clippy::print_stdout, reason = "tests say what they skip")]
+
+use grafsynth_backend_c::{Options, Package, Style, emit};
+use grafsynth_engines::tools;
+use grafsynth_ir::Valid;
+use grafsynth_ir::net::Net;
+use grafsynth_tests::random_net::{Features, random_net};
+use grafsynth_tests::rounds;
+use grafsynth_verify::{Limits, facts};
+use std::collections::BTreeSet;
+use std::time::Duration;
+
+/// The deviations of `docs/c.md`. All of them are advisory; a required or mandatory rule never stands here.
+const DEVIATIONS: [&str; 4] = ["2.4", "2.5", "8.9", "15.5"];
+
+/// Remarks of cppcheck itself on code that is right and that a generator writes for every chart alike; `docs/c.md` says what they are.
+const REMARKS: [&str; 7] = [
+    "knownConditionTrueFalse",
+    "unreadVariable",
+    "variableScope",
+    "badBitmaskCheck",
+    "duplicateExpression",
+    "unusedFunction",
+    "missingIncludeSystem",
+];
+
+/// What cppcheck finds in the packages of a net beyond the deviations and remarks. Each package is a program of its own.
+fn findings(seed: u64, net: &Valid<Net>) -> BTreeSet<String> {
+    let limits = Limits { pairs: 20_000, states: 2_000, ..Limits::default() };
+    let facts = facts(net, &limits);
+    let mut all = BTreeSet::new();
+    for style in [Style::Bits, Style::Switch, Style::Tables] {
+        let options = Options { style, ..Options::default() };
+        // What a style does not carry it refuses by name.
+        let Ok(package) = emit(net, &facts, &options) else { continue };
+        for found in findings_of(&package) {
+            all.insert(format!("seed {seed}, {}: {found}", style.name()));
+        }
+    }
+    all
+}
+
+fn findings_of(package: &Package) -> Vec<String> {
+    let cppcheck = tools::find(&["cppcheck"]).expect("the caller looked for it");
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let options =
+        ["-q", "--addon=misra", "--enable=all", "--std=c99", "--template={id} {line} {file}"];
+    let mut arguments = options.to_vec();
+    for file in package.files.iter().filter(|file| !file.keep_existing) {
+        std::fs::write(folder.path().join(&file.name), &file.text).expect("it is written");
+        if file.name.ends_with(".c") {
+            arguments.push(&file.name);
+        }
+    }
+    let limit = Duration::from_secs(120);
+    let run = tools::run(&cppcheck, &arguments, folder.path(), b"", limit).expect("it runs");
+    assert!(run.is_success, "{}", run.stderr);
+    let mut found = Vec::new();
+    for finding in run.stderr.lines() {
+        let words: Vec<&str> = finding.splitn(3, ' ').collect();
+        let (id, line, name) = match words.as_slice() {
+            [id, line, name] => (*id, *line, *name),
+            _ => (finding, "", ""),
+        };
+        let is_known = match id.strip_prefix("misra-c2012-") {
+            Some(rule) => DEVIATIONS.contains(&rule),
+            None => REMARKS.contains(&id),
+        };
+        if !is_known {
+            let file = package.files.iter().find(|file| file.name == name);
+            let at = line.parse::<usize>().unwrap_or(0).saturating_sub(1);
+            let text = file.and_then(|file| file.text.lines().nth(at)).unwrap_or_default();
+            found.push(format!("{id} in {name}:{line}: {}", text.trim()));
+        }
+    }
+    found
+}
+
+#[test]
+fn random_charts_in_c_keep_to_misra() {
+    if tools::find(&["cppcheck"]).is_none() {
+        assert!(std::env::var_os("CI").is_none(), "cppcheck is missing, and CI must have it");
+        println!("skipped: cppcheck is not here");
+        return;
+    }
+    let findings: BTreeSet<String> = (0..rounds(1, 6))
+        .flat_map(|seed| findings(seed, &random_net(seed, &Features::everything())))
+        .collect();
+    assert!(findings.is_empty(), "{findings:#?}");
+}
+
+/// The page names exactly the rules that are let through here.
+#[test]
+fn the_page_names_the_deviations() {
+    let page = include_str!("../../docs/c.md");
+    let section = page.split("## MISRA").nth(1).expect("docs/c.md speaks of MISRA");
+    let section = section.split("\n## ").next().unwrap_or_default();
+    for rule in DEVIATIONS {
+        assert!(section.contains(&format!("| {rule} |")), "docs/c.md does not name {rule}");
+    }
+    let rows = section.lines().filter(|line| line.starts_with("| ") && !line.contains("rule"));
+    assert_eq!(rows.count(), DEVIATIONS.len(), "docs/c.md names rules that nothing deviates from");
+    for remark in REMARKS {
+        assert!(section.contains(remark), "docs/c.md does not name {remark}");
+    }
+}
