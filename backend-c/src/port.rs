@@ -268,7 +268,7 @@ impl Layout<'_> {
             Node::line(format!("bool more = {prefix}_take(ring, &in);")),
             step("dt"),
             Node::block(
-                format!("for (uint8_t i = 1U; more && i < {upper}_RING_SIZE; ++i)"),
+                format!("for (uint8_t i = 1U; more && (i < {upper}_RING_SIZE); ++i)"),
                 vec![
                     Node::line(format!("more = {prefix}_take(ring, &in);")),
                     Node::when("more", vec![step("0U")]),
