@@ -16,9 +16,12 @@ pub const TOO_LARGE: Code =
 /// The gate can't stand in front of a chart that calls functions.
 pub const GATE_REFUSED: Code =
     Code { id: "G0605", title: "the quiescence gate cannot stand in front of this chart" };
+/// The table engine lacks what the chart uses.
+pub const ENGINE_REFUSED: Code =
+    Code { id: "G0606", title: "the table engine cannot carry this chart" };
 /// What stands against a trace ring.
 pub const TRACE_REFUSED: Code =
     Code { id: "G0607", title: "the trace ring cannot stand in this instance" };
 /// All of them.
 pub const ALL: &[Code] =
-    &[STYLE_REFUSED, FOREIGN_CODE, RENAMED, TOO_LARGE, GATE_REFUSED, TRACE_REFUSED];
+    &[STYLE_REFUSED, FOREIGN_CODE, RENAMED, TOO_LARGE, GATE_REFUSED, ENGINE_REFUSED, TRACE_REFUSED];

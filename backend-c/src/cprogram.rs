@@ -5,7 +5,7 @@ use crate::cexpr::Helpers;
 use crate::ctext::{Arm, Kind, Node};
 use crate::times::Ticks;
 use grafsynth_ir::IdMap;
-use grafsynth_ir::net::Step;
+use grafsynth_ir::net::{Step, VarId};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// A member of the instance structure.
@@ -46,6 +46,23 @@ pub(crate) struct CProgram {
     pub(crate) step: Vec<Node>,
     /// The helpers that are called.
     pub(crate) helpers: Helpers,
+    /// What a chart has that an engine interprets.
+    pub(crate) engine: Option<Engine>,
+}
+
+/// What the files of a chart have that an engine interprets, beside what all have.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Engine {
+    /// What the header says before the instance.
+    pub(crate) before: Vec<Node>,
+    /// Functions that the header declares.
+    pub(crate) declarations: Vec<Node>,
+    /// How each variable is read, over `self`.
+    pub(crate) values: BTreeMap<VarId, String>,
+    /// The tables as they are loaded.
+    pub(crate) image: Vec<u8>,
+    /// The text of `NAME_tables.c` below its banner.
+    pub(crate) tables: Vec<Node>,
 }
 
 /// True when some line of the text holds `word`.

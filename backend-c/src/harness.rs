@@ -137,6 +137,11 @@ pub fn multi_harness(all: &[(&Valid<Net>, &Package)]) -> String {
         "#if defined(__clang__)\n#pragma clang diagnostic ignored \"-Wunused-function\"\n#endif\n"
             .to_string();
     text.push_str(&Writer::write(&common()).0);
+    if all.iter().any(|(_, package)| !package.image.is_empty()) {
+        for (_, part) in [crate::engine::HEADER, crate::engine::SOURCE] {
+            push_without_includes(&mut text, part);
+        }
+    }
     for (net, package) in all {
         let (library, prefix) =
             (library(net, &package.interface.names), &package.interface.names.prefix);
@@ -149,13 +154,11 @@ pub fn multi_harness(all: &[(&Valid<Net>, &Package)]) -> String {
             format!("{prefix}_port.h"),
             format!("{prefix}_user.h"),
             format!("{prefix}.c"),
+            format!("{prefix}_tables.c"),
         ];
         for name in &wanted {
             if let Some(file) = package.files.iter().find(|file| file.name == *name) {
-                for line in file.text.lines().filter(|line| !line.starts_with("#include")) {
-                    text.push_str(line);
-                    text.push('\n');
-                }
+                push_without_includes(&mut text, &file.text);
             }
         }
         text.push_str(&Writer::write(&bench(net, &package.interface, false)).0);
@@ -193,6 +196,13 @@ pub fn multi_harness(all: &[(&Valid<Net>, &Package)]) -> String {
     );
     text.push_str(&Writer::write(&[run, Node::blank(), main]).0);
     text
+}
+
+fn push_without_includes(text: &mut String, part: &str) {
+    for line in part.lines().filter(|line| !line.starts_with("#include")) {
+        text.push_str(line);
+        text.push('\n');
+    }
 }
 
 fn has_library(package: &Package) -> bool {

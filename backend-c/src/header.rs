@@ -3,6 +3,7 @@
 use crate::cexpr::storage;
 use crate::cprogram::{CProgram, Member, mentions};
 use crate::ctext::{Kind, Node, Writer};
+use crate::engine;
 use crate::gate;
 use crate::names::{Names, is_extern};
 use crate::times::Ticks;
@@ -79,6 +80,20 @@ pub(crate) fn lay_out(
         || net.outputs.values().any(is_extern);
     let layout = Layout { net, names, program, options, interface: &interface, has_library };
     let mut files = vec![layout.header(), layout.source(), layout.port()];
+    if let Some(engine) = &layout.program.engine {
+        let mut nodes =
+            vec![layout.banner("the tables. Do not edit: they are written anew from the chart.")];
+        nodes.extend(engine.tables.iter().cloned());
+        files.push(layout.file(format!("{}_tables.c", names.prefix), &nodes, false));
+        for (name, text) in [engine::HEADER, engine::SOURCE] {
+            files.push(File {
+                name: name.to_owned(),
+                text: text.to_owned(),
+                keep_existing: false,
+                map: Vec::new(),
+            });
+        }
+    }
     if has_library {
         files.push(layout.library_header());
         files.push(layout.library_stub());
@@ -170,6 +185,10 @@ impl Layout<'_> {
         if let Some(places) = self.interface.trace {
             nodes.extend(trace::ring(self.names, self.net, places));
         }
+        if let Some(engine) = &self.program.engine {
+            nodes.extend(engine.before.iter().cloned());
+            nodes.push(Node::blank());
+        }
         self.instance_struct(&mut nodes);
         let i = self.interface;
         nodes.push(Node::comment(if i.has_out {
@@ -190,6 +209,9 @@ impl Layout<'_> {
             nodes.push(Node::line(format!("void {prefix}_step({});", i.parameters(true, true))));
         }
         nodes.push(Node::blank());
+        if let Some(engine) = &self.program.engine {
+            nodes.extend(engine.declarations.iter().cloned());
+        }
         self.stop(&mut nodes);
         self.getters(&mut nodes);
         if self.interface.trace.is_some() {
@@ -404,8 +426,12 @@ impl Layout<'_> {
                 "static inline {} {prefix}_var_{name}({parameter}{index})",
                 storage(var.ty)
             );
+            let value = match &self.program.engine {
+                Some(engine) => engine.values.get(&id).cloned().unwrap_or_default(),
+                None => format!("self->{name}{access}"),
+            };
             nodes.push(
-                Node::function(head, vec![Node::line(format!("return self->{name}{access};"))])
+                Node::function(head, vec![Node::line(format!("return {value};"))])
                     .about(Object::Var(id)),
             );
         }

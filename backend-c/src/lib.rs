@@ -17,8 +17,9 @@
 //! assert_eq!(package.files[0].name, "empty.h");
 //! ```
 //!
-//! There are three shapes: `switch` (the module `switch`: a state variable for each sequential component, with tables where a component only waits for
-//! inputs), `statechart` (a state variable for each region, a jump on it for each event) and `bits` (the reaction program of `grafsynth_ir::lower::program`, printed). `docs/c.md` describes the result for its users.
+//! There are four shapes: `switch` (the module `switch`: a state variable for each sequential component, with tables where a component only waits for
+//! inputs), `statechart` (a state variable for each region, a jump on it for each event) `bits` (the reaction program of `grafsynth_ir::lower::program`, printed) and, on request,
+//! `engine` (tables that one engine interprets for all charts). `docs/c.md` describes the result for its users.
 
 mod bits;
 mod calls;
@@ -27,6 +28,7 @@ pub mod codes;
 mod consts;
 mod cprogram;
 mod ctext;
+mod engine;
 pub mod firmware;
 mod gate;
 mod harness;
@@ -63,6 +65,8 @@ pub enum Style {
     Tables,
     /// One bit for each step, the whole reaction as straight code.
     Bits,
+    /// The chart as an image that an engine interprets, which is the same text for every chart.
+    Engine,
 }
 
 impl Style {
@@ -74,13 +78,14 @@ impl Style {
             Style::Switch => "switch",
             Style::Tables => "tables",
             Style::Bits => "bits",
+            Style::Engine => "engine",
         }
     }
 
     /// The style of that name.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
-        [Style::Auto, Style::Switch, Style::Tables, Style::Bits]
+        [Style::Auto, Style::Switch, Style::Tables, Style::Bits, Style::Engine]
             .into_iter()
             .find(|style| style.name() == name)
     }
@@ -199,6 +204,8 @@ pub struct Package {
     pub reason: String,
     /// Warnings and notes.
     pub diagnostics: Vec<Diagnostic>,
+    /// For the style `engine` the tables as they are loaded from a memory: the bytes of `NAME_tables.c`. Empty for all others.
+    pub image: Vec<u8>,
     /// What the harness needs to know of names and types.
     interface: header::Interface,
 }
@@ -232,6 +239,18 @@ pub fn emit(
     let mut reason = String::new();
     let shaped = match options.style {
         Style::Bits => None,
+        Style::Engine => match engine::program(net, &names, options) {
+            Ok(program) => Some(program),
+            Err(refusal) => {
+                let message = format!("the table engine does not carry {}", refusal.what);
+                diagnostics.push(
+                    Diagnostic::error(codes::ENGINE_REFUSED, message)
+                        .at(refusal.span, "used here")
+                        .help("build it as `c`, which is compiled instead of interpreted"),
+                );
+                return Err(diagnostics);
+            }
+        },
         Style::Auto | Style::Switch | Style::Tables => {
             let shaped = if net.settings.policy.is_statechart() {
                 statechart::program(net, &names, options)
@@ -275,8 +294,9 @@ pub fn emit(
         },
     };
     let style = program.style;
+    let image = program.engine.as_ref().map(|it| it.image.clone()).unwrap_or_default();
     let (files, interface) = header::lay_out(net, &names, program, options);
-    Ok(Package { files, style, reason, diagnostics, interface })
+    Ok(Package { files, style, reason, diagnostics, image, interface })
 }
 
 /// Functions of the user's library whose names C does not allow as they are.

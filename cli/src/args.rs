@@ -242,7 +242,10 @@ pub(crate) struct Build {
     /// Logic by others: make its functions small and give it pins anew, on another device too, instead of burning it as written.
     #[arg(long)]
     pub(crate) refit: bool,
-    /// C: `auto`, `switch`, `tables` or `bits`.
+    /// `c-engine`: write the tables as a binary image too (`NAME.bin`), which the engine loads from a flash or an EEPROM.
+    #[arg(long)]
+    pub(crate) blob: bool,
+    /// C: `auto`, `switch`, `tables`, `bits` or `engine`.
     #[arg(long, value_name = "STYLE", default_value = "auto")]
     pub(crate) style: String,
     /// C: Boolean inputs and outputs as `bool` members, or as bits of words.

@@ -20,7 +20,7 @@ pub enum Target {
 
 impl Target {
     /// All targets with their names and what they are.
-    pub const ALL: [(Target, &'static str, &'static str); 12] = [
+    pub const ALL: [(Target, &'static str, &'static str); 13] = [
         (Target::C(None), "c", "C99: one instance structure, init, step, stop and getters"),
         (
             Target::C(Some(Style::Switch)),
@@ -33,6 +33,11 @@ impl Target {
             "the same, components as constant tables where they can be",
         ),
         (Target::C(Some(Style::Bits)), "c-bits", "the same, always one bit for each step"),
+        (
+            Target::C(Some(Style::Engine)),
+            "c-engine",
+            "the same, as tables that an engine interprets, which is one text for all charts",
+        ),
         (Target::Logic(Dialect::Palasm), "palasm", "PALASM 2 equations (.pds)"),
         (Target::Logic(Dialect::Cupl), "cupl", "CUPL equations (.pld)"),
         (Target::Logic(Dialect::Galasm), "galasm", "GALasm and galette equations (.pld)"),

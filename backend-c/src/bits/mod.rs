@@ -235,6 +235,7 @@ impl<'a> Emit<'a> {
             init: self.init(sets_fault),
             step,
             helpers: self.helpers.clone(),
+            engine: None,
         }
     }
 

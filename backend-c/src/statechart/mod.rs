@@ -374,6 +374,7 @@ impl Emit<'_> {
             init,
             step,
             helpers: self.statements.helpers.clone(),
+            engine: None,
         }
     }
 

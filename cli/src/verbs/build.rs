@@ -44,10 +44,17 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
     let targets = targets(&arguments.target)?;
     let style = Style::from_name(&arguments.style).ok_or_else(|| {
         Stop::Usage(format!(
-            "no style of C is called `{}` (there are auto, switch, tables, bits)",
+            "no style of C is called `{}` (there are auto, switch, tables, bits, engine)",
             arguments.style
         ))
     })?;
+    let is_engine = |target: &Target| {
+        matches!(target, Target::C(Some(Style::Engine)))
+            || (matches!(target, Target::C(None)) && style == Style::Engine)
+    };
+    if arguments.blob && !targets.iter().any(is_engine) {
+        return Err(Stop::Usage("--blob is for the target c-engine".to_owned()));
+    }
     let net = &design.net;
     let limits = Limits { pairs: arguments.limits.proof_limit, ..Limits::default() };
     let stimulus = match &arguments.stimulus {
@@ -110,7 +117,10 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
     if !arguments.no_proof {
         check_c(net, &facts, &limits, &mut built);
     }
-    let bitstreams = bitstreams(&limits, &mut built);
+    let mut bitstreams = bitstreams(&limits, &mut built);
+    if arguments.blob {
+        bitstreams.extend(images(&built));
+    }
     session.show(&found);
     for line in &built.lines {
         if !session.quiet || line.outcome == Outcome::Refuted {
@@ -214,6 +224,20 @@ fn check_c(net: &Valid<Net>, facts: &Facts, limits: &Limits, built: &mut Built) 
         built.lines.push(line);
     }
     built.packages = packages;
+}
+
+/// The tables of charts that an engine interprets, but for those that were refuted.
+fn images(built: &Built) -> Vec<(String, Vec<u8>)> {
+    let kept = |name: &str| built.files.iter().any(|file| file.name == name);
+    built
+        .packages
+        .iter()
+        .filter(|package| !package.image.is_empty())
+        .filter_map(|package| {
+            let stem = package.files.first()?.name.strip_suffix(".h")?;
+            kept(&format!("{stem}.h")).then(|| (format!("{stem}.bin"), package.image.clone()))
+        })
+        .collect()
 }
 
 /// Has the bitstreams made and reads them back, where the tools are; those that are what they should be.

@@ -167,6 +167,7 @@ impl<'a> Emit<'a> {
             init,
             step,
             helpers: self.helpers.clone(),
+            engine: None,
         }
     }
 

@@ -1,0 +1,1152 @@
+/* The table engine of grafsynth: one text for all charts. Do not edit. */
+#include "grafsynth_engine.h"
+
+/* The header of an image. */
+#define GS_AT_KIND 5U
+#define GS_AT_LENGTH 6U
+#define GS_AT_CRC 8U
+#define GS_AT_INTERFACE 12U
+#define GS_AT_LIMIT 16U
+#define GS_AT_CHOSEN 18U
+#define GS_AT_INITIAL 20U
+#define GS_AT_INPUTS 22U
+#define GS_AT_SECTIONS 24U
+#define GS_BODY 84U
+
+/* All that can fire: 0. */
+#define GS_PRIORITY 1U
+#define GS_INNER 2U
+#define GS_OUTER 3U
+
+/* Sections, and the bytes of a row of each. */
+#define GS_STATES 0U
+#define GS_TRANSITIONS 1U
+#define GS_EVENTS 2U
+#define GS_INDEX 3U
+#define GS_LISTS 4U
+#define GS_ITEMS 5U
+#define GS_HISTORIES 6U
+#define GS_CASES 7U
+#define GS_VARS 8U
+#define GS_TIMERS 9U
+#define GS_EDGES 10U
+#define GS_OUTPUTS 11U
+#define GS_BLOCKS 12U
+#define GS_CODE 13U
+#define GS_N_SECTIONS 14U
+#define GS_STATE_ROW 12U
+#define GS_TRANSITION_ROW 12U
+#define GS_EVENT_ROW 6U
+#define GS_LIST_ROW 4U
+#define GS_HISTORY_ROW 10U
+#define GS_CASE_ROW 4U
+#define GS_VAR_ROW 12U
+#define GS_TIMER_ROW 6U
+#define GS_BLOCK_ROW 4U
+
+#define GS_NONE 0xFFFFU
+#define GS_STACK 16U
+
+/* What an item of a list is: its two highest bits. */
+#define GS_ITEM_KIND 0xC000U
+#define GS_ITEM_CONTENT 0x4000U
+#define GS_ITEM_HISTORY 0x8000U
+#define GS_ITEM_NUMBER 0x3FFFU
+
+#define GS_OP_BYTE 0U
+#define GS_OP_LONG 1U
+#define GS_OP_INPUT 2U
+#define GS_OP_VAR 3U
+#define GS_OP_ACTIVE 4U
+#define GS_OP_TIMER 5U
+#define GS_OP_RISE 6U
+#define GS_OP_FALL 7U
+#define GS_OP_NOT 8U
+#define GS_OP_AND 9U
+#define GS_OP_OR 10U
+#define GS_OP_EQ 11U
+#define GS_OP_NE 12U
+#define GS_OP_LT 13U
+#define GS_OP_LE 14U
+#define GS_OP_GT 15U
+#define GS_OP_GE 16U
+#define GS_OP_ADD 17U
+#define GS_OP_SUB 18U
+#define GS_OP_MUL 19U
+#define GS_OP_NEG 20U
+#define GS_OP_SELECT 21U
+#define GS_OP_STORE 22U
+#define GS_OP_UNLESS 23U
+#define GS_OP_SKIP 24U
+#define GS_N_OPS 25U
+
+/* --- reading ------------------------------------------------------------------------------------------------------------------------------ */
+
+static uint16_t gs_u16(GS_ROM uint8_t *image, uint16_t at)
+{
+    const uint16_t low = image[at];
+    const uint16_t high = image[(uint16_t)(at + 1U)];
+    return (uint16_t)(low | (uint16_t)(high << 8));
+}
+
+static uint32_t gs_u32(GS_ROM uint8_t *image, uint16_t at)
+{
+    const uint32_t low = gs_u16(image, at);
+    const uint32_t high = gs_u16(image, (uint16_t)(at + 2U));
+    return low | (high << 16);
+}
+
+/* Two's complement, wherever the bits come from. */
+static int32_t gs_signed(uint32_t value)
+{
+    int32_t result;
+    if (value <= 0x7FFFFFFFU) {
+        result = (int32_t)value;
+    } else {
+        const uint32_t below = 0xFFFFFFFFU - value;
+        result = -(int32_t)below - 1;
+    }
+    return result;
+}
+
+static int32_t gs_i32(GS_ROM uint8_t *image, uint16_t at)
+{
+    return gs_signed(gs_u32(image, at));
+}
+
+static uint16_t gs_count(GS_ROM uint8_t *image, uint8_t section)
+{
+    return gs_u16(image, (uint16_t)(GS_AT_SECTIONS + (4U * (uint16_t)section) + 2U));
+}
+
+static uint16_t gs_row(GS_ROM uint8_t *image, uint8_t section, uint16_t row, uint8_t size)
+{
+    const uint16_t base = gs_u16(image, (uint16_t)(GS_AT_SECTIONS + (4U * (uint16_t)section)));
+    return (uint16_t)(base + (uint16_t)((uint32_t)row * size));
+}
+
+/* One column of one row. */
+static uint16_t gs_cell(GS_ROM uint8_t *image, uint8_t section, uint16_t row, uint8_t size, uint8_t column)
+{
+    return gs_u16(image, (uint16_t)(gs_row(image, section, row, size) + column));
+}
+
+#define GS_STATE(image, row, column) gs_cell((image), GS_STATES, (row), GS_STATE_ROW, (column))
+#define GS_ANCESTOR 0U
+#define GS_LAST 2U
+#define GS_ENTRY 4U
+#define GS_EXIT 6U
+#define GS_CONTENT 8U
+#define GS_TIMER 10U
+#define GS_TRANSITION(image, row, column) gs_cell((image), GS_TRANSITIONS, (row), GS_TRANSITION_ROW, (column))
+#define GS_FROM 0U
+#define GS_CLEARS_FIRST 2U
+#define GS_CLEARS_LAST 4U
+#define GS_TO 6U
+#define GS_GUARD 8U
+#define GS_ACTION 10U
+
+/* --- checking ----------------------------------------------------------------------------------------------------------------------------- */
+
+static const uint8_t gs_row_sizes[GS_N_SECTIONS] = {
+    GS_STATE_ROW, GS_TRANSITION_ROW, GS_EVENT_ROW, 2U, GS_LIST_ROW, 2U, GS_HISTORY_ROW, GS_CASE_ROW, GS_VAR_ROW, GS_TIMER_ROW, 2U, 2U,
+    GS_BLOCK_ROW, 1U
+};
+
+static bool gs_below(uint16_t number, uint16_t count)
+{
+    return number < count;
+}
+
+static bool gs_below_or_none(uint16_t number, uint16_t count)
+{
+    return (number < count) || (number == GS_NONE);
+}
+
+/* Whether rows from first on, that many, lie within count. */
+static bool gs_within(uint16_t first, uint16_t many, uint16_t count)
+{
+    return (first <= count) && (many <= (uint16_t)(count - first));
+}
+
+/* Over all bytes but its own. */
+static uint32_t gs_crc(GS_ROM uint8_t *image, uint16_t length)
+{
+    uint32_t crc = 0xFFFFFFFFU;
+    for (uint16_t at = 0U; at < length; ++at) {
+        const bool own = (at >= GS_AT_CRC) && (at < GS_AT_INTERFACE);
+        crc ^= own ? 0U : image[at];
+        for (uint8_t bit = 0U; bit < 8U; ++bit) {
+            crc = ((crc & 1U) != 0U) ? ((crc >> 1) ^ 0xEDB88320U) : (crc >> 1);
+        }
+    }
+    return crc ^ 0xFFFFFFFFU;
+}
+
+static uint32_t gs_bytes(uint32_t bits)
+{
+    return (bits + 7U) >> 3;
+}
+
+/* The bytes of bits that live within a reaction, before the transitions chosen. */
+static uint32_t gs_marks(GS_ROM uint8_t *image)
+{
+    const uint32_t states = gs_count(image, GS_STATES);
+    const uint32_t histories = gs_count(image, GS_HISTORIES);
+    return gs_bytes((uint32_t)gs_count(image, GS_TRANSITIONS) + (3U * states) + (3U * histories));
+}
+
+static bool gs_has_room(GS_ROM uint8_t *image, const gs_room_t *room)
+{
+    const uint32_t bits = (uint32_t)gs_count(image, GS_STATES) + gs_count(image, GS_CASES) + (2U * (uint32_t)gs_count(image, GS_EDGES));
+    const uint32_t values = (uint32_t)gs_count(image, GS_VARS) + gs_count(image, GS_TIMERS);
+    const uint32_t work = gs_marks(image) + (2U * (uint32_t)gs_u16(image, GS_AT_CHOSEN));
+    return (gs_bytes(bits) <= room->bits) && (values <= room->values) && (work <= room->work);
+}
+
+/* The bytes of an instruction's operand. */
+static uint8_t gs_operand(uint8_t op)
+{
+    uint8_t size = 0U;
+    if (op == GS_OP_BYTE) {
+        size = 1U;
+    } else if (op == GS_OP_LONG) {
+        size = 4U;
+    } else if ((op <= GS_OP_FALL) || (op >= GS_OP_STORE)) {
+        size = 2U;
+    } else {
+        /* works on the stack alone */
+    }
+    return size;
+}
+
+/* Whether an operand names something that is there. */
+static bool gs_operand_is_good(GS_ROM uint8_t *image, uint8_t op, uint16_t at)
+{
+    uint16_t count = GS_NONE;
+    switch (op) {
+    case GS_OP_INPUT:
+        count = gs_u16(image, GS_AT_INPUTS);
+        break;
+    case GS_OP_VAR:
+    case GS_OP_STORE:
+        count = gs_count(image, GS_VARS);
+        break;
+    case GS_OP_ACTIVE:
+        count = gs_count(image, GS_STATES);
+        break;
+    case GS_OP_TIMER:
+        count = gs_count(image, GS_TIMERS);
+        break;
+    case GS_OP_RISE:
+    case GS_OP_FALL:
+        count = gs_count(image, GS_EDGES);
+        break;
+    default:
+        break;
+    }
+    return (count == GS_NONE) || (gs_u16(image, at) < count);
+}
+
+/* Whether a jump from one place leads to the beginning of an instruction, or to the end. */
+static bool gs_jump_is_good(GS_ROM uint8_t *image, uint16_t from, uint16_t to, uint16_t end)
+{
+    uint32_t at = from;
+    while ((at < to) && (at < end)) {
+        at = at + 1U + gs_operand(image[(uint16_t)at]);
+    }
+    return (to <= end) && (at == to);
+}
+
+/* What an instruction takes from the stack, and what it leaves. */
+static uint8_t gs_takes(uint8_t op)
+{
+    uint8_t takes = 2U;
+    if ((op <= GS_OP_FALL) || (op == GS_OP_SKIP)) {
+        takes = 0U;
+    } else if ((op == GS_OP_NOT) || (op == GS_OP_NEG) || (op == GS_OP_STORE) || (op == GS_OP_UNLESS)) {
+        takes = 1U;
+    } else if (op == GS_OP_SELECT) {
+        takes = 3U;
+    } else {
+        /* two */
+    }
+    return takes;
+}
+
+/* Whether a block stays in its bytes and its stack, jumps only onward and between statements, and leaves as many values as wanted. */
+static bool gs_block_is_good(GS_ROM uint8_t *image, uint16_t block, uint8_t wanted)
+{
+    const uint16_t count = gs_count(image, GS_CODE);
+    const uint16_t first = gs_cell(image, GS_BLOCKS, block, GS_BLOCK_ROW, 0U);
+    const uint16_t many = gs_cell(image, GS_BLOCKS, block, GS_BLOCK_ROW, 2U);
+    bool good = gs_within(first, many, count);
+    uint16_t at = good ? gs_row(image, GS_CODE, first, 1U) : 0U;
+    const uint16_t end = good ? (uint16_t)(at + many) : 0U;
+    uint8_t depth = 0U;
+    while (good && (at < end)) {
+        const uint8_t op = image[at];
+        const uint16_t operand = (uint16_t)(at + 1U);
+        const uint8_t size = gs_operand(op);
+        good = (op < GS_N_OPS) && (size < (uint16_t)(end - at)) && (gs_takes(op) <= depth);
+        if (good) {
+            at = (uint16_t)(operand + size);
+            depth = (uint8_t)(depth - gs_takes(op));
+            if (op < GS_OP_STORE) {
+                ++depth;
+                good = (depth <= GS_STACK) && gs_operand_is_good(image, op, operand);
+            } else {
+                /* Statements stand on an empty stack, and are for lists only. */
+                good = (depth == 0U) && (wanted == 0U) && gs_operand_is_good(image, op, operand);
+                if (op != GS_OP_STORE) {
+                    const uint16_t far = gs_u16(image, operand);
+                    good = good && (far <= (uint16_t)(end - at)) && gs_jump_is_good(image, at, (uint16_t)(at + far), end);
+                }
+            }
+        }
+    }
+    return good && (depth == wanted);
+}
+
+/* Jumps may land in the middle of an expression; there the stack would be short. So each must land where a statement begins. */
+static bool gs_jumps_are_good(GS_ROM uint8_t *image, uint16_t block)
+{
+    uint16_t at = gs_row(image, GS_CODE, gs_cell(image, GS_BLOCKS, block, GS_BLOCK_ROW, 0U), 1U);
+    const uint16_t end = (uint16_t)(at + gs_cell(image, GS_BLOCKS, block, GS_BLOCK_ROW, 2U));
+    bool good = true;
+    while (good && (at < end)) {
+        const uint8_t op = image[at];
+        const uint16_t next = (uint16_t)(at + 1U + gs_operand(op));
+        if ((op == GS_OP_UNLESS) || (op == GS_OP_SKIP)) {
+            const uint16_t to = (uint16_t)(next + gs_u16(image, (uint16_t)(at + 1U)));
+            uint8_t depth = 0U;
+            uint16_t walk = next;
+            while (walk < to) {
+                const uint8_t passed = image[walk];
+                depth = (uint8_t)(depth - gs_takes(passed));
+                if (passed < GS_OP_STORE) {
+                    ++depth;
+                }
+                walk = (uint16_t)(walk + 1U + gs_operand(passed));
+            }
+            good = depth == 0U;
+        }
+        at = next;
+    }
+    return good;
+}
+
+static bool gs_value_is_good(GS_ROM uint8_t *image, uint16_t block)
+{
+    return gs_below(block, gs_count(image, GS_BLOCKS)) && gs_block_is_good(image, block, 1U);
+}
+
+/* A list of statements; an empty one is block 0 or any other empty one. */
+static bool gs_list_is_good(GS_ROM uint8_t *image, uint16_t block)
+{
+    return gs_below(block, gs_count(image, GS_BLOCKS)) && gs_block_is_good(image, block, 0U)
+           && gs_jumps_are_good(image, block);
+}
+
+static bool gs_states_are_good(GS_ROM uint8_t *image)
+{
+    const uint16_t states = gs_count(image, GS_STATES);
+    const uint16_t timers = gs_count(image, GS_TIMERS);
+    bool good = states <= GS_ITEM_NUMBER;
+    for (uint16_t s = 0U; good && (s < states); ++s) {
+        const uint16_t above = GS_STATE(image, s, GS_ANCESTOR);
+        const uint16_t last = GS_STATE(image, s, GS_LAST);
+        /* Ancestors come first, so every way up ends. */
+        good = ((above < s) || (above == GS_NONE)) && (last >= s) && gs_below(last, states)
+               && gs_list_is_good(image, GS_STATE(image, s, GS_ENTRY)) && gs_list_is_good(image, GS_STATE(image, s, GS_EXIT))
+               && gs_list_is_good(image, GS_STATE(image, s, GS_CONTENT))
+               && gs_below_or_none(GS_STATE(image, s, GS_TIMER), timers);
+    }
+    return good;
+}
+
+static bool gs_transitions_are_good(GS_ROM uint8_t *image)
+{
+    const bool is_chart = image[GS_AT_KIND] >= GS_INNER;
+    const uint16_t states = gs_count(image, GS_STATES);
+    const uint16_t lists = gs_count(image, GS_LISTS);
+    const uint16_t transitions = gs_count(image, GS_TRANSITIONS);
+    bool good = true;
+    for (uint16_t t = 0U; good && (t < transitions); ++t) {
+        const uint16_t first = GS_TRANSITION(image, t, GS_CLEARS_FIRST);
+        const uint16_t last = GS_TRANSITION(image, t, GS_CLEARS_LAST);
+        const uint16_t guard = GS_TRANSITION(image, t, GS_GUARD);
+        good = gs_below(GS_TRANSITION(image, t, GS_FROM), is_chart ? states : lists) && gs_below(GS_TRANSITION(image, t, GS_TO), lists)
+               && ((first > last) || gs_below(last, states)) && ((guard == 0U) || gs_value_is_good(image, guard))
+               && gs_list_is_good(image, GS_TRANSITION(image, t, GS_ACTION));
+    }
+    return good;
+}
+
+static bool gs_events_are_good(GS_ROM uint8_t *image)
+{
+    const uint16_t events = gs_count(image, GS_EVENTS);
+    const uint16_t index = gs_count(image, GS_INDEX);
+    const uint16_t transitions = gs_count(image, GS_TRANSITIONS);
+    bool good = events > 0U;
+    for (uint16_t e = 0U; good && (e < events); ++e) {
+        const uint16_t input = gs_cell(image, GS_EVENTS, e, GS_EVENT_ROW, 0U);
+        const uint16_t first = gs_cell(image, GS_EVENTS, e, GS_EVENT_ROW, 2U);
+        const uint16_t many = gs_cell(image, GS_EVENTS, e, GS_EVENT_ROW, 4U);
+        good = ((e == 0U) || gs_below(input, gs_u16(image, GS_AT_INPUTS))) && gs_within(first, many, index);
+    }
+    for (uint16_t i = 0U; good && (i < index); ++i) {
+        good = gs_below(gs_cell(image, GS_INDEX, i, 2U, 0U), transitions);
+    }
+    return good;
+}
+
+static bool gs_lists_are_good(GS_ROM uint8_t *image)
+{
+    const bool is_chart = image[GS_AT_KIND] >= GS_INNER;
+    const uint16_t lists = gs_count(image, GS_LISTS);
+    const uint16_t items = gs_count(image, GS_ITEMS);
+    bool good = gs_below(gs_u16(image, GS_AT_INITIAL), lists);
+    for (uint16_t l = 0U; good && (l < lists); ++l) {
+        good = gs_within(gs_cell(image, GS_LISTS, l, GS_LIST_ROW, 0U), gs_cell(image, GS_LISTS, l, GS_LIST_ROW, 2U), items);
+    }
+    for (uint16_t i = 0U; good && (i < items); ++i) {
+        const uint16_t item = gs_cell(image, GS_ITEMS, i, 2U, 0U);
+        const uint16_t kind = item & GS_ITEM_KIND;
+        const bool is_state = (kind == 0U) || (is_chart && (kind == GS_ITEM_CONTENT));
+        const bool is_history = is_chart && (kind == GS_ITEM_HISTORY);
+        good = (is_state || is_history) && gs_below(item & GS_ITEM_NUMBER, gs_count(image, is_state ? GS_STATES : GS_HISTORIES));
+    }
+    return good;
+}
+
+static bool gs_histories_are_good(GS_ROM uint8_t *image)
+{
+    const uint16_t histories = gs_count(image, GS_HISTORIES);
+    const uint16_t cases = gs_count(image, GS_CASES);
+    bool good = histories <= GS_ITEM_NUMBER;
+    for (uint16_t h = 0U; good && (h < histories); ++h) {
+        const uint16_t row = gs_row(image, GS_HISTORIES, h, GS_HISTORY_ROW);
+        good = gs_below(gs_u16(image, row), gs_count(image, GS_STATES))
+               && gs_within(gs_u16(image, (uint16_t)(row + 2U)), gs_u16(image, (uint16_t)(row + 4U)), cases)
+               && gs_below(gs_u16(image, (uint16_t)(row + 6U)), gs_count(image, GS_LISTS))
+               && gs_list_is_good(image, gs_u16(image, (uint16_t)(row + 8U)));
+    }
+    for (uint16_t c = 0U; good && (c < cases); ++c) {
+        good = gs_below(gs_cell(image, GS_CASES, c, GS_CASE_ROW, 0U), gs_count(image, GS_STATES))
+               && gs_below(gs_cell(image, GS_CASES, c, GS_CASE_ROW, 2U), gs_count(image, GS_LISTS));
+    }
+    return good;
+}
+
+static bool gs_rest_is_good(GS_ROM uint8_t *image)
+{
+    bool good = true;
+    for (uint16_t v = 0U; good && (v < gs_count(image, GS_VARS)); ++v) {
+        const uint16_t row = gs_row(image, GS_VARS, v, GS_VAR_ROW);
+        const int32_t lo = gs_i32(image, (uint16_t)(row + 4U));
+        good = lo <= gs_i32(image, (uint16_t)(row + 8U));
+    }
+    for (uint16_t t = 0U; good && (t < gs_count(image, GS_TIMERS)); ++t) {
+        const uint16_t row = gs_row(image, GS_TIMERS, t, GS_TIMER_ROW);
+        good = gs_below(gs_u16(image, row), gs_count(image, GS_STATES)) && (gs_i32(image, (uint16_t)(row + 2U)) >= 0);
+    }
+    for (uint16_t e = 0U; good && (e < gs_count(image, GS_EDGES)); ++e) {
+        good = gs_value_is_good(image, gs_cell(image, GS_EDGES, e, 2U, 0U));
+    }
+    for (uint16_t o = 0U; good && (o < gs_count(image, GS_OUTPUTS)); ++o) {
+        good = gs_value_is_good(image, gs_cell(image, GS_OUTPUTS, o, 2U, 0U));
+    }
+    return good;
+}
+
+static bool gs_sections_are_good(GS_ROM uint8_t *image, uint16_t length)
+{
+    bool good = true;
+    for (uint8_t section = 0U; good && (section < GS_N_SECTIONS); ++section) {
+        const uint32_t from = gs_row(image, section, 0U, 1U);
+        const uint32_t bytes = (uint32_t)gs_count(image, section) * gs_row_sizes[section];
+        good = (from >= GS_BODY) && ((from + bytes) <= length);
+    }
+    return good;
+}
+
+uint8_t gs_check(GS_ROM uint8_t *image, uint16_t size, const gs_room_t *room)
+{
+    uint8_t found = GS_OK;
+    if (size < GS_BODY) {
+        found = GS_SHORT;
+    } else if ((image[0] != 0x47U) || (image[1] != 0x53U) || (image[2] != 0x54U) || (image[3] != 0x42U)) {
+        found = GS_MAGIC;
+    } else if (image[4] != 1U) {
+        found = GS_VERSION;
+    } else if ((gs_u16(image, GS_AT_LENGTH) > size) || (gs_u16(image, GS_AT_LENGTH) < GS_BODY)) {
+        found = GS_SHORT;
+    } else if (gs_crc(image, gs_u16(image, GS_AT_LENGTH)) != gs_u32(image, GS_AT_CRC)) {
+        found = GS_CRC;
+    } else if ((gs_u32(image, GS_AT_INTERFACE) != room->interface) || (gs_u16(image, GS_AT_INPUTS) != room->inputs)
+               || (gs_count(image, GS_OUTPUTS) != room->outputs)) {
+        found = GS_INTERFACE;
+    } else if ((image[GS_AT_KIND] > GS_OUTER) || !gs_sections_are_good(image, gs_u16(image, GS_AT_LENGTH))) {
+        found = GS_RANGE;
+    } else if (!gs_has_room(image, room)) {
+        found = GS_ROOM;
+    } else if ((gs_count(image, GS_BLOCKS) == 0U) || !gs_states_are_good(image) || !gs_transitions_are_good(image)
+               || !gs_events_are_good(image) || !gs_lists_are_good(image) || !gs_histories_are_good(image) || !gs_rest_is_good(image)) {
+        found = GS_RANGE;
+    } else {
+        /* good */
+    }
+    return found;
+}
+
+/* --- bits --------------------------------------------------------------------------------------------------------------------------------- */
+
+static void gs_put(uint8_t *bits, uint16_t at, bool value)
+{
+    const uint8_t mask = (uint8_t)(1U << (at & 7U));
+    const uint16_t byte = at >> 3;
+    if (value) {
+        bits[byte] = (uint8_t)(bits[byte] | mask);
+    } else {
+        bits[byte] = (uint8_t)(bits[byte] & (uint8_t)~mask);
+    }
+}
+
+/* Where the recorded cases and the edges lie, behind the situation. */
+static uint16_t gs_case_bit(const gs_run_t *run, uint16_t number)
+{
+    return (uint16_t)(gs_count(run->image, GS_STATES) + number);
+}
+
+static uint16_t gs_edge_bit(const gs_run_t *run, uint16_t number)
+{
+    return (uint16_t)(gs_case_bit(run, gs_count(run->image, GS_CASES)) + number);
+}
+
+static uint16_t gs_now_bit(const gs_run_t *run, uint16_t number)
+{
+    return (uint16_t)(gs_edge_bit(run, gs_count(run->image, GS_EDGES)) + number);
+}
+
+/* Marks of a micro-step: a transition was offered, a state goes, comes, runs its initial content; a history waits, was seen, gives its default. */
+static uint16_t gs_exit_mark(const gs_run_t *run)
+{
+    return gs_count(run->image, GS_TRANSITIONS);
+}
+
+static uint16_t gs_enter_mark(const gs_run_t *run)
+{
+    return (uint16_t)(gs_exit_mark(run) + gs_count(run->image, GS_STATES));
+}
+
+static uint16_t gs_content_mark(const gs_run_t *run)
+{
+    return (uint16_t)(gs_enter_mark(run) + gs_count(run->image, GS_STATES));
+}
+
+static uint16_t gs_history_mark(const gs_run_t *run, uint16_t which)
+{
+    const uint16_t histories = gs_count(run->image, GS_HISTORIES);
+    return (uint16_t)(gs_content_mark(run) + gs_count(run->image, GS_STATES) + (uint16_t)((uint32_t)which * histories));
+}
+
+static void gs_clear_marks(gs_run_t *run)
+{
+    const uint16_t bytes = (uint16_t)gs_marks(run->image);
+    for (uint16_t i = 0U; i < bytes; ++i) {
+        run->work[i] = 0U;
+    }
+    run->chosen = 0U;
+}
+
+static uint16_t gs_chosen(const gs_run_t *run, uint16_t at)
+{
+    const uint16_t place = (uint16_t)(gs_marks(run->image) + (2U * (uint32_t)at));
+    const uint16_t low = run->work[place];
+    const uint16_t high = run->work[place + 1U];
+    return (uint16_t)(low | (uint16_t)(high << 8));
+}
+
+static void gs_set_chosen(gs_run_t *run, uint16_t at, uint16_t transition)
+{
+    const uint16_t place = (uint16_t)(gs_marks(run->image) + (2U * (uint32_t)at));
+    run->work[place] = (uint8_t)(transition & 0xFFU);
+    run->work[place + 1U] = (uint8_t)(transition >> 8);
+}
+
+/* --- expressions and lists ---------------------------------------------------------------------------------------------------------------- */
+
+static void gs_store(const gs_run_t *run, uint16_t var, int32_t value)
+{
+    const uint16_t row = gs_row(run->image, GS_VARS, var, GS_VAR_ROW);
+    const int32_t lo = gs_i32(run->image, (uint16_t)(row + 4U));
+    const int32_t hi = gs_i32(run->image, (uint16_t)(row + 8U));
+    run->values[var] = (value < lo) ? lo : ((value > hi) ? hi : value);
+}
+
+/* What is true is 1. */
+static int32_t gs_truth(bool holds)
+{
+    int32_t value = 0;
+    if (holds) {
+        value = 1;
+    }
+    return value;
+}
+
+static int32_t gs_leaf(const gs_run_t *run, uint8_t op, uint16_t number)
+{
+    int32_t value = 0;
+    switch (op) {
+    case GS_OP_INPUT:
+        value = run->in[number];
+        break;
+    case GS_OP_VAR:
+        value = run->values[number];
+        break;
+    case GS_OP_ACTIVE:
+        value = gs_truth(gs_bit(run->bits, number));
+        break;
+    case GS_OP_TIMER:
+        value = run->values[(uint16_t)(gs_count(run->image, GS_VARS) + number)];
+        break;
+    case GS_OP_RISE:
+        value = gs_truth(run->fresh && gs_bit(run->bits, gs_now_bit(run, number)) && !gs_bit(run->bits, gs_edge_bit(run, number)));
+        break;
+    case GS_OP_FALL:
+        value = gs_truth(run->fresh && !gs_bit(run->bits, gs_now_bit(run, number)) && gs_bit(run->bits, gs_edge_bit(run, number)));
+        break;
+    default:
+        break;
+    }
+    return value;
+}
+
+static int32_t gs_two(uint8_t op, int32_t a, int32_t b)
+{
+    const uint32_t x = (uint32_t)a;
+    const uint32_t y = (uint32_t)b;
+    int32_t value = 0;
+    switch (op) {
+    case GS_OP_AND:
+        value = gs_truth((a != 0) && (b != 0));
+        break;
+    case GS_OP_OR:
+        value = gs_truth((a != 0) || (b != 0));
+        break;
+    case GS_OP_EQ:
+        value = gs_truth(a == b);
+        break;
+    case GS_OP_NE:
+        value = gs_truth(a != b);
+        break;
+    case GS_OP_LT:
+        value = gs_truth(a < b);
+        break;
+    case GS_OP_LE:
+        value = gs_truth(a <= b);
+        break;
+    case GS_OP_GT:
+        value = gs_truth(a > b);
+        break;
+    case GS_OP_GE:
+        value = gs_truth(a >= b);
+        break;
+    case GS_OP_ADD:
+        value = gs_signed(x + y);
+        break;
+    case GS_OP_SUB:
+        value = gs_signed(x - y);
+        break;
+    case GS_OP_MUL:
+        value = gs_signed(x * y);
+        break;
+    default:
+        break;
+    }
+    return value;
+}
+
+/* The value that a block leaves, 0 for a list of statements. */
+static int32_t gs_run(const gs_run_t *run, uint16_t block)
+{
+    GS_ROM uint8_t *image = run->image;
+    int32_t stack[GS_STACK + 1U];
+    uint8_t depth = 0U;
+    uint16_t at = gs_row(image, GS_CODE, gs_cell(image, GS_BLOCKS, block, GS_BLOCK_ROW, 0U), 1U);
+    const uint16_t end = (uint16_t)(at + gs_cell(image, GS_BLOCKS, block, GS_BLOCK_ROW, 2U));
+    /* One place more than is used: what lies on top is always there. */
+    stack[0] = 0;
+    while (at < end) {
+        const uint8_t op = image[at];
+        const uint16_t operand = (uint16_t)(at + 1U);
+        at = (uint16_t)(operand + gs_operand(op));
+        switch (op) {
+        case GS_OP_BYTE:
+            ++depth;
+            stack[depth] = (image[operand] < 128U) ? (int32_t)image[operand] : ((int32_t)image[operand] - 256);
+            break;
+        case GS_OP_LONG:
+            ++depth;
+            stack[depth] = gs_i32(image, operand);
+            break;
+        case GS_OP_INPUT:
+        case GS_OP_VAR:
+        case GS_OP_ACTIVE:
+        case GS_OP_TIMER:
+        case GS_OP_RISE:
+        case GS_OP_FALL:
+            ++depth;
+            stack[depth] = gs_leaf(run, op, gs_u16(image, operand));
+            break;
+        case GS_OP_NOT:
+            stack[depth] = gs_truth(stack[depth] == 0);
+            break;
+        case GS_OP_NEG:
+            stack[depth] = gs_signed(0U - (uint32_t)stack[depth]);
+            break;
+        case GS_OP_SELECT:
+            depth = (uint8_t)(depth - 2U);
+            stack[depth] = (stack[depth] != 0) ? stack[depth + 1U] : stack[depth + 2U];
+            break;
+        case GS_OP_STORE:
+            gs_store(run, gs_u16(image, operand), stack[depth]);
+            --depth;
+            break;
+        case GS_OP_UNLESS:
+            if (stack[depth] == 0) {
+                at = (uint16_t)(at + gs_u16(image, operand));
+            }
+            --depth;
+            break;
+        case GS_OP_SKIP:
+            at = (uint16_t)(at + gs_u16(image, operand));
+            break;
+        default:
+            --depth;
+            stack[depth] = gs_two(op, stack[depth], stack[depth + 1U]);
+            break;
+        }
+    }
+    return stack[depth];
+}
+
+/* --- a micro-step ------------------------------------------------------------------------------------------------------------------------- */
+
+static void gs_set_active(gs_run_t *run, uint16_t state, bool active)
+{
+    const uint16_t timer = GS_STATE(run->image, state, GS_TIMER);
+    gs_put(run->bits, state, active);
+    if (timer != GS_NONE) {
+        run->values[(uint16_t)(gs_count(run->image, GS_VARS) + timer)] = 0;
+    }
+}
+
+/* Marks what a list enters. */
+static void gs_add(gs_run_t *run, uint16_t list)
+{
+    const uint16_t first = gs_cell(run->image, GS_LISTS, list, GS_LIST_ROW, 0U);
+    const uint16_t many = gs_cell(run->image, GS_LISTS, list, GS_LIST_ROW, 2U);
+    for (uint16_t i = 0U; i < many; ++i) {
+        const uint16_t item = gs_cell(run->image, GS_ITEMS, (uint16_t)(first + i), 2U, 0U);
+        const uint16_t kind = item & GS_ITEM_KIND;
+        const uint16_t number = item & GS_ITEM_NUMBER;
+        if (kind == GS_ITEM_HISTORY) {
+            if (!gs_bit(run->work, (uint16_t)(gs_history_mark(run, 1U) + number))) {
+                gs_put(run->work, (uint16_t)(gs_history_mark(run, 1U) + number), true);
+                gs_put(run->work, (uint16_t)(gs_history_mark(run, 0U) + number), true);
+            }
+        } else if (kind == GS_ITEM_CONTENT) {
+            gs_put(run->work, (uint16_t)(gs_content_mark(run) + number), true);
+        } else {
+            gs_put(run->work, (uint16_t)(gs_enter_mark(run) + number), true);
+        }
+    }
+}
+
+/* A history that is entered stands for what it recorded, or for its default. */
+static void gs_enter_history(gs_run_t *run, uint16_t history)
+{
+    const uint16_t row = gs_row(run->image, GS_HISTORIES, history, GS_HISTORY_ROW);
+    const uint16_t first = gs_u16(run->image, (uint16_t)(row + 2U));
+    const uint16_t many = gs_u16(run->image, (uint16_t)(row + 4U));
+    bool recorded = false;
+    for (uint16_t c = 0U; c < many; ++c) {
+        if (gs_bit(run->bits, gs_case_bit(run, (uint16_t)(first + c)))) {
+            recorded = true;
+            gs_add(run, gs_cell(run->image, GS_CASES, (uint16_t)(first + c), GS_CASE_ROW, 2U));
+        }
+    }
+    if (!recorded) {
+        gs_put(run->work, (uint16_t)(gs_history_mark(run, 2U) + history), true);
+        gs_add(run, gs_u16(run->image, (uint16_t)(row + 6U)));
+    }
+}
+
+/* Each history is entered at most once, so this ends. */
+static void gs_enter_histories(gs_run_t *run)
+{
+    const uint16_t histories = gs_count(run->image, GS_HISTORIES);
+    bool again = histories > 0U;
+    while (again) {
+        again = false;
+        for (uint16_t h = 0U; h < histories; ++h) {
+            const uint16_t waits = (uint16_t)(gs_history_mark(run, 0U) + h);
+            if (gs_bit(run->work, waits)) {
+                gs_put(run->work, waits, false);
+                gs_enter_history(run, h);
+                again = true;
+            }
+        }
+    }
+}
+
+static void gs_record_histories(gs_run_t *run)
+{
+    for (uint16_t h = 0U; h < gs_count(run->image, GS_HISTORIES); ++h) {
+        const uint16_t row = gs_row(run->image, GS_HISTORIES, h, GS_HISTORY_ROW);
+        const uint16_t owner = gs_u16(run->image, row);
+        if (gs_bit(run->work, (uint16_t)(gs_exit_mark(run) + owner))) {
+            const uint16_t first = gs_u16(run->image, (uint16_t)(row + 2U));
+            const uint16_t many = gs_u16(run->image, (uint16_t)(row + 4U));
+            for (uint16_t c = 0U; c < many; ++c) {
+                const uint16_t state = gs_cell(run->image, GS_CASES, (uint16_t)(first + c), GS_CASE_ROW, 0U);
+                gs_put(run->bits, gs_case_bit(run, (uint16_t)(first + c)), gs_bit(run->bits, state));
+            }
+        }
+    }
+}
+
+/* What is marked becomes active, from the outside in. */
+static void gs_enter_states(gs_run_t *run)
+{
+    const uint16_t histories = gs_count(run->image, GS_HISTORIES);
+    for (uint16_t s = 0U; s < gs_count(run->image, GS_STATES); ++s) {
+        if (gs_bit(run->work, (uint16_t)(gs_enter_mark(run) + s))) {
+            gs_set_active(run, s, true);
+            (void)gs_run(run, GS_STATE(run->image, s, GS_ENTRY));
+            if (gs_bit(run->work, (uint16_t)(gs_content_mark(run) + s))) {
+                (void)gs_run(run, GS_STATE(run->image, s, GS_CONTENT));
+            }
+            for (uint16_t h = 0U; h < histories; ++h) {
+                const uint16_t row = gs_row(run->image, GS_HISTORIES, h, GS_HISTORY_ROW);
+                if (gs_bit(run->work, (uint16_t)(gs_history_mark(run, 2U) + h)) && (gs_u16(run->image, row) == s)) {
+                    (void)gs_run(run, gs_u16(run->image, (uint16_t)(row + 8U)));
+                }
+            }
+        }
+    }
+}
+
+/* The transitions chosen of a statechart fire: exits from the inside out, actions, entries. */
+static void gs_fire_chart(gs_run_t *run)
+{
+    for (uint16_t i = 0U; i < run->chosen; ++i) {
+        const uint16_t t = gs_chosen(run, i);
+        const uint16_t last = GS_TRANSITION(run->image, t, GS_CLEARS_LAST);
+        for (uint32_t s = GS_TRANSITION(run->image, t, GS_CLEARS_FIRST); s <= last; ++s) {
+            if (gs_bit(run->bits, (uint16_t)s)) {
+                gs_put(run->work, (uint16_t)(gs_exit_mark(run) + s), true);
+            }
+        }
+    }
+    gs_record_histories(run);
+    for (uint16_t i = 0U; i < run->chosen; ++i) {
+        gs_add(run, GS_TRANSITION(run->image, gs_chosen(run, i), GS_TO));
+    }
+    gs_enter_histories(run);
+    for (uint16_t s = gs_count(run->image, GS_STATES); s > 0U; --s) {
+        const uint16_t state = (uint16_t)(s - 1U);
+        if (gs_bit(run->work, (uint16_t)(gs_exit_mark(run) + state))) {
+            (void)gs_run(run, GS_STATE(run->image, state, GS_EXIT));
+            gs_set_active(run, state, false);
+        }
+    }
+    for (uint16_t i = 0U; i < run->chosen; ++i) {
+        (void)gs_run(run, GS_TRANSITION(run->image, gs_chosen(run, i), GS_ACTION));
+    }
+    gs_enter_states(run);
+}
+
+static bool gs_guard_holds(gs_run_t *run, uint16_t transition)
+{
+    const uint16_t guard = GS_TRANSITION(run->image, transition, GS_GUARD);
+    return (guard == 0U) || (gs_run(run, guard) != 0);
+}
+
+/* Whether a state lies in another. */
+static bool gs_lies_in(const gs_run_t *run, uint16_t state, uint16_t outer)
+{
+    return (state > outer) && (state <= GS_STATE(run->image, outer, GS_LAST));
+}
+
+/* Takes a transition, or not: it replaces those that leave the same states if it comes before all of them. */
+static void gs_take(gs_run_t *run, uint16_t transition)
+{
+    GS_ROM uint8_t *image = run->image;
+    const bool inner = image[GS_AT_KIND] == GS_INNER;
+    const uint16_t first = GS_TRANSITION(image, transition, GS_CLEARS_FIRST);
+    const uint16_t last = GS_TRANSITION(image, transition, GS_CLEARS_LAST);
+    const uint16_t from = GS_TRANSITION(image, transition, GS_FROM);
+    bool wins = true;
+    for (uint8_t pass = 0U; pass < 2U; ++pass) {
+        uint16_t kept = 0U;
+        for (uint16_t i = 0U; wins && (i < run->chosen); ++i) {
+            const uint16_t other = gs_chosen(run, i);
+            const uint16_t other_first = GS_TRANSITION(image, other, GS_CLEARS_FIRST);
+            const uint16_t other_last = GS_TRANSITION(image, other, GS_CLEARS_LAST);
+            const bool meets = (first <= last) && (other_first <= other_last) && (first <= other_last) && (other_first <= last);
+            if (pass == 0U) {
+                const uint16_t other_from = GS_TRANSITION(image, other, GS_FROM);
+                const bool before = inner ? gs_lies_in(run, from, other_from) : gs_lies_in(run, other_from, from);
+                wins = !meets || before;
+            } else if (!meets) {
+                gs_set_chosen(run, kept, other);
+                ++kept;
+            } else {
+                /* it goes */
+            }
+        }
+        if (wins && (pass == 1U)) {
+            run->chosen = kept;
+        }
+    }
+    if (wins && (run->chosen < gs_u16(image, GS_AT_CHOSEN))) {
+        gs_set_chosen(run, run->chosen, transition);
+        ++run->chosen;
+    }
+}
+
+/* The first fireable transition on an event from a state. */
+static uint16_t gs_first(gs_run_t *run, uint16_t event, uint16_t state)
+{
+    const uint16_t first = gs_cell(run->image, GS_EVENTS, event, GS_EVENT_ROW, 2U);
+    const uint16_t many = gs_cell(run->image, GS_EVENTS, event, GS_EVENT_ROW, 4U);
+    uint16_t found = GS_NONE;
+    for (uint16_t i = 0U; (found == GS_NONE) && (i < many); ++i) {
+        const uint16_t t = gs_cell(run->image, GS_INDEX, (uint16_t)(first + i), 2U, 0U);
+        if ((GS_TRANSITION(run->image, t, GS_FROM) == state) && gs_guard_holds(run, t)) {
+            found = t;
+        }
+    }
+    return found;
+}
+
+/* Which transitions of a statechart fire on an event (0: none). */
+static void gs_check_chart(gs_run_t *run, uint16_t event)
+{
+    const bool inner = run->image[GS_AT_KIND] == GS_INNER;
+    gs_clear_marks(run);
+    if (gs_cell(run->image, GS_EVENTS, event, GS_EVENT_ROW, 4U) > 0U) {
+        for (uint16_t s = 0U; s < gs_count(run->image, GS_STATES); ++s) {
+            if ((GS_STATE(run->image, s, GS_LAST) == s) && gs_bit(run->bits, s)) {
+                uint16_t offered = GS_NONE;
+                uint16_t up = s;
+                while ((up != GS_NONE) && (!inner || (offered == GS_NONE))) {
+                    const uint16_t found = gs_first(run, event, up);
+                    offered = (found != GS_NONE) ? found : offered;
+                    up = GS_STATE(run->image, up, GS_ANCESTOR);
+                }
+                if ((offered != GS_NONE) && !gs_bit(run->work, offered)) {
+                    gs_put(run->work, offered, true);
+                    gs_take(run, offered);
+                }
+            }
+        }
+    }
+}
+
+/* Micro-steps of a statechart until nothing fires and no event is left. */
+static bool gs_evolve_chart(gs_run_t *run, bool reset)
+{
+    const uint16_t limit = gs_u16(run->image, GS_AT_LIMIT);
+    const uint16_t events = gs_count(run->image, GS_EVENTS);
+    uint16_t next = reset ? events : 1U;
+    uint16_t n = 0U;
+    bool fault = false;
+    bool again = true;
+    while (again) {
+        gs_check_chart(run, 0U);
+        if (run->chosen == 0U) {
+            while ((next < events) && (run->in[gs_cell(run->image, GS_EVENTS, next, GS_EVENT_ROW, 0U)] == 0)) {
+                ++next;
+            }
+            again = next < events;
+            if (again) {
+                n = 0U;
+                gs_check_chart(run, next);
+                ++next;
+            }
+        }
+        if (run->chosen > 0U) {
+            if (n == limit) {
+                fault = true;
+                again = false;
+            } else {
+                gs_fire_chart(run);
+                run->fresh = false;
+                ++n;
+            }
+        }
+    }
+    return fault;
+}
+
+/* Which transitions of a net fire: all that can, or the first of those that share a step. */
+static bool gs_check_net(gs_run_t *run)
+{
+    const bool competes = run->image[GS_AT_KIND] == GS_PRIORITY;
+    bool any = false;
+    gs_clear_marks(run);
+    for (uint16_t t = 0U; t < gs_count(run->image, GS_TRANSITIONS); ++t) {
+        const uint16_t list = GS_TRANSITION(run->image, t, GS_FROM);
+        const uint16_t first = gs_cell(run->image, GS_LISTS, list, GS_LIST_ROW, 0U);
+        const uint16_t many = gs_cell(run->image, GS_LISTS, list, GS_LIST_ROW, 2U);
+        bool fires = true;
+        for (uint16_t i = 0U; fires && (i < many); ++i) {
+            const uint16_t step = gs_cell(run->image, GS_ITEMS, (uint16_t)(first + i), 2U, 0U);
+            fires = gs_bit(run->bits, step) && !(competes && gs_bit(run->work, (uint16_t)(gs_exit_mark(run) + step)));
+        }
+        if (fires && gs_guard_holds(run, t)) {
+            any = true;
+            gs_put(run->work, t, true);
+            for (uint16_t i = 0U; i < many; ++i) {
+                const uint16_t step = gs_cell(run->image, GS_ITEMS, (uint16_t)(first + i), 2U, 0U);
+                gs_put(run->work, (uint16_t)(gs_exit_mark(run) + step), true);
+            }
+        }
+    }
+    return any;
+}
+
+/* They fire; a step that is both left and entered stays active. */
+static void gs_fire_net(gs_run_t *run)
+{
+    const uint16_t states = gs_count(run->image, GS_STATES);
+    const uint16_t transitions = gs_count(run->image, GS_TRANSITIONS);
+    for (uint16_t t = 0U; t < transitions; ++t) {
+        if (gs_bit(run->work, t)) {
+            gs_add(run, GS_TRANSITION(run->image, t, GS_TO));
+        }
+    }
+    for (uint16_t s = 0U; s < states; ++s) {
+        const uint16_t enters = (uint16_t)(gs_enter_mark(run) + s);
+        const bool stays = gs_bit(run->work, enters) && gs_bit(run->bits, s);
+        if (stays) {
+            gs_put(run->work, enters, false);
+        } else if (gs_bit(run->work, (uint16_t)(gs_exit_mark(run) + s))) {
+            (void)gs_run(run, GS_STATE(run->image, s, GS_EXIT));
+            gs_set_active(run, s, false);
+        } else {
+            /* neither */
+        }
+    }
+    for (uint16_t t = 0U; t < transitions; ++t) {
+        if (gs_bit(run->work, t)) {
+            (void)gs_run(run, GS_TRANSITION(run->image, t, GS_ACTION));
+        }
+    }
+    gs_enter_states(run);
+}
+
+static bool gs_evolve_net(gs_run_t *run)
+{
+    const uint16_t limit = gs_u16(run->image, GS_AT_LIMIT);
+    uint16_t n = 0U;
+    bool fault = false;
+    bool again = gs_check_net(run);
+    while (again) {
+        if ((limit != 0U) && (n == limit)) {
+            fault = true;
+            again = false;
+        } else {
+            gs_fire_net(run);
+            run->fresh = false;
+            ++n;
+            again = (limit != 0U) && gs_check_net(run);
+        }
+    }
+    return fault;
+}
+
+/* --- reactions ---------------------------------------------------------------------------------------------------------------------------- */
+
+/* What is asked for an edge is over inputs alone, so it stands for the whole reaction. */
+static void gs_compare_edges(gs_run_t *run)
+{
+    for (uint16_t e = 0U; e < gs_count(run->image, GS_EDGES); ++e) {
+        gs_put(run->bits, gs_now_bit(run, e), gs_run(run, gs_cell(run->image, GS_EDGES, e, 2U, 0U)) != 0);
+    }
+    run->fresh = true;
+}
+
+static void gs_renew_edges(gs_run_t *run)
+{
+    for (uint16_t e = 0U; e < gs_count(run->image, GS_EDGES); ++e) {
+        gs_put(run->bits, gs_edge_bit(run, e), gs_bit(run->bits, gs_now_bit(run, e)));
+    }
+}
+
+static void gs_give_outputs(gs_run_t *run)
+{
+    run->fresh = false;
+    for (uint16_t o = 0U; o < gs_count(run->image, GS_OUTPUTS); ++o) {
+        run->out[o] = gs_run(run, gs_cell(run->image, GS_OUTPUTS, o, 2U, 0U));
+    }
+}
+
+bool gs_init(gs_run_t *run)
+{
+    GS_ROM uint8_t *image = run->image;
+    const uint16_t vars = gs_count(image, GS_VARS);
+    const uint16_t bits = gs_now_bit(run, gs_count(image, GS_EDGES));
+    bool fault = false;
+    for (uint16_t i = 0U; i < bits; ++i) {
+        gs_put(run->bits, i, false);
+    }
+    for (uint16_t v = 0U; v < vars; ++v) {
+        gs_store(run, v, gs_i32(image, gs_row(image, GS_VARS, v, GS_VAR_ROW)));
+    }
+    for (uint16_t t = 0U; t < gs_count(image, GS_TIMERS); ++t) {
+        run->values[(uint16_t)(vars + t)] = 0;
+    }
+    run->fresh = false;
+    gs_clear_marks(run);
+    gs_add(run, gs_u16(image, GS_AT_INITIAL));
+    gs_enter_histories(run);
+    gs_enter_states(run);
+    if (image[GS_AT_KIND] >= GS_INNER) {
+        gs_compare_edges(run);
+        fault = gs_evolve_chart(run, true);
+        gs_renew_edges(run);
+    }
+    gs_give_outputs(run);
+    return fault;
+}
+
+bool gs_step(gs_run_t *run, int32_t dt)
+{
+    GS_ROM uint8_t *image = run->image;
+    const uint16_t vars = gs_count(image, GS_VARS);
+    const int32_t ticks = (dt < 0) ? INT32_MAX : dt;
+    bool fault;
+    for (uint16_t t = 0U; t < gs_count(image, GS_TIMERS); ++t) {
+        const uint16_t row = gs_row(image, GS_TIMERS, t, GS_TIMER_ROW);
+        if (gs_bit(run->bits, gs_u16(image, row))) {
+            const int32_t cap = gs_i32(image, (uint16_t)(row + 2U));
+            const int32_t now = run->values[(uint16_t)(vars + t)];
+            const int32_t rest = cap - now;
+            run->values[(uint16_t)(vars + t)] = (ticks < rest) ? (now + ticks) : cap;
+        }
+    }
+    gs_compare_edges(run);
+    if (image[GS_AT_KIND] >= GS_INNER) {
+        fault = gs_evolve_chart(run, false);
+    } else {
+        fault = gs_evolve_net(run);
+    }
+    gs_renew_edges(run);
+    gs_give_outputs(run);
+    return fault;
+}

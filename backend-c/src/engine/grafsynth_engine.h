@@ -1,0 +1,74 @@
+/* The table engine of grafsynth: one text for all charts. A chart is an image, an array of bytes; docs/c.md of grafsynth says what is in it. */
+#ifndef GRAFSYNTH_ENGINE_H
+#define GRAFSYNTH_ENGINE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Where images lie. With images in RAM (copied from an EEPROM) define it as const, for all files alike. */
+#ifndef GS_ROM
+#if defined(__AVR__) && defined(__FLASH)
+#define GS_ROM const __flash
+#elif defined(__SDCC_mcs51)
+#define GS_ROM const __code
+#else
+#define GS_ROM const
+#endif
+#endif
+
+/* What gs_check says. */
+#define GS_OK 0U
+#define GS_SHORT 1U     /* fewer bytes than an image has, or than its length says */
+#define GS_MAGIC 2U     /* no image */
+#define GS_VERSION 3U   /* an image for another engine */
+#define GS_CRC 4U       /* damaged */
+#define GS_INTERFACE 5U /* made for other inputs or outputs */
+#define GS_ROOM 6U      /* needs more memory than the instance has */
+#define GS_RANGE 7U     /* points outside of itself */
+
+/* What an instance has room for. */
+typedef struct {
+    uint32_t interface; /* the number of inputs and outputs: names, types, order */
+    uint16_t inputs;
+    uint16_t outputs;
+    uint16_t bits;   /* bytes of bits */
+    uint16_t values; /* numbers */
+    uint16_t work;   /* bytes within a reaction */
+} gs_room_t;
+
+/* A reaction. */
+typedef struct {
+    GS_ROM uint8_t *image;
+    uint8_t *bits;     /* situation, histories, edges */
+    int32_t *values;   /* variables, timers */
+    const int32_t *in; /* inputs and events */
+    int32_t *out;
+    uint8_t *work;
+    uint16_t chosen; /* transitions that fire */
+    bool fresh;      /* edges of inputs still hold */
+} gs_run_t;
+
+/* Whether an image can be run: GS_OK, or what is wrong. It is asked once; what runs an image trusts it. */
+uint8_t gs_check(GS_ROM uint8_t *image, uint16_t size, const gs_room_t *room);
+
+/* Reset: true if the chart did not come to rest. The inputs are those of reset, all 0 or nearest to it. */
+bool gs_init(gs_run_t *run);
+
+/* One reaction, dt ticks after the last: true if the chart did not come to rest. */
+bool gs_step(gs_run_t *run, int32_t dt);
+
+/* A bit of an instance. */
+static inline bool gs_bit(const uint8_t *bits, uint16_t at)
+{
+    return (((uint16_t)bits[at >> 3] >> (at & 7U)) & 1U) != 0U;
+}
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

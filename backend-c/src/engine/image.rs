@@ -1,0 +1,261 @@
+//! A chart as an image: the tables that the engine runs, as the bytes that it reads. `docs/c.md` describes them; `grafsynth_engine.c` reads and checks them.
+
+use crate::Object;
+use std::collections::BTreeMap;
+
+/// The version of the format, which the engine asks for.
+const VERSION: u8 = 1;
+/// Bytes before the first section.
+const HEADER: usize = 84;
+/// Where the checksum stands; it is over all bytes, its own taken as 0.
+const CHECKSUM: std::ops::Range<usize> = 8..12;
+/// "None" where a row names another.
+pub(super) const NONE: u16 = 0xffff;
+
+/// The kinds of charts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum ImageKind {
+    /// A net whose fireable transitions all fire.
+    All = 0,
+    /// A net whose transitions compete for steps.
+    Priority = 1,
+    /// A statechart, inner transitions first.
+    InnerFirst = 2,
+    /// A statechart, outer transitions first.
+    OuterFirst = 3,
+}
+
+/// The sections in the order of the header.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Section {
+    States,
+    Transitions,
+    Events,
+    Index,
+    Lists,
+    Items,
+    Histories,
+    Cases,
+    Vars,
+    Timers,
+    Edges,
+    Outputs,
+    Blocks,
+    Code,
+}
+
+/// What the comments of `NAME_tables.c` call the sections.
+const TITLES: [&str; 14] = [
+    "states: ancestor, last descendant, entry, exit, initial content, timer",
+    "transitions: from, clears first to last, to, guard, action",
+    "events: input, first and number of its transitions",
+    "transitions by event",
+    "lists: first, number",
+    "items of lists: a state; 0x4000 and more the initial content of one; 0x8000 and more a history",
+    "histories: owner, first case, number of cases, default, its content",
+    "cases: state, what is entered",
+    "variables: initial value, least, most",
+    "timers: state, cap",
+    "edges: operand",
+    "outputs: value",
+    "blocks: first byte, number of bytes",
+    "code",
+];
+
+/// One row of a section.
+#[derive(Debug, Clone, Default)]
+struct Row {
+    bytes: Vec<u8>,
+    note: String,
+    object: Option<Object>,
+}
+
+/// An image in the making.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Image {
+    sections: [Vec<Row>; 14],
+    blocks: BTreeMap<Vec<u8>, u16>,
+    lists: BTreeMap<Vec<u16>, u16>,
+    n_code: usize,
+    n_items: usize,
+}
+
+/// What the header says beside the sections.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Head {
+    pub(super) kind: ImageKind,
+    pub(super) interface: u32,
+    pub(super) limit: u16,
+    pub(super) chosen: u16,
+    pub(super) initial: u16,
+    pub(super) inputs: u16,
+}
+
+/// Bytes with what they say.
+pub(super) struct Line {
+    pub(super) bytes: Vec<u8>,
+    pub(super) title: Option<&'static str>,
+    pub(super) note: String,
+    pub(super) object: Option<Object>,
+}
+
+/// A number that fits into a column. What does not makes an image of more than 65535 bytes, which is refused as a whole.
+pub(super) fn narrow(value: usize) -> u16 {
+    u16::try_from(value).unwrap_or(NONE)
+}
+
+impl Image {
+    /// An image whose list 0 and block 0 are empty.
+    pub(super) fn new() -> Self {
+        let mut image = Image::default();
+        image.list(&[]);
+        image.block(&[]);
+        image
+    }
+
+    /// Appends a row of numbers.
+    pub(super) fn row(
+        &mut self,
+        section: Section,
+        cells: &[u16],
+        note: impl Into<String>,
+        object: Option<Object>,
+    ) {
+        let bytes = cells.iter().flat_map(|cell| cell.to_le_bytes()).collect();
+        self.sections[section as usize].push(Row { bytes, note: note.into(), object });
+    }
+
+    /// Appends a row as it is.
+    pub(super) fn raw(
+        &mut self,
+        section: Section,
+        bytes: Vec<u8>,
+        note: impl Into<String>,
+        object: Option<Object>,
+    ) {
+        self.sections[section as usize].push(Row { bytes, note: note.into(), object });
+    }
+
+    /// The rows of a section so far.
+    pub(super) fn count(&self, section: Section) -> usize {
+        match section {
+            Section::Code => self.n_code,
+            Section::States
+            | Section::Transitions
+            | Section::Events
+            | Section::Index
+            | Section::Lists
+            | Section::Items
+            | Section::Histories
+            | Section::Cases
+            | Section::Vars
+            | Section::Timers
+            | Section::Edges
+            | Section::Outputs
+            | Section::Blocks => self.sections[section as usize].len(),
+        }
+    }
+
+    /// The number of a block of code; equal ones are one.
+    pub(super) fn block(&mut self, code: &[u8]) -> u16 {
+        if let Some(known) = self.blocks.get(code) {
+            return *known;
+        }
+        let number = narrow(self.count(Section::Blocks));
+        self.row(Section::Blocks, &[narrow(self.n_code), narrow(code.len())], "", None);
+        if !code.is_empty() {
+            self.raw(Section::Code, code.to_vec(), format!("block {number}"), None);
+        }
+        self.n_code += code.len();
+        self.blocks.insert(code.to_vec(), number);
+        number
+    }
+
+    /// The number of a list; equal ones are one.
+    pub(super) fn list(&mut self, items: &[u16]) -> u16 {
+        if let Some(known) = self.lists.get(items) {
+            return *known;
+        }
+        let number = narrow(self.count(Section::Lists));
+        self.row(Section::Lists, &[narrow(self.n_items), narrow(items.len())], "", None);
+        for item in items {
+            self.row(Section::Items, &[*item], "", None);
+        }
+        self.n_items += items.len();
+        self.lists.insert(items.to_vec(), number);
+        number
+    }
+
+    /// The whole as lines of bytes, header first, and its length; the length may be more than an image can have.
+    pub(super) fn finish(self, head: Head) -> (Vec<Line>, usize) {
+        let mut places = Vec::new();
+        let mut at = HEADER;
+        for (section, rows) in self.sections.iter().enumerate() {
+            let n_rows = if section == Section::Code as usize { self.n_code } else { rows.len() };
+            places.extend([narrow(at), narrow(n_rows)]);
+            at += rows.iter().map(|row| row.bytes.len()).sum::<usize>();
+        }
+        let length = at;
+        let mut header = b"GSTB".to_vec();
+        header.extend([VERSION, head.kind as u8]);
+        header.extend(narrow(length).to_le_bytes());
+        header.extend([0; 4]);
+        header.extend(head.interface.to_le_bytes());
+        for value in [head.limit, head.chosen, head.initial, head.inputs] {
+            header.extend(value.to_le_bytes());
+        }
+        header.extend(places.iter().flat_map(|place| place.to_le_bytes()));
+        header.resize(HEADER, 0);
+        let mut lines = vec![Line {
+            bytes: header,
+            title: Some(
+                "header: magic, version, kind, length, checksum, interface, limits, sections",
+            ),
+            note: String::new(),
+            object: None,
+        }];
+        for (rows, title) in self.sections.into_iter().zip(TITLES) {
+            let mut title = Some(title);
+            for Row { bytes, note, object } in rows {
+                lines.push(Line { bytes, title: title.take(), note, object });
+            }
+        }
+        let all: Vec<u8> = lines.iter().flat_map(|line| line.bytes.iter().copied()).collect();
+        let crc = crc32(&all);
+        if let Some(first) = lines.first_mut() {
+            first.bytes[CHECKSUM].copy_from_slice(&crc.to_le_bytes());
+        }
+        (lines, length)
+    }
+}
+
+/// The CRC-32 of IEEE 802.3 (reflected, polynomial 0xEDB88320), as zip files have it.
+pub(crate) fn crc32(bytes: &[u8]) -> u32 {
+    let mut crc = u32::MAX;
+    for byte in bytes {
+        crc ^= u32::from(*byte);
+        for _ in 0..8 {
+            crc = if crc & 1 == 1 { (crc >> 1) ^ 0xedb8_8320 } else { crc >> 1 };
+        }
+    }
+    !crc
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_checksum_is_the_usual_one() {
+        assert_eq!(crc32(b"123456789"), 0xcbf4_3926);
+    }
+
+    #[test]
+    fn equal_blocks_and_lists_are_one() {
+        let mut image = Image::new();
+        assert_eq!((image.block(&[]), image.list(&[])), (0, 0));
+        let block = image.block(&[0, 1]);
+        assert_eq!((block, image.block(&[0, 1]), image.block(&[0, 2])), (1, 1, 2));
+        assert_eq!((image.list(&[7]), image.list(&[7])), (1, 1));
+    }
+}

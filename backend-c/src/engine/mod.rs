@@ -1,0 +1,747 @@
+//! The style `engine`: the chart as tables that a small engine interprets, after the statechart engine of seed 002.
+//!
+//! The engine (`grafsynth_engine.c`) is one text for all charts: after a changed chart only `NAME_tables.c` differs. It walks rows of states and rows of
+//! transitions as the paper's `BSTATE` and `BTRANS` do: those on an event whose origin is active, exits up to the common ancestor, action, entries down to
+//! atomic states. What the paper finds at run time by `descendant` and `sibling` stands in the rows as lists, from the net; its search of all transitions
+//! is an index by event. The same rows carry Grafcet charts: a list of steps taken and a list of steps given.
+//!
+//! The tables are an image: bytes without pointers, with a checksum, the same on every machine. So they can also be loaded from a flash or an EEPROM, and
+//! `gs_check` finds out once whether every number in them is in its range.
+
+mod code;
+mod image;
+
+use crate::cprogram::{CProgram, Engine, Member};
+use crate::ctext::{Kind, Node};
+use crate::names::Names;
+use crate::switch::Refusal;
+use crate::times::{Ticks, step_caps};
+use crate::{Object, Options};
+use grafsynth_ir::net::{
+    Driver, Emission, Enter, Evolution, Expr, Input, InputId, InputKind, Leaf, Net, Policy,
+    Schedule, StepId, StepKind, Transition, TransitionId, TransitionKind,
+};
+use grafsynth_ir::{IdMap, Span, walk};
+use image::{Head, Image, ImageKind, Line, NONE, Section, narrow};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// The engine's text and its header: the same for every chart.
+pub(crate) const SOURCE: (&str, &str) = ("grafsynth_engine.c", include_str!("grafsynth_engine.c"));
+/// See [`SOURCE`].
+pub(crate) const HEADER: (&str, &str) = ("grafsynth_engine.h", include_str!("grafsynth_engine.h"));
+
+/// The items of a list that are no states.
+const CONTENT: u16 = 0x4000;
+/// See [`CONTENT`].
+const HISTORY: u16 = 0x8000;
+/// The numbers that an item can hold.
+const MOST_STATES: usize = 0x3fff;
+
+/// What the rows need to know of each other.
+struct Plan<'a> {
+    net: &'a Net,
+    /// The position of each input in what a reaction is handed.
+    inputs: IdMap<Input, Option<u16>>,
+    /// Events that some transition is on.
+    listened: BTreeSet<InputId>,
+    /// Number and cap of the timer of each step whose time is read.
+    timers: BTreeMap<StepId, (u16, i32)>,
+    /// The last descendant of each step: descendants follow their ancestor without a gap.
+    last: Vec<usize>,
+}
+
+fn refuse<T>(what: impl Into<String>, span: Span) -> Result<T, Refusal> {
+    Err(Refusal { what: what.into(), span })
+}
+
+/// The net in this style.
+///
+/// # Errors
+/// What the net uses that the engine does not carry.
+pub(crate) fn program(net: &Net, names: &Names, options: &Options) -> Result<CProgram, Refusal> {
+    if options.trace.is_some() {
+        return refuse("a trace ring", net.name.span);
+    }
+    let plan = Plan::of(net)?;
+    let cap = plan.timers.values().map(|(_, cap)| i64::from(*cap)).max();
+    let ticks = cap.map(Ticks::for_cap);
+    let mut image = Image::new();
+    let kind = plan.kind()?;
+    let order = plan.order(kind)?;
+    plan.states(&mut image)?;
+    plan.transitions(&order, &mut image)?;
+    plan.events(kind, &order, &mut image)?;
+    plan.histories(&mut image)?;
+    plan.rest(&mut image)?;
+    let initial: Vec<Enter> = if net.settings.policy.is_statechart() {
+        net.parts.values().flat_map(|part| part.initial.iter().copied()).collect()
+    } else {
+        net.steps.iter().filter(|(_, it)| it.is_initial).map(|(id, _)| Enter::Step(id)).collect()
+    };
+    let initial = image.list(&items(&initial));
+    let chosen = plan.most_atomic();
+    let limit = match net.settings.evolution {
+        Evolution::Single => 0,
+        Evolution::Stable { limit } => match u16::try_from(limit) {
+            Ok(limit) => limit,
+            Err(_) => return refuse("more than 65535 micro-steps in a reaction", net.name.span),
+        },
+    };
+    let inputs = narrow(plan.inputs.values().flatten().count());
+    let head = Head { kind, interface: interface(net, ticks), limit, chosen, initial, inputs };
+    let n_states = net.steps.len();
+    let room = Room {
+        bits: (n_states + image.count(Section::Cases) + 2 * net.edges.len()).div_ceil(8).max(1),
+        values: (net.vars.len() + plan.timers.len()).max(1),
+        work: (net.transitions.len() + 3 * n_states + 3 * net.histories.len()).div_ceil(8)
+            + 2 * usize::from(chosen),
+        inputs: inputs.into(),
+        outputs: net.outputs.len(),
+        interface: head.interface,
+    };
+    let (lines, length) = image.finish(head);
+    if length > usize::from(u16::MAX) {
+        return refuse(
+            format!("a chart of {length} bytes of tables, where an image has at most 65535"),
+            net.name.span,
+        );
+    }
+    Ok(emit(net, names, &room, ticks, &lines))
+}
+
+/// What a chart needs of memory, and what it is handed.
+struct Room {
+    bits: usize,
+    values: usize,
+    work: usize,
+    inputs: usize,
+    outputs: usize,
+    interface: u32,
+}
+
+/// A number for what a program and an image must agree upon: names, types and order of inputs and outputs, and how time comes in.
+fn interface(net: &Net, ticks: Option<Ticks>) -> u32 {
+    let mut text = format!("{}\n", ticks.map_or("", Ticks::name));
+    for (_, input) in net.inputs.iter().filter(|(_, it)| is_handed(it.kind)) {
+        text.push_str(&format!("in {} {:?} {:?}\n", input.name, input.ty.bounds(), input.kind));
+    }
+    for output in net.outputs.values() {
+        text.push_str(&format!("out {} {:?}\n", output.name, output.ty.bounds()));
+    }
+    image::crc32(text.as_bytes())
+}
+
+fn is_handed(kind: InputKind) -> bool {
+    matches!(kind, InputKind::Pin | InputKind::Event)
+}
+
+/// What is entered, as items.
+fn items(enters: &[Enter]) -> Vec<u16> {
+    enters
+        .iter()
+        .map(|enter| match *enter {
+            Enter::Step(step) => narrow(step.index()),
+            Enter::InitialContent(step) => CONTENT | narrow(step.index()),
+            Enter::History(history) => HISTORY | narrow(history.index()),
+        })
+        .collect()
+}
+
+impl<'a> Plan<'a> {
+    fn of(net: &'a Net) -> Result<Self, Refusal> {
+        plain(net)?;
+        let mut number = 0;
+        let inputs = IdMap::build(&net.inputs, |_, input| {
+            is_handed(input.kind).then(|| {
+                number += 1;
+                number - 1
+            })
+        });
+        let listened: BTreeSet<InputId> =
+            net.transitions.values().flat_map(|it| it.events.iter().copied()).collect();
+        let mut caps = BTreeMap::new();
+        walk::for_each_expr(net, &mut |expr| step_caps(expr, &mut caps));
+        let mut timers = BTreeMap::new();
+        for (at, (step, cap)) in caps.into_iter().enumerate() {
+            let Ok(cap) = i32::try_from(cap) else {
+                return refuse("a time of more than 31 bits", net.steps[step].meta.span);
+            };
+            timers.insert(step, (narrow(at), cap));
+        }
+        let plan = Plan { net, inputs, listened, timers, last: last_descendants(net)? };
+        plan.queues()?;
+        Ok(plan)
+    }
+
+    /// No queue is needed: events of a row are taken one by one, in declaration order, and nothing else raises any.
+    fn queues(&self) -> Result<(), Refusal> {
+        let net = self.net;
+        for step in net.steps.values() {
+            if step.done_event.is_some_and(|event| self.listened.contains(&event)) {
+                return refuse("a transition on the completion of a state", step.meta.span);
+            }
+        }
+        let outside = self.listened.iter().filter(|id| net.inputs[**id].kind == InputKind::Event);
+        match net.settings.queue {
+            Some(bound) if (bound as usize) < outside.count() => {
+                refuse("a queue shorter than the events of a row", net.name.span)
+            }
+            Some(_) | None => Ok(()),
+        }
+    }
+
+    fn kind(&self) -> Result<ImageKind, Refusal> {
+        let settings = &self.net.settings;
+        let span = self.net.name.span;
+        if settings.schedule != Schedule::Declared && self.net.parts.len() > 1 {
+            return refuse("`schedule level` and `schedule priority`", span);
+        }
+        match settings.policy {
+            Policy::All => Ok(ImageKind::All),
+            Policy::Priority => {
+                if self.net.parts.values().filter(|part| part.level == 1).count() > 1 {
+                    return refuse("priorities in several charts side by side", span);
+                }
+                Ok(ImageKind::Priority)
+            }
+            Policy::PriorityAge => refuse("`conflict priority-age`", span),
+            Policy::InnerFirst => Ok(ImageKind::InnerFirst),
+            Policy::OuterFirst => Ok(ImageKind::OuterFirst),
+        }
+    }
+
+    /// The transitions in the order of their rows: that of competing and of actions.
+    fn order(&self, kind: ImageKind) -> Result<Vec<TransitionId>, Refusal> {
+        let net = self.net;
+        let is_chart = net.settings.policy.is_statechart();
+        let mut order: Vec<TransitionId> = net.transitions.iter().map(|(id, _)| id).collect();
+        if kind == ImageKind::Priority {
+            order.sort_by_key(|id| (net.transitions[*id].priority.unwrap_or(u32::MAX), *id));
+        }
+        for transition in net.transitions.values() {
+            let span = transition.meta.span;
+            if !is_chart && transition.kind == TransitionKind::Reaction {
+                return refuse("a reaction of a step", span);
+            }
+            if !is_chart && transition.restart {
+                return refuse("`restart`", span);
+            }
+            if !is_chart && !transition.events.is_empty() {
+                return refuse("events outside of statecharts", span);
+            }
+            if is_chart && transition.requires.len() != 1 {
+                return refuse("a transition of a statechart without one source", span);
+            }
+        }
+        Ok(order)
+    }
+
+    fn states(&self, image: &mut Image) -> Result<(), Refusal> {
+        let net = self.net;
+        for (id, step) in net.steps.iter() {
+            let entry = self.list(&step.entry, image)?;
+            let exit = self.list(&step.exit, image)?;
+            let content = self.list(&step.initial_content, image)?;
+            let parent = step.parent.map_or(NONE, |parent| narrow(parent.index()));
+            let timer = self.timers.get(&id).map_or(NONE, |(number, _)| *number);
+            let note = match step.parent {
+                Some(parent) => format!("{} in {}", step.name, net.steps[parent].name),
+                None => step.name.to_string(),
+            };
+            let last = narrow(self.last[id.index()]);
+            image.row(
+                Section::States,
+                &[parent, last, entry, exit, content, timer],
+                note,
+                Some(Object::Step(id)),
+            );
+        }
+        Ok(())
+    }
+
+    fn list(&self, block: &grafsynth_ir::net::Block, image: &mut Image) -> Result<u16, Refusal> {
+        Ok(image.block(&code::list(self, block)?))
+    }
+
+    fn transitions(&self, order: &[TransitionId], image: &mut Image) -> Result<(), Refusal> {
+        let net = self.net;
+        let is_chart = net.settings.policy.is_statechart();
+        for id in order {
+            let transition = &net.transitions[*id];
+            let from = match transition.requires.as_slice() {
+                [only] if is_chart => narrow(only.index()),
+                steps => {
+                    let steps: Vec<u16> = steps.iter().map(|step| narrow(step.index())).collect();
+                    image.list(&steps)
+                }
+            };
+            let (first, last) = if is_chart { self.clears(transition)? } else { (1, 0) };
+            let to = image.list(&items(&transition.enters));
+            let guard = if transition.guard.is_true() {
+                0
+            } else {
+                image.block(&code::value(self, &transition.guard)?)
+            };
+            let action = self.list(&transition.actions, image)?;
+            image.row(
+                Section::Transitions,
+                &[from, first, last, to, guard, action],
+                transition.name.to_string(),
+                Some(Object::Transition(*id)),
+            );
+        }
+        Ok(())
+    }
+
+    /// The states that a transition leaves if they are active: a domain's descendants.
+    fn clears(&self, transition: &Transition) -> Result<(u16, u16), Refusal> {
+        let mut numbers: Vec<usize> = transition.clears.iter().map(|step| step.index()).collect();
+        numbers.sort_unstable();
+        match (numbers.first(), numbers.last()) {
+            (Some(first), Some(last)) if last - first + 1 == numbers.len() => {
+                Ok((narrow(*first), narrow(*last)))
+            }
+            (None, None) => Ok((1, 0)),
+            _ => refuse("states that do not follow their ancestor", transition.meta.span),
+        }
+    }
+
+    fn events(
+        &self,
+        kind: ImageKind,
+        order: &[TransitionId],
+        image: &mut Image,
+    ) -> Result<(), Refusal> {
+        let net = self.net;
+        let is_chart = matches!(kind, ImageKind::InnerFirst | ImageKind::OuterFirst);
+        let place: BTreeMap<TransitionId, usize> =
+            order.iter().enumerate().map(|(at, id)| (*id, at)).collect();
+        let outside = net
+            .inputs
+            .iter()
+            .filter(|(id, it)| it.kind == InputKind::Event && self.listened.contains(id));
+        let events = std::iter::once(None).chain(outside.map(|(id, _)| Some(id)));
+        for event in events.take(if is_chart { usize::MAX } else { 1 }) {
+            let mut on: Vec<TransitionId> = order
+                .iter()
+                .copied()
+                .filter(|id| match event {
+                    None => is_chart && net.transitions[*id].events.is_empty(),
+                    Some(event) => net.transitions[*id].events.contains(&event),
+                })
+                .collect();
+            on.sort_by_key(|id| (net.transitions[*id].requires.first().copied(), *id));
+            let first = narrow(image.count(Section::Index));
+            let (input, note) = match event {
+                None => (NONE, "no event".to_owned()),
+                Some(event) => {
+                    (self.inputs[event].unwrap_or(NONE), net.inputs[event].name.to_string())
+                }
+            };
+            image.row(Section::Events, &[input, first, narrow(on.len())], note, None);
+            for id in on {
+                let note = format!("on {}", event.map_or("", |it| &net.inputs[it].name.text));
+                let note = if event.is_some() { note } else { "on nothing".to_owned() };
+                image.row(Section::Index, &[narrow(place[&id])], note, None);
+            }
+        }
+        Ok(())
+    }
+
+    fn histories(&self, image: &mut Image) -> Result<(), Refusal> {
+        let net = self.net;
+        let mut contents = BTreeSet::new();
+        for history in net.histories.values() {
+            if !history.default_content.is_empty() && !contents.insert(history.owner) {
+                return refuse("two histories of a state with content", history.meta.span);
+            }
+            let first = image.count(Section::Cases);
+            for case in &history.cases {
+                let list = image.list(&items(&case.enters));
+                let note = format!("{} of {}", net.steps[case.step].name, history.name);
+                image.row(Section::Cases, &[narrow(case.step.index()), list], note, None);
+            }
+            let default = image.list(&items(&history.default));
+            let content = self.list(&history.default_content, image)?;
+            let cells = [
+                narrow(history.owner.index()),
+                narrow(first),
+                narrow(history.cases.len()),
+                default,
+                content,
+            ];
+            image.row(Section::Histories, &cells, history.name.to_string(), None);
+        }
+        Ok(())
+    }
+
+    /// Variables, timers, edges and outputs.
+    fn rest(&self, image: &mut Image) -> Result<(), Refusal> {
+        let net = self.net;
+        for (id, var) in net.vars.iter() {
+            let (lo, hi) = var.ty.bounds();
+            let init = var.init.first().copied().unwrap_or(0);
+            let mut bytes = Vec::new();
+            for value in [init, lo, hi] {
+                let Ok(value) = i32::try_from(value) else {
+                    return refuse("a variable of more than 32 bits", var.meta.span);
+                };
+                bytes.extend(value.to_le_bytes());
+            }
+            image.raw(Section::Vars, bytes, var.name.to_string(), Some(Object::Var(id)));
+        }
+        for (step, (_, cap)) in &self.timers {
+            let mut bytes = narrow(step.index()).to_le_bytes().to_vec();
+            bytes.extend(cap.to_le_bytes());
+            image.raw(Section::Timers, bytes, format!("{}.t", net.steps[*step].name), None);
+        }
+        for edge in net.edges.values() {
+            let block = image.block(&code::value(self, &edge.expr)?);
+            image.row(Section::Edges, &[block], "", None);
+        }
+        for (id, output) in net.outputs.iter() {
+            let value = match &output.driver {
+                Driver::Continuous(emissions) => lit(emissions),
+                Driver::Stored(var) => Expr::leaf(Leaf::Var(*var), output.meta.span),
+                Driver::Mealy(_) => return refuse("a mealy output", output.meta.span),
+                Driver::Controlled(_) => return refuse("a controlled action", output.meta.span),
+                Driver::Extern { .. } => return refuse("an extern action", output.meta.span),
+            };
+            let block = image.block(&code::value(self, &value)?);
+            image.row(
+                Section::Outputs,
+                &[block],
+                output.name.to_string(),
+                Some(Object::Output(id)),
+            );
+        }
+        Ok(())
+    }
+
+    /// The most atomic states that are active at once: so many transitions may be chosen.
+    fn most_atomic(&self) -> u16 {
+        let net = self.net;
+        if !net.settings.policy.is_statechart() {
+            return 0;
+        }
+        let mut most = vec![0_usize; net.steps.len()];
+        let mut roots: BTreeMap<_, usize> = BTreeMap::new();
+        let mut all: Vec<StepId> = net.steps.iter().map(|(id, _)| id).collect();
+        all.reverse();
+        for id in all {
+            let step = &net.steps[id];
+            let own = most[id.index()].max(1);
+            most[id.index()] = own;
+            match step.parent {
+                Some(parent) if net.steps[parent].kind == StepKind::Parallel => {
+                    most[parent.index()] += own;
+                }
+                Some(parent) => most[parent.index()] = most[parent.index()].max(own),
+                None => {
+                    let root = roots.entry(step.part).or_insert(0);
+                    *root = (*root).max(own);
+                }
+            }
+        }
+        narrow(roots.values().sum())
+    }
+}
+
+/// A continuous output as an expression.
+fn lit(emissions: &[Emission]) -> Expr {
+    Expr::or(emissions.iter().map(|emission| {
+        let active = Expr::leaf(Leaf::Active(emission.step), emission.span);
+        match &emission.condition {
+            Some(condition) => Expr::and([active, condition.clone()]),
+            None => active,
+        }
+    }))
+}
+
+/// What the engine does not know of at all.
+fn plain(net: &Net) -> Result<(), Refusal> {
+    let span = net.name.span;
+    if net.steps.len() > MOST_STATES || net.histories.len() > MOST_STATES {
+        return refuse("more than 16383 states", span);
+    }
+    if let Some(action) = net.actions.values().next() {
+        return refuse("a controlled action", action.meta.span);
+    }
+    if let Some(timer) = net.timers.values().next() {
+        return refuse("a free timer", timer.meta.span);
+    }
+    if let Some(send) = net.sends.values().next() {
+        return refuse("`send`", send.meta.span);
+    }
+    if let Some(forcing) = net.forcings.first() {
+        return refuse("forcing", forcing.span);
+    }
+    if net.settings.fire_one {
+        return refuse("`fire one`", span);
+    }
+    if net.settings.assign_simultaneous {
+        return refuse("`assign simultaneous`", span);
+    }
+    if let Some(input) = net.inputs.values().find(|it| it.kind == InputKind::Extern) {
+        return refuse("an extern condition", input.meta.span);
+    }
+    if let Some(var) = net.vars.values().find(|it| it.len.is_some()) {
+        return refuse("an array", var.meta.span);
+    }
+    for step in net.steps.values() {
+        if step.kind == StepKind::Enclosing {
+            return refuse("an enclosing step", step.meta.span);
+        }
+        if step.kind == StepKind::Final && step.parent.is_none() {
+            return refuse("a final state that ends its chart", step.meta.span);
+        }
+        if !step.tasks.is_empty() {
+            return refuse("tasks", step.meta.span);
+        }
+        if !step.code.is_empty() {
+            return refuse("text of another language", step.meta.span);
+        }
+    }
+    for edge in net.edges.values() {
+        let mut outside = true;
+        edge.expr.for_each_leaf(&mut |leaf| outside &= matches!(leaf, Leaf::Input(_)));
+        if !outside {
+            return refuse("an edge of anything but inputs", edge.expr.span);
+        }
+    }
+    Ok(())
+}
+
+/// The last descendant of each step, itself where it has none.
+fn last_descendants(net: &Net) -> Result<Vec<usize>, Refusal> {
+    let mut last: Vec<usize> = (0..net.steps.len()).collect();
+    let mut size = vec![1_usize; net.steps.len()];
+    let mut all: Vec<StepId> = net.steps.iter().map(|(id, _)| id).collect();
+    all.reverse();
+    for id in all {
+        let step = &net.steps[id];
+        if let Some(parent) = step.parent {
+            let (own, at) = (size[id.index()], last[id.index()]);
+            if parent.index() >= id.index() {
+                return refuse("states that do not follow their ancestor", step.meta.span);
+            }
+            size[parent.index()] += own;
+            last[parent.index()] = last[parent.index()].max(at);
+        }
+        if last[id.index()] - id.index() + 1 != size[id.index()] {
+            return refuse("states that do not follow their ancestor", step.meta.span);
+        }
+    }
+    Ok(last)
+}
+
+// --- text --------------------------------------------------------------------------------------------------------------------------------------
+
+fn emit(net: &Net, names: &Names, room: &Room, ticks: Option<Ticks>, lines: &[Line]) -> CProgram {
+    let (prefix, upper) = (&names.prefix, &names.upper);
+    let has_fault = net.settings.evolution != Evolution::Single;
+    let mut instance = vec![
+        member("GS_ROM uint8_t *image", "the tables that it runs"),
+        member(&format!("uint8_t bits[{upper}_BITS]"), "situation, histories, edges"),
+        member(&format!("int32_t values[{upper}_VALUES]"), "variables, timers"),
+    ];
+    if has_fault {
+        instance.push(member("bool fault", "the last reaction did not come to rest"));
+    }
+    let has_in = room.inputs > 0;
+    let has_out = room.outputs > 0;
+    let out = if has_out { format!(", {prefix}_out_t *out") } else { String::new() };
+    let hand = if has_out { ", out" } else { "" };
+    let run = |reset: bool| {
+        let mut body = vec![
+            Node::line(format!("int32_t inputs[{}];", room.inputs.max(1))),
+            Node::line(format!("int32_t outputs[{}];", room.outputs.max(1))),
+            Node::line(format!("uint8_t work[{upper}_WORK];")),
+            Node::line("gs_run_t run;"),
+        ];
+        if !has_in {
+            body.push(Node::line("inputs[0] = 0;"));
+        }
+        let handed = net.inputs.iter().filter(|(_, it)| is_handed(it.kind));
+        for (at, (id, input)) in handed.enumerate() {
+            let value = if reset {
+                input.ty.saturate(0).to_string()
+            } else {
+                let place = names.io.read("in->", &names.inputs[id], id, input.ty).text;
+                if input.ty.is_bool() {
+                    format!("{place} ? 1 : 0")
+                } else {
+                    format!("(int32_t){place}")
+                }
+            };
+            body.push(Node::line(format!("inputs[{at}] = {value};")).about(Object::Input(id)));
+        }
+        for (name, value) in [
+            ("image", "self->image"),
+            ("bits", "self->bits"),
+            ("values", "self->values"),
+            ("in", "inputs"),
+            ("out", "outputs"),
+            ("work", "work"),
+            ("chosen", "0U"),
+            ("fresh", "false"),
+        ] {
+            body.push(Node::line(format!("run.{name} = {value};")));
+        }
+        let dt = if ticks.is_some() { "(int32_t)dt" } else { "0" };
+        let call = if reset { "gs_init(&run)".to_owned() } else { format!("gs_step(&run, {dt})") };
+        let call =
+            if has_fault { format!("self->fault = {call};") } else { format!("(void){call};") };
+        body.push(Node::line(call));
+        for (at, (id, output)) in net.outputs.iter().enumerate() {
+            let value = if output.ty.is_bool() {
+                format!("outputs[{at}] != 0")
+            } else {
+                format!("({})outputs[{at}]", crate::cexpr::storage(output.ty))
+            };
+            let line = names.io.write(&names.outputs[id], id, &value);
+            body.push(Node::line(line).about(Object::Output(id)));
+        }
+        body
+    };
+    let clear: Vec<Node> = (0..names.io.output_words())
+        .map(|word| Node::line(format!("out->bits[{word}] = 0U;")))
+        .collect();
+    let mut start = clear.clone();
+    start.push(Node::line("self->image = image;"));
+    // What an image does not use of the room is the same every time.
+    start.push(clear_array(&format!("{upper}_BITS"), "self->bits[i] = 0U;"));
+    start.push(clear_array(&format!("{upper}_VALUES"), "self->values[i] = 0;"));
+    start.extend(run(true));
+    let mut step = clear;
+    step.extend(run(false));
+    let load = vec![
+        Node::line("gs_room_t room;"),
+        Node::line("uint8_t found;"),
+        Node::line(format!("room.interface = {upper}_INTERFACE;")),
+        Node::line(format!("room.inputs = {}U;", room.inputs)),
+        Node::line(format!("room.outputs = {}U;", room.outputs)),
+        Node::line(format!("room.bits = {upper}_BITS;")),
+        Node::line(format!("room.values = {upper}_VALUES;")),
+        Node::line(format!("room.work = {upper}_WORK;")),
+        Node::line("found = gs_check(image, size, &room);"),
+        Node::when(
+            "found == GS_OK",
+            vec![Node::line(format!("{prefix}_start(self, image{hand});"))],
+        ),
+        Node::line("return found;"),
+    ];
+    let load_head = format!(
+        "uint8_t {prefix}_load({prefix}_t *self, GS_ROM uint8_t *image, uint16_t size{out})"
+    );
+    let functions = vec![
+        Node::comment("Reset on these tables."),
+        Node::function(
+            format!("static void {prefix}_start({prefix}_t *self, GS_ROM uint8_t *image{out})"),
+            start,
+        ),
+        Node::blank(),
+        Node::function(load_head.clone(), load),
+        Node::blank(),
+    ];
+    let macros = vec![
+        Node::directive("#include \"grafsynth_engine.h\""),
+        Node::blank(),
+        Node::comment(
+            "Room of an instance: define more beforehand for larger charts that are loaded.",
+        ),
+    ];
+    let mut enumerators = macros;
+    for (name, value) in [("BITS", room.bits), ("VALUES", room.values), ("WORK", room.work.max(1))]
+    {
+        enumerators.push(Node::directive(format!("#ifndef {upper}_{name}")));
+        enumerators.push(Node::directive(format!("#define {upper}_{name} {value}U")));
+        enumerators.push(Node::directive("#endif"));
+    }
+    enumerators.push(Node::blank());
+    enumerators.push(Node::comment("Inputs and outputs as a number: an image carries the same."));
+    enumerators
+        .push(Node::directive(format!("#define {upper}_INTERFACE 0x{:08X}UL", room.interface)));
+    enumerators.push(Node::blank());
+    enumerators.push(Node::comment("The chart."));
+    enumerators.push(Node::line(format!("extern GS_ROM uint8_t {prefix}_tables[];")));
+    let declarations = vec![
+        Node::comment(
+            "Reset on an image: GS_OK, or why it is refused; then the instance is as it was. The image must stay where it is.",
+        ),
+        Node::line(format!("{load_head};")),
+        Node::blank(),
+    ];
+    let values = net
+        .vars
+        .iter()
+        .map(|(id, var)| {
+            let value = format!("self->values[{}]", id.index());
+            let text = if var.ty.is_bool() {
+                format!("{value} != 0")
+            } else {
+                format!("({}){value}", crate::cexpr::storage(var.ty))
+            };
+            (id, text)
+        })
+        .collect();
+    CProgram {
+        style: "engine",
+        instance,
+        enumerators: Vec::new(),
+        active: IdMap::build(&net.steps, |id, _| format!("gs_bit(self->bits, {}U)", id.index())),
+        fault: has_fault.then(|| "self->fault".to_owned()),
+        has_fault: has_fault || net.settings.queue.is_some(),
+        ticks,
+        tables: Vec::new(),
+        functions,
+        init: vec![Node::line(format!("{prefix}_start(self, {prefix}_tables{hand});"))],
+        step,
+        helpers: crate::cexpr::Helpers::default(),
+        engine: Some(Engine {
+            before: enumerators,
+            declarations,
+            values,
+            image: lines.iter().flat_map(|line| line.bytes.iter().copied()).collect(),
+            tables: table(names, lines),
+        }),
+    }
+}
+
+fn member(declaration: &str, note: &str) -> Member {
+    Member { declaration: declaration.to_owned(), note: note.to_owned(), objects: Vec::new() }
+}
+
+fn clear_array(length: &str, statement: &str) -> Node {
+    Node::block(
+        format!("for (uint16_t i = 0U; i < {length}; ++i)"),
+        vec![Node::line(statement.to_owned())],
+    )
+}
+
+/// The image as a constant array, row by row.
+fn table(names: &Names, lines: &[Line]) -> Vec<Node> {
+    let prefix = &names.prefix;
+    let mut body = Vec::new();
+    for line in lines {
+        if let Some(title) = line.title {
+            body.push(Node::comment(title));
+        }
+        for (part, bytes) in line.bytes.chunks(20).enumerate() {
+            let text: Vec<String> = bytes.iter().map(|byte| format!("0x{byte:02X},")).collect();
+            let mut node = Node::line(text.join(" "));
+            if part == 0 {
+                node = node.note(line.note.clone());
+                if let Some(object) = line.object {
+                    node = node.about(object);
+                }
+            }
+            body.push(node);
+        }
+    }
+    vec![
+        Node::directive(format!("#include \"{prefix}.h\"")),
+        Node::blank(),
+        Kind::Braces(format!("GS_ROM uint8_t {prefix}_tables[] ="), body, ";".to_owned()).into(),
+    ]
+}

@@ -1,0 +1,346 @@
+//! Charts as tables for the engine that is one text for all: equal to the net, and never out of bounds, whatever bytes are loaded.
+
+#![allow(clippy::print_stdout, reason = "tests say what they skip and what they counted")]
+#![allow(clippy::disallowed_methods, reason = "tests compile and read files")]
+
+use grafsynth_backend_c::{Options, Package, Style, emit, multi_harness};
+use grafsynth_driver::run::net_trace;
+use grafsynth_engines::{CEngine, Engine, Job, c, tools};
+use grafsynth_ir::Valid;
+use grafsynth_ir::net::{Net, Policy};
+use grafsynth_sim::{Stimulus, Trace, compare};
+use grafsynth_tests::random_net::{Features, random_net};
+use grafsynth_tests::{chart, readable, rounds};
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::process::Command;
+use std::time::Duration;
+
+const ROWS: usize = 150;
+
+fn supervisor() -> String {
+    let path =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/supervisor/supervisor.scxml");
+    std::fs::read_to_string(path).expect("the example is here")
+}
+
+fn package(net: &Valid<Net>, prefix: Option<String>) -> Result<Package, String> {
+    let facts = grafsynth_verify::structural_facts(net);
+    let options = Options { style: Style::Engine, prefix, ..Options::default() };
+    emit(net, &facts, &options).map_err(|found| {
+        assert!(found.iter().all(|it| it.code.id == "G0606"), "{found:#?}");
+        found.iter().map(|it| it.message.clone()).collect()
+    })
+}
+
+/// Random nets that the engine carries, all in one program; what it does not carry is refused by name.
+fn agree(features: &Features, wanted: u64, most: u64) {
+    if tools::c_compiler().is_none() {
+        println!("skipped: no C compiler is here");
+        return;
+    }
+    let mut refused: BTreeMap<String, u64> = BTreeMap::new();
+    let mut nets: Vec<(u64, Valid<Net>, Package)> = Vec::new();
+    for seed in 0..most {
+        if nets.len() as u64 == wanted {
+            break;
+        }
+        let net = random_net(seed, features);
+        match package(&net, Some(format!("n{seed}"))) {
+            Ok(package) => nets.push((seed, net, package)),
+            Err(why) => *refused.entry(why).or_default() += 1,
+        }
+    }
+    println!("{} nets; refused: {refused:?}", nets.len());
+    assert_eq!(nets.len() as u64, wanted, "{refused:?}");
+    for part in nets.chunks(40) {
+        let all: Vec<(&Valid<Net>, &Package)> =
+            part.iter().map(|(_, net, package)| (net, package)).collect();
+        let flags = ["-O0", "-fsanitize=undefined", "-fno-sanitize-recover"];
+        let program =
+            c::compile_text(&multi_harness(&all), &flags).unwrap_or_else(|why| panic!("{why}"));
+        for (at, (seed, net, _)) in part.iter().enumerate() {
+            let stimulus = Stimulus::random(net, ROWS, *seed, 3);
+            let input = c::lines(net, &stimulus);
+            let run = tools::run(
+                &program.path,
+                &[&at.to_string()],
+                program.folder.path(),
+                input.as_bytes(),
+                Duration::from_secs(60),
+            )
+            .unwrap_or_else(|why| panic!("{why:?}"));
+            assert!(run.is_success, "seed {seed}: {}\n{}", run.stderr, readable(net));
+            let got = c::parse(net, &run.stdout).unwrap_or_else(|why| panic!("{why:?}"));
+            if let Some(found) = compare(&net_trace(net, &stimulus), &got) {
+                panic!("seed {seed}: {found:?}\n{}", readable(net));
+            }
+        }
+    }
+}
+
+/// Grafcet charts: shared steps, forks, several micro-steps, edges, times, numbers.
+#[test]
+fn grafcet_charts_as_tables_do_what_the_net_does() {
+    let features = Features {
+        policies: vec![Policy::All, Policy::Priority],
+        stable: true,
+        odd_shapes: true,
+        edges: true,
+        timers: true,
+        integers: true,
+        stored_outputs: true,
+        ..Features::plain()
+    };
+    agree(&features, rounds(20, 240), rounds(400, 10_000));
+}
+
+/// Statecharts: regions, histories, inner and outer transitions, events.
+#[test]
+fn statecharts_as_tables_do_what_the_net_does() {
+    let features = Features {
+        policies: vec![Policy::InnerFirst, Policy::OuterFirst],
+        single: false,
+        stable: true,
+        max_steps: 12,
+        timers: true,
+        integers: true,
+        events: true,
+        edges: true,
+        stored_outputs: true,
+        reactions: true,
+        several_parts: true,
+        history: true,
+        ..Features::plain()
+    };
+    agree(&features, rounds(20, 240), rounds(400, 10_000));
+}
+
+/// The trace of a chart in one style.
+fn trace(net: &Valid<Net>, stimulus: &Stimulus, style: Style) -> Trace {
+    let facts = grafsynth_verify::structural_facts(net);
+    let engine = CEngine { options: Options { style, ..Options::default() } };
+    engine
+        .run(&Job { net, facts: &facts, stimulus })
+        .unwrap_or_else(|why| panic!("{}: {why:?}", style.name()))
+}
+
+/// Seed 002: the supervisor as code and as tables; after a change only the tables differ, and the engine compiles to the same bytes.
+#[test]
+fn a_changed_supervisor_is_other_tables_and_the_same_engine() {
+    let Some(compiler) = tools::c_compiler() else {
+        println!("skipped: no C compiler is here");
+        return;
+    };
+    let text = supervisor();
+    let net = chart("supervisor.scxml", &text);
+    let stimulus = Stimulus::random(&net, 2000, 2, 1);
+    let wanted = net_trace(&net, &stimulus);
+    for style in [Style::Switch, Style::Tables, Style::Bits, Style::Engine] {
+        assert_eq!(compare(&wanted, &trace(&net, &stimulus, style)), None, "{}", style.name());
+    }
+    // The emergency stop asks for no reset any more, and the pendant comes back as it was.
+    let changed = text
+        .replace(r#"cond="Error == 0" target="Off""#, r#"target="On""#)
+        .replace(r#"type="shallow""#, r#"type="deep""#);
+    assert_ne!(text, changed);
+    let other = chart("supervisor.scxml", &changed);
+    let found = compare(&net_trace(&other, &stimulus), &trace(&other, &stimulus, Style::Engine));
+    assert_eq!(found, None);
+    assert!(compare(&wanted, &net_trace(&other, &stimulus)).is_some(), "the change shows");
+    let (before, after) = (package(&net, None), package(&other, None));
+    let (before, after) = (before.expect("carried"), after.expect("carried"));
+    let mut objects = Vec::new();
+    for (a, b) in before.files.iter().zip(&after.files) {
+        assert_eq!(a.name, b.name);
+        assert_eq!(a.text != b.text, a.name == "supervisor_tables.c", "{}", a.name);
+    }
+    for package in [&before, &after] {
+        let folder = tempfile::tempdir().expect("a folder");
+        for file in package.files.iter() {
+            std::fs::write(folder.path().join(&file.name), &file.text).expect("written");
+        }
+        let status = Command::new(&compiler)
+            .args(["-std=c99", "-Os", "-c", "grafsynth_engine.c", "-o", "engine.o"])
+            .current_dir(folder.path())
+            .status();
+        assert!(status.expect("the compiler runs").success());
+        objects.push(std::fs::read(folder.path().join("engine.o")).expect("an object"));
+    }
+    assert_eq!(objects[0], objects[1]);
+    // What is loaded is what is compiled.
+    let table = before.files.iter().find(|it| it.name.ends_with("_tables.c")).expect("tables");
+    let bytes: Vec<u8> = table
+        .text
+        .split("0x")
+        .skip(1)
+        .filter_map(|word| word.get(..3)?.strip_suffix(','))
+        .filter_map(|word| u8::from_str_radix(word, 16).ok())
+        .collect();
+    assert_eq!(bytes, before.image);
+}
+
+/// A program that loads damaged copies of an image, each in a piece of memory of exactly its size, and runs what is accepted.
+fn damages(prefix: &str, net: &Net, image: &[u8]) -> String {
+    let upper = prefix.to_ascii_uppercase();
+    let n_bytes = image.len();
+    let bytes: Vec<String> = image.iter().map(u8::to_string).collect();
+    let bytes = bytes.join(", ");
+    let out = if net.outputs.is_empty() { "" } else { ", &out" };
+    let has_time = !net.steps.is_empty() && package_has_time(net);
+    let dt = if has_time { ", 1" } else { "" };
+    format!(
+        r#"#include "{prefix}.h"
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+static const uint8_t good[] = {{ {bytes} }};
+static uint32_t seed = 1;
+static uint32_t next(void) {{ seed = seed * 1664525u + 1013904223u; return seed >> 8; }}
+static uint32_t crc(const uint8_t *at, unsigned n)
+{{
+    uint32_t c = ~0u;
+    for (unsigned i = 0; i < n; ++i) {{
+        c ^= (i >= 8 && i < 12) ? 0 : at[i];
+        for (int k = 0; k < 8; ++k) c = (c & 1) ? (c >> 1) ^ 0xEDB88320u : c >> 1;
+    }}
+    return ~c;
+}}
+static void mend(uint8_t *copy)
+{{
+    unsigned n = copy[6] | (unsigned)copy[7] << 8;
+    if (n > {n_bytes} || n < 12) return;
+    uint32_t c = crc(copy, n);
+    for (int k = 0; k < 4; ++k) copy[8 + k] = (uint8_t)(c >> (8 * k));
+}}
+static unsigned try(const uint8_t *bytes, unsigned n)
+{{
+    uint8_t *copy = malloc(n ? n : 1);
+    {prefix}_t *self = malloc(sizeof *self);
+    {prefix}_out_t out;
+    memset(self, 0x55, sizeof *self);
+    memcpy(copy, bytes, n);
+    unsigned found = {prefix}_load(self, copy, (uint16_t)n{out});
+    if (found == GS_OK) {{
+        for (int scan = 0; scan < 30; ++scan) {{
+            {prefix}_in_t in;
+            for (unsigned i = 0; i < sizeof in; ++i) ((uint8_t *)&in)[i] = next() & 1;
+            {prefix}_step(self, &in{dt}{out});
+        }}
+    }}
+    free(copy);
+    free(self);
+    return found;
+}}
+int main(int argc, char **argv)
+{{
+    unsigned long plain = 0, mended = 0, ran = 0;
+    const unsigned many = argc > 1 ? (unsigned)atoi(argv[1]) : 0;
+    if (try(good, {n_bytes}) != GS_OK) return 2;
+    for (unsigned n = 0; n < {n_bytes}; ++n) if (try(good, n) == GS_OK) return 3;
+    for (unsigned at = 0; at < {n_bytes}; ++at) {{
+        static const uint8_t flips[] = {{ 1, 4, 0x80, 0xFF }};
+        for (unsigned f = 0; f < sizeof flips; ++f) {{
+            uint8_t copy[{n_bytes}];
+            memcpy(copy, good, {n_bytes});
+            copy[at] ^= flips[f];
+            if (try(copy, {n_bytes}) == GS_OK) return 4;
+            ++plain;
+            mend(copy);
+            ran += try(copy, {n_bytes}) == GS_OK;
+            ++mended;
+        }}
+    }}
+    for (unsigned round = 0; round < many; ++round) {{
+        uint8_t copy[{n_bytes}];
+        memcpy(copy, good, {n_bytes});
+        for (unsigned k = next() % 4 + 1; k > 0; --k) {{
+            unsigned at = 16 + next() % ({n_bytes} - 16);
+            copy[at] = next() % 3 ? (uint8_t)next() : (uint8_t)(copy[at] + (next() % 3) - 1);
+        }}
+        mend(copy);
+        ran += try(copy, {n_bytes}) == GS_OK;
+        ++mended;
+    }}
+    printf("%lu damaged refused, %lu with a new checksum, of these %lu accepted and run; {upper}\n", plain, mended, ran);
+    return ran > 0 ? 0 : 5;
+}}
+"#
+    )
+}
+
+/// Whether a step's time is read, so that `step` is handed `dt`.
+fn package_has_time(net: &Net) -> bool {
+    let mut reads = false;
+    grafsynth_ir::walk::for_each_expr(net, &mut |expr| {
+        expr.for_each_leaf(&mut |leaf| {
+            reads |= matches!(leaf, grafsynth_ir::net::Leaf::Elapsed(_));
+        });
+    });
+    reads
+}
+
+/// Images with any byte changed are refused by their checksum; with a new checksum they are refused or run, and never read or write what is not theirs.
+#[test]
+fn damaged_images_are_refused_or_harmless() {
+    if tools::c_compiler().is_none() {
+        println!("skipped: no C compiler is here");
+        return;
+    }
+    let rich = "chart rich {
+        conflict priority
+        evolution stable
+        input a, b
+        input n: int -5..300
+        output R
+        output level: int 0..9 = 2
+        var v: int -100..100 = 7
+        initial step s { entry { if a { v := v + 1 } else { v := v * 2 - 3 } } R if b and s.t > 3 }
+        step r { exit { level := level + 1 } }
+        step u
+        initial step w
+        s -> r & u when rise(a) or v > 3 and s.t >= 2
+        r & u -> s when fall(b) and n > 4 do { if b { v := n; if a { level := 3 } } }
+        w -> w when a and not b do { v := -v }
+    }";
+    let history = "chart deep {
+        conflict inner-first
+        event E, F, G
+        input a
+        output R
+        var v: int 0..9 = 0
+        parallel P {
+            state A { initial state x { R } state y { entry { v := v + 1 } } history H
+                x -> y on E  y -> x on F when a }
+            state B { initial state p state q  p -> q on E  q -> p after 20 ms }
+        }
+        state Z { exit { v := 0 } }
+        P -> Z on G
+        Z -> P on E
+    }";
+    for (name, text) in [
+        ("supervisor.scxml", supervisor()),
+        ("rich.graf", rich.to_owned()),
+        ("deep.graf", history.to_owned()),
+    ] {
+        let net = chart(name, &text);
+        let package = package(&net, Some("c".to_owned())).expect("carried");
+        let main = damages("c", &net, &package.image);
+        let flags =
+            ["-std=c99", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"];
+        let program = match c::compile(&package, &main, &flags) {
+            Ok(program) => program,
+            Err(why) if why.contains("asan") || why.contains("ubsan") => {
+                println!("skipped: no sanitizer is here: {why}");
+                return;
+            }
+            Err(why) => panic!("{name}: {why}"),
+        };
+        let many = rounds(500, 40_000).to_string();
+        let limit = Duration::from_secs(300);
+        let run = tools::run(&program.path, &[&many], program.folder.path(), b"", limit)
+            .unwrap_or_else(|why| panic!("{name}: {why:?}"));
+        assert!(run.is_success, "{name}: {} {}", run.ending, run.stderr);
+        println!("{name}: {}", String::from_utf8_lossy(&run.stdout).trim());
+    }
+}
