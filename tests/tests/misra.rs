@@ -1,5 +1,6 @@
 //! The emitted C under `cppcheck --addon=misra`: nothing but the advisory rules that `docs/c.md` names, in every style.
 
+#![allow(clippy::disallowed_methods, reason = "tests write files for tools")]
 #![allow(clippy::print_stdout, reason = "tests say what they skip")]
 
 use grafsynth_backend_c::{Options, Package, Style, emit};
