@@ -361,7 +361,7 @@ impl Effort {
             rows: effort.rows.min(3_000),
             sets: effort.sets.min(100_000),
             branching: effort.branching.min(1_000_000),
-            looks: 50_000_000,
+            looks: 5_000_000,
             ..effort
         }
     }
