@@ -360,6 +360,7 @@ impl Effort {
             primes: effort.primes.min(3_000),
             rows: effort.rows.min(3_000),
             sets: effort.sets.min(100_000),
+            steps: effort.steps.min(7_000_000),
             branching: effort.branching.min(1_000_000),
             looks: 5_000_000,
             ..effort
