@@ -153,20 +153,9 @@ fn complemented(logic: Logic, flops: &[FlopId]) -> Logic {
     for (id, node) in logic.nodes.iter() {
         // A node names only earlier nodes.
         let of = |operand: NodeId| images[operand].unwrap_or(operand);
-        let image = match map_operands(node, of) {
-            Node::Flop(flop) if flops.contains(&flop) => {
-                let value = builder.flop(flop);
-                builder.not(value)
-            }
-            Node::Const(value) => builder.constant(value),
-            Node::Input(input) => builder.input(input),
-            Node::Flop(flop) => builder.flop(flop),
-            Node::Not(a) => builder.not(a),
-            Node::And(all) => builder.and(all),
-            Node::Or(all) => builder.or(all),
-            Node::Xor(a, b) => builder.xor(a, b),
-            Node::Mux(a, b, c) => builder.mux(a, b, c),
-        };
+        let image = builder.put(map_operands(node, of));
+        let is_complement = matches!(node, Node::Flop(flop) if flops.contains(flop));
+        let image = if is_complement { builder.not(image) } else { image };
         images[id] = Some(image);
     }
     let image = |node: NodeId| images[node].unwrap_or(node);

@@ -7,7 +7,7 @@ use crate::codes;
 use grafsynth_ir::arena::{Arena, IdMap};
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::logic::{Logic, Node, NodeId, PinInput, PinInputId, PinRole};
-use grafsynth_logic::build::Builder;
+use grafsynth_logic::build::{Builder, map_operands};
 
 /// The circuit without its reset inputs.
 ///
@@ -52,22 +52,22 @@ fn with_reset(logic: &Logic, value: bool) -> Logic {
     builder.logic.inputs = inputs;
     let mut image: IdMap<Node, Option<NodeId>> = IdMap::filled(&logic.nodes, None);
     for (id, node) in logic.nodes.iter() {
-        let of = |id: &NodeId| match image[*id] {
+        let of = |id: NodeId| match image[id] {
             Some(new) => new,
             None => unreachable!("an operand lies before its node"),
         };
         let made = match node {
-            Node::Const(value) => builder.constant(*value),
             Node::Input(input) => match moved[*input] {
                 Some(input) => builder.input(input),
                 None => builder.constant(value),
             },
-            Node::Flop(flop) => builder.flop(*flop),
-            Node::Not(a) => builder.not(of(a)),
-            Node::And(all) => builder.and(all.iter().map(of)),
-            Node::Or(all) => builder.or(all.iter().map(of)),
-            Node::Xor(a, b) => builder.xor(of(a), of(b)),
-            Node::Mux(a, b, c) => builder.mux(of(a), of(b), of(c)),
+            Node::Const(_)
+            | Node::Flop(_)
+            | Node::Not(_)
+            | Node::And(_)
+            | Node::Or(_)
+            | Node::Xor(..)
+            | Node::Mux(..) => builder.put(map_operands(node, of)),
         };
         image[id] = Some(made);
     }

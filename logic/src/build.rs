@@ -213,6 +213,20 @@ impl Builder {
         self.not(differ)
     }
 
+    /// A node whose operands are nodes of this circuit: itself, made simple.
+    pub fn put(&mut self, node: Node) -> NodeId {
+        match node {
+            Node::Const(value) => self.constant(value),
+            Node::Input(input) => self.input(input),
+            Node::Flop(flop) => self.flop(flop),
+            Node::Not(a) => self.not(a),
+            Node::And(all) => self.and(all),
+            Node::Or(all) => self.or(all),
+            Node::Xor(a, b) => self.xor(a, b),
+            Node::Mux(condition, then, otherwise) => self.mux(condition, then, otherwise),
+        }
+    }
+
     /// `then` where `condition` holds, else `otherwise`.
     pub fn mux(&mut self, condition: NodeId, then: NodeId, otherwise: NodeId) -> NodeId {
         if then == otherwise {

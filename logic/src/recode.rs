@@ -280,20 +280,13 @@ fn apply(logic: &Logic, plans: &[Plan]) -> Logic {
                 (None, Some(&node)) => node,
                 (None, None) => unreachable!("a flip-flop is kept or coded"),
             },
-            Node::Const(value) => builder.constant(*value),
-            Node::Input(input) => builder.input(*input),
-            Node::Not(_) | Node::And(_) | Node::Or(_) | Node::Xor(..) | Node::Mux(..) => {
-                match map_operands(node, |operand| images[&operand]) {
-                    Node::Not(a) => builder.not(a),
-                    Node::And(all) => builder.and(all),
-                    Node::Or(all) => builder.or(all),
-                    Node::Xor(a, b) => builder.xor(a, b),
-                    Node::Mux(a, b, c) => builder.mux(a, b, c),
-                    Node::Const(_) | Node::Input(_) | Node::Flop(_) => {
-                        unreachable!("operands are replaced, kinds are not")
-                    }
-                }
-            }
+            Node::Const(_)
+            | Node::Input(_)
+            | Node::Not(_)
+            | Node::And(_)
+            | Node::Or(_)
+            | Node::Xor(..)
+            | Node::Mux(..) => builder.put(map_operands(node, |operand| images[&operand])),
         };
         images.insert(id, image);
     }
@@ -437,19 +430,19 @@ pub fn flatten(
     let mut images: BTreeMap<NodeId, NodeId> = BTreeMap::new();
     let mut open: Vec<(Function, NodeId)> = Vec::new();
     for (id, node) in logic.nodes.iter() {
-        let image = match map_operands(node, |operand| images[&operand]) {
-            Node::Flop(flop) => match (kept.get(&flop), place.get(&flop)) {
+        let image = match node {
+            Node::Flop(flop) => match (kept.get(flop), place.get(flop)) {
                 (Some(&flop), _) => builder.flop(flop),
                 (None, Some(&at)) => active[at],
                 (None, None) => unreachable!("a flip-flop is kept or a step's"),
             },
-            Node::Const(value) => builder.constant(value),
-            Node::Input(input) => builder.input(input),
-            Node::Not(a) => builder.not(a),
-            Node::And(all) => builder.and(all),
-            Node::Or(all) => builder.or(all),
-            Node::Xor(a, b) => builder.xor(a, b),
-            Node::Mux(a, b, c) => builder.mux(a, b, c),
+            Node::Const(_)
+            | Node::Input(_)
+            | Node::Not(_)
+            | Node::And(_)
+            | Node::Or(_)
+            | Node::Xor(..)
+            | Node::Mux(..) => builder.put(map_operands(node, |operand| images[&operand])),
         };
         images.insert(id, image);
     }
@@ -593,16 +586,7 @@ pub fn observe(written: &Logic, read_back: &mut Logic) {
     let cone = needed(written, wanted);
     let mut images: BTreeMap<NodeId, NodeId> = BTreeMap::new();
     for (id, node) in written.nodes.iter().filter(|(id, _)| cone[*id]) {
-        let image = match map_operands(node, |operand| images[&operand]) {
-            Node::Const(value) => builder.constant(value),
-            Node::Input(input) => builder.input(input),
-            Node::Flop(flop) => builder.flop(flop),
-            Node::Not(a) => builder.not(a),
-            Node::And(all) => builder.and(all),
-            Node::Or(all) => builder.or(all),
-            Node::Xor(a, b) => builder.xor(a, b),
-            Node::Mux(a, b, c) => builder.mux(a, b, c),
-        };
+        let image = builder.put(map_operands(node, |operand| images[&operand]));
         images.insert(id, image);
     }
     *read_back = builder.logic;

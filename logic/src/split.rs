@@ -242,7 +242,7 @@ impl Cutter<'_> {
             let local = self.local(id, node);
             if local.is_known() {
                 let image = map_operands(node, |operand| self.images[&operand]);
-                let image = self.make(&image);
+                let image = self.builder.put(image);
                 self.images.insert(id, image);
                 self.locals.insert(id, local);
                 return;
@@ -270,19 +270,6 @@ impl Cutter<'_> {
                     unreachable!("a leaf has one product")
                 }
             }
-        }
-    }
-
-    fn make(&mut self, node: &Node) -> NodeId {
-        match node {
-            Node::Const(value) => self.builder.constant(*value),
-            Node::Input(input) => self.builder.input(*input),
-            Node::Flop(flop) => self.builder.flop(*flop),
-            Node::Not(a) => self.builder.not(*a),
-            Node::And(all) => self.builder.and(all.iter().copied()),
-            Node::Or(all) => self.builder.or(all.iter().copied()),
-            Node::Xor(a, b) => self.builder.xor(*a, *b),
-            Node::Mux(a, b, c) => self.builder.mux(*a, *b, *c),
         }
     }
 

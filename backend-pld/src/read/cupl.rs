@@ -459,7 +459,7 @@ impl Parser<'_, '_> {
                 };
                 definition.is_registered = true;
                 definition.is_complemented = is_complemented;
-                self.check_output(id, span);
+                self.draft.check_output(self.device, id, span);
                 self.draft.define(id, definition);
             }
             None | Some("d") => {
@@ -473,7 +473,7 @@ impl Parser<'_, '_> {
                 if signal.role == Role::Unknown {
                     signal.role = Role::Internal;
                 }
-                self.check_output(id, span);
+                self.draft.check_output(self.device, id, span);
                 match self.draft.at(id).definition {
                     Some(first) if is_append => {
                         if first.is_complemented != is_complemented
@@ -523,17 +523,6 @@ impl Parser<'_, '_> {
                 let at = extension.as_ref().map_or(span, |(span, _)| *span);
                 self.draft.error(codes::UNSUPPORTED, at, message);
             }
-        }
-    }
-
-    fn check_output(&mut self, id: SignalId, span: Span) {
-        let signal = &self.draft.signals[id as usize];
-        if let (Some(device), Some(pin)) = (self.device, signal.pin)
-            && device.macrocell(pin).is_none()
-        {
-            let message =
-                format!("`{}` is pin {pin} of a {}, which is no output", signal.name, device.name);
-            self.draft.error(codes::DEVICE_LIMIT, span, message);
         }
     }
 

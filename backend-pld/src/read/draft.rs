@@ -160,6 +160,18 @@ impl Draft {
         self.report(Diagnostic::error(code, message).at(span, ""));
     }
 
+    /// Sees that what is defined stands on a pin of the device that can be an output.
+    pub(crate) fn check_output(&mut self, device: Option<&Device>, id: SignalId, span: Span) {
+        let signal = &self.signals[id as usize];
+        if let (Some(device), Some(pin)) = (device, signal.pin)
+            && device.macrocell(pin).is_none()
+        {
+            let message =
+                format!("`{}` is pin {pin} of a {}, which is no output", signal.name, device.name);
+            self.error(codes::DEVICE_LIMIT, span, message);
+        }
+    }
+
     /// True when so much is wrong that going on tells nobody anything.
     pub(crate) fn is_hopeless(&self) -> bool {
         self.unreported > 0

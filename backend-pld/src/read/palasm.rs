@@ -493,7 +493,7 @@ impl<'a> Parser<'a, '_> {
         self.end_of_statement()?;
         let id = self.draft.signal(name.text, span);
         let whole = self.lexer.span_from(start);
-        self.check_output(id, span);
+        self.draft.check_output(self.device, id, span);
         self.define(id, read, is_complemented, is_registered, whole);
         if let Some(condition) = condition {
             enable(self.draft, id, condition);
@@ -529,17 +529,6 @@ impl<'a> Parser<'a, '_> {
             span: self.lexer.span_from(start),
             terms: read.terms,
         }))
-    }
-
-    fn check_output(&mut self, id: SignalId, span: Span) {
-        let signal = &self.draft.signals[id as usize];
-        if let (Some(device), Some(pin)) = (self.device, signal.pin)
-            && device.macrocell(pin).is_none()
-        {
-            let message =
-                format!("`{}` is pin {pin} of a {}, which is no output", signal.name, device.name);
-            self.draft.error(codes::DEVICE_LIMIT, span, message);
-        }
     }
 
     fn end_of_statement(&mut self) -> Option<()> {
