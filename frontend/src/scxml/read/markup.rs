@@ -1,0 +1,333 @@
+//! What elements and attributes of a document may stand where, and what their texts are: names, expressions, words.
+
+use grafsynth_ir::diag::{Diagnostic, nearest};
+use grafsynth_ir::{Name, Span};
+
+use super::rules::RULES;
+use super::{MAX_FURTHER, MAX_NAMES, N, REFUSED, Reader};
+use crate::codes;
+use crate::scxml::expr::{self, Ast, AstKind};
+use crate::scxml::{GRAFSYNTH, SCXML, refuse};
+use crate::xml::{self, Mapped};
+
+impl<'t> Reader<'_, 't> {
+    pub(super) fn report(&mut self, finding: impl Into<Box<Diagnostic>>) {
+        let finding: Box<Diagnostic> = finding.into();
+        self.found.report(|| *finding);
+    }
+
+    pub(super) fn tag(&self, node: N<'_, 't>) -> Span {
+        xml::tag_span(self.file, node)
+    }
+
+    pub(super) fn namespace(&mut self, root: N<'_, 't>) {
+        let span = self.tag(root);
+        let declared = root.tag_name().namespace();
+        let finding = match declared {
+            Some(other) => Diagnostic::error(
+                codes::SCXML_NAMESPACE,
+                format!("the document is in the namespace {other}, not in that of SCXML"),
+            ),
+            None => Diagnostic::warning(
+                codes::SCXML_NAMESPACE,
+                "the document names no namespace; it is read as SCXML all the same",
+            ),
+        };
+        self.report(
+            finding.at(span, "").help(format!("write <scxml xmlns=\"{SCXML}\" version=\"1.0\">")),
+        );
+    }
+
+    /// True for an element of SCXML: in its namespace, or in none where the document has none.
+    pub(super) fn is_ours(&self, node: N<'_, 't>) -> bool {
+        let root = node.document().root_element().tag_name().namespace();
+        node.tag_name().namespace() == root
+    }
+
+    /// The children of SCXML that may stand here; others are reported.
+    pub(super) fn children<'a>(&mut self, node: N<'a, 't>) -> Vec<N<'a, 't>> {
+        let name = node.tag_name().name();
+        let allowed =
+            RULES.iter().find(|rule| rule.name == name).map_or(&[][..], |rule| rule.children);
+        let mut kept = Vec::new();
+        let mut text_reported = false;
+        for child in node.children() {
+            if child.is_text() {
+                let stray = child.text().is_some_and(|text| !text.trim().is_empty());
+                // The value of a datum is the one thing written between tags.
+                if stray && !text_reported && !matches!(name, "data" | "assign") {
+                    text_reported = true;
+                    let span = xml::node_span(self.file, child);
+                    self.report(
+                        Diagnostic::error(
+                            codes::SCXML_ELEMENT,
+                            format!("text stands in <{name}>, which has none"),
+                        )
+                        .at(span, ""),
+                    );
+                }
+                continue;
+            }
+            if !child.is_element() {
+                continue;
+            }
+            let tag = child.tag_name().name();
+            if !self.is_ours(child) {
+                self.foreign_element(child, node);
+                continue;
+            }
+            if !allowed.contains(&tag) {
+                self.misplaced(child, name, allowed);
+                continue;
+            }
+            if let Some((what, help)) = REFUSED.iter().find(|(refused, _)| *refused == tag) {
+                let span = self.tag(child);
+                self.report(refuse(span, &format!("<{what}>"), help));
+                continue;
+            }
+            self.attributes(child);
+            kept.push(child);
+        }
+        kept
+    }
+
+    pub(super) fn misplaced(&mut self, child: N<'_, 't>, parent: &str, allowed: &[&str]) {
+        let tag = child.tag_name().name();
+        let span = self.tag(child);
+        if let Some((what, help)) = REFUSED.iter().find(|(refused, _)| *refused == tag) {
+            self.report(refuse(span, &format!("<{what}>"), help));
+            return;
+        }
+        let is_known = RULES.iter().any(|rule| rule.name == tag);
+        let message = if is_known {
+            format!("<{tag}> cannot stand in <{parent}>")
+        } else {
+            format!("SCXML has no element <{tag}>")
+        };
+        let mut finding = Diagnostic::error(codes::SCXML_ELEMENT, message).at(span, "");
+        if let Some(near) = nearest(tag, allowed.iter().copied()).filter(|_| !is_known) {
+            finding = finding.help(format!("did you mean <{near}>?"));
+        } else if allowed.is_empty() {
+            finding = finding.help(format!("nothing stands in <{parent}>"));
+        } else {
+            finding = finding.help(format!("in it may stand {}", allowed.join(", ")));
+        }
+        self.report(finding);
+    }
+
+    /// An element of another namespace: kept by others for themselves, unless it would do something.
+    pub(super) fn foreign_element(&mut self, child: N<'_, 't>, parent: N<'_, 't>) {
+        let tag = child.tag_name();
+        let span = self.tag(child);
+        let space = tag.namespace().unwrap_or_default();
+        let does_something = matches!(
+            parent.tag_name().name(),
+            "onentry" | "onexit" | "transition" | "if" | "foreach"
+        );
+        if does_something || space == "http://www.w3.org/2001/XInclude" {
+            self.report(refuse(
+                span,
+                &format!("<{}> of {space}", tag.name()),
+                "write what it does with the elements of SCXML",
+            ));
+        } else if space == GRAFSYNTH {
+            self.report(
+                Diagnostic::error(
+                    codes::SCXML_ELEMENT,
+                    format!("grafsynth has no element <{}> of its own", tag.name()),
+                )
+                .at(span, ""),
+            );
+        } else if self.foreign.insert(space.to_owned()) {
+            self.report(
+                Diagnostic::warning(
+                    codes::SCXML_IGNORED,
+                    format!("what belongs to the namespace {space} is not read"),
+                )
+                .at(span, "here first"),
+            );
+        }
+    }
+
+    /// Reports attributes that an element does not have.
+    pub(super) fn attributes(&mut self, node: N<'_, 't>) {
+        let name = node.tag_name().name();
+        let known =
+            RULES.iter().find(|rule| rule.name == name).map_or(&[][..], |rule| rule.attributes);
+        for attribute in node.attributes() {
+            let span = xml::name_span(self.file, attribute);
+            let word = attribute.name();
+            match attribute.namespace() {
+                None if known.contains(&word) => {
+                    if let Some((_, help)) = REFUSED.iter().find(|(refused, _)| *refused == word) {
+                        self.report(refuse(span, &format!("the attribute {word}"), help));
+                    }
+                }
+                None => {
+                    let mut finding = Diagnostic::error(
+                        codes::SCXML_ATTRIBUTE,
+                        format!("<{name}> has no attribute {word}"),
+                    )
+                    .at(span, "");
+                    if let Some(near) = nearest(word, known.iter().copied()) {
+                        finding = finding.help(format!("did you mean {near}?")).fix(span, near);
+                    } else if !known.is_empty() {
+                        finding = finding.help(format!("it has {}", known.join(", ")));
+                    }
+                    self.report(finding);
+                }
+                Some(GRAFSYNTH) => {
+                    let ours: &[&str] = match name {
+                        "scxml" => &["tick", "queue", "limit", "events", "input", "internal"],
+                        "data" => &["range", "role", "label"],
+                        "state" | "parallel" | "final" => &["label"],
+                        _ => &[],
+                    };
+                    if !ours.contains(&word) {
+                        let mut finding = Diagnostic::error(
+                            codes::SCXML_ATTRIBUTE,
+                            format!("grafsynth has no attribute {word} for <{name}>"),
+                        )
+                        .at(span, "");
+                        if !ours.is_empty() {
+                            finding = finding.help(format!("it has {}", ours.join(", ")));
+                        }
+                        self.report(finding);
+                    }
+                }
+                // Languages and other things that XML itself defines.
+                Some("http://www.w3.org/XML/1998/namespace")
+                | Some("http://www.w3.org/2001/XMLSchema-instance") => {}
+                Some(space) => {
+                    if self.foreign.insert(space.to_owned()) {
+                        self.report(
+                            Diagnostic::warning(
+                                codes::SCXML_IGNORED,
+                                format!("what belongs to the namespace {space} is not read"),
+                            )
+                            .at(span, "here first"),
+                        );
+                    }
+                }
+            }
+        }
+    }
+
+    /// The value of an attribute.
+    pub(super) fn value(&self, node: N<'_, 't>, name: &str) -> Option<Mapped<'t>> {
+        self.value_in(node, None, name)
+    }
+
+    pub(super) fn value_in(
+        &self,
+        node: N<'_, 't>,
+        space: Option<&str>,
+        name: &str,
+    ) -> Option<Mapped<'t>> {
+        node.attributes()
+            .find(|attribute| attribute.name() == name && attribute.namespace() == space)
+            .map(|attribute| Mapped::value(self.file, self.source, attribute))
+    }
+
+    /// The value of an attribute as one name.
+    pub(super) fn name(&mut self, node: N<'_, 't>, attribute: &str) -> Option<Name> {
+        let value = self.value(node, attribute)?.trimmed();
+        if value.text.is_empty() || value.text.contains([' ', '\t', '\n', '\r']) {
+            let tag = node.tag_name().name();
+            self.report(
+                Diagnostic::error(
+                    codes::SCXML_ATTRIBUTE,
+                    format!("the {attribute} of <{tag}> is not one name: {:?}", value.text),
+                )
+                .at(value.whole(), ""),
+            );
+            return None;
+        }
+        Some(Name::new(value.text.as_ref(), value.whole()))
+    }
+
+    /// As [`Reader::name`], where an element cannot do without.
+    pub(super) fn needed_name(&mut self, node: N<'_, 't>, attribute: &str) -> Option<Name> {
+        if self.value(node, attribute).is_none() {
+            self.missing(node, attribute);
+        }
+        self.name(node, attribute)
+    }
+
+    pub(super) fn missing(&mut self, node: N<'_, 't>, attribute: &str) {
+        let tag = node.tag_name().name();
+        let span = self.tag(node);
+        self.report(
+            Diagnostic::error(
+                codes::SCXML_ATTRIBUTE,
+                format!("<{tag}> has no attribute {attribute}, which it needs"),
+            )
+            .at(span, ""),
+        );
+    }
+
+    /// The value of an attribute as names between blanks.
+    pub(super) fn names(&mut self, node: N<'_, 't>, attribute: &str) -> Option<Vec<Name>> {
+        let value = self.value(node, attribute)?;
+        let names: Vec<Name> =
+            value.words().take(MAX_NAMES + 1).map(|(word, span)| Name::new(word, span)).collect();
+        if names.len() > MAX_NAMES {
+            self.report(
+                Diagnostic::error(
+                    codes::SCXML_SIZE,
+                    format!("the attribute {attribute} holds more than {MAX_NAMES} names"),
+                )
+                .at(self.tag(node), "")
+                .help("write several transitions"),
+            );
+            return Some(Vec::new());
+        }
+        let before = self.n_further;
+        self.n_further += names.len().saturating_sub(1);
+        if self.n_further > MAX_FURTHER {
+            if before <= MAX_FURTHER {
+                self.report(
+                    Diagnostic::error(
+                        codes::SCXML_SIZE,
+                        format!("the lists of names of the document hold more than {MAX_FURTHER}"),
+                    )
+                    .at(self.tag(node), "here the count was reached")
+                    .help(
+                        "give events a common beginning, as in `key.a` and `key.b`, and name that",
+                    ),
+                );
+            }
+            return Some(Vec::new());
+        }
+        Some(names)
+    }
+
+    pub(super) fn expression(&mut self, text: &Mapped<'_>) -> Option<Ast> {
+        match expr::parse(text, self.language, self.nesting) {
+            Ok(ast) => Some(ast),
+            Err(finding) => {
+                self.report(finding);
+                None
+            }
+        }
+    }
+
+    /// An expression that is no array.
+    pub(super) fn scalar(&mut self, text: &Mapped<'_>) -> Option<Ast> {
+        let ast = self.expression(text)?;
+        if matches!(ast.kind, AstKind::Array(_)) {
+            self.report(refuse(
+                ast.span,
+                "an array as a value",
+                "assign its elements one by one; an array stands in <data> and <foreach>",
+            ));
+            return None;
+        }
+        Some(ast)
+    }
+
+    pub(super) fn condition(&mut self, node: N<'_, 't>) -> Option<Ast> {
+        let text = self.value(node, "cond")?;
+        self.scalar(&text)
+    }
+}
