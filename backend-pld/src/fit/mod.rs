@@ -1,6 +1,8 @@
 //! The decisions between a circuit and its equations: the form of each function, the pin of each signal, and what to say where that does not fit.
 //!
 //! ```text
+//! decide  all of it in order
+//!
 //! Logic ─ form    polarity of each sum; exclusive  T flip-flops, inverters ─┐
 //!   └──── logic::split  where a sum is too wide: buried nodes ─ pins  matched to macrocells; blocks  to logic blocks ─ Equations
 //!                                          │                       └─ misfit  what is missing, why, and what would help
@@ -10,13 +12,14 @@
 //! ```
 
 mod blocks;
+mod decide;
 mod divide;
-pub(crate) mod exclusive;
-pub(crate) mod form;
+mod exclusive;
+mod form;
 mod matching;
-pub(crate) mod misfit;
-pub(crate) mod need;
-pub(crate) mod pins;
+mod misfit;
+mod need;
+mod pins;
 mod place;
 mod share;
 

@@ -25,6 +25,23 @@ pub(super) enum External {
     Declaration(Declaration),
 }
 
+impl External {
+    /// True for the items of a file that only a library needs: types and prototypes.
+    pub(super) fn is_type_or_prototype(&self) -> bool {
+        match self {
+            External::Function(_) => false,
+            External::Declaration(declaration) => {
+                declaration.specifiers.is_typedef
+                    || declaration.declared.is_empty()
+                    || declaration
+                        .declared
+                        .iter()
+                        .all(|(declarator, _)| declarator.is_function && !declarator.is_opaque)
+            }
+        }
+    }
+}
+
 /// A function with its body.
 #[derive(Debug)]
 pub(super) struct Function {

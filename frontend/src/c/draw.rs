@@ -7,17 +7,17 @@
 //!
 //! Parameters are latched when the macro-step is entered; every `return` leads to its one exit step.
 
-use super::ast::External;
 use super::flow::{self, Context, Externs, Graph, Names, Next, NodeId, Question};
 use super::frame::{comment_at, frame, globals};
+use super::pieces::{declaration, meta};
 use super::resolve::{FunctionId, Home, Program, VarId};
 use super::shorten::{self, successors};
 use super::texts::{comment_text, one_line};
 use super::{Calls, library};
 use crate::graf::parser::Findings;
 use grafsynth_ir::chart::{
-    Block, Chart, Declaration, DeclarationKind, Design, Expr, Item, Leaf, Macro, MacroStep, Path,
-    Setting, SettingKind, Step, StepItem, StepItemKind, StepRole, StmtKind, Transition,
+    Block, Chart, DeclarationKind, Design, Expr, Item, Leaf, Macro, MacroStep, Path, Setting,
+    SettingKind, Step, StepItem, StepItemKind, StepRole, StmtKind, Transition,
 };
 use grafsynth_ir::expr::Type as NetType;
 use grafsynth_ir::net::{Meta, Policy};
@@ -160,14 +160,6 @@ fn shared_steps(
         .filter(is_shared)
         .map(|id| (*id, names.fresh(&format!("run_{}", program.functions[*id].def.name))))
         .collect()
-}
-
-pub(super) fn meta(span: Span, label: String) -> Meta {
-    Meta { span, label, req: Vec::new() }
-}
-
-pub(super) fn declaration(name: &str, span: Span, kind: DeclarationKind, label: String) -> Item {
-    Item::Declaration(Declaration { name: Name::new(name, span), kind, meta: meta(span, label) })
 }
 
 fn extern_items(externs: &Externs) -> Vec<Item> {
@@ -620,19 +612,4 @@ fn plain_step(name: &str, role: StepRole, span: Span) -> Item {
         meta: meta(span, String::new()),
         ..Step::default()
     })
-}
-
-/// True for the items of a file that only a library needs: types and prototypes.
-pub(super) fn is_type_or_prototype(item: &External) -> bool {
-    match item {
-        External::Function(_) => false,
-        External::Declaration(declaration) => {
-            declaration.specifiers.is_typedef
-                || declaration.declared.is_empty()
-                || declaration
-                    .declared
-                    .iter()
-                    .all(|(declarator, _)| declarator.is_function && !declarator.is_opaque)
-        }
-    }
 }

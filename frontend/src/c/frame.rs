@@ -1,8 +1,8 @@
 //! What stands around the functions of a chart: variables of the file, and how the function that the chart runs is started and left.
 
 use super::ast::{ExprKind, Init};
-use super::draw::{declaration, meta};
 use super::flow::Names;
+use super::pieces::{declaration, meta};
 use super::resolve::{FunctionId, Home, Program, Reference, VarId};
 use super::texts::comment_text;
 use super::types::{Scalar, Type};

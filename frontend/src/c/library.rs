@@ -4,7 +4,6 @@
 //! variables of the library's file (there is no recursion, so one of each is enough), parameters and results too.
 
 use super::ast::{Expr, ExprKind, External};
-use super::draw::is_type_or_prototype;
 use super::flow::{Externs, Flow, Question};
 use super::lexer::{self, Kind};
 use super::resolve::{FunctionId, Home, Program, VarId};
@@ -298,7 +297,7 @@ pub(super) fn write(
     }
     line(format_args!(""));
     for item in &program.source.items {
-        if is_type_or_prototype(item)
+        if item.is_type_or_prototype()
             && let External::Declaration(declaration) = item
         {
             line(format_args!("{}", program.text_of(declaration.span)));

@@ -34,6 +34,7 @@ mod library;
 mod operators;
 mod parse_expr;
 mod parser;
+mod pieces;
 mod resolve;
 mod sequence;
 mod shorten;

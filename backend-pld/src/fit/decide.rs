@@ -1,0 +1,403 @@
+//! All decisions of a circuit on a device: names, forms of the sums, parts of wide ones, shared macrocells, pins. The order is that of [`Equations::new`].
+
+use crate::codes;
+use crate::device::{Device, FlipFlop, PowerUp};
+use crate::equations::{
+    Equation, Equations, Signal, SignalIndex, Source, busy_note, one_line, register_name,
+};
+use crate::fit::exclusive::Exclusive;
+use crate::fit::form::{Form, FormChoice};
+use crate::fit::misfit::Misfit;
+use crate::fit::need::widest;
+use crate::{Dialect, EmitOptions};
+use grafsynth_ir::diag::{Diagnostic, nearest};
+use grafsynth_ir::logic::{Logic, NodeId, PinInputId, PinOutput};
+use grafsynth_ir::names::{CUPL, GALASM, Namer, PALASM, PALASM_CHIP};
+use grafsynth_ir::net::Meta;
+use grafsynth_logic::split::{Wide, split};
+use grafsynth_logic::support::Var;
+use std::collections::BTreeMap;
+
+impl Equations {
+    /// Takes all decisions.
+    ///
+    /// # Errors
+    /// Sums over budget, power-up values that the device cannot give, pins that do not exist, and, where the language needs pin numbers, a design that
+    /// does not fit.
+    pub fn new(
+        logic: &Logic,
+        dialect: Dialect,
+        options: &EmitOptions,
+    ) -> Result<Self, Vec<Diagnostic>> {
+        let mut findings = Vec::new();
+        let device = find_device(options, &mut findings);
+        if dialect == Dialect::Galasm && device.layout.is_none() {
+            // Its assemblers make fuse maps, and no other device than ours.
+            findings.push(crate::fuse::no_map(device));
+        }
+        let target = match dialect {
+            Dialect::Palasm => &PALASM,
+            Dialect::Cupl => &CUPL,
+            Dialect::Galasm | Dialect::Verilog | Dialect::Blif => &GALASM,
+        };
+        let mut namer = Namer::new(target);
+        let mut signals = name_signals(logic, &mut namer);
+        let first = FirstOfKind::of(&signals);
+        let functions = functions(logic, device, &mut findings);
+        if !findings.is_empty() {
+            return Err(findings);
+        }
+        let budget = options.budget;
+        let forms = FormChoice { logic, device, budget, dont_cares: options.dont_cares, open: &[] };
+        let exclusive =
+            (device.has_flip_flop(FlipFlop::T) || device.has_xor()).then(|| Exclusive::new(logic));
+        let form_of = |function: &Function<'_>| {
+            let forms = FormChoice { open: &function.open, ..forms };
+            match (&exclusive, function.source) {
+                (Some(exclusive), Source::Flop(id)) => {
+                    exclusive.best(&forms, function.node, function.init, Some(id))
+                }
+                (Some(exclusive), _) => exclusive.best(&forms, function.node, function.init, None),
+                (None, _) => forms.of(function.node, function.init),
+            }
+        };
+        let mut equations = Vec::new();
+        let mut wide: Vec<&Function<'_>> = Vec::new();
+        for function in &functions {
+            match form_of(function) {
+                Ok(form) => equations.push(first.equation(&mut signals, function, form, logic)),
+                Err(_) => wide.push(function),
+            }
+        }
+        let mut depth = 0;
+        if !wide.is_empty() {
+            let asked: Vec<Wide> = wide.iter().map(|function| function.wide(&forms)).collect();
+            let split = split(logic, &asked, widest(device));
+            let forms = FormChoice { logic: &split.logic, ..forms };
+            depth = split.depth;
+            let mut parts_of = BTreeMap::new();
+            for (index, node) in split.nodes.iter().enumerate() {
+                let name = if node.is_whole {
+                    namer.name(&node.name)
+                } else {
+                    let count = parts_of.entry(node.name.as_str()).or_insert(0_usize);
+                    *count += 1;
+                    namer.name_with_suffix(&node.name, &format!("_w{count}"))
+                };
+                signals.push(Signal {
+                    name,
+                    source: Source::Buried(index),
+                    pin: None,
+                    is_pin_inverted: false,
+                    is_complement: false,
+                    shared: None,
+                    meta: node.meta.clone(),
+                });
+            }
+            let places: BTreeMap<PinInputId, SignalIndex> = split
+                .nodes
+                .iter()
+                .enumerate()
+                .map(|(index, node)| (node.input, first.buried + index))
+                .collect();
+            let first = FirstOfKind { places, ..first };
+            let parts = split.nodes.iter().enumerate().map(|(index, node)| {
+                let function = Function {
+                    source: Source::Buried(index),
+                    node: node.value,
+                    open: Vec::new(),
+                    init: None,
+                    name: &node.name,
+                    meta: &node.meta,
+                };
+                (function, &node.sum)
+            });
+            let wholes = wide.iter().zip(&split.wide).map(|(function, (node, sum))| {
+                (Function { node: *node, ..(*function).clone() }, sum)
+            });
+            // Minimising thousands of parts again saves little and takes long.
+            let is_small = split.nodes.len() <= 128;
+            for (function, sum) in parts.chain(wholes) {
+                let minimised = is_small.then(|| {
+                    let forms = FormChoice { open: &function.open, ..forms };
+                    forms.of(function.node, function.init)
+                });
+                let form = match minimised.transpose().ok().flatten() {
+                    Some(form) if form.products.len() <= sum.products.len() => form,
+                    Some(_) | None => forms.of_sum(sum, function.init),
+                };
+                equations.push(first.equation(&mut signals, &function, form, logic));
+            }
+            let order = |equation: &Equation| match signals[equation.signal].source {
+                Source::Buried(index) => (2, index),
+                Source::Flop(id) => (0, id.index()),
+                Source::Output(id) => (1, id.index()),
+                Source::Clock | Source::Input(_) => (3, 0),
+            };
+            equations.sort_by_key(order);
+        }
+        let mut result = Equations {
+            title: Namer::new(&PALASM_CHIP).name(&logic.name.text),
+            device,
+            head: Vec::new(),
+            signals,
+            equations,
+            has_pins: false,
+            depth,
+            lacks: Vec::new(),
+        };
+        result.share_pins(logic, options);
+        let mut misfit = result.assign_pins(logic, options, &mut findings);
+        if misfit.as_ref().is_some_and(Misfit::is_about_width) {
+            let n_before = result.signals.len();
+            result.divide(logic, options, &mut |owner, count| {
+                namer.name_with_suffix(owner, &format!("_w{count}"))
+            });
+            if result.signals.len() > n_before {
+                misfit = result.assign_pins(logic, options, &mut findings);
+            }
+        }
+        if let (Some(misfit), Dialect::Galasm) = (&misfit, dialect) {
+            findings.push(misfit.diagnostic(logic, device));
+        }
+        if !findings.is_empty() {
+            return Err(findings);
+        }
+        result.lacks = misfit.map(|misfit| misfit.parts(device)).unwrap_or_default();
+        result.head = head(&result, logic, dialect, options);
+        Ok(result)
+    }
+}
+
+/// All signals with their names. Pins are named before flip-flops (a board's drawing shows them), the clock last (nobody chose its name).
+fn name_signals(logic: &Logic, namer: &mut Namer) -> Vec<Signal> {
+    let inputs = logic
+        .inputs
+        .iter()
+        .map(|(id, input)| (input.name.as_str(), Source::Input(id), &input.meta));
+    let outputs = logic
+        .outputs
+        .iter()
+        .map(|(id, output)| (output.name.as_str(), Source::Output(id), &output.meta));
+    let pins: Vec<_> = inputs.chain(outputs).collect();
+    let signal = |name, source, meta: &Meta| Signal {
+        name,
+        source,
+        pin: None,
+        is_pin_inverted: false,
+        is_complement: false,
+        shared: None,
+        meta: meta.clone(),
+    };
+    let names = namer.assign(pins.iter().map(|pin| pin.0));
+    let mut signals: Vec<Signal> = names
+        .into_iter()
+        .zip(pins)
+        .map(|(name, (_, source, meta))| signal(name, source, meta))
+        .collect();
+    for (id, flop) in logic.flops.iter() {
+        signals.push(signal(register_name(namer, &flop.name), Source::Flop(id), &flop.meta));
+    }
+    if !logic.flops.is_empty() || logic.outputs.values().any(|output| output.registered.is_some()) {
+        signals.insert(0, signal(namer.name("clk"), Source::Clock, &Meta::default()));
+    }
+    signals
+}
+
+fn find_device(options: &EmitOptions, findings: &mut Vec<Diagnostic>) -> &'static Device {
+    let Some(name) = &options.device else { return Device::default_device() };
+    Device::find(name).unwrap_or_else(|| {
+        let mut finding =
+            Diagnostic::error(codes::UNKNOWN_DEVICE, format!("the device `{name}` is not known"));
+        let known: Vec<&str> = crate::device::DEVICES.iter().map(|device| device.name).collect();
+        finding = finding.help(match nearest(name, Device::names()) {
+            Some(near) => format!("did you mean `{near}`? known are {}", known.join(", ")),
+            None => format!("known are {}", known.join(", ")),
+        });
+        findings.push(finding);
+        Device::default_device()
+    })
+}
+
+/// A function that needs an equation.
+#[derive(Debug, Clone)]
+struct Function<'a> {
+    source: Source,
+    node: NodeId,
+    /// Where it may be anything.
+    open: Vec<NodeId>,
+    /// The value after power-up, for a clocked one.
+    init: Option<bool>,
+    name: &'a str,
+    meta: &'a Meta,
+}
+
+impl Function<'_> {
+    fn wide(&self, forms: &FormChoice<'_>) -> Wide {
+        Wide {
+            node: self.node,
+            polarity: forms.polarity(self.init),
+            name: self.name.to_owned(),
+            meta: self.meta.clone(),
+        }
+    }
+}
+
+/// All functions of a circuit, flip-flops first; a registered output that the device cannot wake up right is a finding.
+fn functions<'a>(
+    logic: &'a Logic,
+    device: &'static Device,
+    findings: &mut Vec<Diagnostic>,
+) -> Vec<Function<'a>> {
+    let mut functions: Vec<Function<'a>> = logic
+        .flops
+        .iter()
+        .map(|(id, flop)| Function {
+            source: Source::Flop(id),
+            node: flop.next,
+            open: logic.open_where(grafsynth_ir::logic::Function::Next(id)).collect(),
+            init: Some(flop.init),
+            name: &flop.name,
+            meta: &flop.meta,
+        })
+        .collect();
+    for (id, output) in logic.outputs.iter() {
+        if device.power_up == PowerUp::PinsHigh && output.registered == Some(false) {
+            findings.push(wakes_high(device, output));
+        }
+        functions.push(Function {
+            source: Source::Output(id),
+            node: output.value,
+            open: logic.open_where(grafsynth_ir::logic::Function::Output(id)).collect(),
+            init: output.registered,
+            name: &output.name,
+            meta: &output.meta,
+        });
+    }
+    functions
+}
+
+/// Where the signals of each kind begin: they lie in the order of their kinds.
+#[derive(Debug)]
+struct FirstOfKind {
+    input: SignalIndex,
+    output: SignalIndex,
+    flop: SignalIndex,
+    buried: SignalIndex,
+    /// The signals of buried nodes, by the input that stands for them.
+    places: BTreeMap<PinInputId, SignalIndex>,
+}
+
+impl FirstOfKind {
+    fn of(signals: &[Signal]) -> Self {
+        let first = |is_kind: fn(&Source) -> bool| {
+            signals.iter().position(|signal| is_kind(&signal.source)).unwrap_or(0)
+        };
+        FirstOfKind {
+            input: first(|source| matches!(source, Source::Input(_))),
+            output: first(|source| matches!(source, Source::Output(_))),
+            flop: first(|source| matches!(source, Source::Flop(_))),
+            buried: signals.len(),
+            places: BTreeMap::new(),
+        }
+    }
+
+    fn equation(
+        &self,
+        signals: &mut [Signal],
+        function: &Function<'_>,
+        form: Form,
+        logic: &Logic,
+    ) -> Equation {
+        let signal = match function.source {
+            Source::Flop(id) => self.flop + id.index(),
+            Source::Output(id) => self.output + id.index(),
+            Source::Buried(index) => self.buried + index,
+            Source::Clock | Source::Input(_) => unreachable!("they have no function"),
+        };
+        signals[signal].is_pin_inverted = form.is_pin_inverted;
+        let index = |var: Var| match var {
+            Var::Input(id) if id.index() < logic.inputs.len() => self.input + id.index(),
+            Var::Input(id) => self.places[&id],
+            Var::Flop(id) => self.flop + id.index(),
+        };
+        let literals = |product: Vec<(Var, bool)>| {
+            product.into_iter().map(|(var, value)| (index(var), value)).collect::<Vec<_>>()
+        };
+        let products = form.products.into_iter().map(literals);
+        Equation {
+            signal,
+            is_complemented: form.is_complemented,
+            is_registered: function.init.is_some(),
+            products: products.collect(),
+            flip_flop: form.flip_flop,
+            inverter: form.inverter.map(literals),
+        }
+    }
+}
+
+fn wakes_high(device: &Device, output: &PinOutput) -> Diagnostic {
+    let message = format!(
+        "output `{}` must be 0 after power-up, and every registered pin of a {} is high then, whatever its polarity",
+        output.name, device.name
+    );
+    Diagnostic::error(codes::POWER_UP, message)
+        .at(output.meta.span, "registered output")
+        .help("make the output combinational, or take a gal22v10, whose pins wake by polarity")
+}
+
+/// The comment at the head.
+fn head(
+    equations: &Equations,
+    logic: &Logic,
+    dialect: Dialect,
+    options: &EmitOptions,
+) -> Vec<String> {
+    let device = equations.device;
+    let mut head = vec![
+        format!(
+            "{} - equations made by grafsynth {}",
+            one_line(&logic.name.text),
+            env!("CARGO_PKG_VERSION")
+        ),
+        match &options.device {
+            Some(_) => format!("device {}", device.name),
+            None => format!("device {} (none was named)", device.name),
+        },
+    ];
+    head.push(match device.power_up {
+        PowerUp::ByPolarity => "power-up: a register written as /x := .. wakes with x true, one written as x := .. with x false".to_owned(),
+        PowerUp::PinsHigh => "power-up: every registered pin wakes high, so what is false at the start lies on its pin inverted".to_owned(),
+    });
+    let remembered: Vec<&str> = device.remembered().map(|figure| figure.what).collect();
+    if options.device.is_some() && device.layout.is_none() && !remembered.is_empty() {
+        head.push(format!("rests on what is remembered of data sheets: {}", remembered.join("; ")));
+    }
+    if !equations.lacks.is_empty() {
+        head.push(format!(
+            "does not fit one {}, so pins are left open: {}",
+            device.name,
+            equations.lacks.join("; ")
+        ));
+    }
+    if equations.depth > 0 {
+        let is_buried = |signal: &&Signal| matches!(signal.source, Source::Buried(_));
+        head.push(format!(
+            "parts of functions too wide for one sum that are signals of their own: {}; passes through the array that they add: up to {}",
+            equations.signals.iter().filter(is_buried).count(),
+            equations.depth
+        ));
+    }
+    if logic.outputs.values().any(|output| output.mealy) {
+        head.push("mealy outputs are valid just before the clock".to_owned());
+    }
+    head.extend(busy_note(logic));
+    if options.dont_cares && !logic.never.is_empty() {
+        head.push("the equations rely on what the chart assumes of its inputs".to_owned());
+    }
+    if dialect == Dialect::Galasm {
+        head.push("the pins are numbered left to right, first row then second".to_owned());
+    }
+    head.extend(options.notes.iter().map(|note| one_line(note)));
+    head
+}
