@@ -22,6 +22,17 @@ pub const ENGINE_REFUSED: Code =
 /// What stands against a trace ring.
 pub const TRACE_REFUSED: Code =
     Code { id: "G0607", title: "the trace ring cannot stand in this instance" };
+/// A package of a chart whose names are those of its ecosystem.
+pub const PACKAGE_REFUSED: Code =
+    Code { id: "G0610", title: "a name of the chart hides one of the package's ecosystem" };
 /// All of them.
-pub const ALL: &[Code] =
-    &[STYLE_REFUSED, FOREIGN_CODE, RENAMED, TOO_LARGE, GATE_REFUSED, ENGINE_REFUSED, TRACE_REFUSED];
+pub const ALL: &[Code] = &[
+    STYLE_REFUSED,
+    FOREIGN_CODE,
+    RENAMED,
+    TOO_LARGE,
+    GATE_REFUSED,
+    ENGINE_REFUSED,
+    TRACE_REFUSED,
+    PACKAGE_REFUSED,
+];

@@ -590,7 +590,7 @@ fn row(net: &Net, interface: &Interface) -> Vec<Node> {
 }
 
 /// Text within a string literal: everything beyond plain letters as octal numbers, which end after three digits.
-fn string_text(text: &str) -> String {
+pub(crate) fn string_text(text: &str) -> String {
     let mut out = String::new();
     for byte in text.bytes() {
         if byte.is_ascii_alphanumeric() || b" _.,[]-+".contains(&byte) {

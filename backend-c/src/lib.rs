@@ -36,6 +36,7 @@ mod header;
 mod io;
 mod library;
 mod names;
+pub mod package;
 mod port;
 mod source;
 mod statechart;

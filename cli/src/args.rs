@@ -242,6 +242,9 @@ pub(crate) struct Build {
     /// Logic by others: make its functions small and give it pins anew, on another device too, instead of burning it as written.
     #[arg(long)]
     pub(crate) refit: bool,
+    /// C: a folder NAME-WHAT in place of the bare files: `plain` (a Makefile), `arduino`, `platformio`, `cmake`; separated by commas or given several times.
+    #[arg(long, value_name = "WHAT", value_delimiter = ',')]
+    pub(crate) package: Vec<String>,
     /// `c-engine`: write the tables as a binary image too (`NAME.bin`), which the engine loads from a flash or an EEPROM.
     #[arg(long)]
     pub(crate) blob: bool,

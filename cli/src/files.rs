@@ -48,17 +48,23 @@ pub(crate) fn read_bytes(path: &str, limit: u64) -> Result<Vec<u8>, String> {
     Ok(bytes)
 }
 
-/// Writes all files, or none: each goes to a temporary file in its folder first, and only when all are there are they renamed.
+/// Writes all files, or none: each goes to a temporary file in its folder first, and only when all are there are they renamed. Folders are made.
 ///
 /// # Errors
-/// What the system says, in the user's terms. Files that were there before are then untouched, unless a rename fails half-way, which names them.
+/// What the system says, in the user's terms. Files that were there before are then untouched, unless a rename fails half-way, which names them;
+/// folders that were made are gone again.
 pub(crate) fn write_all(files: &[(PathBuf, Vec<u8>)]) -> Result<(), String> {
     let mut staged: Vec<(PathBuf, &Path)> = Vec::new();
-    let outcome = stage(files, &mut staged);
+    let mut made: Vec<PathBuf> = Vec::new();
+    let outcome = stage(files, &mut staged, &mut made);
     if outcome.is_err() {
         for (temporary, _) in &staged {
             // Best effort: what cannot be removed is a temporary file beside its target.
             let _ = fs::remove_file(temporary);
+        }
+        for folder in made.iter().rev() {
+            // Only if it is empty: somebody else may have put something there.
+            let _ = fs::remove_dir(folder);
         }
         return outcome;
     }
@@ -79,6 +85,7 @@ pub(crate) fn write_all(files: &[(PathBuf, Vec<u8>)]) -> Result<(), String> {
 fn stage<'a>(
     files: &'a [(PathBuf, Vec<u8>)],
     staged: &mut Vec<(PathBuf, &'a Path)>,
+    made: &mut Vec<PathBuf>,
 ) -> Result<(), String> {
     for (path, bytes) in files {
         let say = |error: io::Error| format!("cannot write {}: {error}", path.display());
@@ -87,6 +94,9 @@ fn stage<'a>(
             return Err(format!("cannot write {}: it is a folder", path.display()));
         }
         if let Some(folder) = path.parent() {
+            let missing = folder.ancestors().take_while(|it| !it.as_os_str().is_empty());
+            let missing: Vec<_> = missing.take_while(|it| !it.exists()).collect();
+            made.extend(missing.iter().rev().map(|it| it.to_path_buf()));
             fs::create_dir_all(folder).map_err(say)?;
         }
         let temporary =

@@ -18,7 +18,8 @@ use crate::report::chip::{Chip, Code, Made};
 use crate::report::{Line, Outcome};
 use crate::rescue;
 use crate::target::Target;
-use grafsynth_backend_c::Package;
+use grafsynth_backend_c::package::Ecosystem;
+use grafsynth_backend_c::{File, Package};
 use grafsynth_backend_pld::equations::Equations;
 use grafsynth_backend_pld::vectors::TraceRow;
 use grafsynth_backend_pld::{Dialect, EmitOptions, Emitted, Object, Vectors, synchronise};
@@ -42,6 +43,8 @@ pub struct BuildOptions {
     pub device: Option<String>,
     /// C: style, callbacks.
     pub c: grafsynth_backend_c::Options,
+    /// C: folders for ecosystems in place of the bare files.
+    pub packages: Vec<Ecosystem>,
     /// When a reaction of a circuit may take several clocks.
     pub busy: BusyMode,
     /// Flip-flops in front of each input that is not declared `synchronous`.
@@ -69,7 +72,7 @@ pub struct BuildOptions {
 /// A file to be written.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct OutputFile {
-    /// Its name, without a folder.
+    /// Its name; in a package with the folders that it lies in, parted by `/`.
     pub name: String,
     /// Its text.
     pub text: String,
@@ -179,7 +182,15 @@ pub fn build(net: &Valid<Net>, facts: &Facts, targets: &[Target], options: &Buil
                 match grafsynth_backend_c::emit(net, facts, &c) {
                     Ok(package) => {
                         built.found.extend(package.diagnostics.iter().cloned());
-                        built.files.extend(c_files(net, &package));
+                        if options.packages.is_empty() {
+                            built.files.extend(c_files(net, &package.files));
+                        }
+                        for ecosystem in &options.packages {
+                            match grafsynth_backend_c::package::files(net, &package, *ecosystem) {
+                                Ok(files) => built.files.extend(c_files(net, &files)),
+                                Err(found) => built.found.extend(found),
+                            }
+                        }
                         built.packages.push(package);
                     }
                     Err(found) => built.found.extend(found),
@@ -688,7 +699,7 @@ fn vector_row(net: &Net, row: &Row, input: &InputRow) -> TraceRow {
     }
 }
 
-fn c_files(net: &Net, package: &Package) -> Vec<OutputFile> {
+fn c_files(net: &Net, files: &[File]) -> Vec<OutputFile> {
     let req = |object: &grafsynth_backend_c::Object| match *object {
         grafsynth_backend_c::Object::Step(id) => net.steps[id].meta.req.clone(),
         grafsynth_backend_c::Object::Transition(id) => net.transitions[id].meta.req.clone(),
@@ -698,8 +709,7 @@ fn c_files(net: &Net, package: &Package) -> Vec<OutputFile> {
         grafsynth_backend_c::Object::Timer(id) => net.timers[id].meta.req.clone(),
         grafsynth_backend_c::Object::Action(id) => net.actions[id].meta.req.clone(),
     };
-    package
-        .files
+    files
         .iter()
         .map(|file| OutputFile {
             name: file.name.clone(),

@@ -5,6 +5,7 @@ use crate::exit::Exit;
 use crate::files;
 use crate::load::{Session, Stop};
 use grafsynth_backend_c::Style;
+use grafsynth_backend_c::package::Ecosystem;
 use grafsynth_driver::coding::{Encoding, EncodingChoice};
 use grafsynth_driver::ice40::judge;
 use grafsynth_driver::pipeline::{
@@ -55,6 +56,10 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
     if arguments.blob && !targets.iter().any(is_engine) {
         return Err(Stop::Usage("--blob is for the target c-engine".to_owned()));
     }
+    let packages = packages(&arguments.package)?;
+    if !packages.is_empty() && !targets.iter().any(|target| matches!(target, Target::C(_))) {
+        return Err(Stop::Usage("--package is for the targets c, c-switch, ..".to_owned()));
+    }
     let net = &design.net;
     let limits = Limits { pairs: arguments.limits.proof_limit, ..Limits::default() };
     let stimulus = match &arguments.stimulus {
@@ -84,6 +89,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
             source,
             ..Default::default()
         },
+        packages,
         busy: match arguments.busy {
             Busy::Never => BusyMode::Never,
             Busy::TooLarge => BusyMode::WhenTooLarge,
@@ -208,6 +214,29 @@ fn targets(names: &[String]) -> Result<Vec<Target>, Stop> {
     Ok(targets)
 }
 
+fn packages(names: &[String]) -> Result<Vec<Ecosystem>, Stop> {
+    let known = Ecosystem::ALL.map(Ecosystem::name);
+    let mut packages = Vec::new();
+    for name in names {
+        let package = Ecosystem::named(name).ok_or_else(|| {
+            let near = grafsynth_ir::diag::nearest(name, known)
+                .map(|near| format!(", did you mean `{near}`?"))
+                .unwrap_or_default();
+            let known = known.join(", ");
+            Stop::Usage(format!("no package is called `{name}`{near} (there are {known})"))
+        })?;
+        if !packages.contains(&package) {
+            packages.push(package);
+        }
+    }
+    Ok(packages)
+}
+
+/// True if an output is this file of a package of C, whatever folder it lies in.
+fn is_file(output: &str, file: &str) -> bool {
+    output.rsplit('/').next() == Some(file)
+}
+
 /// Compares each C package with the net by running it, where there is a compiler.
 fn check_c(net: &Valid<Net>, facts: &Facts, limits: &Limits, built: &mut Built) {
     let packages = std::mem::take(&mut built.packages);
@@ -219,7 +248,9 @@ fn check_c(net: &Valid<Net>, facts: &Facts, limits: &Limits, built: &mut Built) 
             .map_or("c", |file| file.name.as_str());
         let line = exhaustive::check(name, net, facts, package, limits);
         if line.outcome == Outcome::Refuted {
-            built.files.retain(|file| !package.files.iter().any(|own| own.name == file.name));
+            built
+                .files
+                .retain(|file| !package.files.iter().any(|own| is_file(&file.name, &own.name)));
         }
         built.lines.push(line);
     }
@@ -228,7 +259,7 @@ fn check_c(net: &Valid<Net>, facts: &Facts, limits: &Limits, built: &mut Built) 
 
 /// The tables of charts that an engine interprets, but for those that were refuted.
 fn images(built: &Built) -> Vec<(String, Vec<u8>)> {
-    let kept = |name: &str| built.files.iter().any(|file| file.name == name);
+    let kept = |name: &str| built.files.iter().any(|file| is_file(&file.name, name));
     built
         .packages
         .iter()

@@ -19,6 +19,7 @@ mod clock;
 mod codes;
 mod design;
 mod equations;
+mod flashing;
 mod macrocells;
 mod pins;
 mod power_up;
@@ -59,7 +60,7 @@ const CHIP: [OfChip; 7] = [
 ];
 
 /// What stands last, for it speaks of all outputs.
-const AFTER: [Whole; 1] = [("Requirements", requirements::write)];
+const AFTER: [Whole; 2] = [("Flashing", flashing::write), ("Requirements", requirements::write)];
 
 /// What a page is about.
 pub struct Subject<'a> {

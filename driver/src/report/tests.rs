@@ -284,3 +284,18 @@ fn a_page_is_the_same_each_time() {
     assert_eq!(once, built(TRUCK, &targets, &BuildOptions::default()).1);
     assert_eq!(once.len(), 4, "a page, and a drawing of each chip");
 }
+
+/// The commands name the files that were written, and the Makefile where there is one.
+#[test]
+fn the_page_says_how_the_c_is_flashed() {
+    let targets = [Target::C(None)];
+    let (_, bare) = built(TRUCK, &targets, &BuildOptions::default());
+    let line = "avrdude -p atmega328p -c arduino -P /dev/ttyUSB0 -b 115200 -U flash:w:truck.hex:i";
+    assert!(bare[0].text.contains(line), "{}", bare[0].text);
+    assert!(bare[0].text.contains("-o truck.elf truck.c main.c"), "{}", bare[0].text);
+    let packages = vec![grafsynth_backend_c::package::Ecosystem::Plain];
+    let (_, plain) = built(TRUCK, &targets, &BuildOptions { packages, ..BuildOptions::default() });
+    assert!(plain[0].text.contains("In `truck-plain`, `make TOOLCHAIN=avr flash`"));
+    let (_, chip) = built(TRUCK, &[Target::Jedec], &on("gal22v10"));
+    assert!(!chip[0].text.contains("avrdude"));
+}

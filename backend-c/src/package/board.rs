@@ -1,0 +1,207 @@
+//! `board.c`: the chart on a microcontroller without an operating system. Pins at the top, the machine below, the loop at the end.
+
+use super::Chart;
+use super::ticks::Ratio;
+use crate::cexpr::storage;
+use crate::ctext::comment_text;
+use crate::harness::arguments;
+use crate::names::is_extern;
+use grafsynth_ir::expr::Type;
+use grafsynth_ir::net::InputKind;
+
+/// A clock, and pins, of an AVR, a Cortex-M and an 8051.
+const MACHINE: &str = include_str!("text/board.c");
+
+/// An input or output as the examples see it.
+pub(super) struct Signal {
+    /// Its member of the structure.
+    pub(super) member: String,
+    /// What it is, for a comment.
+    pub(super) note: String,
+    pub(super) ty: Type,
+    pub(super) is_event: bool,
+    /// `in.x = VALUE;`, or the macro that does it, for outputs how it is read.
+    pub(super) access: Box<dyn Fn(&str) -> String>,
+}
+
+/// The inputs that a structure hands over: pins, then events.
+pub(super) fn inputs(chart: &Chart<'_>, place: &'static str) -> Vec<Signal> {
+    let names = &chart.package.interface.names;
+    let inputs = chart.net.inputs.iter();
+    inputs
+        .filter(|(_, it)| matches!(it.kind, InputKind::Pin | InputKind::Event))
+        .map(|(id, it)| {
+            let member = names.inputs[id].clone();
+            let (io, name) = (names.io.clone(), member.clone());
+            Signal {
+                note: comment_text(&described(&it.name.text, &it.meta.label)),
+                member,
+                ty: it.ty,
+                is_event: it.kind == InputKind::Event,
+                access: Box::new(move |value| io.put(place, &name, id, value)),
+            }
+        })
+        .collect()
+}
+
+/// The outputs that are no functions.
+pub(super) fn outputs(chart: &Chart<'_>, place: &'static str) -> Vec<Signal> {
+    let names = &chart.package.interface.names;
+    let outputs = chart.net.outputs.iter().filter(|(_, it)| !is_extern(it));
+    outputs
+        .map(|(id, it)| {
+            let member = names.outputs[id].clone();
+            let (io, name) = (names.io.clone(), member.clone());
+            Signal {
+                note: comment_text(&described(&it.name.text, &it.meta.label)),
+                member,
+                ty: it.ty,
+                is_event: false,
+                access: Box::new(move |_| io.lamp(place, &name, id)),
+            }
+        })
+        .collect()
+}
+
+fn described(name: &str, label: &str) -> String {
+    if label.is_empty() { name.to_owned() } else { format!("{name}: {label}") }
+}
+
+/// The text; `folder` is where the headers lie, seen from it.
+pub(super) fn text(chart: &Chart<'_>, folder: &str) -> String {
+    let interface = &chart.package.interface;
+    let (name, upper) = (chart.name(), chart.upper());
+    let (inputs, outputs) = (inputs(chart, "in."), outputs(chart, "out."));
+    let has_events = inputs.iter().any(|it| it.is_event);
+    let mut text = format!(
+        "/* {}: the chart on a microcontroller. This file is yours. */\n#include \"{folder}{name}.h\"\n",
+        comment_text(&chart.net.name.text)
+    );
+    if has_events {
+        text += &format!("#include \"{folder}{name}_port.h\"\n");
+    }
+    text += "#include <stddef.h>\n\n";
+    text += "/* ---- PINS: which pin each signal has. Change the numbers. ------------------------------------------------ */\n";
+    let mut pin = 2;
+    for (prefix, signal) in pins(&inputs, &outputs) {
+        text += &format!("#define {prefix}_{} {pin}U /* {} */\n", signal.member, signal.note);
+        // 255 is no pin of any machine.
+        pin = 255.min(pin + 1);
+    }
+    text += "/* ---------------------------------------------------------------------------------------------------------- */\n\n";
+    text += MACHINE;
+    text.push('\n');
+    for signal in inputs.iter().filter(|it| !it.ty.is_bool()) {
+        let (lo, hi) = signal.ty.bounds();
+        text += &format!(
+            "/* FILL IN: a number from {lo} to {hi}. {} */\nstatic {} read_{}(void)\n{{\n    return {};\n}}\n\n",
+            signal.note,
+            storage(signal.ty),
+            signal.member,
+            signal.ty.saturate(0)
+        );
+    }
+    for signal in outputs.iter().filter(|it| !it.ty.is_bool()) {
+        let (lo, hi) = signal.ty.bounds();
+        text += &format!(
+            "/* FILL IN: a number from {lo} to {hi}. {} */\nstatic void write_{}({} value)\n{{\n    (void)value;\n}}\n\n",
+            signal.note,
+            signal.member,
+            storage(signal.ty)
+        );
+    }
+    text += &Ratio::of(chart, 1_000_000, "uint16_t").function(chart, "ticks_of_ms");
+    text += "int main(void)\n{\n";
+    if interface.has_instance {
+        text += &format!("    static {name}_t self;\n");
+    }
+    if inputs.iter().any(|it| !it.is_event) {
+        text += &format!("    static {name}_in_t in;\n");
+    }
+    if interface.has_out {
+        text += &format!("    static {name}_out_t out;\n");
+    }
+    if has_events {
+        text += &format!("    static {name}_ring_t ring;\n");
+        for signal in inputs.iter().filter(|it| it.is_event) {
+            text += &format!("    bool was_{} = false;\n", signal.member);
+        }
+    }
+    if interface.ticks.is_some() {
+        text += "    uint16_t last;\n";
+    }
+    text += "\n    board_init();\n";
+    if interface.ticks.is_some() {
+        text += "    last = board_ms();\n";
+    }
+    text += &format!("    {name}_init({});\n", arguments(interface, false));
+    text += "    for (;;) {\n";
+    if let Some(ticks) = interface.ticks {
+        text += "        const uint16_t now = board_ms();\n";
+        text += &format!(
+            "        const {} ticks = ticks_of_ms((uint16_t)(now - last));\n        last = now;\n",
+            ticks.name()
+        );
+    } else {
+        text += "        (void)board_ms;\n";
+    }
+    for signal in &inputs {
+        let member = &signal.member;
+        if signal.is_event {
+            text += &format!(
+                "        /* An event is a rising edge here; an interrupt service may post it instead. */\n        const bool is_{member} = pin_read(EVENT_{member});\n        \
+                 if (is_{member} && !was_{member}) {{\n            (void){name}_post(&ring, {upper}_EVENT_{member});\n        }}\n        was_{member} = is_{member};\n"
+            );
+        } else if signal.ty.is_bool() {
+            text += &format!(
+                "        const bool level_{member} = pin_read(IN_{member});\n        {}\n",
+                (signal.access)(&format!("level_{member}"))
+            );
+        } else {
+            text += &format!("        {}\n", (signal.access)(&format!("read_{member}()")));
+        }
+    }
+    text += &format!("        {}\n", step(chart));
+    for signal in &outputs {
+        let value = (signal.access)("");
+        if signal.ty.is_bool() {
+            text += &format!("        pin_write(OUT_{}, {value});\n", signal.member);
+        } else {
+            text += &format!("        write_{}({value});\n", signal.member);
+        }
+    }
+    if !inputs.iter().any(|it| it.ty.is_bool()) {
+        text += "        (void)pin_read;\n";
+    }
+    if !outputs.iter().any(|it| it.ty.is_bool()) {
+        text += "        (void)pin_write;\n";
+    }
+    text += "    }\n}\n";
+    text
+}
+
+/// The Boolean signals, with what their pin's name begins with: inputs, events, outputs.
+pub(super) fn pins<'a>(
+    inputs: &'a [Signal],
+    outputs: &'a [Signal],
+) -> impl Iterator<Item = (&'static str, &'a Signal)> {
+    let inputs = inputs.iter().filter(|it| it.ty.is_bool());
+    let inputs = inputs.map(|it| (if it.is_event { "EVENT" } else { "IN" }, it));
+    inputs.chain(outputs.iter().filter(|it| it.ty.is_bool()).map(|it| ("OUT", it)))
+}
+
+/// One scan, with the names of the examples: `self`, `in`, `ticks`, `out`, and `ring` for a chart with events.
+pub(super) fn step(chart: &Chart<'_>) -> String {
+    let (name, interface) = (chart.name(), &chart.package.interface);
+    let has = |kind: InputKind| chart.net.inputs.values().any(|it| it.kind == kind);
+    if !has(InputKind::Event) {
+        return format!("{name}_step({});", arguments(interface, true));
+    }
+    let mut all = Vec::new();
+    all.extend(interface.has_instance.then_some("&self"));
+    all.push("&ring");
+    all.extend(has(InputKind::Pin).then_some("&in"));
+    all.extend(interface.ticks.map(|_| "ticks"));
+    all.extend(interface.has_out.then_some("&out"));
+    format!("{name}_scan({});", all.join(", "))
+}

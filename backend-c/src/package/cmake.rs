@@ -1,0 +1,41 @@
+//! A CMake project: a library target with an alias, an export and an install, and an example.
+
+use super::{Chart, fill, host, written, yours};
+use crate::File;
+
+const PROJECT: &str = include_str!("text/CMakeLists.txt");
+
+/// The version of every package: a chart has none of its own.
+pub(super) const VERSION: &str = "1.0.0";
+
+pub(super) fn files(chart: &Chart<'_>) -> Vec<File> {
+    let mut files = chart.c_files(|name| if name.ends_with(".c") { "src/" } else { "include/" });
+    let list = |names: Vec<&str>, folder: &str| -> String {
+        names.iter().map(|name| format!("    {folder}{name}\n")).collect()
+    };
+    let project = fill(
+        PROJECT,
+        &[
+            ("NAME", chart.name()),
+            // A bracket would begin a bracket comment.
+            ("ABOUT", &chart.about().replace('[', "(").replace(']', ")")),
+            ("VERSION", VERSION),
+            ("SOURCES", list(chart.names_of(true), "src/").trim_end()),
+            ("HEADERS", &list(chart.names_of(false), "include/")),
+        ],
+    );
+    files.push(written("CMakeLists.txt", project));
+    files.push(written("README.md", chart.readme(&head(chart))));
+    files.push(yours("example/host.c", host::text(chart, &format!("\"{}.h\"", chart.name()))));
+    files
+}
+
+fn head(chart: &Chart<'_>) -> String {
+    let name = chart.name();
+    format!(
+        "A CMake project. In yours:\n\n\
+         ```cmake\nadd_subdirectory({name}-cmake)          # this folder, or, once it is installed:\nfind_package({name} REQUIRED)\ntarget_link_libraries(my_program PRIVATE {name}::{name})\n```\n\n\
+         By itself: `cmake -S . -B build`, `cmake --build build`, `cmake --install build --prefix DIR`; `build/{name}_host` is the example, which takes a reaction from each \
+         line of standard input. For a microcontroller hand in a toolchain file as usual.\n"
+    )
+}

@@ -1,0 +1,317 @@
+//! The emitted C as a folder that an ecosystem takes as it is: a Makefile, an Arduino library, a PlatformIO library, a CMake package.
+//!
+//! ```text
+//! Package (NAME.h, NAME.c, ..)  ──► plain       Makefile, example/host.c, example/board.c
+//!                                   cmake       CMakeLists.txt, include/, src/, example/
+//!                                   arduino     library.properties, src/, examples/NAME/NAME.ino
+//!                                   platformio  library.json, include/, src/, examples/NAME/
+//! ```
+//! A package is text around the same C files: one file of this folder for each. What the chart is called in C comes from the interface of the
+//! [`Package`], so that examples fit every style and option. Files that somebody is meant to change (`NAME_user.c`, the examples with their pins) are
+//! the user's: [`File::keep_existing`].
+
+mod arduino;
+mod board;
+mod cmake;
+mod host;
+mod plain;
+mod platformio;
+mod ticks;
+
+use crate::names::is_extern;
+use crate::{File, Package, codes};
+use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::net::{InputKind, Net};
+
+/// What a folder of C is made for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Ecosystem {
+    /// A folder with a Makefile for gcc, clang, avr-gcc, arm-none-eabi-gcc and sdcc.
+    Plain,
+    /// A library of the Arduino IDE and `arduino-cli`.
+    Arduino,
+    /// A library of PlatformIO.
+    Platformio,
+    /// A CMake project, for `add_subdirectory` and `find_package`.
+    Cmake,
+}
+
+impl Ecosystem {
+    /// All of them.
+    pub const ALL: [Ecosystem; 4] =
+        [Ecosystem::Plain, Ecosystem::Arduino, Ecosystem::Platformio, Ecosystem::Cmake];
+
+    /// The word on the command line.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Ecosystem::Plain => "plain",
+            Ecosystem::Arduino => "arduino",
+            Ecosystem::Platformio => "platformio",
+            Ecosystem::Cmake => "cmake",
+        }
+    }
+
+    /// The ecosystem of that name.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        Ecosystem::ALL.into_iter().find(|it| it.name() == name)
+    }
+}
+
+/// The files of a chart in C laid out for an ecosystem, all in one folder `NAME-ECOSYSTEM`; their names have that folder in front, with `/`.
+///
+/// # Errors
+/// A chart whose header, or whose library's functions, would hide something of C or of Arduino (G0610).
+pub fn files(
+    net: &Net,
+    package: &Package,
+    ecosystem: Ecosystem,
+) -> Result<Vec<File>, Vec<Diagnostic>> {
+    let refusals = refusals(net, package, ecosystem);
+    if !refusals.is_empty() {
+        return Err(refusals);
+    }
+    let chart = Chart { net, package };
+    let mut files = match ecosystem {
+        Ecosystem::Plain => plain::files(&chart),
+        Ecosystem::Arduino => arduino::files(&chart),
+        Ecosystem::Platformio => platformio::files(&chart),
+        Ecosystem::Cmake => cmake::files(&chart),
+    };
+    let folder = format!("{}-{}", chart.name(), ecosystem.name());
+    for file in &mut files {
+        file.name = format!("{folder}/{}", file.name);
+    }
+    Ok(files)
+}
+
+/// What the texts of a package are written from.
+struct Chart<'a> {
+    net: &'a Net,
+    package: &'a Package,
+}
+
+impl Chart<'_> {
+    /// The chart's name in C.
+    fn name(&self) -> &str {
+        &self.package.interface.names.prefix
+    }
+
+    /// The chart's name in C, in capitals.
+    fn upper(&self) -> &str {
+        &self.package.interface.names.upper
+    }
+
+    /// What the chart is, in a line: its label, or its name.
+    fn about(&self) -> String {
+        let label = self.net.parts.values().map(|part| part.meta.label.as_str());
+        let label = label.into_iter().find(|label| !label.is_empty()).unwrap_or_default();
+        let text = if label.is_empty() { &self.net.name.text } else { label };
+        let plain: String = text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+        plain.trim().to_owned()
+    }
+
+    /// The C files, each in the folder that `place` says for its name.
+    fn c_files(&self, place: impl Fn(&str) -> &'static str) -> Vec<File> {
+        let moved = |file: &File| File {
+            name: format!("{}{}", place(&file.name), file.name),
+            ..file.clone()
+        };
+        self.package.files.iter().map(moved).collect()
+    }
+
+    /// The names of the `.c` files (`true`) or of the headers.
+    fn names_of(&self, sources: bool) -> Vec<&str> {
+        let names = self.package.files.iter().map(|file| file.name.as_str());
+        names.filter(|name| name.ends_with(".c") == sources).collect()
+    }
+
+    /// True for a chart whose functions somebody has to fill in.
+    fn has_library(&self) -> bool {
+        self.package.files.iter().any(|file| file.keep_existing)
+    }
+
+    /// What stands in the README of each package behind its own words.
+    fn readme(&self, head: &str) -> String {
+        let mut text = format!("# {}\n\n", self.name());
+        let about = self.about();
+        if about != self.name() {
+            text += &format!("{}\n\n", about.replace(['<', '>', '`'], "'"));
+        }
+        text += head;
+        text += "\n## Files\n\n| file | what |\n|---|---|\n";
+        let name = self.name();
+        text += &format!(
+            "| `{name}.h`, `{name}.c` | the chart: inputs, outputs, `{name}_init`, `{name}_step`; written anew from it |\n"
+        );
+        text += &format!(
+            "| `{name}_port.h` | what differs between machines; every macro can be defined beforehand |\n"
+        );
+        if self.has_library() {
+            text += &format!(
+                "| `{name}_user.h`, `{name}_user.c` | the functions of your library; `{name}_user.c` is yours and never written again |\n"
+            );
+        }
+        text += "\nThe examples are yours too: they are written where they do not exist, and left alone afterwards.\n";
+        text
+    }
+}
+
+/// A text with each `@KEY@` replaced.
+fn fill(template: &str, values: &[(&str, &str)]) -> String {
+    let mut text = template.to_owned();
+    for (key, value) in values {
+        text = text.replace(&format!("@{key}@"), value);
+    }
+    text
+}
+
+/// A file that is written anew each time.
+fn written(name: impl Into<String>, text: impl Into<String>) -> File {
+    File { name: name.into(), text: text.into(), keep_existing: false, map: Vec::new() }
+}
+
+/// A file that is the user's.
+fn yours(name: impl Into<String>, text: impl Into<String>) -> File {
+    File { keep_existing: true, ..written(name, text) }
+}
+
+/// Headers of C99 and C11 without `.h`: on an include path, one of the chart's would be read in their place. Sorted.
+const C_HEADERS: [&str; 29] = [
+    "assert",
+    "complex",
+    "ctype",
+    "errno",
+    "fenv",
+    "float",
+    "inttypes",
+    "iso646",
+    "limits",
+    "locale",
+    "math",
+    "setjmp",
+    "signal",
+    "stdalign",
+    "stdarg",
+    "stdatomic",
+    "stdbool",
+    "stddef",
+    "stdint",
+    "stdio",
+    "stdlib",
+    "stdnoreturn",
+    "string",
+    "strings",
+    "tgmath",
+    "threads",
+    "time",
+    "uchar",
+    "wchar",
+];
+
+/// Headers of Arduino cores, in small letters. Sorted.
+const ARDUINO_HEADERS: [&str; 15] = [
+    "arduino",
+    "binary",
+    "client",
+    "eeprom",
+    "ethernet",
+    "hardwareserial",
+    "pins_arduino",
+    "print",
+    "printable",
+    "server",
+    "servo",
+    "spi",
+    "stream",
+    "wire",
+    "wstring",
+];
+
+/// Functions of Arduino cores with C linkage, which a library of the user's can't define again. Sorted.
+const ARDUINO_FUNCTIONS: [&str; 23] = [
+    "analogRead",
+    "analogReference",
+    "analogWrite",
+    "attachInterrupt",
+    "delay",
+    "delayMicroseconds",
+    "detachInterrupt",
+    "digitalRead",
+    "digitalWrite",
+    "init",
+    "initVariant",
+    "interrupts",
+    "loop",
+    "micros",
+    "millis",
+    "noInterrupts",
+    "pinMode",
+    "pulseIn",
+    "setup",
+    "shiftIn",
+    "shiftOut",
+    "tone",
+    "yield",
+];
+
+fn refusals(net: &Net, package: &Package, ecosystem: Ecosystem) -> Vec<Diagnostic> {
+    let names = &package.interface.names;
+    let is_arduino = matches!(ecosystem, Ecosystem::Arduino | Ecosystem::Platformio);
+    let mut found = Vec::new();
+    // Folders of Windows and macOS do not tell capitals from small letters.
+    let stem = names.prefix.to_ascii_lowercase();
+    let hidden = if C_HEADERS.binary_search(&stem.as_str()).is_ok() {
+        Some("C")
+    } else if is_arduino && ARDUINO_HEADERS.binary_search(&stem.as_str()).is_ok() {
+        Some("Arduino")
+    } else {
+        None
+    };
+    if let Some(whose) = hidden {
+        let message = format!(
+            "the header `{}.h` of this chart would hide a header of {whose} in a {} package",
+            names.prefix,
+            ecosystem.name()
+        );
+        found.push(
+            Diagnostic::error(codes::PACKAGE_REFUSED, message)
+                .at(net.name.span, "its name comes from here")
+                .help("give the chart another name"),
+        );
+    }
+    if !is_arduino {
+        return found;
+    }
+    let conditions = net.inputs.iter().filter(|(_, it)| it.kind == InputKind::Extern);
+    let actions = net.outputs.iter().filter(|(_, it)| is_extern(it));
+    let functions = conditions
+        .map(|(id, it)| (&names.inputs[id], it.name.span))
+        .chain(actions.map(|(id, it)| (&names.outputs[id], it.name.span)));
+    for (function, span) in functions {
+        if ARDUINO_FUNCTIONS.binary_search(&function.as_str()).is_ok() {
+            let message = format!(
+                "`{function}` is a function of Arduino, so a library for it can't define another"
+            );
+            found.push(
+                Diagnostic::error(codes::PACKAGE_REFUSED, message)
+                    .at(span, "declared here")
+                    .help("give it another name in the chart"),
+            );
+        }
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lists_are_sorted_as_they_are_searched() {
+        assert!(
+            C_HEADERS.is_sorted() && ARDUINO_HEADERS.is_sorted() && ARDUINO_FUNCTIONS.is_sorted()
+        );
+    }
+}

@@ -1,0 +1,44 @@
+//! A folder with a Makefile for five compilers, an example for the host and one for a board.
+
+use super::{Chart, board, fill, host, written, yours};
+use crate::File;
+
+const MAKEFILE: &str = include_str!("text/Makefile");
+/// Where the firmware of a Cortex-M lies.
+const MEMORY: &str = include_str!("text/cortex-m.ld");
+
+pub(super) fn files(chart: &Chart<'_>) -> Vec<File> {
+    let mut files = chart.c_files(|_| "");
+    let makefile = fill(
+        MAKEFILE,
+        &[
+            ("NAME", chart.name()),
+            // A dollar or a number sign means something to make, even in a comment's last character.
+            ("ABOUT", &chart.about().replace(['$', '\\', '#'], " ")),
+            ("SOURCES", &chart.names_of(true).join(" ")),
+        ],
+    );
+    files.push(written("Makefile", makefile));
+    files.push(written("README.md", chart.readme(&head(chart))));
+    let include = format!("\"../{}.h\"", chart.name());
+    files.push(yours("example/host.c", host::text(chart, &include)));
+    files.push(yours("example/board.c", board::text(chart, "../")));
+    files.push(yours("example/cortex-m.ld", MEMORY));
+    files
+}
+
+fn head(chart: &Chart<'_>) -> String {
+    let name = chart.name();
+    format!(
+        "C99 with a Makefile (GNU make).\n\n\
+         | command | does |\n|---|---|\n\
+         | `make`, `make TOOLCHAIN=clang` | builds `example/host.c`: each line of standard input is a reaction |\n\
+         | `make run < rows` | runs it |\n\
+         | `make TOOLCHAIN=avr MCU=atmega328p F_CPU=16000000UL` | firmware of `example/board.c` for an AVR |\n\
+         | `make TOOLCHAIN=avr flash PROGRAMMER=arduino PORT=/dev/ttyUSB0` | writes it with avrdude |\n\
+         | `make TOOLCHAIN=arm CPU=cortex-m3` | firmware for a Cortex-M; `FLASH_START`, `FLASH_SIZE`, `RAM_START`, `RAM_SIZE` are its memories, `flash` calls st-flash |\n\
+         | `make TOOLCHAIN=sdcc` | firmware for an 8051 with external RAM (`MODEL=small` without); `flash` calls stcgal |\n\
+         | `make TOOLCHAIN=.. size` | what it takes |\n\n\
+         The pins of a board stand at the top of `example/board.c`. Settings can stand in `local.mk`. In a project of your own take `{name}*.c` and `{name}*.h`; nothing else is needed.\n"
+    )
+}

@@ -1,0 +1,70 @@
+//! How an example turns the time of a clock into the ticks of a chart.
+
+use super::Chart;
+
+/// `elapsed * multiply / divide` ticks, with a rest carried from call to call.
+pub(super) struct Ratio {
+    multiply: u64,
+    divide: u64,
+    /// The C type of the time since the last call.
+    elapsed: &'static str,
+}
+
+impl Ratio {
+    /// Ticks in units of a clock, each `unit_ns` long, whose differences are an `elapsed`.
+    pub(super) fn of(chart: &Chart<'_>, unit_ns: u64, elapsed: &'static str) -> Self {
+        let tick = chart.net.settings.tick_ns.max(1);
+        let common = gcd(tick, unit_ns);
+        Ratio { multiply: unit_ns / common, divide: tick / common, elapsed }
+    }
+
+    /// The C type that holds a product and the rest. (The sum of a rest and 32 bits of milliseconds without a factor holds 24 days and more.)
+    fn type_name(&self) -> &'static str {
+        let most = if self.elapsed == "uint16_t" { 0xffff } else { u64::from(u32::MAX / 2) };
+        let most = self.multiply.saturating_mul(most).saturating_add(self.divide);
+        if most <= u64::from(u32::MAX) { "uint32_t" } else { "uint64_t" }
+    }
+
+    /// The function `name`, which takes the time since the last call and gives ticks; none for a chart without time.
+    pub(super) fn function(&self, chart: &Chart<'_>, name: &str) -> String {
+        let Some(ticks) = chart.package.interface.ticks else { return String::new() };
+        let (ty, most, elapsed) = (self.type_name(), ticks.max(), self.elapsed);
+        let suffix = if ty == "uint32_t" { "UL" } else { "ULL" };
+        let times = match self.multiply {
+            1 => format!("({ty})elapsed"),
+            multiply => format!("({ty})(({ty})elapsed * {multiply}{suffix})"),
+        };
+        let count = match self.divide {
+            1 => "    const TYPE ticks = rest;\n\n    rest = 0U;\n".to_owned(),
+            divide => format!(
+                "    const TYPE ticks = (TYPE)(rest / {divide}{suffix});\n\n    rest = (TYPE)(rest - (TYPE)(ticks * {divide}{suffix}));\n"
+            ),
+        };
+        let count = count.replace("TYPE", ty);
+        format!(
+            "/* The ticks of the chart in that much time; what is left over counts the next time. */\n\
+             static {0} {name}({elapsed} elapsed)\n{{\n    static {ty} rest = 0U;\n\n    rest = ({ty})(rest + {times});\n{count}    \
+             return ({0})((ticks > {most}{suffix}) ? {most}{suffix} : ticks);\n}}\n\n",
+            ticks.name()
+        )
+    }
+}
+
+fn gcd(mut a: u64, mut b: u64) -> u64 {
+    while b != 0 {
+        (a, b) = (b, a % b);
+    }
+    a
+}
+
+#[cfg(test)]
+mod tests {
+    use super::gcd;
+
+    #[test]
+    fn the_greatest_common_divisor_of_a_tick_and_a_millisecond() {
+        assert_eq!(gcd(10_000_000, 1_000_000), 1_000_000);
+        assert_eq!(gcd(1_500, 1_000_000), 500);
+        assert_eq!(gcd(7, 1_000_000), 1);
+    }
+}

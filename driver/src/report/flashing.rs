@@ -1,0 +1,33 @@
+//! How the C gets into a microcontroller: the commands, for one machine of each kind.
+
+use super::Subject;
+
+pub(super) fn write(subject: &Subject<'_>) -> Option<String> {
+    let package = subject.built.packages.first()?;
+    let name = package.files.first()?.name.strip_suffix(".h")?;
+    // Every file that is compiled, and the program around the chart, which is the user's.
+    let sources = package.files.iter().map(|file| file.name.as_str());
+    let sources: Vec<&str> = sources.filter(|file| file.ends_with(".c")).collect();
+    let sources = sources.join(" ");
+    let mut text = String::new();
+    let plain = subject.built.files.iter().any(|file| file.name.ends_with("-plain/Makefile"));
+    if plain {
+        text += &format!(
+            "In `{name}-plain`, `make TOOLCHAIN=avr flash` does this (`arm` and `sdcc` the others); the program around the chart is `example/board.c` there.\n\n"
+        );
+    } else {
+        text += "`main.c` is your program around the chart; `--package plain` writes one, with a Makefile.\n\n";
+    }
+    text += &format!(
+        "```text\n\
+         AVR         avr-gcc -std=gnu99 -Os -mmcu=atmega328p -o {name}.elf {sources} main.c\n\
+         \x20           avr-objcopy -O ihex -R .eeprom {name}.elf {name}.hex\n\
+         \x20           avrdude -p atmega328p -c arduino -P /dev/ttyUSB0 -b 115200 -U flash:w:{name}.hex:i\n\
+         Cortex-M    arm-none-eabi-objcopy -O binary {name}.elf {name}.bin\n\
+         \x20           st-flash write {name}.bin 0x08000000\n\
+         8051        packihx {name}.ihx > {name}.hex\n\
+         \x20           stcgal -P stc89 -p /dev/ttyUSB0 {name}.hex\n\
+         ```\n"
+    );
+    Some(text)
+}
