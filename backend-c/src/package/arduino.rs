@@ -87,7 +87,7 @@ pub(super) fn sketch(chart: &Chart<'_>) -> String {
         text += &format!("static bool was_{} = false;\n", signal.member);
     }
     // `micros` counts fine enough for any tick, and runs over after 71 minutes; milliseconds are cheaper.
-    let is_coarse = chart.net.settings.tick_ns % 1_000_000 == 0;
+    let is_coarse = chart.net.settings.tick_ns.is_multiple_of(1_000_000);
     let (clock, unit) = if is_coarse { ("millis", 1_000_000) } else { ("micros", 1_000) };
     if interface.ticks.is_some() {
         text += "static uint32_t last = 0U;\n";
