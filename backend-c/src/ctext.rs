@@ -64,11 +64,19 @@ pub(crate) struct Arm {
     pub(crate) objects: Vec<Object>,
     /// What stands in it.
     pub(crate) body: Vec<Node>,
+    /// For a loop whose head does not say so: the most rounds, with a reason at the place that states it.
+    pub(crate) at_most: Option<u64>,
 }
 
 impl Arm {
     pub(crate) fn new(head: impl Into<String>, body: Vec<Node>) -> Self {
-        Arm { head: head.into(), note: String::new(), objects: Vec::new(), body }
+        Arm { head: head.into(), note: String::new(), objects: Vec::new(), body, at_most: None }
+    }
+
+    /// The same loop with the most rounds that it goes.
+    pub(crate) fn at_most(mut self, rounds: u64) -> Self {
+        self.at_most = Some(rounds);
+        self
     }
 
     /// The same arm with a comment and what it comes from.
@@ -170,6 +178,15 @@ pub(crate) fn comment_text(text: &str) -> String {
     out.trim().to_string()
 }
 
+/// What an analysis of the text has to know beside it; lines are counted from 1.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub(crate) struct Marks {
+    /// Lines of loops with the most rounds that these go.
+    pub(crate) loops: Vec<(u32, u64)>,
+    /// First and last lines of text of the user.
+    pub(crate) user: Vec<(u32, u32)>,
+}
+
 /// Prints a tree.
 #[derive(Debug, Default)]
 pub(crate) struct Writer {
@@ -177,6 +194,7 @@ pub(crate) struct Writer {
     line: u32,
     indent: usize,
     map: Vec<(u32, Vec<Object>)>,
+    marks: Marks,
 }
 
 impl Writer {
@@ -185,6 +203,13 @@ impl Writer {
         let mut writer = Writer::default();
         writer.nodes(nodes);
         (writer.text, writer.map)
+    }
+
+    /// The same with what an analysis has to know.
+    pub(crate) fn write_marked(nodes: &[Node]) -> (String, Vec<(u32, Vec<Object>)>, Marks) {
+        let mut writer = Writer::default();
+        writer.nodes(nodes);
+        (writer.text, writer.map, writer.marks)
     }
 
     fn nodes(&mut self, nodes: &[Node]) {
@@ -199,8 +224,12 @@ impl Writer {
             Kind::Line(text) => self.put(text, &node.note, &node.objects),
             Kind::Comment(text) => self.comment(text, &node.objects),
             Kind::Verbatim(text) => {
+                let first = self.line + 1;
                 for line in text.lines() {
                     self.put(line.trim_end(), "", &node.objects);
+                }
+                if self.line >= first {
+                    self.marks.user.push((first, self.line));
                 }
             }
             Kind::Directive(text) => {
@@ -241,6 +270,9 @@ impl Writer {
             };
             let note = if index == 0 && arm.note.is_empty() { &node.note } else { &arm.note };
             self.put(&format!("{open}{} {{", arm.head), note, &objects);
+            if let Some(rounds) = arm.at_most {
+                self.marks.loops.push((self.line, rounds));
+            }
             // The cases of a `switch` stand at its own indent.
             if arm.head.starts_with("switch") {
                 self.nodes(&arm.body);

@@ -2,7 +2,7 @@
 
 use crate::cexpr::storage;
 use crate::cprogram::{CProgram, Member, mentions};
-use crate::ctext::{Kind, Node, Writer};
+use crate::ctext::{Kind, Marks, Node, Writer};
 use crate::engine;
 use crate::gate;
 use crate::names::{Names, is_extern};
@@ -55,7 +55,7 @@ pub(crate) fn lay_out(
     names: &Names,
     mut program: CProgram,
     options: &Options,
-) -> (Vec<File>, Interface) {
+) -> (Vec<File>, Interface, Marks) {
     if options.trace.is_some() {
         trace::add(names, &mut program);
     }
@@ -79,7 +79,8 @@ pub(crate) fn lay_out(
         || net.inputs.values().any(|it| it.kind == InputKind::Extern)
         || net.outputs.values().any(is_extern);
     let layout = Layout { net, names, program, options, interface: &interface, has_library };
-    let mut files = vec![layout.header(), layout.source(), layout.port()];
+    let (source, marks) = layout.source();
+    let mut files = vec![layout.header(), source, layout.port()];
     if let Some(engine) = &layout.program.engine {
         let mut nodes =
             vec![layout.banner("the tables. Do not edit: they are written anew from the chart.")];
@@ -99,7 +100,7 @@ pub(crate) fn lay_out(
         files.push(layout.library_stub());
     }
     drop(layout);
-    (files, interface)
+    (files, interface, marks)
 }
 
 /// What the files of a package are written from.

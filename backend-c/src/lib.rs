@@ -26,6 +26,7 @@ mod calls;
 mod cexpr;
 pub mod codes;
 mod consts;
+pub mod cost;
 mod cprogram;
 mod ctext;
 mod engine;
@@ -209,6 +210,8 @@ pub struct Package {
     pub image: Vec<u8>,
     /// What the harness needs to know of names and types.
     interface: header::Interface,
+    /// What the analysis of `NAME.c` needs to know beside it.
+    marks: ctext::Marks,
 }
 
 /// The net in C.
@@ -296,8 +299,8 @@ pub fn emit(
     };
     let style = program.style;
     let image = program.engine.as_ref().map(|it| it.image.clone()).unwrap_or_default();
-    let (files, interface) = header::lay_out(net, &names, program, options);
-    Ok(Package { files, style, reason, diagnostics, image, interface })
+    let (files, interface, marks) = header::lay_out(net, &names, program, options);
+    Ok(Package { files, style, reason, diagnostics, image, interface, marks })
 }
 
 /// Functions of the user's library whose names C does not allow as they are.

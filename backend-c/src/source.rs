@@ -2,13 +2,13 @@
 
 use crate::cexpr::WIDE_FUNCTIONS;
 use crate::cprogram::mentions;
-use crate::ctext::Node;
+use crate::ctext::{Arm, Kind, Marks, Node, Writer};
 use crate::gate;
 use crate::header::{Layout, shown};
 use crate::{File, Object};
 
 impl Layout<'_> {
-    pub(crate) fn source(&self) -> File {
+    pub(crate) fn source(&self) -> (File, Marks) {
         let (prefix, upper) = (&self.names.prefix, &self.names.upper);
         let i = self.interface;
         let mut nodes = vec![
@@ -47,7 +47,8 @@ impl Layout<'_> {
             nodes.push(Node::function(head, step));
         }
         let _ = upper;
-        self.file(format!("{prefix}.c"), &nodes, false)
+        let (text, map, marks) = Writer::write_marked(&nodes);
+        (File { name: format!("{prefix}.c"), text, keep_existing: false, map }, marks)
     }
 
     fn with_unused(&self, body: Vec<Node>, with_in: bool, with_dt: bool) -> Vec<Node> {
@@ -133,35 +134,43 @@ impl Layout<'_> {
             nodes.push(Node::directive("#endif"));
             nodes.push(Node::blank());
         }
-        let product_body = [
-            "uint64_t x = (uint64_t)a;",
-            "uint64_t y = (uint64_t)b;",
-            "uint64_t sum = 0U;",
-            "while (y != 0U) {",
-            "    if ((y & 1U) != 0U) {",
-            "        sum += x;",
-            "    }",
-            "    x += x;",
-            "    y >>= 1;",
-            "}",
-            "return (int64_t)sum;",
+        let product_body = vec![
+            Node::line("uint64_t x = (uint64_t)a;"),
+            Node::line("uint64_t y = (uint64_t)b;"),
+            Node::line("uint64_t sum = 0U;"),
+            // y loses a bit in each round.
+            Kind::Block(vec![
+                Arm::new(
+                    "while (y != 0U)",
+                    vec![
+                        Node::when("(y & 1U) != 0U", vec![Node::line("sum += x;")]),
+                        Node::line("x += x;"),
+                        Node::line("y >>= 1;"),
+                    ],
+                )
+                .at_most(64),
+            ])
+            .into(),
+            Node::line("return (int64_t)sum;"),
         ];
         let divided = |answer: &str, negative: &str| {
-            vec![
+            [
                 "uint64_t rest;".to_string(),
                 format!("const uint64_t quotient = {prefix}_long_division(a, b, &rest);"),
                 "(void)quotient;".to_string(),
                 format!("return ({negative}) ? (int64_t)(0U - {answer}) : (int64_t){answer};"),
             ]
+            .map(Node::line)
+            .to_vec()
         };
         for (name, sign, body) in [
-            (product, "*", product_body.map(str::to_string).to_vec()),
+            (product, "*", product_body),
             (quotient, "/", divided("quotient", "(a < 0) != (b < 0)")),
             (rest, "%", divided("rest", "a < 0")),
         ] {
             if self.calls(&name) {
                 let mut lines = vec![Node::directive("#if defined(__SDCC_mcs51)")];
-                lines.extend(body.into_iter().map(Node::line));
+                lines.extend(body);
                 lines.push(Node::directive("#else"));
                 lines.push(Node::line(format!("return a {sign} b;")));
                 lines.push(Node::directive("#endif"));

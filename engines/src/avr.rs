@@ -26,7 +26,7 @@ const MACHINE: &str = "atmega1284p";
 const RAM: (usize, usize) = (16 * 1024, 1024);
 
 /// The bench's way out of the machine.
-const PORT: &str = "#ifndef BENCH_PORT_H
+pub(crate) const PORT: &str = "#ifndef BENCH_PORT_H
 #define BENCH_PORT_H
 
 #include <avr/interrupt.h>

@@ -21,6 +21,7 @@ mod device;
 pub mod exhaustive;
 mod firmware;
 pub mod ice40;
+pub mod measure;
 pub mod tools;
 mod verilog;
 

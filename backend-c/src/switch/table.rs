@@ -11,7 +11,7 @@ use super::emit::Emit;
 use super::plan::{Plan, entered, receptivity};
 use crate::cexpr::{CExpr, Prec};
 use crate::cprogram::Member;
-use crate::ctext::{Kind, Node};
+use crate::ctext::{Arm, Kind, Node};
 use crate::names::Names;
 use crate::times::count_type;
 use crate::{Object, Options, Style};
@@ -651,10 +651,14 @@ impl Bank {
                 inner
             };
             body.push(Node::line(format!("const {counter} end = stand[1].first;")));
-            body.push(Node::block(
-                format!("for ({counter} at = stand->first; at != end; ++at)"),
-                inner,
-            ));
+            // `stand` is the stand of a step, and `end` where the rows of the next one begin: as many rounds as that step has rows.
+            let most = self
+                .steps(plan)
+                .map(|step| tables.waiting.get(&step).map_or(0, |it| it.rows.len()))
+                .max();
+            let head = format!("for ({counter} at = stand->first; at != end; ++at)");
+            let arm = Arm::new(head, inner).at_most(most.unwrap_or(0) as u64);
+            body.push(Kind::Block(vec![arm]).into());
             body.extend(collect("stand"));
         }
         let comment = Node::comment(if several {

@@ -1,0 +1,189 @@
+//! The C that we emit, as a tree: types, functions, statements, expressions. [`super::syntax`] reads it.
+
+use std::collections::BTreeMap;
+use std::rc::Rc;
+
+/// A type.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum Type {
+    Void,
+    /// A number or truth value: bits, and whether it has negative values.
+    Number {
+        bits: u8,
+        signed: bool,
+        is_bool: bool,
+    },
+    /// A pointer, and whether what it points to lies in ROM.
+    Pointer(Rc<Type>, bool),
+    Array(Rc<Type>, u64),
+    /// A structure, by its place in [`Unit::structs`].
+    Struct(usize),
+}
+
+impl Type {
+    pub(super) const BOOL: Type = Type::Number { bits: 8, signed: false, is_bool: true };
+
+    pub(super) fn number(bits: u8, signed: bool) -> Type {
+        Type::Number { bits, signed, is_bool: false }
+    }
+}
+
+/// A member of a structure.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Member {
+    pub(super) name: Rc<str>,
+    pub(super) ty: Type,
+    /// The width of a bit-field.
+    pub(super) bits: Option<u8>,
+}
+
+/// An expression.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum Expr {
+    Number(i128, u8),
+    Name(Rc<str>),
+    Member(Box<Expr>, Rc<str>),
+    Index(Box<Expr>, Box<Expr>),
+    Call(Rc<str>, Vec<Expr>),
+    /// `!`, `~`, `-`, `+`, `*`, `&`.
+    Unary(&'static str, Box<Expr>),
+    /// `++` and `--`, before or behind.
+    Count(Box<Expr>),
+    Binary(&'static str, Box<Expr>, Box<Expr>),
+    /// `=` and what computes on the way (`|=`: Some("|")).
+    Assign(Option<&'static str>, Box<Expr>, Box<Expr>),
+    Choice(Box<Expr>, Box<Expr>, Box<Expr>),
+    Cast(Type, Box<Expr>),
+    Size(Box<Expr>),
+    SizeOf(Type),
+    /// A value in braces: of a table or an aggregate.
+    List(u64),
+    /// A label, a barrier: costs nothing.
+    Nothing,
+}
+
+/// A statement, with a number of its own and its line.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Stmt {
+    pub(super) id: usize,
+    pub(super) line: u32,
+    pub(super) kind: Kind,
+}
+
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum Kind {
+    Expr(Expr),
+    Local {
+        name: Rc<str>,
+        ty: Type,
+        rom: bool,
+        init: Option<Expr>,
+    },
+    /// The arms of a chain, each with its condition, and what stands below `else`.
+    If(Vec<(Expr, Vec<Stmt>)>, Vec<Stmt>),
+    /// The labels of each section with what stands below them; no value for `default`.
+    Switch(Expr, Vec<(Vec<Option<Expr>>, Vec<Stmt>)>),
+    /// `for`, and `while` without the outer two.
+    Loop {
+        init: Option<Box<Stmt>>,
+        condition: Option<Expr>,
+        step: Option<Expr>,
+        body: Vec<Stmt>,
+    },
+    Return(Option<Expr>),
+    Break,
+    Continue,
+    Block(Vec<Stmt>),
+    UserCode,
+}
+
+/// A function.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Function {
+    pub(super) name: Rc<str>,
+    pub(super) parameters: Vec<(Rc<str>, Type)>,
+    pub(super) body: Vec<Stmt>,
+    /// `static inline`, in a header.
+    pub(super) is_inline: bool,
+}
+
+/// A variable outside of functions.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Global {
+    pub(super) ty: Type,
+    pub(super) rom: bool,
+}
+
+/// All that the files of a chart say.
+#[derive(Debug, Default)]
+pub(super) struct Unit {
+    pub(super) structs: Vec<Vec<Member>>,
+    pub(super) types: BTreeMap<Rc<str>, Type>,
+    pub(super) constants: BTreeMap<Rc<str>, i128>,
+    pub(super) globals: BTreeMap<Rc<str>, Global>,
+    /// In the order of the text, so that callees come first.
+    pub(super) functions: Vec<Function>,
+    /// Functions that are only declared: what they give.
+    pub(super) declared: BTreeMap<Rc<str>, Type>,
+    pub(super) n_stmts: usize,
+}
+
+impl Unit {
+    /// The value of an expression over constants.
+    pub(super) fn value(&self, expr: &Expr) -> Option<i128> {
+        Some(match expr {
+            Expr::Number(value, _) => *value,
+            Expr::Name(name) => *self.constants.get(name)?,
+            Expr::Unary("-", inner) => -self.value(inner)?,
+            Expr::Unary("+", inner) => self.value(inner)?,
+            Expr::Cast(Type::Number { bits, signed, is_bool: false }, inner) => {
+                let value = self.value(inner)?;
+                let size = 1_i128 << bits;
+                let low = value.rem_euclid(size);
+                if *signed && low >= size / 2 { low - size } else { low }
+            }
+            Expr::Binary(sign, a, b) => {
+                let (a, b) = (self.value(a)?, self.value(b)?);
+                match *sign {
+                    "+" => a.checked_add(b)?,
+                    "-" => a.checked_sub(b)?,
+                    "*" => a.checked_mul(b)?,
+                    "/" => a.checked_div(b)?,
+                    "%" => a.checked_rem(b)?,
+                    "&" => a & b,
+                    "|" => a | b,
+                    "<<" => a.checked_shl(u32::try_from(b).ok().filter(|n| *n < 64)?)?,
+                    ">>" => a.checked_shr(u32::try_from(b).ok().filter(|n| *n < 64)?)?,
+                    _ => return None,
+                }
+            }
+            Expr::Unary(..)
+            | Expr::Cast(..)
+            | Expr::Member(..)
+            | Expr::Index(..)
+            | Expr::Call(..)
+            | Expr::Count(_)
+            | Expr::Assign(..)
+            | Expr::Choice(..)
+            | Expr::Size(_)
+            | Expr::SizeOf(_)
+            | Expr::List(_)
+            | Expr::Nothing => return None,
+        })
+    }
+
+    /// The member of that name of a structure.
+    pub(super) fn member(&self, ty: &Type, name: &str) -> Option<&Member> {
+        let index = match ty {
+            Type::Struct(index) => *index,
+            Type::Pointer(inner, _) => match &**inner {
+                Type::Struct(index) => *index,
+                Type::Void | Type::Number { .. } | Type::Pointer(..) | Type::Array(..) => {
+                    return None;
+                }
+            },
+            Type::Void | Type::Number { .. } | Type::Array(..) => return None,
+        };
+        self.structs.get(index)?.iter().find(|it| &*it.name == name)
+    }
+}

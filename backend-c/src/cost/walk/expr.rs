@@ -1,0 +1,526 @@
+//! Expressions: what each operator and operand costs, with the types that decide how wide it is.
+
+use super::super::NotUnderstood;
+use super::super::memory::size;
+use super::super::tree::{Expr, Kind, Stmt, Type};
+use super::frame::replaced;
+use super::{Local, Walker, width};
+use std::rc::Rc;
+
+/// What an expression gives.
+#[derive(Debug, Clone)]
+pub(super) struct Value {
+    ty: Type,
+    /// Bits that it needs, which may be less than its type has.
+    bits: u8,
+    /// It lies in ROM.
+    rom: bool,
+}
+
+impl Value {
+    fn of(ty: Type, rom: bool) -> Value {
+        let bits = match &ty {
+            Type::Number { bits, .. } => *bits,
+            Type::Void | Type::Pointer(..) | Type::Array(..) | Type::Struct(_) => 16,
+        };
+        Value { ty, bits, rom }
+    }
+}
+
+impl Walker<'_> {
+    pub(super) fn find(&self, name: &str) -> Option<&Local> {
+        self.locals.iter().rev().find(|(it, _)| &**it == name).map(|(_, local)| local)
+    }
+
+    pub(super) fn local(&mut self, bits: u8) {
+        let machine = self.machine;
+        let widths = if self.spilled { &machine.load } else { &machine.local };
+        self.pay_width(widths, bits);
+    }
+
+    /// An expression for its effect.
+    pub(super) fn effect(&mut self, expr: &Expr) -> Result<(), NotUnderstood> {
+        // `(void)name` and `((void)0)` are nothing.
+        if let Expr::Cast(Type::Void, inner) = expr
+            && matches!(**inner, Expr::Number(..) | Expr::Name(_))
+        {
+            return Ok(());
+        }
+        self.value(expr).map(|_| ())
+    }
+
+    /// An expression as a question: every operand is asked, and each ends in a jump.
+    pub(super) fn condition(&mut self, expr: &Expr) -> Result<(), NotUnderstood> {
+        let machine = self.machine;
+        if self.unit.value(expr).is_some() {
+            return Ok(());
+        }
+        match expr {
+            Expr::Binary("&&" | "||", a, b) => {
+                self.condition(a)?;
+                self.condition(b)
+            }
+            Expr::Unary("!", inner) => self.condition(inner),
+            Expr::Call(name, arguments) if self.small.contains_key(&**name) => {
+                match self.inlined(name, arguments) {
+                    Some(body) => self.condition(&body),
+                    None => self.unknown(format!("the function `{name}`")),
+                }
+            }
+            Expr::Binary("==" | "!=" | "<" | "<=" | ">" | ">=", a, b) => {
+                self.compared(a, b)?;
+                self.pay(machine.branch);
+                Ok(())
+            }
+            Expr::Number(..)
+            | Expr::Name(_)
+            | Expr::Member(..)
+            | Expr::Index(..)
+            | Expr::Call(..)
+            | Expr::Unary(..)
+            | Expr::Count(_)
+            | Expr::Binary(..)
+            | Expr::Assign(..)
+            | Expr::Choice(..)
+            | Expr::Cast(..)
+            | Expr::Size(_)
+            | Expr::SizeOf(_)
+            | Expr::List(_)
+            | Expr::Nothing => {
+                let value = self.value(expr)?;
+                self.pay_width(&machine.compare, value.bits);
+                self.pay(machine.branch);
+                Ok(())
+            }
+        }
+    }
+
+    fn compared(&mut self, a: &Expr, b: &Expr) -> Result<(), NotUnderstood> {
+        let machine = self.machine;
+        let (a, b) = (self.operand(a)?, self.operand(b)?);
+        self.pay_width(&machine.compare, a.bits.max(b.bits));
+        Ok(())
+    }
+
+    /// The operand of an operator: constants are part of the instruction.
+    fn operand(&mut self, expr: &Expr) -> Result<Value, NotUnderstood> {
+        match self.unit.value(expr) {
+            Some(value) => Ok(constant(value)),
+            None => self.value(expr),
+        }
+    }
+
+    /// A value that is kept in this type.
+    pub(super) fn value_into(&mut self, expr: &Expr, ty: &Type) -> Result<(), NotUnderstood> {
+        let machine = self.machine;
+        let value = self.value(expr)?;
+        if let (Type::Number { bits, .. }, Type::Number { .. }) = (ty, &value.ty)
+            && *bits > value.bits
+        {
+            self.pay_width(&machine.widen, *bits);
+        }
+        Ok(())
+    }
+
+    pub(super) fn value(&mut self, expr: &Expr) -> Result<Value, NotUnderstood> {
+        let machine = self.machine;
+        if let Some(known) = self.unit.value(expr) {
+            let value = constant(known);
+            self.pay_width(&machine.constant, value.bits);
+            return Ok(value);
+        }
+        match expr {
+            Expr::Number(..) | Expr::Nothing | Expr::List(_) | Expr::Size(_) | Expr::SizeOf(_) => {
+                Ok(Value::of(Type::number(16, false), false))
+            }
+            Expr::Name(name) => {
+                if let Some(local) = self.find(name).cloned() {
+                    let value = Value::of(local.ty, local.rom);
+                    match value.ty {
+                        Type::Number { bits, .. } if local.rom => {
+                            self.pay_width(&machine.rom, bits)
+                        }
+                        Type::Number { bits, .. } => self.local(bits),
+                        Type::Pointer(..) => self.local(16),
+                        Type::Void | Type::Array(..) | Type::Struct(_) => {}
+                    }
+                    return Ok(value);
+                }
+                let Some(global) = self.unit.globals.get(name) else {
+                    return self.unknown(format!("the name `{name}`"));
+                };
+                let value = Value::of(global.ty.clone(), global.rom);
+                match value.ty {
+                    Type::Number { bits, .. } if value.rom => self.pay_width(&machine.rom, bits),
+                    Type::Number { bits, .. } => self.pay_width(&machine.load, bits),
+                    Type::Array(..) | Type::Pointer(..) => self.pay_width(&machine.constant, 16),
+                    Type::Void | Type::Struct(_) => {}
+                }
+                Ok(value)
+            }
+            Expr::Member(..) | Expr::Index(..) | Expr::Unary("*", _) => {
+                let (value, field) = self.place(expr)?;
+                self.load(&value, field);
+                Ok(value)
+            }
+            Expr::Unary("&", inner) => {
+                let known =
+                    if let Expr::Name(name) = &**inner { self.find(name).cloned() } else { None };
+                let value = match known {
+                    Some(local) => Value::of(local.ty, local.rom),
+                    None => self.place(inner)?.0,
+                };
+                self.pay_width(&machine.sum, 16);
+                Ok(Value::of(Type::Pointer(Rc::new(value.ty), value.rom), false))
+            }
+            Expr::Unary("!", _) | Expr::Binary("&&" | "||", ..) => {
+                self.condition(expr)?;
+                self.pay(machine.truth);
+                Ok(Value::of(Type::BOOL, false))
+            }
+            Expr::Binary("==" | "!=" | "<" | "<=" | ">" | ">=", a, b) => {
+                self.compared(a, b)?;
+                self.pay(machine.truth);
+                Ok(Value::of(Type::BOOL, false))
+            }
+            Expr::Unary(_, inner) => {
+                let value = self.value(inner)?;
+                let bits = self.promoted(&value);
+                self.pay_width(&machine.sum, bits);
+                Ok(Value::of(Type::number(bits, true), false))
+            }
+            Expr::Count(inner) => {
+                let value = if matches!(**inner, Expr::Name(_)) {
+                    self.value(inner)?
+                } else {
+                    let (value, field) = self.place(inner)?;
+                    self.load(&value, field);
+                    self.store(&value, field);
+                    value
+                };
+                self.pay_width(&machine.sum, value.bits);
+                Ok(value)
+            }
+            Expr::Binary(sign, a, b) => self.arithmetic(sign, a, b),
+            Expr::Assign(operator, left, right) => self.assign(*operator, left, right),
+            Expr::Choice(condition, yes, no) => {
+                self.condition(condition)?;
+                let before = self.cost;
+                let left = self.value(yes)?;
+                let first = self.cost;
+                self.cost = before;
+                let right = self.value(no)?;
+                self.cost = self.cost.or(first);
+                self.pay(machine.jump);
+                let value = if left.bits >= right.bits { left } else { right };
+                // The shorter of both is brought to the longer one's width.
+                self.pay_width(&machine.widen, value.bits);
+                Ok(value)
+            }
+            Expr::Cast(ty, inner) => {
+                let value = self.value(inner)?;
+                let Type::Number { bits, is_bool, .. } = ty else {
+                    return Ok(Value::of(ty.clone(), value.rom));
+                };
+                if *is_bool && !matches!(value.ty, Type::Number { is_bool: true, .. }) {
+                    self.pay_width(&machine.compare, value.bits);
+                    self.pay(machine.truth);
+                } else if *bits > value.bits {
+                    self.pay_width(&machine.widen, *bits);
+                }
+                Ok(Value::of(ty.clone(), false))
+            }
+            Expr::Call(name, arguments) => self.call(name, arguments),
+        }
+    }
+
+    fn promoted(&self, value: &Value) -> u8 {
+        match value.ty {
+            Type::Number { bits, .. } => bits.max(self.machine.int_bits),
+            Type::Void | Type::Pointer(..) | Type::Array(..) | Type::Struct(_) => 16,
+        }
+    }
+
+    fn arithmetic(&mut self, sign: &str, a: &Expr, b: &Expr) -> Result<Value, NotUnderstood> {
+        let machine = self.machine;
+        if matches!(sign, "<<" | ">>") {
+            let value = self.value(a)?;
+            let bits = self.promoted(&value);
+            let n = match self.unit.value(b) {
+                Some(n) => u64::try_from(n).unwrap_or(0),
+                None => {
+                    self.value(b)?;
+                    u64::from(bits) - 1
+                }
+            };
+            let (base, each) = &machine.shift;
+            self.pay_width(base, bits);
+            self.pay_times(each[width(bits)], n);
+            return Ok(Value::of(Type::number(bits, false), false));
+        }
+        let (left, right) = (self.operand(a)?, self.operand(b)?);
+        let both = left.bits.max(right.bits);
+        let promoted = self.promoted(&left).max(self.promoted(&right));
+        let (widths, bits) = match sign {
+            // A bit of the result follows from the same bits of the operands, so compilers compute no more of them than are kept.
+            "&" | "|" | "^" => (&machine.sum, both),
+            "+" | "-" => (&machine.sum, promoted),
+            "*" => (&machine.multiply, promoted),
+            "/" | "%" => (&machine.divide, promoted),
+            other => return self.unknown(format!("the operator `{other}`")),
+        };
+        if left.bits != right.bits {
+            self.pay_width(&machine.widen, bits);
+        }
+        if matches!(sign, "*" | "/" | "%") {
+            self.helper = self.helper.max(u64::from(machine.helper_stack[width(bits)]));
+        }
+        self.pay_width(widths, bits);
+        let mut value = Value::of(Type::number(promoted, true), false);
+        value.bits = bits;
+        Ok(value)
+    }
+
+    fn assign(
+        &mut self,
+        operator: Option<&str>,
+        left: &Expr,
+        right: &Expr,
+    ) -> Result<Value, NotUnderstood> {
+        let machine = self.machine;
+        if let Expr::Name(name) = left
+            && let Some(local) = self.find(name).cloned()
+        {
+            self.value_into(right, &local.ty)?;
+            match &local.ty {
+                Type::Number { bits, .. } => {
+                    if let Some(operator) = operator {
+                        self.operated(operator, *bits);
+                    }
+                    self.local(*bits);
+                }
+                Type::Struct(_) => {
+                    let bytes = size(self.unit, machine, &local.ty);
+                    self.pay_times(machine.copy, bytes);
+                }
+                Type::Void | Type::Pointer(..) | Type::Array(..) => self.local(16),
+            }
+            return Ok(Value::of(local.ty, local.rom));
+        }
+        let (value, field) = self.place(left)?;
+        self.value_into(right, &value.ty)?;
+        if let Some(operator) = operator {
+            self.load(&value, field);
+            self.operated(operator, value.bits);
+        }
+        self.store(&value, field);
+        Ok(value)
+    }
+
+    fn operated(&mut self, operator: &str, bits: u8) {
+        let machine = self.machine;
+        match operator {
+            "*" => self.pay_width(&machine.multiply, bits),
+            "/" | "%" => self.pay_width(&machine.divide, bits),
+            "<<" | ">>" => {
+                self.pay_width(&machine.shift.0, bits);
+                self.pay_times(machine.shift.1[width(bits)], u64::from(bits));
+            }
+            _ => self.pay_width(&machine.sum, bits),
+        }
+    }
+
+    /// The address of something that is not in a register, and whether it is a bit-field.
+    fn place(&mut self, expr: &Expr) -> Result<(Value, bool), NotUnderstood> {
+        let machine = self.machine;
+        match expr {
+            Expr::Member(base, name) => {
+                let base = self.base(base)?;
+                let rom = match &base.ty {
+                    Type::Pointer(_, rom) => *rom,
+                    Type::Void | Type::Number { .. } | Type::Array(..) | Type::Struct(_) => {
+                        base.rom
+                    }
+                };
+                match self.unit.member(&base.ty, name) {
+                    Some(member) => Ok((Value::of(member.ty.clone(), rom), member.bits.is_some())),
+                    None => self.unknown(format!("the member `{name}`")),
+                }
+            }
+            Expr::Index(base, index) => {
+                let base = self.base(base)?;
+                let (element, rom) = match &base.ty {
+                    Type::Array(element, _) => (Type::clone(element), base.rom),
+                    Type::Pointer(element, rom) => (Type::clone(element), *rom),
+                    Type::Void | Type::Number { .. } | Type::Struct(_) => {
+                        return self.unknown("an index of no array");
+                    }
+                };
+                if self.unit.value(index).is_none() {
+                    self.value(index)?;
+                    let bytes = size(self.unit, machine, &element);
+                    let simple = bytes.is_power_of_two();
+                    self.pay(if simple { machine.index.0 } else { machine.index.1 });
+                }
+                Ok((Value::of(element, rom), false))
+            }
+            Expr::Unary("*", inner) => {
+                let value = self.value(inner)?;
+                match &value.ty {
+                    Type::Pointer(element, rom) => {
+                        Ok((Value::of(Type::clone(element), *rom), false))
+                    }
+                    Type::Void | Type::Number { .. } | Type::Array(..) | Type::Struct(_) => {
+                        self.unknown("a star before no pointer")
+                    }
+                }
+            }
+            Expr::Name(name) => match self.unit.globals.get(name) {
+                Some(global) => Ok((Value::of(global.ty.clone(), global.rom), false)),
+                None => self.unknown(format!("the name `{name}`")),
+            },
+            Expr::Number(..)
+            | Expr::Call(..)
+            | Expr::Unary(..)
+            | Expr::Count(_)
+            | Expr::Binary(..)
+            | Expr::Assign(..)
+            | Expr::Choice(..)
+            | Expr::Cast(..)
+            | Expr::Size(_)
+            | Expr::SizeOf(_)
+            | Expr::List(_)
+            | Expr::Nothing => self.unknown("a place"),
+        }
+    }
+
+    /// What a member or element is taken of: a pointer in a register costs nothing more.
+    fn base(&mut self, expr: &Expr) -> Result<Value, NotUnderstood> {
+        if let Expr::Name(name) = expr
+            && let Some(local) = self.find(name).cloned()
+        {
+            if self.spilled && matches!(local.ty, Type::Pointer(..)) {
+                self.local(16);
+            }
+            return Ok(Value::of(local.ty, local.rom));
+        }
+        if matches!(expr, Expr::Member(..) | Expr::Index(..)) {
+            let (value, field) = self.place(expr)?;
+            if matches!(value.ty, Type::Pointer(..)) {
+                self.load(&value, field);
+            }
+            return Ok(value);
+        }
+        self.value(expr)
+    }
+
+    fn load(&mut self, value: &Value, field: bool) {
+        let machine = self.machine;
+        match &value.ty {
+            Type::Number { .. } if field => self.pay(machine.field.0),
+            Type::Number { bits, .. } if value.rom => self.pay_width(&machine.rom, *bits),
+            Type::Number { bits, .. } => self.pay_width(&machine.load, *bits),
+            Type::Pointer(..) => self.pay_width(&machine.load, 16),
+            Type::Void | Type::Array(..) | Type::Struct(_) => {}
+        }
+    }
+
+    fn store(&mut self, value: &Value, field: bool) {
+        let machine = self.machine;
+        match &value.ty {
+            Type::Number { .. } if field => self.pay(machine.field.1),
+            Type::Number { bits, .. } if self.far => self.pay_width(&machine.far_store, *bits),
+            Type::Number { bits, .. } => self.pay_width(&machine.store, *bits),
+            Type::Pointer(..) => self.pay_width(&machine.far_store, 16),
+            Type::Struct(_) => {
+                let bytes = size(self.unit, machine, &value.ty);
+                self.pay_times(machine.copy, bytes);
+            }
+            Type::Void | Type::Array(..) => {}
+        }
+    }
+
+    fn call(&mut self, name: &Rc<str>, arguments: &[Expr]) -> Result<Value, NotUnderstood> {
+        let machine = self.machine;
+        if matches!(&**name, "memcpy" | "memcmp" | "memset") {
+            let bytes = match arguments.last() {
+                Some(Expr::Size(inner)) => self.size_of(inner)?,
+                Some(Expr::SizeOf(ty)) => size(self.unit, machine, ty),
+                Some(_) | None => return self.unknown(format!("the length of `{name}`")),
+            };
+            self.pay(machine.call);
+            self.pay_times(machine.argument[1], 3);
+            self.cost.time = self.cost.time.saturating_add(u64::from(machine.copy.time) * bytes);
+            return Ok(Value::of(Type::number(16, true), false));
+        }
+        if name.starts_with("__sync") {
+            return Ok(Value::of(Type::Void, false));
+        }
+        if let Some(body) = self.inlined(name, arguments) {
+            return self.value(&body);
+        }
+        for argument in arguments {
+            let value = self.value(argument)?;
+            self.pay_width(&machine.argument, value.bits);
+        }
+        let returns = match self.unit.declared.get(name) {
+            Some(ty) => ty.clone(),
+            None => return self.unknown(format!("the function `{name}`")),
+        };
+        match self.by_name.get(name).copied() {
+            Some(index) => {
+                self.pay(machine.call);
+                let callee = self.summaries.get(index).cloned().unwrap_or_default();
+                self.cost = self.cost.plus(callee.cost);
+                self.calls.push(index);
+            }
+            None if self.unit.functions.iter().any(|it| it.name == *name) => {
+                return self.unknown(format!("`{name}`, which is called before it is defined"));
+            }
+            None => {
+                self.pay(machine.user);
+                self.cost.user = self.cost.user.saturating_add(1);
+            }
+        }
+        Ok(Value::of(returns, false))
+    }
+
+    /// The expression of a small function of the header in the place of its call: every compiler puts it there.
+    fn inlined(&self, name: &str, arguments: &[Expr]) -> Option<Expr> {
+        let function = self.small.get(name)?;
+        match function.body.as_slice() {
+            [Stmt { kind: Kind::Return(Some(value)), .. }] => {
+                let names = function.parameters.iter().map(|(name, _)| &**name);
+                Some(replaced(value, &names.zip(arguments).collect()))
+            }
+            _ => None,
+        }
+    }
+
+    fn size_of(&mut self, expr: &Expr) -> Result<u64, NotUnderstood> {
+        let named = |it: &Expr| if let Expr::Name(name) = it { self.find(name) } else { None };
+        let ty = if let Expr::Unary("*", inner) = expr {
+            match named(inner).map(|it| &it.ty) {
+                Some(Type::Pointer(ty, _)) => Some(Type::clone(ty)),
+                Some(Type::Void | Type::Number { .. } | Type::Array(..) | Type::Struct(_))
+                | None => None,
+            }
+        } else {
+            named(expr).map(|it| it.ty.clone())
+        };
+        match ty {
+            Some(ty) => Ok(size(self.unit, self.machine, &ty)),
+            None => self.unknown("the size of an expression"),
+        }
+    }
+}
+
+fn constant(value: i128) -> Value {
+    let bits = match value {
+        -128..=255 => 8,
+        -32768..=65535 => 16,
+        -0x8000_0000..=0xffff_ffff => 32,
+        _ => 64,
+    };
+    Value { ty: Type::number(bits, value < 0), bits, rom: false }
+}

@@ -1,0 +1,190 @@
+//! What a function keeps at once, which decides how many registers it saves and what it has on the stack.
+
+use super::super::machine::Machine;
+use super::super::memory::size;
+use super::super::tree::{Expr, Function, Kind, Stmt, Type, Unit};
+use std::collections::BTreeMap;
+use std::rc::Rc;
+
+/// An expression with arguments in the place of parameters.
+pub(super) fn replaced(expr: &Expr, arguments: &BTreeMap<&str, &Expr>) -> Expr {
+    let again = |it: &Expr| Box::new(replaced(it, arguments));
+    match expr {
+        Expr::Name(name) => match arguments.get(&**name) {
+            Some(argument) => Expr::clone(argument),
+            None => expr.clone(),
+        },
+        Expr::Member(base, name) => Expr::Member(again(base), name.clone()),
+        Expr::Index(a, b) => Expr::Index(again(a), again(b)),
+        Expr::Call(name, all) => {
+            Expr::Call(name.clone(), all.iter().map(|it| replaced(it, arguments)).collect())
+        }
+        Expr::Unary(sign, inner) => Expr::Unary(sign, again(inner)),
+        Expr::Count(inner) => Expr::Count(again(inner)),
+        Expr::Binary(sign, a, b) => Expr::Binary(sign, again(a), again(b)),
+        Expr::Assign(sign, a, b) => Expr::Assign(*sign, again(a), again(b)),
+        Expr::Choice(a, b, c) => Expr::Choice(again(a), again(b), again(c)),
+        Expr::Cast(ty, inner) => Expr::Cast(ty.clone(), again(inner)),
+        Expr::Number(..) | Expr::Size(_) | Expr::SizeOf(_) | Expr::List(_) | Expr::Nothing => {
+            expr.clone()
+        }
+    }
+}
+
+/// A function that does no more than give the value of an expression.
+pub(super) fn is_one_return(function: &Function) -> bool {
+    matches!(function.body.as_slice(), [Stmt { kind: Kind::Return(Some(_)), .. }])
+}
+
+/// What a function keeps: bytes in registers if there are enough, and in memory.
+#[derive(Debug, Default)]
+pub(super) struct Frame {
+    pub(super) registers: u64,
+    pub(super) memory: u64,
+    pub(super) pointers: u32,
+    /// How often each member is read where nothing parts the paths: a compiler keeps what is read again.
+    pub(super) reads: BTreeMap<(Rc<str>, Rc<str>), u32>,
+    /// Bits of the widest number that something is computed in.
+    pub(super) widest: u8,
+    pub(super) calls: bool,
+    /// What is called, at how many places.
+    pub(super) called: BTreeMap<Rc<str>, u64>,
+}
+
+impl Frame {
+    pub(super) fn add(&mut self, unit: &Unit, machine: &Machine, ty: &Type) {
+        let bytes = size(unit, machine, ty);
+        match ty {
+            Type::Number { .. } | Type::Pointer(..) => {
+                self.registers += bytes.max(u64::from(machine.register));
+                self.pointers += u32::from(matches!(ty, Type::Pointer(..)));
+            }
+            Type::Array(..) | Type::Struct(_) => self.memory += bytes,
+            Type::Void => {}
+        }
+    }
+
+    pub(super) fn look(&mut self, unit: &Unit, machine: &Machine, list: &[Stmt]) {
+        for stmt in list {
+            match &stmt.kind {
+                Kind::Expr(expr) | Kind::Return(Some(expr)) => self.expr(expr),
+                Kind::Local { ty, init, rom, .. } => {
+                    if !rom {
+                        self.add(unit, machine, ty);
+                    }
+                    init.iter().for_each(|init| self.expr(init));
+                }
+                Kind::If(arms, otherwise) => {
+                    for (condition, body) in arms {
+                        self.expr(condition);
+                        self.look(unit, machine, body);
+                    }
+                    self.look(unit, machine, otherwise);
+                }
+                Kind::Switch(subject, sections) => {
+                    self.expr(subject);
+                    sections.iter().for_each(|(_, body)| self.look(unit, machine, body));
+                }
+                Kind::Loop { init, condition, step, body } => {
+                    if let Some(init) = init {
+                        self.look(unit, machine, std::slice::from_ref(init));
+                    }
+                    condition.iter().chain(step).for_each(|expr| self.expr(expr));
+                    self.look(unit, machine, body);
+                }
+                Kind::Block(body) => self.look(unit, machine, body),
+                Kind::UserCode => self.calls = true,
+                Kind::Return(None) | Kind::Break | Kind::Continue => {}
+            }
+        }
+    }
+
+    pub(super) fn kept(&mut self, list: &[Stmt]) {
+        for stmt in list {
+            match &stmt.kind {
+                Kind::Expr(expr) | Kind::Return(Some(expr)) => self.read(expr),
+                Kind::Local { init, .. } => init.iter().for_each(|init| self.read(init)),
+                Kind::If(arms, _) => {
+                    arms.iter().take(1).for_each(|(condition, _)| self.read(condition))
+                }
+                Kind::Switch(subject, _) => self.read(subject),
+                Kind::Loop { condition, body, .. } => {
+                    condition.iter().for_each(|condition| self.read(condition));
+                    self.kept(body);
+                }
+                Kind::Block(body) => self.kept(body),
+                Kind::Return(None) | Kind::Break | Kind::Continue | Kind::UserCode => {}
+            }
+        }
+    }
+
+    fn read(&mut self, expr: &Expr) {
+        match expr {
+            Expr::Member(base, name) => {
+                if let Expr::Name(base) = &**base {
+                    *self.reads.entry((base.clone(), name.clone())).or_default() += 1;
+                } else {
+                    self.read(base);
+                }
+            }
+            Expr::Assign(operator, left, right) => {
+                if operator.is_some() {
+                    self.read(left);
+                }
+                self.read(right);
+            }
+            Expr::Call(_, arguments) => arguments.iter().for_each(|it| self.read(it)),
+            Expr::Cast(_, inner) | Expr::Unary(_, inner) | Expr::Count(inner) => self.read(inner),
+            Expr::Index(a, b) | Expr::Binary(_, a, b) => {
+                self.read(a);
+                self.read(b);
+            }
+            Expr::Choice(a, b, c) => [a, b, c].into_iter().for_each(|it| self.read(it)),
+            Expr::Number(..)
+            | Expr::Name(_)
+            | Expr::Size(_)
+            | Expr::SizeOf(_)
+            | Expr::List(_)
+            | Expr::Nothing => {}
+        }
+    }
+
+    /// Only what is called.
+    pub(super) fn calls_of(
+        unit: &Unit,
+        machine: &Machine,
+        list: &[Stmt],
+    ) -> BTreeMap<Rc<str>, u64> {
+        let mut frame = Frame::default();
+        frame.look(unit, machine, list);
+        frame.called
+    }
+
+    fn expr(&mut self, expr: &Expr) {
+        match expr {
+            Expr::Call(name, arguments) => {
+                self.calls = true;
+                *self.called.entry(name.clone()).or_default() += 1;
+                arguments.iter().for_each(|it| self.expr(it));
+            }
+            Expr::Cast(ty, inner) => {
+                if let Type::Number { bits, .. } = ty {
+                    self.widest = self.widest.max(*bits);
+                }
+                self.expr(inner);
+            }
+            Expr::Member(inner, _) | Expr::Unary(_, inner) | Expr::Count(inner) => self.expr(inner),
+            Expr::Index(a, b) | Expr::Binary(_, a, b) | Expr::Assign(_, a, b) => {
+                self.expr(a);
+                self.expr(b);
+            }
+            Expr::Choice(a, b, c) => [a, b, c].into_iter().for_each(|it| self.expr(it)),
+            Expr::Number(..)
+            | Expr::Name(_)
+            | Expr::Size(_)
+            | Expr::SizeOf(_)
+            | Expr::List(_)
+            | Expr::Nothing => {}
+        }
+    }
+}

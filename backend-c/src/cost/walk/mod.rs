@@ -1,0 +1,590 @@
+//! The dearest way through the functions of a chart.
+//!
+//! A statement has a cost for each way out of it: to the next statement, out of the function, out of the loop or `switch`, to the next round. Lists add them up, `if` and
+//! `switch` take the dearest of each kind; so a branch that returns early is not added to what stands behind it. The path is found afterwards, by asking
+//! in reverse which part gave the figure.
+
+mod expr;
+mod frame;
+mod trace;
+
+pub use trace::Place;
+
+use self::frame::{Frame, is_one_return};
+use self::trace::Tracer;
+use super::NotUnderstood;
+use super::machine::{Machine, Op, Widths};
+use super::memory::size;
+use super::tree::{Expr, Function, Kind, Stmt, Type, Unit};
+use crate::Object;
+use std::collections::BTreeMap;
+use std::rc::Rc;
+
+/// Time, and calls of functions of the user.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+struct Cost {
+    time: u64,
+    user: u64,
+}
+
+impl Cost {
+    fn plus(self, other: Cost) -> Cost {
+        Cost {
+            time: self.time.saturating_add(other.time),
+            user: self.user.saturating_add(other.user),
+        }
+    }
+
+    fn times(self, n: u64) -> Cost {
+        Cost { time: self.time.saturating_mul(n), user: self.user.saturating_mul(n) }
+    }
+
+    fn or(self, other: Cost) -> Cost {
+        Cost { time: self.time.max(other.time), user: self.user.max(other.user) }
+    }
+}
+
+/// The ways out of a statement; none where there is no such way.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Flow {
+    on: [Option<Cost>; 4],
+}
+
+/// Ways out, as places in [`Flow::on`].
+const NEXT: usize = 0;
+const RETURN: usize = 1;
+const BREAK: usize = 2;
+const CONTINUE: usize = 3;
+
+impl Flow {
+    const NONE: Flow = Flow { on: [None; 4] };
+
+    fn only(way: usize, cost: Cost) -> Flow {
+        let mut flow = Flow::NONE;
+        flow.on[way] = Some(cost);
+        flow
+    }
+
+    fn join(&mut self, other: Flow, before: Cost) {
+        for (mine, theirs) in self.on.iter_mut().zip(other.on) {
+            let theirs = theirs.map(|it| it.plus(before));
+            *mine = match (*mine, theirs) {
+                (Some(a), Some(b)) => Some(a.or(b)),
+                (a, b) => a.or(b),
+            };
+        }
+    }
+}
+
+/// What was found out of a statement.
+#[derive(Debug, Clone)]
+struct Info {
+    /// Of its own expressions, with what they call.
+    own: Cost,
+    /// The functions that these call.
+    calls: Vec<usize>,
+    flow: Flow,
+    /// For each arm but the first: the condition's cost and its calls. For a loop: the rounds.
+    arms: Vec<(Cost, Vec<usize>)>,
+    rounds: u64,
+}
+
+/// What was found out of a function.
+#[derive(Debug, Clone, Default)]
+struct Summary {
+    cost: Cost,
+    stack: u64,
+    /// Bytes of it that are locals in memory, of all that is part of it.
+    memory: u64,
+    entry: u64,
+    user_code: bool,
+}
+
+#[derive(Debug, Clone)]
+struct Local {
+    ty: Type,
+    rom: bool,
+    /// The value that it begins with, if that is a constant.
+    start: Option<i128>,
+}
+
+struct Walker<'a> {
+    unit: &'a Unit,
+    machine: &'a Machine,
+    /// Loop bounds that the emitter states, by line.
+    marks: &'a [(u32, u64)],
+    by_name: BTreeMap<Rc<str>, usize>,
+    /// Functions of the header that are one expression.
+    small: BTreeMap<&'a str, &'a Function>,
+    summaries: Vec<Summary>,
+    /// For each of these the number of places that call it.
+    call_sites: Vec<u64>,
+    sites: BTreeMap<Rc<str>, u64>,
+    infos: Vec<Option<Info>>,
+    text: u64,
+    // --- of the present function:
+    locals: Vec<(Rc<str>, Local)>,
+    spilled: bool,
+    /// Stores may go through a pointer without an offset.
+    far: bool,
+    user_code: bool,
+    /// Bytes of stack of the library's functions.
+    helper: u64,
+    // --- of the present statement:
+    line: u32,
+    cost: Cost,
+    calls: Vec<usize>,
+}
+
+/// The bound of a whole chart.
+pub(super) fn bound(
+    unit: &Unit,
+    machine: &Machine,
+    prefix: &str,
+    marks: &[(u32, u64)],
+    map: &[(u32, Vec<Object>)],
+) -> Result<super::Bound, NotUnderstood> {
+    let mut walker = Walker {
+        unit,
+        machine,
+        marks,
+        by_name: BTreeMap::new(),
+        small: unit
+            .functions
+            .iter()
+            .filter(|it| it.is_inline && is_one_return(it))
+            .map(|it| (&*it.name, it))
+            .collect(),
+        summaries: Vec::new(),
+        call_sites: Vec::new(),
+        sites: BTreeMap::new(),
+        infos: vec![None; unit.n_stmts],
+        text: 0,
+        locals: Vec::new(),
+        spilled: false,
+        far: false,
+        user_code: false,
+        helper: 0,
+        line: 0,
+        cost: Cost::default(),
+        calls: Vec::new(),
+    };
+    let functions = needed(unit, machine, prefix)?;
+    for function in &functions {
+        for (name, n) in Frame::calls_of(unit, machine, &function.body) {
+            *walker.sites.entry(name).or_default() += n;
+        }
+    }
+    for function in functions {
+        let before = walker.text;
+        walker.function(function)?;
+        // A function of one expression becomes text within its callers.
+        if function.is_inline && is_one_return(function) {
+            walker.text = before;
+        }
+    }
+    let tables = unit.globals.values().map(|it| size(unit, machine, &it.ty)).sum::<u64>();
+    let find = |end: &str| {
+        let name = format!("{prefix}_{end}");
+        walker
+            .by_name
+            .get(&*name)
+            .copied()
+            .ok_or_else(|| NotUnderstood::new(0, format!("no `{name}`")))
+    };
+    let (step, init) = (find("step")?, find("init")?);
+    let of_type = |end: &str| {
+        let name = format!("{prefix}_{end}");
+        unit.types.get(&*name).map_or(0, |ty| size(unit, machine, ty))
+    };
+    let call = Cost { time: u64::from(machine.call.time), user: 0 };
+    let mut path = Vec::new();
+    let mut tracer = Tracer { walker: &walker, map, path: &mut path };
+    tracer.function(step, 1, &[]);
+    let total = |index: usize| walker.summaries.get(index).cloned().unwrap_or_default();
+    Ok(super::Bound {
+        step: total(step).cost.plus(call).time,
+        init: total(init).cost.plus(call).time,
+        user_calls: total(step).cost.user,
+        user_code: total(step).user_code,
+        stack: total(step).stack.max(total(init).stack),
+        instance: of_type("t"),
+        io: of_type("in_t") + of_type("out_t"),
+        ring: of_type("ring_t"),
+        text: walker.text + tables,
+        path,
+    })
+}
+
+/// The functions that a reaction and a reset need, callees first.
+fn needed<'a>(
+    unit: &'a Unit,
+    machine: &Machine,
+    prefix: &str,
+) -> Result<Vec<&'a Function>, NotUnderstood> {
+    let by_name: BTreeMap<&str, usize> =
+        unit.functions.iter().enumerate().map(|(at, it)| (&*it.name, at)).collect();
+    let mut order = Vec::new();
+    // 0 not met, 1 on the way, 2 done.
+    let mut met = vec![0_u8; unit.functions.len()];
+    let mut stack: Vec<(usize, bool)> = ["init", "step"]
+        .iter()
+        .filter_map(|end| by_name.get(format!("{prefix}_{end}").as_str()))
+        .map(|at| (*at, false))
+        .collect();
+    while let Some((at, is_done)) = stack.pop() {
+        let Some(function) = unit.functions.get(at) else { continue };
+        if is_done {
+            met[at] = 2;
+            order.push(function);
+            continue;
+        }
+        if met[at] != 0 {
+            continue;
+        }
+        met[at] = 1;
+        stack.push((at, true));
+        let called = Frame::calls_of(unit, machine, &function.body);
+        for callee in called.keys().filter_map(|name| by_name.get(&**name)) {
+            match met.get(*callee) {
+                Some(0) => stack.push((*callee, false)),
+                Some(1) => {
+                    return Err(NotUnderstood::new(0, format!("`{}` recurses", function.name)));
+                }
+                Some(_) | None => {}
+            }
+        }
+    }
+    Ok(order)
+}
+
+fn width(bits: u8) -> usize {
+    match bits {
+        0..=8 => 0,
+        9..=16 => 1,
+        17..=32 => 2,
+        _ => 3,
+    }
+}
+
+impl Walker<'_> {
+    fn unknown<T>(&self, what: impl Into<String>) -> Result<T, NotUnderstood> {
+        Err(NotUnderstood::new(self.line, what))
+    }
+
+    fn pay(&mut self, op: Op) {
+        self.pay_times(op, 1);
+    }
+
+    fn pay_times(&mut self, op: Op, n: u64) {
+        self.cost.time = self.cost.time.saturating_add(u64::from(op.time) * n);
+        self.text += u64::from(op.text) * n;
+    }
+
+    fn pay_width(&mut self, widths: &Widths, bits: u8) {
+        self.pay(widths[width(bits)]);
+    }
+
+    // --- functions -------------------------------------------------------------------------------------------------------------------------
+
+    fn function(&mut self, function: &Function) -> Result<(), NotUnderstood> {
+        let machine = self.machine;
+        self.locals = function
+            .parameters
+            .iter()
+            .map(|(name, ty)| (name.clone(), Local { ty: ty.clone(), rom: false, start: None }))
+            .collect();
+        self.user_code = false;
+        let mut frame = Frame::default();
+        for (_, ty) in &function.parameters {
+            frame.add(self.unit, machine, ty);
+        }
+        frame.look(self.unit, machine, &function.body);
+        frame.kept(&function.body);
+        self.far = frame.pointers > machine.near_pointers;
+        // Besides what has a name: both operands of the widest operator.
+        let temporary = 2 * u64::from(frame.widest / 8).max(2);
+        let kept = frame.reads.values().filter(|n| **n > 1).count() as u64;
+        let registers = frame.registers + temporary + kept;
+        let scratch = if frame.calls { 0 } else { u64::from(machine.scratch) };
+        let saved = registers.saturating_sub(scratch).min(u64::from(machine.saved));
+        let spilled = registers.saturating_sub(u64::from(machine.scratch + machine.saved));
+        self.spilled = spilled > 0;
+        // Once registers are short, temporaries are kept in memory too.
+        let on_stack = frame.memory + 2 * spilled + if spilled > 0 { temporary } else { 0 };
+        self.helper = 0;
+        self.cost = Cost::default();
+        self.pay(machine.frame.0);
+        self.pay_times(machine.frame.1, saved.div_ceil(u64::from(machine.register).max(1)));
+        if on_stack > 0 {
+            self.pay(machine.stack_frame);
+        }
+        let entry = self.cost;
+        let flow = self.list(&function.body)?;
+        let mut both = Flow::NONE;
+        both.join(flow, entry);
+        let cost = match (both.on[NEXT], both.on[RETURN]) {
+            (Some(a), Some(b)) => a.or(b),
+            (a, b) => a.or(b).unwrap_or(entry),
+        };
+        let own = if function.is_inline && is_one_return(function) {
+            0
+        } else {
+            u64::from(machine.return_address) + saved
+        };
+        // A function with one place of call becomes part of its caller, whose frame then holds what it keeps in memory beside everything else there.
+        let (mut memory, mut below, mut user_code) = (on_stack, self.helper, self.user_code);
+        for index in frame.called.keys().filter_map(|name| self.by_name.get(name)) {
+            let Some(callee) = self.summaries.get(*index) else { continue };
+            let is_part = self.call_sites.get(*index) == Some(&1);
+            memory += if is_part { callee.memory } else { 0 };
+            below = below.max(callee.stack - if is_part { callee.memory } else { 0 });
+            user_code |= callee.user_code;
+        }
+        self.by_name.insert(function.name.clone(), self.summaries.len());
+        self.call_sites.push(self.sites.get(&*function.name).copied().unwrap_or(0));
+        self.summaries.push(Summary {
+            cost,
+            stack: own + memory + below,
+            memory,
+            entry: entry.time,
+            user_code,
+        });
+        Ok(())
+    }
+
+    // --- statements ------------------------------------------------------------------------------------------------------------------------
+
+    fn list(&mut self, list: &[Stmt]) -> Result<Flow, NotUnderstood> {
+        let depth = self.locals.len();
+        let mut flow = Flow::only(NEXT, Cost::default());
+        for stmt in list {
+            let one = self.stmt(stmt)?;
+            // What can't be reached is looked at, for its text, and costs nothing.
+            if let Some(before) = flow.on[NEXT].take() {
+                flow.join(one, before);
+            }
+        }
+        self.locals.truncate(depth);
+        Ok(flow)
+    }
+
+    /// The cost of expressions on their own.
+    fn measured(
+        &mut self,
+        work: impl FnOnce(&mut Self) -> Result<(), NotUnderstood>,
+    ) -> Result<(Cost, Vec<usize>), NotUnderstood> {
+        let before = (self.cost, std::mem::take(&mut self.calls));
+        self.cost = Cost::default();
+        let done = work(self);
+        let (cost, calls) = (self.cost, std::mem::take(&mut self.calls));
+        (self.cost, self.calls) = before;
+        done?;
+        Ok((cost, calls))
+    }
+
+    fn stmt(&mut self, stmt: &Stmt) -> Result<Flow, NotUnderstood> {
+        self.line = stmt.line;
+        let machine = self.machine;
+        let mut info = Info {
+            own: Cost::default(),
+            calls: Vec::new(),
+            flow: Flow::NONE,
+            arms: Vec::new(),
+            rounds: 0,
+        };
+        match &stmt.kind {
+            Kind::Expr(expr) => {
+                (info.own, info.calls) = self.measured(|it| it.effect(expr))?;
+                info.flow = Flow::only(NEXT, info.own);
+            }
+            Kind::Local { name, ty, rom, init } => {
+                (info.own, info.calls) = self.measured(|it| {
+                    let Some(init) = init else { return Ok(()) };
+                    if let Expr::List(n) = init {
+                        it.pay_times(machine.store[0], *n);
+                        return Ok(());
+                    }
+                    it.value_into(init, ty)?;
+                    match ty {
+                        Type::Struct(_) => {
+                            let bytes = size(it.unit, machine, ty);
+                            it.pay_times(machine.copy, bytes);
+                        }
+                        Type::Number { bits, .. } => it.local(*bits),
+                        Type::Pointer(..) => it.pay_width(&machine.constant, 16),
+                        Type::Void | Type::Array(..) => {}
+                    }
+                    Ok(())
+                })?;
+                info.flow = Flow::only(NEXT, info.own);
+                let start = init.as_ref().and_then(|init| self.unit.value(init));
+                self.locals.push((name.clone(), Local { ty: ty.clone(), rom: *rom, start }));
+            }
+            Kind::If(arms, otherwise) => {
+                let mut before = Cost::default();
+                let last = arms.len();
+                for (at, (condition, body)) in arms.iter().enumerate() {
+                    self.line = stmt.line;
+                    let (cost, calls) = self.measured(|it| it.condition(condition))?;
+                    before = before.plus(cost);
+                    // The last of all arms falls through to what follows.
+                    let more = at + 1 < last || !otherwise.is_empty();
+                    let jump = if more { machine.jump } else { Op::default() };
+                    self.text += u64::from(jump.text);
+                    let flow = self.list(body)?;
+                    let mut flow = flow;
+                    if let Some(next) = &mut flow.on[NEXT] {
+                        next.time = next.time.saturating_add(u64::from(jump.time));
+                    }
+                    info.flow.join(flow, before);
+                    info.arms.push((cost, calls));
+                }
+                let flow = self.list(otherwise)?;
+                info.flow.join(flow, before);
+            }
+            Kind::Switch(subject, sections) => {
+                let labels = sections.iter().flat_map(|(labels, _)| labels);
+                let n = labels.flatten().count() as u64;
+                (info.own, info.calls) = self.measured(|it| {
+                    it.value(subject)?;
+                    let tree = u64::from(u64::BITS - n.leading_zeros());
+                    let by_tree = tree * 2 * u64::from(machine.switch_compare.time);
+                    let by_table = u64::from(machine.switch_table.time);
+                    it.cost.time += if n >= 5 {
+                        by_tree.max(by_table)
+                    } else {
+                        n * u64::from(machine.switch_compare.time)
+                    };
+                    it.text += (n * u64::from(machine.switch_compare.text))
+                        .min(u64::from(machine.switch_table.text) + 2 * n);
+                    Ok(())
+                })?;
+                let has_default = sections.iter().any(|(labels, _)| labels.contains(&None));
+                // From the last section on: a section without `break` goes on in the next.
+                let mut suffix = Flow::only(NEXT, Cost::default());
+                let mut all = Flow::NONE;
+                let mut flows = Vec::new();
+                for (_, body) in sections {
+                    flows.push(self.list(body)?);
+                }
+                for flow in flows.into_iter().rev() {
+                    let mut one = flow;
+                    if let Some(next) = one.on[NEXT].take() {
+                        one.join(suffix, next);
+                    }
+                    suffix = one;
+                    all.join(one, Cost::default());
+                }
+                if !has_default {
+                    all.join(Flow::only(NEXT, Cost::default()), Cost::default());
+                }
+                if let Some(out) = all.on[BREAK].take() {
+                    let jump = Cost { time: u64::from(machine.jump.time), user: 0 };
+                    all.join(Flow::only(NEXT, out), jump);
+                }
+                self.text += u64::from(machine.jump.text) * sections.len() as u64;
+                info.flow.join(all, info.own);
+            }
+            Kind::Loop { init, condition, step, body } => {
+                let depth = self.locals.len();
+                let mut first = Cost::default();
+                if let Some(init) = init {
+                    let flow = self.stmt(init)?;
+                    first = flow.on[NEXT].unwrap_or_default();
+                }
+                self.line = stmt.line;
+                let Some(rounds) = self.rounds(stmt, condition.as_ref(), body) else {
+                    return self.unknown("a loop without a bound");
+                };
+                let asked = match condition {
+                    Some(condition) => self.measured(|it| it.condition(condition))?,
+                    None => (Cost::default(), Vec::new()),
+                };
+                let stepped = match step {
+                    Some(step) => self.measured(|it| it.effect(step))?,
+                    None => (Cost::default(), Vec::new()),
+                };
+                let jump = Cost { time: u64::from(machine.jump.time), user: 0 };
+                self.text += u64::from(machine.jump.text);
+                let flow = self.list(body)?;
+                // A round that goes on.
+                let round = match (flow.on[NEXT], flow.on[CONTINUE]) {
+                    (Some(a), Some(b)) => Some(a.or(b)),
+                    (a, b) => a.or(b),
+                };
+                let round = round.map(|it| it.plus(asked.0).plus(stepped.0).plus(jump));
+                let whole = round.unwrap_or_default().times(rounds);
+                let but_one = round.unwrap_or_default().times(rounds.saturating_sub(1));
+                let mut all = Flow::only(NEXT, first.plus(whole).plus(asked.0));
+                if rounds > 0 {
+                    for (way, out) in [(NEXT, BREAK), (RETURN, RETURN)] {
+                        if let Some(last) = flow.on[out] {
+                            let cost = first.plus(but_one).plus(asked.0).plus(last).plus(jump);
+                            all.join(Flow::only(way, cost), Cost::default());
+                        }
+                    }
+                }
+                info.own = first;
+                info.rounds = rounds;
+                info.arms = vec![(asked.0, asked.1), (stepped.0.plus(jump), stepped.1)];
+                info.flow = all;
+                self.locals.truncate(depth);
+            }
+            Kind::Return(value) => {
+                (info.own, info.calls) = self.measured(|it| match value {
+                    Some(value) => it.value(value).map(|_| ()),
+                    None => Ok(()),
+                })?;
+                let jump = Cost { time: u64::from(machine.jump.time), user: 0 };
+                info.own = info.own.plus(jump);
+                self.text += u64::from(machine.jump.text);
+                info.flow = Flow::only(RETURN, info.own);
+            }
+            Kind::Break => info.flow = Flow::only(BREAK, Cost::default()),
+            Kind::Continue => info.flow = Flow::only(CONTINUE, Cost::default()),
+            Kind::Block(body) => info.flow = self.list(body)?,
+            Kind::UserCode => {
+                self.user_code = true;
+                info.flow = Flow::only(NEXT, Cost::default());
+            }
+        }
+        let flow = info.flow;
+        if let Some(place) = self.infos.get_mut(stmt.id) {
+            *place = Some(info);
+        }
+        Ok(flow)
+    }
+
+    /// The most rounds of a loop: from the emitter, or from a conjunct `counter < constant` of a counter that begins with a constant and is counted in every round.
+    fn rounds(&self, stmt: &Stmt, condition: Option<&Expr>, body: &[Stmt]) -> Option<u64> {
+        let marked = self
+            .marks
+            .binary_search_by_key(&stmt.line, |(line, _)| *line)
+            .ok()
+            .and_then(|at| self.marks.get(at))
+            .map(|(_, n)| *n);
+        let counted = condition.and_then(|condition| self.counted(stmt, condition, body));
+        match (marked, counted) {
+            (Some(a), Some(b)) => Some(a.min(b)),
+            (a, b) => a.or(b),
+        }
+    }
+
+    fn counted(&self, stmt: &Stmt, condition: &Expr, body: &[Stmt]) -> Option<u64> {
+        let Expr::Binary(sign, a, b) = condition else { return None };
+        if *sign == "&&" {
+            return self.counted(stmt, a, body).or_else(|| self.counted(stmt, b, body));
+        }
+        let Expr::Name(name) = &**a else { return None };
+        if *sign != "<" {
+            return None;
+        }
+        let limit = self.unit.value(b)?;
+        let start = self.locals.iter().rev().find(|(it, _)| it == name)?.1.start?;
+        let is_count = |expr: &Expr| matches!(expr, Expr::Count(it) if matches!(&**it, Expr::Name(it) if it == name));
+        let in_step = matches!(&stmt.kind, Kind::Loop { step: Some(step), .. } if is_count(step));
+        let in_body = body.iter().any(|it| matches!(&it.kind, Kind::Expr(expr) if is_count(expr)));
+        (in_step || in_body).then(|| u64::try_from(limit.saturating_sub(start)).unwrap_or(0))
+    }
+}

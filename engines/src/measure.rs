@@ -1,0 +1,226 @@
+//! What a reaction really takes: the emitted C on a simulated machine, each call of `NAME_step` measured by itself.
+//!
+//! Nothing is added to the program: the host of the simulator knows where `NAME_init` and `NAME_step` begin, notes time and stack pointer there, and notes them again when
+//! the stack is back where it was before the call. What functions of the user take is left out, as in the bounds of `grafsynth_backend_c::cost`.
+
+use crate::firmware::{ANSWER, BENCH, Bench, STIMULUS};
+use crate::{EngineError, Job, c, tools};
+use grafsynth_backend_c::Options;
+
+/// What was measured, in the unit of the machine.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Measured {
+    /// `NAME_init`, from the call to the return.
+    pub init: u64,
+    /// The dearest `NAME_step`.
+    pub step: u64,
+    /// The most bytes of stack of either, the return address among them.
+    pub stack: u64,
+    /// Reactions that were measured.
+    pub reactions: u64,
+    /// Bytes of text and constant tables of `NAME.c`.
+    pub text: u64,
+}
+
+/// The cycles of a call instruction and of its return address: the machine is first looked at behind it.
+const CALL: u64 = 4;
+
+const HOST: &str = r#"#include <simavr/sim_avr.h>
+#include <simavr/sim_elf.h>
+#include <simavr/sim_io.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static FILE *stimulus;
+static FILE *answer;
+
+static uint8_t give(struct avr_t *avr, avr_io_addr_t address, void *parameter)
+{
+    (void)avr;
+    (void)address;
+    (void)parameter;
+    const int byte = fgetc(stimulus);
+    return byte == EOF ? 0U : (uint8_t)byte;
+}
+
+static void take(struct avr_t *avr, avr_io_addr_t address, uint8_t value, void *parameter)
+{
+    (void)parameter;
+    avr->data[address] = value;
+    fputc(value, answer);
+}
+
+int main(int argc, char **argv)
+{
+    elf_firmware_t firmware;
+    memset(&firmware, 0, sizeof firmware);
+    if (argc < 7 || elf_read_firmware(argv[2], &firmware) != 0) {
+        return 2;
+    }
+    avr_t *avr = avr_make_mcu_by_name(argv[1]);
+    stimulus = fopen(argv[3], "rb");
+    answer = fopen(argv[4], "wb");
+    if (avr == NULL || stimulus == NULL || answer == NULL) {
+        return 2;
+    }
+    avr_init(avr);
+    avr->frequency = 16000000U;
+    avr_load_firmware(avr, &firmware);
+    avr_register_io_write(avr, 0x3e, take, NULL);
+    avr_register_io_read(avr, 0x4a, give, NULL);
+    /* Addresses of init and step, then of the user's functions. */
+    const int functions = argc - 5;
+    avr_flashaddr_t *at = malloc(sizeof *at * (size_t)functions);
+    for (int k = 0; k < functions; ++k) {
+        at[k] = (avr_flashaddr_t)strtoul(argv[5 + k], NULL, 16);
+    }
+    int which = -1, is_away = 0;
+    unsigned top = 0, away_top = 0, lowest = 0;
+    avr_cycle_count_t begin = 0, away_begin = 0, away = 0;
+    int state = cpu_Running;
+    while (state != cpu_Done && state != cpu_Crashed) {
+        const unsigned sp = avr->data[R_SPL] | (unsigned)avr->data[R_SPH] << 8;
+        if (which >= 0 && sp > top) {
+            printf("%d %llu %u\n", which, (unsigned long long)(avr->cycle - begin - away), top + 2U - lowest);
+            which = -1;
+        }
+        if (which < 0) {
+            for (int k = 0; k < 2; ++k) {
+                if (avr->pc == at[k]) {
+                    which = k;
+                    top = lowest = sp;
+                    begin = avr->cycle;
+                    away = 0;
+                }
+            }
+        } else {
+            if (is_away && sp > away_top) {
+                is_away = 0;
+                away += avr->cycle - away_begin;
+            }
+            if (!is_away) {
+                if (sp < lowest) {
+                    lowest = sp;
+                }
+                for (int k = 2; k < functions; ++k) {
+                    if (avr->pc == at[k]) {
+                        is_away = 1;
+                        away_top = sp;
+                        away_begin = avr->cycle;
+                    }
+                }
+            }
+        }
+        state = avr_run(avr);
+    }
+    fclose(answer);
+    return state == cpu_Done ? 0 : 1;
+}
+"#;
+
+/// Measures an ATmega1284P, in cycles.
+#[derive(Debug, Default)]
+pub struct AvrMeter {
+    host: std::sync::OnceLock<Result<c::Program, String>>,
+}
+
+impl AvrMeter {
+    /// Each reaction of the stimulus of `job`, with the C that these options give.
+    ///
+    /// # Errors
+    /// As an engine: what the back end or the machine refuses, and what a tool says.
+    pub fn run(&self, job: &Job<'_>, options: &Options) -> Result<Measured, EngineError> {
+        let bench = Bench::new(job, options, crate::avr::PORT)?;
+        let object =
+            ["-mmcu=atmega1284p", "-std=gnu99", "-Os", "-c", "-o", "chart.o", &bench.source];
+        bench.compile(&["avr-gcc"], &object, "an ATmega1284P")?;
+        let arguments = [
+            "-mmcu=atmega1284p",
+            "-std=gnu99",
+            "-Os",
+            "-Wl,--gc-sections",
+            "-o",
+            "chart.elf",
+            BENCH,
+            "chart.o",
+        ];
+        bench.compile(&["avr-gcc"], &arguments, "an ATmega1284P")?;
+        let sections = bench.start(&["avr-size"], &["-A", "chart.o"])?;
+        let symbols = bench.start(&["avr-nm"], &["chart.elf"])?;
+        let symbols = String::from_utf8_lossy(&symbols.stdout).into_owned();
+        let prefix = bench.source.trim_end_matches(".c");
+        let addresses = addresses(&symbols, prefix)
+            .ok_or_else(|| EngineError::Failed("the functions of the chart are gone".to_owned()))?;
+        let host = self
+            .host
+            .get_or_init(|| c::compile_with(HOST, &["-O2"], &["-lsimavr", "-lelf"]))
+            .as_ref()
+            .map_err(|why| EngineError::Failed(why.clone()))?;
+        let mut arguments = vec!["atmega1284p", "chart.elf", STIMULUS, ANSWER];
+        arguments.extend(addresses.iter().map(String::as_str));
+        let run = tools::run(&host.path, &arguments, bench.path(), b"", c::LIMIT)
+            .map_err(EngineError::Failed)?;
+        if !run.is_success {
+            return Err(EngineError::Failed(format!("simavr ended with {}", run.ending)));
+        }
+        let mut measured = Measured { text: text_bytes(&sections.stdout), ..Measured::default() };
+        for line in String::from_utf8_lossy(&run.stdout).lines() {
+            let numbers: Vec<u64> = line.split(' ').filter_map(|it| it.parse().ok()).collect();
+            let [which, time, stack] = numbers[..] else { continue };
+            let time = time + CALL;
+            if which == 0 {
+                measured.init = measured.init.max(time);
+            } else {
+                measured.step = measured.step.max(time);
+                measured.reactions += 1;
+            }
+            measured.stack = measured.stack.max(stack);
+        }
+        Ok(measured)
+    }
+}
+
+/// The addresses of `NAME_init` and `NAME_step`, then of all functions of the bench that the chart may call.
+fn addresses(symbols: &str, prefix: &str) -> Option<Vec<String>> {
+    let all: Vec<(&str, &str)> = symbols
+        .lines()
+        .filter_map(|line| {
+            let mut words = line.split_whitespace();
+            let (address, kind, name) = (words.next()?, words.next()?, words.next()?);
+            (kind == "T").then_some((address, name))
+        })
+        .collect();
+    let find = |end: &str| {
+        let name = format!("{prefix}_{end}");
+        all.iter().find(|(_, it)| *it == name).map(|(address, _)| (*address).to_owned())
+    };
+    let mut found = vec![find("init")?, find("step").or_else(|| find("react"))?];
+    let own = ["init", "step", "react"].map(|end| format!("{prefix}_{end}"));
+    let library = ["main", "memcpy", "memcmp", "memset", "exit", "abort"];
+    found.extend(
+        all.iter()
+            .filter(|(_, name)| {
+                !name.starts_with('_')
+                    && !library.contains(name)
+                    && !own.iter().any(|it| it == name)
+            })
+            .map(|(address, _)| (*address).to_owned()),
+    );
+    Some(found)
+}
+
+/// Text and constant tables in what `size -A` prints.
+pub(crate) fn text_bytes(printed: &[u8]) -> u64 {
+    let mut sum = 0;
+    for line in String::from_utf8_lossy(printed).lines() {
+        let mut words = line.split_whitespace();
+        if let (Some(name), Some(size)) = (words.next(), words.next())
+            && [".text", ".rodata", ".progmem"].iter().any(|it| name.starts_with(it))
+        {
+            sum += size.parse::<u64>().unwrap_or(0);
+        }
+    }
+    sum
+}
