@@ -28,7 +28,7 @@ use grafsynth_ir::diag::any_error;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::logic::{Logic, PinRole};
 use grafsynth_ir::lower::program::{ProgramOptions, program};
-use grafsynth_ir::net::{Evolution, Net};
+use grafsynth_ir::net::{Evolution, Net, Sharing};
 use grafsynth_ir::{Diagnostic, FileId, Valid};
 pub use grafsynth_logic::BusyMode;
 use grafsynth_logic::EncodeOptions;
@@ -144,10 +144,24 @@ pub fn facts(net: &Valid<Net>, limits: &Limits) -> Facts {
     }
 }
 
+/// Errors about variables that the designer wants not to be shared with a halted step (semantics §6). They need the situations, not the structure alone.
+fn refused_sharing(net: &Valid<Net>) -> Vec<Diagnostic> {
+    if !net.sharing.values().any(|said| *said == Sharing::Refuse) {
+        return Vec::new();
+    }
+    let size = (net.steps.len() + net.transitions.len()).max(1) as u64;
+    let pairs = (ENUMERATION_WORK / size).clamp(1_000, 100_000);
+    let facts = grafsynth_verify::facts(net, &Limits { pairs, ..Limits::default() });
+    grafsynth_verify::sharing::refused(net, &facts)
+}
+
 /// Builds all targets of one net. Outputs that were refuted are left out of [`Built::files`].
 #[must_use]
 pub fn build(net: &Valid<Net>, facts: &Facts, targets: &[Target], options: &BuildOptions) -> Built {
-    let mut built = Built::default();
+    let mut built = Built { found: refused_sharing(net), ..Built::default() };
+    if !built.found.is_empty() {
+        return built;
+    }
     let needs_logic =
         targets.iter().any(|target| target.dialect().is_some() || *target == Target::Jedec);
     let logic = needs_logic.then(|| logic_as(net, facts, options.busy));

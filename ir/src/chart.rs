@@ -5,7 +5,7 @@
 //! which is the declaration order of semantics.md §1.
 
 use crate::expr::{Expr as GenericExpr, Type};
-use crate::net::{Meta, Policy, Qualifier, Schedule, Side, Verbatim};
+use crate::net::{Meta, Policy, Qualifier, Schedule, Sharing, Side, Verbatim};
 use crate::span::{Name, Span};
 
 /// An expression whose leaves are still names.
@@ -189,6 +189,8 @@ pub enum SettingKind {
     EventsExclusive,
     /// `priority 2` of a partial chart.
     Priority(u32),
+    /// `shared buffer`, for all variables of the file that nothing else is said of; `shared buffer x, y` for these. The latter may stand any number of times.
+    Shared(Sharing, Vec<Path>),
 }
 
 /// A declaration.

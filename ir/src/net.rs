@@ -17,6 +17,7 @@
 use crate::arena::{Arena, Id};
 use crate::expr::{Expr as GenericExpr, Type};
 use crate::span::{Name, Span};
+use std::collections::BTreeMap;
 
 /// Names a step of a net.
 pub type StepId = Id<Step>;
@@ -97,6 +98,8 @@ pub struct Net {
     pub outputs: Arena<Output>,
     /// Variables, stored outputs and what lowerings add.
     pub vars: Arena<Var>,
+    /// What the designer says of variables that a halted step shares with others (§6); nothing was said of those that are not here.
+    pub sharing: BTreeMap<VarId, Sharing>,
     /// Free timers (§7).
     pub timers: Arena<Timer>,
     /// Operands of edges (§3.7). Equal operands may be shared: all are compared at the same instants.
@@ -357,6 +360,40 @@ pub enum VarOrigin {
     Hidden,
 }
 
+/// What becomes of a variable that the tasks of a halted step share with others (§6, [`crate::sharing`]).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Sharing {
+    /// Others may see it half done; nobody is told.
+    Allow,
+    /// Sharing it is an error.
+    Refuse,
+    /// The tasks work on a copy: taken when the first begins, published when the last is done.
+    Buffer,
+    /// Who touches it waits until the tasks are done.
+    Protect,
+}
+
+/// The words of [`Sharing`], in every text that has them.
+pub const SHARINGS: [(&str, Sharing); 4] = [
+    ("allow", Sharing::Allow),
+    ("refuse", Sharing::Refuse),
+    ("buffer", Sharing::Buffer),
+    ("protect", Sharing::Protect),
+];
+
+impl Sharing {
+    /// Its word.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Sharing::Allow => "allow",
+            Sharing::Refuse => "refuse",
+            Sharing::Buffer => "buffer",
+            Sharing::Protect => "protect",
+        }
+    }
+}
+
 /// `timer T while e`: at Latch T grows by dt if e held at the end of the previous reaction; at the end of a reaction T := 0 if e is false (§7).
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Timer {
@@ -408,10 +445,40 @@ pub struct Step {
     pub tasks: Vec<Task>,
     /// Cost that its tasks may use in a reaction.
     pub budget: u32,
+    /// Plain Boolean variables: while one of them is true, no first task begins (`shared protect`, §6).
+    pub locks: Vec<VarId>,
     /// For a composite or parallel state: the event raised when it is complete.
     pub done_event: Option<InputId>,
     /// Place, comment and tags.
     pub meta: Meta,
+}
+
+impl Step {
+    /// The tasks that one reaction runs, one range after the other: a step halts between them. Where they end follows from costs and budget alone.
+    #[must_use]
+    pub fn chunks(&self) -> Vec<std::ops::Range<usize>> {
+        let mut chunks: Vec<std::ops::Range<usize>> = Vec::new();
+        let mut rest = 0;
+        for (at, task) in self.tasks.iter().enumerate() {
+            match chunks.last_mut() {
+                Some(chunk) if task.cost <= rest => {
+                    chunk.end = at + 1;
+                    rest -= task.cost;
+                }
+                Some(_) | None => {
+                    chunks.push(at..at + 1);
+                    rest = self.budget.saturating_sub(task.cost);
+                }
+            }
+        }
+        chunks
+    }
+
+    /// Its tasks need more than one reaction.
+    #[must_use]
+    pub fn halts(&self) -> bool {
+        self.chunks().len() > 1
+    }
 }
 
 /// Kinds of steps.

@@ -35,6 +35,7 @@
 //!     called is an extern action.
 //! 18. A controlled action has a duration of 0 unless one of its qualifiers is timed, and none above [`crate::interval::LONGEST`]; so have sends.
 //! 19. A task holds assignments, calls and `if` only; its cost is at most its step's budget, and a step with tasks has a budget.
+//!     Locks are plain Boolean variables, each listed once.
 //!
 //! Of structure outside statecharts:
 //!

@@ -1,6 +1,6 @@
 //! The end of a reaction: E2 to E6 (semantics §3.6, §3.8, §6, §7).
 
-use grafsynth_ir::net::{Driver, OpenCell, OutputId, StepId};
+use grafsynth_ir::net::{Driver, OpenCell, OutputId, StepId, VarId};
 
 use crate::layout::Cell;
 use crate::reaction::Reaction;
@@ -31,6 +31,10 @@ impl Reaction<'_> {
             .filter(|(step, _)| !self.part_has_ended(net.steps[*step].part))
             .collect();
         for (step, index) in working {
+            let is_locked = |lock: &VarId| self.state.cells[self.tables.layout.var(*lock)] != 0;
+            if self.state.cells[index] == 0 && net.steps[step].locks.iter().any(is_locked) {
+                continue;
+            }
             let mut rest = net.steps[step].budget;
             while let Some(task) = usize::try_from(self.state.cells[index])
                 .ok()

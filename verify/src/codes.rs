@@ -24,6 +24,8 @@ pub const ASSUMPTION_EMPTY: Code = Code { id: "G0809", title: "assumption that n
 pub const SATURATION: Code = Code { id: "G0810", title: "value that does not fit its variable" };
 /// Two forcing orders that disagree.
 pub const FORCING_RACE: Code = Code { id: "G0811", title: "two forcing orders that disagree" };
+/// A variable that others touch while the tasks of a step are half done.
+pub const SHARED: Code = Code { id: "G0812", title: "variable shared with a halted step" };
 
 /// All codes of this crate, in order.
 pub const ALL: &[Code] = &[
@@ -38,4 +40,5 @@ pub const ALL: &[Code] = &[
     ASSUMPTION_EMPTY,
     SATURATION,
     FORCING_RACE,
+    SHARED,
 ];

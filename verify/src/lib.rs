@@ -25,6 +25,7 @@ mod limits;
 mod lints;
 mod properties;
 mod relevance;
+pub mod sharing;
 mod symbolic;
 
 pub use equiv::{Certificate, Counterexample, Method, Verdict, equiv};

@@ -37,6 +37,7 @@ pub fn lints_with(net: &Valid<Net>, facts: &Facts, limits: &Limits) -> Vec<Diagn
         return vec![warning];
     }
     unreachable(net, facts, &mut out);
+    out.extend(crate::sharing::shared(net, facts));
     let overlaps: Vec<Overlap> =
         compatible_pairs(net).into_iter().filter(|overlap| overlap.is_certain).collect();
     let is_enumerated =

@@ -28,6 +28,7 @@ pub(crate) fn step(text: &str) -> Step {
         initial_content: Vec::new(),
         code: Vec::new(),
         tasks: Vec::new(),
+        locks: Vec::new(),
         budget: 0,
         done_event: None,
         meta: Default::default(),

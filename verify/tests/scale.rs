@@ -49,6 +49,7 @@ fn cells(n: usize) -> Valid<Net> {
             initial_content: Vec::new(),
             code: Vec::new(),
             tasks: Vec::new(),
+            locks: Vec::new(),
             budget: 0,
             done_event: None,
             meta: Default::default(),

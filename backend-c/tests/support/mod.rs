@@ -100,6 +100,7 @@ impl Build {
             initial_content: vec![],
             code: vec![],
             tasks: vec![],
+            locks: Vec::new(),
             budget: 0,
             done_event: None,
             meta: Meta::default(),

@@ -11,14 +11,14 @@ mod states;
 use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::chart::{
-    Action, Board, Chart, Declaration, DeclarationKind, Design, Expr, Item, Place, Property,
+    Action, Board, Chart, Declaration, DeclarationKind, Design, Expr, Item, Path, Place, Property,
     Setting, SettingKind, StepItem,
 };
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::expr::{ExprKind, Type};
 use grafsynth_ir::net::{
-    ActionId, Block, Driver, Evolution, InputId, InputKind, Net, PlacedItem, PropertyRole, StepId,
-    StepKind, StmtKind, TransitionId, TransitionKind, VarId, VarOrigin,
+    ActionId, Block, Driver, Evolution, InputId, InputKind, Net, PlacedItem, PropertyRole,
+    SHARINGS, StepId, StepKind, StmtKind, TransitionId, TransitionKind, VarId, VarOrigin,
 };
 use grafsynth_ir::{Name, Span};
 
@@ -406,6 +406,18 @@ impl Writer<'_> {
             });
         }
         let mut items: Vec<Item> = declarations.into_iter().map(Item::Declaration).collect();
+        for (_, sharing) in SHARINGS {
+            let said = net.sharing.iter().filter(|(_, said)| **said == sharing);
+            let names = said.filter_map(|(var, _)| {
+                let name = self.bodies.local(body, &net.vars[*var].name)?;
+                Some(Path { names: vec![name] })
+            });
+            let names: Vec<Path> = names.collect();
+            if !names.is_empty() {
+                let kind = SettingKind::Shared(sharing, names);
+                items.push(Item::Setting(Setting { kind, span: Span::default() }));
+            }
+        }
         self.drawn_actions(body, &mut items);
         items
     }

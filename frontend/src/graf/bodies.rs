@@ -228,7 +228,7 @@ impl Parser<'_> {
             | "var" | "const" | "event" | "timer" | "extern" | "registered" | "mealy"
             | "synchronous" | "assert" | "assume" | "action" | "place" | "device" | "use"
             | "in" | "conflict" | "evolution" | "schedule" | "fire" | "assign" | "actions"
-            | "events" => then_name,
+            | "events" | "shared" => then_name,
             "initial" => matches!(next, "step" | "macro" | "enclosing" | "state" | "parallel"),
             "final" => matches!(next, "state" | "scan"),
             "entry" | "exit" => matches!(next, "step" | "entry" | "exit" | "enclosing"),

@@ -6,7 +6,7 @@ use grafsynth_ir::chart::{
 };
 use grafsynth_ir::diag::{Diagnostic, nearest};
 use grafsynth_ir::expr::Type;
-use grafsynth_ir::net::{Meta, Policy, Schedule, Side};
+use grafsynth_ir::net::{Meta, Policy, SHARINGS, Schedule, Side};
 use grafsynth_ir::{Name, Span};
 
 use super::parser::{Abandoned, Parse, Parser, Separators, short};
@@ -26,6 +26,7 @@ pub(crate) const ITEM_WORDS: &[&str] = &[
     "queue",
     "events",
     "priority",
+    "shared",
     "input",
     "output",
     "registered",
@@ -123,7 +124,9 @@ impl Parser<'_> {
             "place" => Item::Place(self.place()?),
             "device" => Item::Board(self.board()?),
             "tick" | "conflict" | "evolution" | "schedule" | "fire" | "assign" | "actions"
-            | "final" | "queue" | "events" | "priority" => Item::Setting(self.setting()?),
+            | "final" | "queue" | "events" | "priority" | "shared" => {
+                Item::Setting(self.setting()?)
+            }
             "chart" if self.is_name(1) => {
                 return Err(self.misplaced(
                     "a chart cannot stand inside another",
@@ -306,6 +309,19 @@ impl Parser<'_> {
             "events" => {
                 self.choice("setting of events", &[("exclusive", ())])?;
                 SettingKind::EventsExclusive
+            }
+            "shared" => {
+                let sharing = self.choice("way to share", &SHARINGS)?;
+                let mut names = Vec::new();
+                while self.is_name(0) && !self.peek(0).new_line {
+                    let path = self.path("a variable")?;
+                    self.keep(&mut names, path);
+                    if self.kind(0) != Kind::Comma {
+                        break;
+                    }
+                    self.advance();
+                }
+                SettingKind::Shared(sharing, names)
             }
             _ => SettingKind::Priority(self.count("the priority of the chart")?),
         };

@@ -2,7 +2,7 @@
 
 use grafsynth_ir::chart::*;
 use grafsynth_ir::expr::{ArithOp, CompareOp, ExprKind, Type};
-use grafsynth_ir::net::{Meta, Policy, Qualifier, Schedule, Side, Verbatim};
+use grafsynth_ir::net::{Meta, Policy, Qualifier, SHARINGS, Schedule, Side, Verbatim};
 use grafsynth_ir::{Name, Span};
 
 /// A small generator (splitmix64): tests need no more, and must not depend on a crate's version.
@@ -304,7 +304,7 @@ fn declaration(r: &mut Random) -> Declaration {
 }
 
 fn setting(r: &mut Random) -> Setting {
-    let kind = match r.below(12) {
+    let kind = match r.below(13) {
         0 => SettingKind::Tick(r.pick(&[10_000_000, 1_500, 7])),
         1 => SettingKind::Conflict(r.pick(&[Policy::All, Policy::PriorityAge, Policy::OuterFirst])),
         2 => SettingKind::EvolutionSingle,
@@ -320,6 +320,11 @@ fn setting(r: &mut Random) -> Setting {
         8 => SettingKind::FinalScan,
         9 => SettingKind::Queue(4),
         10 => SettingKind::EventsExclusive,
+        11 => {
+            let sharing = r.pick(&SHARINGS).1;
+            let names = if r.chance(50) { Vec::new() } else { vec![step_path(r), step_path(r)] };
+            SettingKind::Shared(sharing, names)
+        }
         _ => SettingKind::Priority(2),
     };
     Setting { kind, span: Span::default() }

@@ -582,5 +582,10 @@ pub(crate) fn setting_text(setting: &Setting) -> String {
         SettingKind::Queue(n) => format!("queue {n}"),
         SettingKind::EventsExclusive => "events exclusive".to_owned(),
         SettingKind::Priority(n) => format!("priority {n}"),
+        SettingKind::Shared(sharing, paths) => {
+            let paths: Vec<String> =
+                paths.iter().map(|path| names::path(path, names::Position::Anywhere)).collect();
+            format!("shared {} {}", sharing.word(), paths.join(", ")).trim_end().to_owned()
+        }
     }
 }

@@ -72,6 +72,7 @@ pub fn net(machine: &Machine, name: &str) -> Net {
                 initial_content: Vec::new(),
                 code: Vec::new(),
                 tasks: Vec::new(),
+                locks: Vec::new(),
                 budget: 0,
                 done_event: None,
                 meta: Meta { span: state.span, ..Meta::default() },

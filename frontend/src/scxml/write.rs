@@ -411,6 +411,7 @@ impl<'c> Writer<'c> {
                 SettingKind::EventsExclusive => out.push_str(" g:events=\"exclusive\""),
                 SettingKind::AssignSimultaneous(false) | SettingKind::FireOne(false) => {}
                 SettingKind::AssignSimultaneous(true) => self.refuse("`assign simultaneous`", span),
+                SettingKind::Shared(..) => self.refuse("`shared`", span),
                 SettingKind::EvolutionSingle
                 | SettingKind::Schedule(_)
                 | SettingKind::FireOne(true)

@@ -39,7 +39,8 @@ pub(super) fn behaviour(lowering: &mut Lowering<'_>) {
             Work::Declaration { .. }
             | Work::Property { .. }
             | Work::Place { .. }
-            | Work::Board { .. } => {}
+            | Work::Board { .. }
+            | Work::Shared { .. } => {}
         }
     }
     priorities_without_effect(lowering);

@@ -8,8 +8,8 @@ use crate::chart::{self, Design};
 use crate::diag::Diagnostic;
 use crate::expr::Expr;
 use crate::net::{
-    ActionId, EdgeId, HistoryId, InputId, Leaf, Net, OutputId, PartId, SendId, StepId, TimerId,
-    TransitionId, VarId,
+    ActionId, EdgeId, HistoryId, InputId, Leaf, Net, OutputId, PartId, SendId, Sharing, StepId,
+    TimerId, TransitionId, VarId,
 };
 use crate::span::{Name, Span};
 use std::collections::{BTreeMap, BTreeSet};
@@ -259,6 +259,8 @@ pub(super) struct Lowering<'a> {
     pub(super) tree: Tree,
     /// Names with dots of a finished net; used instead of scopes when properties are added to one.
     pub(super) flat: Option<FlatNames>,
+    /// What the file says of shared variables that nothing else is said of.
+    pub(super) sharing: Option<Sharing>,
     /// Steps with tasks: `s.done` asks for them before they are lowered.
     pub(super) tasked: BTreeSet<StepId>,
     /// How many expressions lie around the present one.
@@ -305,6 +307,7 @@ impl<'a> Lowering<'a> {
             flat: None,
             tree: Tree::default(),
             tasked: BTreeSet::new(),
+            sharing: None,
             expression_depth: 0,
         }
     }

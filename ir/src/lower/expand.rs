@@ -10,12 +10,12 @@ use super::codes;
 use super::context::{
     DrawnAction, Instance, Lowering, MacroDefinition, MacroId, Scope, ScopeId, Symbol,
 };
-use crate::chart::{self, DeclarationKind, Item, SettingKind, StepItemKind, StepRole};
+use crate::chart::{self, DeclarationKind, Item, Path, SettingKind, StepItemKind, StepRole};
 use crate::diag::Diagnostic;
 use crate::expr::{Expr, Type};
 use crate::net::{
-    Driver, Input, InputKind, Net, Output, Param, Part, PartId, Step, StepId, StepKind, Timer,
-    Transition, TransitionId, TransitionKind, Var, VarOrigin,
+    Driver, Input, InputKind, Net, Output, Param, Part, PartId, Sharing, Step, StepId, StepKind,
+    Timer, Transition, TransitionId, TransitionKind, Var, VarOrigin,
 };
 use crate::span::{Name, Span};
 use std::cmp::Reverse;
@@ -38,6 +38,7 @@ pub(super) enum Work<'a> {
     Property { scope: ScopeId, source: &'a chart::Property },
     Place { scope: ScopeId, source: &'a chart::Place },
     Board { scope: ScopeId, source: &'a chart::Board },
+    Shared { scope: ScopeId, sharing: Sharing, names: &'a [Path] },
 }
 
 /// Builds scopes and skeletons. After `settings`, since the kind of chart decides what may stand in it.
@@ -135,7 +136,8 @@ pub(super) fn part_priority(items: &[Item]) -> Option<u32> {
             | SettingKind::ActionsIec
             | SettingKind::FinalScan
             | SettingKind::Queue(_)
-            | SettingKind::EventsExclusive => None,
+            | SettingKind::EventsExclusive
+            | SettingKind::Shared(..) => None,
         },
         Item::Declaration(_)
         | Item::Step(_)
@@ -180,6 +182,7 @@ fn plain_step(name: Name, part: PartId, kind: StepKind, meta: crate::net::Meta) 
         initial_content: Vec::new(),
         code: Vec::new(),
         tasks: Vec::new(),
+        locks: Vec::new(),
         budget: 0,
         done_event: None,
         meta,
@@ -249,6 +252,11 @@ impl<'a> Expansion<'_, 'a> {
 
     fn item(&mut self, scope: ScopeId, item: &'a Item) {
         match item {
+            Item::Setting(chart::Setting { kind: SettingKind::Shared(sharing, names), .. })
+                if !names.is_empty() =>
+            {
+                self.lowering.work.push(Work::Shared { scope, sharing: *sharing, names });
+            }
             Item::Setting(setting) => {
                 let is_top = self.lowering.scopes[scope].parent.is_none();
                 if !is_top && !matches!(setting.kind, SettingKind::Priority(_)) {

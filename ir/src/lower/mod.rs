@@ -35,6 +35,7 @@ pub mod program;
 mod properties;
 mod roles;
 mod settings;
+mod sharing;
 mod statechart;
 mod statements;
 mod times;
@@ -71,6 +72,8 @@ const PIPELINE: &[(&str, Pass)] = &[
     ("properties", properties::properties),
     ("placement", placement::placement),
     ("limit", limit::limit),
+    // Last: it reads the lists and receptivities of everything.
+    ("sharing", sharing::sharing),
 ];
 
 /// The names of all passes, in the order in which they run.

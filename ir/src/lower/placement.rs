@@ -38,7 +38,8 @@ pub(super) fn placement(lowering: &mut Lowering<'_>) {
             | Work::Reaction { .. }
             | Work::Transition { .. }
             | Work::Action { .. }
-            | Work::Property { .. } => {}
+            | Work::Property { .. }
+            | Work::Shared { .. } => {}
         }
     }
 }

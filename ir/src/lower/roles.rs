@@ -176,7 +176,8 @@ impl<'a> Collected<'a> {
             | Work::Reaction { .. }
             | Work::Property { .. }
             | Work::Place { .. }
-            | Work::Board { .. } => {}
+            | Work::Board { .. }
+            | Work::Shared { .. } => {}
         }
     }
 

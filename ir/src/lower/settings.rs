@@ -4,7 +4,7 @@ use super::codes;
 use super::context::Lowering;
 use crate::chart::{DeclarationKind, Item, SettingKind};
 use crate::diag::Diagnostic;
-use crate::net::{Evolution, Policy, Schedule};
+use crate::net::{Evolution, Policy, Schedule, Sharing};
 use crate::span::Span;
 
 /// A setting and where it was written.
@@ -26,6 +26,7 @@ struct Said {
     queue: Set<u32>,
     events_exclusive: Set<bool>,
     priority: Set<u32>,
+    shared: Set<Sharing>,
 }
 
 /// Before everything else: durations need the tick, names the kind of chart.
@@ -55,6 +56,7 @@ pub(super) fn settings(lowering: &mut Lowering<'_>) {
     settings.events_exclusive = shared.one("events", |said| said.events_exclusive).is_some();
     settings.policy = shared.one("conflict", |said| said.policy).unwrap_or(Policy::All);
     settings.final_scan = shared.one("final scan", |said| said.final_scan).is_some();
+    lowering.sharing = shared.one("shared", |said| said.shared);
     match evolution {
         Some(Evolution::Single) => settings.evolution = Evolution::Single,
         // semantics §1 [C1]: a chart that says nothing makes one micro-step a reaction, unless it is a statechart.
@@ -100,6 +102,11 @@ fn read(lowering: &mut Lowering<'_>, items: &[Item]) -> Said {
             SettingKind::Queue(bound) => once(&mut said.queue, (*bound).max(1), span),
             SettingKind::EventsExclusive => once(&mut said.events_exclusive, true, span),
             SettingKind::Priority(priority) => once(&mut said.priority, *priority, span),
+            SettingKind::Shared(sharing, names) if names.is_empty() => {
+                once(&mut said.shared, *sharing, span)
+            }
+            // Names are the business of pass `sharing`.
+            SettingKind::Shared(..) => None,
         };
         if let Some(earlier) = earlier {
             let what = word(&setting.kind);
@@ -138,6 +145,7 @@ fn word(kind: &SettingKind) -> &'static str {
         SettingKind::Queue(_) => "queue",
         SettingKind::EventsExclusive => "events exclusive",
         SettingKind::Priority(_) => "priority",
+        SettingKind::Shared(..) => "shared",
     }
 }
 

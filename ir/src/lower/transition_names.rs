@@ -51,7 +51,8 @@ pub(super) fn transition_names(lowering: &mut Lowering<'_>) {
             | Work::Action { .. }
             | Work::Property { .. }
             | Work::Place { .. }
-            | Work::Board { .. } => continue,
+            | Work::Board { .. }
+            | Work::Shared { .. } => continue,
         };
         let base = format!("{}{base}", lowering.scopes[scope].prefix);
         let name = lowering.fresh_name(&base);

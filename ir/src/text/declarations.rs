@@ -401,6 +401,8 @@ impl Parser<'_> {
         } else {
             VarOrigin::Declared
         };
+        let sharing =
+            SHARINGS.into_iter().find(|(word, _)| self.eat(word)).map(|(_, sharing)| sharing);
         let mut init = Vec::new();
         if self.eat("=") {
             init.push(self.integer()?);
@@ -408,7 +410,10 @@ impl Parser<'_> {
                 init.push(self.integer()?);
             }
         }
-        self.net_mut().vars.push(Var { name, ty, len, init, origin, meta });
+        let id = self.net_mut().vars.push(Var { name, ty, len, init, origin, meta });
+        if let Some(sharing) = sharing {
+            self.net_mut().sharing.insert(id, sharing);
+        }
         Ok(())
     }
 
@@ -442,6 +447,7 @@ impl Parser<'_> {
         let hidden = self.eat("hidden");
         let priority = if self.eat("priority") { Some(self.number()?) } else { None };
         let budget = if self.eat("budget") { self.number()? } else { 0 };
+        let locks = if self.eat("locks") { self.list(Self::var_ref)? } else { Vec::new() };
         let done_event = if self.eat("done") { Some(self.input_ref()?) } else { None };
         self.end_of_line()?;
         let mut step = Step {
@@ -458,6 +464,7 @@ impl Parser<'_> {
             initial_content: Block::new(),
             code: Vec::new(),
             tasks: Vec::new(),
+            locks,
             budget,
             done_event,
             meta,

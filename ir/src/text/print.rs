@@ -171,7 +171,7 @@ impl Printer<'_> {
             self.output_item(output);
         }
         self.gap();
-        for var in net.vars.values() {
+        for (id, var) in net.vars.iter() {
             self.head("var", &var.name.text, &var.meta);
             put!(self, " {}", ty(var.ty));
             if let Some(len) = var.len {
@@ -182,6 +182,9 @@ impl Printer<'_> {
                 VarOrigin::StoredOutput => " stored",
                 VarOrigin::Hidden => " hidden",
             });
+            if let Some(sharing) = net.sharing.get(&id) {
+                put!(self, " {}", sharing.word());
+            }
             if !var.init.is_empty() {
                 put!(self, " = {}", join(var.init.iter().map(i64::to_string)));
             }
@@ -391,6 +394,9 @@ impl Printer<'_> {
         self.optional("priority", step.priority);
         if step.budget != 0 {
             put!(self, " budget {}", step.budget);
+        }
+        if !step.locks.is_empty() {
+            put!(self, " locks ({})", join(step.locks.iter().map(|lock| self.var(*lock))));
         }
         if let Some(event) = step.done_event {
             put!(self, " done {}", self.input(event));

@@ -157,6 +157,21 @@ impl Checker<'_> {
                     "give it a budget of at least its largest task",
                 );
             }
+            for (at, lock) in step.locks.iter().enumerate() {
+                if !self.has(&net.vars, *lock, span, "variable") {
+                    continue;
+                }
+                let var = &net.vars[*lock];
+                if !var.ty.is_bool() || var.len.is_some() || step.locks[..at].contains(lock) {
+                    let message = format!("`{}` cannot be a lock of `{name}`", var.name);
+                    self.report_with_help(
+                        codes::TASK,
+                        span,
+                        message,
+                        "name plain Boolean variables, each once",
+                    );
+                }
+            }
             for task in &step.tasks {
                 if task.cost > step.budget && step.budget > 0 {
                     let (task, cost, budget) = (&task.name, task.cost, step.budget);

@@ -247,6 +247,7 @@ fn step(r: &mut Random) -> Step {
             meta: meta(r),
         }),
         budget: r.number(),
+        locks: r.many(2, Random::id),
         done_event: r.maybe(Random::id),
         meta: meta(r),
     }
@@ -317,7 +318,7 @@ pub(crate) fn net(seed: u64) -> Net {
     let r = &mut Random::new(seed);
     let kinds = [InputKind::Pin, InputKind::Extern, InputKind::Event, InputKind::InternalEvent];
     let origins = [VarOrigin::Declared, VarOrigin::StoredOutput, VarOrigin::Hidden];
-    Net {
+    let mut net = Net {
         name: name(r),
         settings: settings(r),
         parts: r.arena(3, |r| Part {
@@ -349,6 +350,7 @@ pub(crate) fn net(seed: u64) -> Net {
             origin: r.pick(&origins),
             meta: meta(r),
         }),
+        sharing: std::collections::BTreeMap::new(),
         timers: r.arena(3, |r| Timer {
             name: name(r),
             condition: net_expr(r),
@@ -411,5 +413,11 @@ pub(crate) fn net(seed: u64) -> Net {
             span: Span::default(),
         }),
         board: Board { device: r.maybe(name), pins: r.many(2, |r| (name(r), r.number())) },
+    };
+    for var in net.vars.ids() {
+        if let Some((_, sharing)) = r.maybe(|r| r.pick(&SHARINGS)) {
+            net.sharing.insert(var, sharing);
+        }
     }
+    net
 }

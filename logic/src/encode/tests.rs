@@ -52,6 +52,7 @@ fn step(text: &str, is_initial: bool) -> Step {
         initial_content: vec![],
         code: vec![],
         tasks: vec![],
+        locks: Vec::new(),
         budget: 0,
         done_event: None,
         meta: Meta::default(),

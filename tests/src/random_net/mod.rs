@@ -20,9 +20,10 @@ use grafsynth_ir::expr::Type;
 use grafsynth_ir::net::{
     ActionId, ActionUse, ControlledAction, Driver, Emission, Evolution, Expr, ExternCall, Input,
     InputId, InputKind, Leaf, Meta, Net, OpenCell, Output, OutputId, Param, Part, PartId, Policy,
-    Property, PropertyLeaf, PropertyRole, Qualifier, Schedule, SendSlot, Step, StepId, StepKind,
-    Task, Timer, Unspecified, Var, VarId, VarOrigin,
+    Property, PropertyLeaf, PropertyRole, Qualifier, SHARINGS, Schedule, SendSlot, Sharing, Step,
+    StepId, StepKind, Task, Timer, Unspecified, Var, VarId, VarOrigin,
 };
+use grafsynth_ir::sharing::{Accesses, separate};
 use grafsynth_ir::{Name, Span, Valid, validate};
 use grafsynth_sim::Random;
 
@@ -223,6 +224,7 @@ pub fn step(text: impl Into<String>, part: PartId, is_initial: bool) -> Step {
         initial_content: Vec::new(),
         code: Vec::new(),
         tasks: Vec::new(),
+        locks: Vec::new(),
         budget: 0,
         done_event: None,
         meta: Meta::default(),
@@ -270,7 +272,30 @@ impl<'f> Builder<'f> {
         self.lists();
         self.outputs();
         self.rest();
+        self.sharing(seed);
         self.net
+    }
+
+    /// Variables that tasks of halting steps touch are buffered or protected, in half of the nets that have such. The dice are its own, so that a net that has none
+    /// is what it would be anyway.
+    fn sharing(&mut self, seed: u64) {
+        let mut random = Random::new(seed ^ 0x5ca1_ab1e);
+        if random.one_in(2) {
+            return;
+        }
+        let halting: Vec<StepId> =
+            self.net.steps.iter().filter(|(_, step)| step.halts()).map(|(id, _)| id).collect();
+        for step in halting {
+            let tasks = 0..self.net.steps[step].tasks.len();
+            let accesses = Accesses::of_tasks(&self.net, step, tasks);
+            for var in accesses.reads.union(&accesses.writes) {
+                let sharing = SHARINGS[random.below(SHARINGS.len())].1;
+                if sharing != Sharing::Refuse {
+                    self.net.sharing.insert(*var, sharing);
+                }
+            }
+        }
+        separate(&mut self.net);
     }
 
     fn settings(&mut self) {
@@ -657,12 +682,14 @@ mod tests {
         let nets: Vec<Valid<Net>> = (0..600).map(|seed| random_net(seed, &everything)).collect();
         let count = |has: &dyn Fn(&Net) -> bool| nets.iter().filter(|net| has(net)).count();
         type Has<'h> = &'h dyn Fn(&Net) -> bool;
-        let expected: [(&str, Has<'_>); 14] = [
+        let expected: [(&str, Has<'_>); 16] = [
             ("edges", &|net| !net.edges.is_empty()),
             ("timers", &|net| !net.timers.is_empty()),
             ("arrays", &|net| net.vars.values().any(|var| var.len.is_some())),
             ("actions", &|net| !net.actions.is_empty()),
             ("tasks", &|net| net.steps.values().any(|step| !step.tasks.is_empty())),
+            ("locks", &|net| net.steps.values().any(|step| !step.locks.is_empty())),
+            ("copies", &|net| net.sharing.values().any(|said| *said == Sharing::Buffer)),
             ("forcing", &|net| !net.forcings.is_empty()),
             ("enclosing", &|net| net.steps.values().any(|step| step.kind == StepKind::Enclosing)),
             ("history", &|net| !net.histories.is_empty()),

@@ -116,6 +116,9 @@ fn rebuild(net: &Net, keep: &Keep) -> Net {
     new.actions = sift(&net.actions, &keep.actions);
     new.sends = sift(&net.sends, &keep.sends);
     new.histories = sift(&net.histories, &keep.histories);
+    new.sharing = (net.sharing.iter())
+        .filter_map(|(var, said)| Some((renumber(&keep.vars, *var)?, *said)))
+        .collect();
     let step = |id: &Id<Step>| renumber(&keep.steps, *id);
     let expr = |old: &Expr| -> Expr { map_expr(keep, old) };
     let condition = |old: &Option<Expr>| old.as_ref().map(&expr);
@@ -174,6 +177,7 @@ fn rebuild(net: &Net, keep: &Keep) -> Net {
             *block = map_block(keep, block);
         }
         data.tasks.iter_mut().for_each(|task| task.body = map_block(keep, &task.body));
+        data.locks = data.locks.iter().filter_map(|lock| renumber(&keep.vars, *lock)).collect();
     }
     for (_, transition) in new.transitions.iter_mut() {
         transition.part = renumber(&keep.parts, transition.part).unwrap_or(transition.part);

@@ -153,10 +153,18 @@ impl Maker<'_> {
                 at
             };
             let active = state.active[id.index()];
+            let locks: Vec<Lit> = (step.locks.iter())
+                .map(|lock| match state.vars[lock.index()].first() {
+                    Some(Value::Flag(held)) => *held,
+                    Some(Value::Number(_)) | None => unreachable!("locks are plain and Boolean"),
+                })
+                .collect();
+            let locked = self.aig.or_all(locks);
             let starts: Vec<Lit> = (0..=n)
                 .map(|start| {
                     let here = self.equals(&index, start);
-                    self.aig.and(active, here)
+                    let runs = self.aig.and(active, here);
+                    if start == 0 { self.aig.and(runs, !locked) } else { runs }
                 })
                 .collect();
             for (at, task) in step.tasks.iter().enumerate() {

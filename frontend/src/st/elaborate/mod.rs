@@ -732,10 +732,13 @@ impl<'a> Elaborator<'a> {
         let evolution = |kind: &SettingKind| {
             matches!(kind, SettingKind::EvolutionSingle | SettingKind::EvolutionStable(_))
         };
+        let names =
+            |kind: &SettingKind| matches!(kind, SettingKind::Shared(_, names) if !names.is_empty());
         for kind in found {
             kinds.retain(|other| {
-                std::mem::discriminant(other) != std::mem::discriminant(&kind)
-                    && !(evolution(other) && evolution(&kind))
+                (names(other) || names(&kind))
+                    || std::mem::discriminant(other) != std::mem::discriminant(&kind)
+                        && !(evolution(other) && evolution(&kind))
             });
             kinds.push(kind);
         }

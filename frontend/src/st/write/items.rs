@@ -301,6 +301,7 @@ impl<'a> Maker<'a> {
                     | SettingKind::AssignSimultaneous(_)
                     | SettingKind::Queue(_)
                     | SettingKind::EventsExclusive
+                    | SettingKind::Shared(..)
                     | SettingKind::Priority(_) => {
                         if let SettingKind::EvolutionStable(_) = setting.kind {
                             self.unordered = Some("in a chart that evolves until it is stable");

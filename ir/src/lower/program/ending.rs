@@ -386,13 +386,17 @@ impl Builder<'_> {
                 let cost = Expr::int(i64::from(task.cost));
                 let is_next = Expr::compare(CompareOp::Eq, cell(index), Expr::int(at));
                 let fits = rest.map(|rest| Expr::compare(CompareOp::Ge, temp(rest), cost.clone()));
+                // What holds a lock has begun already; only the first task waits for those of others.
+                let free = step.locks.iter().map(|lock| cell(self.var[*lock]).not());
+                let free: Vec<Expr> = if at == 0 { free.collect() } else { Vec::new() };
                 let mut body = vec![Stmt::Store(index, None, Expr::int(at.saturating_add(1)))];
                 if let Some(rest) = rest {
                     let left = ExprKind::Arith(ArithOp::Sub, Box::new(temp(rest)), Box::new(cost));
                     body.push(Stmt::Set(rest, Expr::new(left, Span::default())));
                 }
                 body.extend(self.list(&task.body));
-                list.push(Stmt::If(Expr::and([is_next].into_iter().chain(fits)), body, Vec::new()));
+                let runs = Expr::and([is_next].into_iter().chain(free).chain(fits));
+                list.push(Stmt::If(runs, body, Vec::new()));
             }
             let running = self.has_ended(step.part).map(Expr::not);
             when(Expr::and([self.is_active(id)].into_iter().chain(running)), list, out);

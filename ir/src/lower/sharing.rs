@@ -1,0 +1,80 @@
+//! Pass `sharing`: what the charts say of variables that tasks share with others (semantics §6), carried out.
+
+use super::codes;
+use super::context::{Lowering, Symbol};
+use super::expand::Work;
+use super::roles::Role;
+use crate::diag::Diagnostic;
+use crate::net::{Sharing, VarId, VarOrigin};
+use crate::span::Span;
+use std::collections::BTreeMap;
+
+/// After all passes that make lists and receptivities: [`crate::sharing::separate`] rewrites them.
+pub(super) fn sharing(lowering: &mut Lowering<'_>) {
+    let mut said: BTreeMap<VarId, (Sharing, Span)> = BTreeMap::new();
+    for index in 0..lowering.work.len() {
+        let Work::Shared { scope, sharing, names } = lowering.work[index] else { continue };
+        for path in names {
+            let Ok(symbol) = lowering.symbol(scope, path) else { continue };
+            let Some(var) = memory(lowering, symbol) else {
+                lowering.wrong_kind(path.span(), path, symbol, "a variable or a stored output");
+                continue;
+            };
+            match said.get(&var) {
+                Some((other, first)) if *other != sharing => {
+                    let first = *first;
+                    lowering.report(
+                        Diagnostic::error(
+                            codes::SETTING_TWICE,
+                            format!("`shared` is said of {path} twice"),
+                        )
+                        .at(path.span(), "again here")
+                        .at(first, "first here")
+                        .help("keep one of them"),
+                    );
+                }
+                Some(_) => {}
+                None => {
+                    said.insert(var, (sharing, path.span()));
+                }
+            }
+        }
+    }
+    let mut sharing: BTreeMap<VarId, Sharing> =
+        said.into_iter().map(|(var, (sharing, _))| (var, sharing)).collect();
+    if let Some(default) = lowering.sharing {
+        for (id, var) in lowering.net.vars.iter() {
+            if var.origin != VarOrigin::Hidden {
+                sharing.entry(id).or_insert(default);
+            }
+        }
+    }
+    lowering.net.sharing = sharing;
+    crate::sharing::separate(&mut lowering.net);
+}
+
+/// The variable that a name stands for.
+fn memory(lowering: &Lowering<'_>, symbol: Symbol) -> Option<VarId> {
+    match symbol {
+        Symbol::Var(var) => Some(var),
+        Symbol::Step(step) => lowering.counted.get(&step).copied(),
+        Symbol::Output(output) => match lowering.roles.get(output.index()) {
+            Some(Role::Stored(var)) => Some(*var),
+            Some(
+                Role::Continuous | Role::Mealy | Role::Controlled(_) | Role::Extern | Role::Broken,
+            )
+            | None => None,
+        },
+        Symbol::Const(_)
+        | Symbol::Input(_)
+        | Symbol::Action(_)
+        | Symbol::Timer(_)
+        | Symbol::MacroStep(_)
+        | Symbol::Macro(_)
+        | Symbol::Transition(_)
+        | Symbol::Chart(_)
+        | Symbol::History(_)
+        | Symbol::Alias(_)
+        | Symbol::Broken => None,
+    }
+}

@@ -1,0 +1,399 @@
+//! Variables that tasks share with others while their step is halted (semantics §6).
+//!
+//! A step whose tasks need more than its budget *halts*: it runs some of them, waits for the next reaction, and goes on. What its tasks have half done is
+//! seen by others in between, and what they have read may have changed when they go on (seed 004, IV.B). [`Accesses`] says who reads and writes what;
+//! [`separate`] keeps apart what the designer wants kept apart, by rewriting the net, so that no engine has to know of it:
+//!
+//! ```text
+//! shared buffer x     step s { task a { x := x + 1 }  task b { y := x } }
+//!                 =>  step s { task a { s.x := x; s.x := s.x + 1 }  task b { y := s.x; x := s.x } }
+//!
+//! shared protect x    step s { task a { x := x + 1 }  task b { y := x } }            p -> q when x > 3
+//!                 =>  step s { task a { s.held := true; .. }  task b { ..; s.held := false }  exit { s.held := false } }
+//!                     p -> q when not s.held and x > 3       other steps whose tasks touch x:  locks (s.held)
+//! ```
+
+use crate::expr::{Expr as GenericExpr, Type};
+use crate::net::{
+    Block, Enter, Expr, Leaf, Net, Sharing, StepId, StepKind, Stmt, StmtKind, TransitionId, Var,
+    VarId, VarOrigin,
+};
+use crate::span::{Name, Span};
+use std::collections::{BTreeMap, BTreeSet};
+use std::convert::Infallible;
+
+/// What something reads and writes.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Accesses {
+    /// Variables read, those that are operands of edges too.
+    pub reads: BTreeSet<VarId>,
+    /// Variables assigned.
+    pub writes: BTreeSet<VarId>,
+}
+
+impl Accesses {
+    /// Of an expression. `otherwise` reads what the transitions above it read.
+    pub fn expr(&mut self, net: &Net, expr: &Expr) {
+        self.expr_at(net, expr, &mut BTreeSet::new());
+    }
+
+    fn expr_at(&mut self, net: &Net, expr: &Expr, seen: &mut BTreeSet<TransitionId>) {
+        expr.for_each_leaf(&mut |leaf| match *leaf {
+            Leaf::Var(var) => {
+                self.reads.insert(var);
+            }
+            Leaf::Rise(edge) | Leaf::Fall(edge) => self.expr_at(net, &net.edges[edge].expr, seen),
+            // Only earlier transitions can be named, so this ends; each is looked at once, so it is linear.
+            Leaf::Fireable(transition) => {
+                if seen.insert(transition) {
+                    self.expr_at(net, &net.transitions[transition].guard, seen);
+                }
+            }
+            Leaf::Input(_)
+            | Leaf::Active(_)
+            | Leaf::Elapsed(_)
+            | Leaf::LastElapsed(_)
+            | Leaf::TasksDone(_)
+            | Leaf::Timer(_)
+            | Leaf::Controlled(_) => {}
+        });
+    }
+
+    /// Of a list.
+    pub fn block(&mut self, net: &Net, list: &Block) {
+        crate::walk::for_each_in_block(list, &mut |expr| self.expr(net, expr));
+        let mut todo: Vec<&Stmt> = list.iter().collect();
+        while let Some(stmt) = todo.pop() {
+            match &stmt.kind {
+                StmtKind::Assign { var, .. } => {
+                    self.writes.insert(*var);
+                }
+                StmtKind::If { then, otherwise, .. } => todo.extend(then.iter().chain(otherwise)),
+                StmtKind::Raise(_)
+                | StmtKind::Send(_)
+                | StmtKind::Cancel(_)
+                | StmtKind::Call { .. }
+                | StmtKind::Code(_) => {}
+            }
+        }
+    }
+
+    /// Of the tasks of a step, those of `range` alone.
+    #[must_use]
+    pub fn of_tasks(net: &Net, step: StepId, range: std::ops::Range<usize>) -> Self {
+        let mut accesses = Accesses::default();
+        for task in &net.steps[step].tasks[range] {
+            accesses.block(net, &task.body);
+        }
+        accesses
+    }
+
+    /// Everything that the other accesses is accessed here too.
+    pub fn add(&mut self, other: &Accesses) {
+        self.reads.extend(&other.reads);
+        self.writes.extend(&other.writes);
+    }
+
+    /// Variables that both access and one of them writes, in declaration order.
+    pub fn clashes<'a>(&'a self, other: &'a Accesses) -> impl Iterator<Item = VarId> + 'a {
+        let mine = self.reads.union(&self.writes).copied();
+        mine.filter(|var| {
+            other.writes.contains(var) || (self.writes.contains(var) && other.reads.contains(var))
+        })
+    }
+
+    fn retain(&mut self, keep: impl Fn(VarId) -> bool) {
+        self.reads.retain(|var| keep(*var));
+        self.writes.retain(|var| keep(*var));
+    }
+}
+
+/// What firing a transition runs: its own actions apart, the exit and the entry lists of which steps. The sets may be too large where forcing, history
+/// or a stay decides what really changes.
+#[must_use]
+pub fn changed_steps(net: &Net, transition: TransitionId) -> (Vec<StepId>, Vec<StepId>) {
+    let transition = &net.transitions[transition];
+    let mut left: BTreeSet<StepId> = transition.clears.iter().copied().collect();
+    let mut entered: BTreeSet<StepId> = BTreeSet::new();
+    let mut todo: Vec<Enter> = transition.enters.clone();
+    let mut histories = BTreeSet::new();
+    while let Some(enter) = todo.pop() {
+        match enter {
+            Enter::Step(step) | Enter::InitialContent(step) => {
+                entered.insert(step);
+            }
+            Enter::History(history) => {
+                if histories.insert(history) {
+                    let data = &net.histories[history];
+                    todo.extend(data.default.iter().copied());
+                    todo.extend(data.cases.iter().flat_map(|case| case.enters.iter().copied()));
+                }
+            }
+        }
+    }
+    // Parents are declared before what they enclose, so one pass goes through all levels.
+    for (id, step) in net.steps.iter() {
+        let Some(parent) = step.parent.filter(|it| net.steps[*it].kind == StepKind::Enclosing)
+        else {
+            continue;
+        };
+        if left.contains(&parent) {
+            left.insert(id);
+        }
+        if entered.contains(&parent) && step.activation_link {
+            entered.insert(id);
+        }
+    }
+    (left.into_iter().collect(), entered.into_iter().collect())
+}
+
+/// Carries out `shared buffer` and `shared protect` (module documentation). Once for a net: what is separated stays so.
+pub fn separate(net: &mut Net) {
+    if net.sharing.values().any(|it| matches!(it, Sharing::Buffer | Sharing::Protect)) {
+        let mut names = Fresh::of(net);
+        buffer(net, &mut names);
+        protect(net, &mut names);
+    }
+}
+
+/// Names that no signal has yet.
+struct Fresh(BTreeSet<String>);
+
+impl Fresh {
+    fn of(net: &Net) -> Self {
+        let signals = net.inputs.values().map(|it| &it.name);
+        let signals = signals.chain(net.outputs.values().map(|it| &it.name));
+        let signals = signals.chain(net.vars.values().map(|it| &it.name));
+        let signals = signals.chain(net.timers.values().map(|it| &it.name));
+        let mut taken: BTreeSet<String> = signals.map(|it| it.text.clone()).collect();
+        // What properties ask of a step is written like these.
+        for step in net.steps.values() {
+            taken.extend(["active", "t", "T", "done"].map(|of| format!("{}.{of}", step.name)));
+        }
+        for one in &net.macros {
+            taken.extend(["active", "t", "T", "done"].map(|of| format!("{}.{of}", one.name)));
+        }
+        Fresh(taken)
+    }
+
+    fn name(&mut self, base: &str, span: Span) -> Name {
+        let mut text = base.to_owned();
+        let mut n = 1_u32;
+        while !self.0.insert(text.clone()) {
+            n += 1;
+            text = format!("{base}_{n}");
+        }
+        Name::new(text, span)
+    }
+}
+
+/// Tasks of halting steps work on copies.
+fn buffer(net: &mut Net, names: &mut Fresh) {
+    let halting: Vec<StepId> =
+        net.steps.iter().filter(|(_, step)| step.halts()).map(|(id, _)| id).collect();
+    for id in halting {
+        let n_tasks = net.steps[id].tasks.len();
+        let mut accesses = Accesses::of_tasks(net, id, 0..n_tasks);
+        let sharing = net.sharing.clone();
+        accesses.retain(|var| sharing.get(&var) == Some(&Sharing::Buffer));
+        let mut copies: BTreeMap<VarId, VarId> = BTreeMap::new();
+        for var in accesses.reads.union(&accesses.writes) {
+            let data = net.vars[*var].clone();
+            let base = format!("{}.{}", net.steps[id].name, data.name);
+            let name = names.name(&base, data.name.span);
+            let copy = net.vars.push(Var { name, origin: VarOrigin::Hidden, ..data });
+            copies.insert(*var, copy);
+        }
+        if copies.is_empty() {
+            continue;
+        }
+        let mut first = Block::new();
+        let mut last = Block::new();
+        for (var, copy) in &copies {
+            copied(net, *copy, *var, &mut first);
+            if accesses.writes.contains(var) {
+                copied(net, *var, *copy, &mut last);
+            }
+        }
+        let tasks = &mut net.steps[id].tasks;
+        for task in tasks.iter_mut() {
+            task.body = on_copies(&task.body, &copies);
+        }
+        if let Some(task) = tasks.first_mut() {
+            first.append(&mut task.body);
+            task.body = first;
+        }
+        if let Some(task) = tasks.last_mut() {
+            task.body.append(&mut last);
+        }
+    }
+}
+
+/// `to := from`, element by element.
+fn copied(net: &Net, to: VarId, from: VarId, out: &mut Block) {
+    let assign = |index: Option<Expr>, value: Expr| Stmt {
+        kind: StmtKind::Assign { var: to, index, value },
+        span: net.vars[from].name.span,
+    };
+    match net.vars[from].len {
+        None => out.push(assign(None, GenericExpr::leaf(Leaf::Var(from), Span::default()))),
+        Some(len) => out.extend((0..len).map(|at| {
+            let index = || Expr::int(i64::from(at));
+            let element = crate::expr::ExprKind::Element(Leaf::Var(from), Box::new(index()));
+            assign(Some(index()), GenericExpr::new(element, Span::default()))
+        })),
+    }
+}
+
+fn on_copies(list: &Block, copies: &BTreeMap<VarId, VarId>) -> Block {
+    let copy = |var: VarId| copies.get(&var).copied().unwrap_or(var);
+    let map_leaf = |leaf: &Leaf| match *leaf {
+        Leaf::Var(var) => Leaf::Var(copy(var)),
+        other @ (Leaf::Input(_)
+        | Leaf::Active(_)
+        | Leaf::Elapsed(_)
+        | Leaf::LastElapsed(_)
+        | Leaf::TasksDone(_)
+        | Leaf::Timer(_)
+        | Leaf::Rise(_)
+        | Leaf::Fall(_)
+        | Leaf::Fireable(_)
+        | Leaf::Controlled(_)) => other,
+    };
+    let map = |expr: &Expr| {
+        let mapped: Result<Expr, Infallible> = expr.try_map(
+            &mut |leaf, span| Ok(GenericExpr::leaf(map_leaf(leaf), span)),
+            &mut |leaf, _| Ok(map_leaf(leaf)),
+        );
+        match mapped {
+            Ok(expr) => expr,
+            Err(never) => match never {},
+        }
+    };
+    list.iter()
+        .map(|stmt| Stmt {
+            span: stmt.span,
+            kind: match &stmt.kind {
+                StmtKind::Assign { var, index, value } => StmtKind::Assign {
+                    var: copy(*var),
+                    index: index.as_ref().map(map),
+                    value: map(value),
+                },
+                StmtKind::Call { output, arguments } => StmtKind::Call {
+                    output: *output,
+                    arguments: arguments.iter().map(map).collect(),
+                },
+                StmtKind::If { condition, then, otherwise } => StmtKind::If {
+                    condition: map(condition),
+                    then: on_copies(then, copies),
+                    otherwise: on_copies(otherwise, copies),
+                },
+                StmtKind::Raise(_)
+                | StmtKind::Send(_)
+                | StmtKind::Cancel(_)
+                | StmtKind::Code(_) => stmt.kind.clone(),
+            },
+        })
+        .collect()
+}
+
+/// Halting steps hold what their tasks touch; transitions and tasks of others wait.
+fn protect(net: &mut Net, names: &mut Fresh) {
+    let sharing = net.sharing.clone();
+    let tasks_of = |net: &Net, id: StepId| {
+        let mut accesses = Accesses::of_tasks(net, id, 0..net.steps[id].tasks.len());
+        accesses.retain(|var| sharing.get(&var) == Some(&Sharing::Protect));
+        accesses
+    };
+    let holders: Vec<(StepId, Accesses)> = (net.steps.iter())
+        .filter(|(_, step)| step.halts())
+        .map(|(id, _)| (id, tasks_of(net, id)))
+        .filter(|(_, accesses)| *accesses != Accesses::default())
+        .collect();
+    if holders.is_empty() {
+        return;
+    }
+    let tasked: Vec<(StepId, Accesses)> = (net.steps.iter())
+        .filter(|(_, step)| !step.tasks.is_empty())
+        .map(|(id, _)| (id, tasks_of(net, id)))
+        .collect();
+    // For each transition: what it does itself, and the lists of steps that it may run.
+    let lists: Vec<Accesses> = (net.steps.values())
+        .map(|step| {
+            let mut accesses = Accesses::default();
+            for list in [&step.entry, &step.exit, &step.initial_content] {
+                accesses.block(net, list);
+            }
+            accesses
+        })
+        .collect();
+    let contents: Vec<Accesses> = (net.transitions.values())
+        .map(|transition| {
+            let mut accesses = Accesses::default();
+            accesses.expr(net, &transition.guard);
+            accesses.block(net, &transition.actions);
+            for enter in &transition.enters {
+                if let Enter::History(history) = enter {
+                    accesses.block(net, &net.histories[*history].default_content);
+                }
+            }
+            accesses
+        })
+        .collect();
+    let changed: Vec<BTreeSet<StepId>> = (net.transitions.ids())
+        .map(|id| {
+            let (left, entered) = changed_steps(net, id);
+            left.into_iter().chain(entered).collect()
+        })
+        .collect();
+    let mut waits: Vec<Vec<VarId>> = vec![Vec::new(); net.transitions.len()];
+    for (holder, accesses) in holders {
+        let step = &net.steps[holder];
+        let name = names.name(&format!("{}.held", step.name), step.name.span);
+        let meta = step.meta.clone();
+        let held = net.vars.push(Var {
+            name,
+            ty: Type::Bool,
+            len: None,
+            init: vec![0],
+            origin: VarOrigin::Hidden,
+            meta,
+        });
+        let set = |value: bool| Stmt {
+            kind: StmtKind::Assign { var: held, index: None, value: Expr::bool(value) },
+            span: Span::default(),
+        };
+        for (other, touched) in &tasked {
+            if *other != holder && accesses.clashes(touched).next().is_some() {
+                net.steps[*other].locks.push(held);
+            }
+        }
+        for (at, content) in contents.iter().enumerate() {
+            // Its own lists are the holder's: what it has begun it may end.
+            let of_others = changed[at].iter().filter(|step| **step != holder);
+            let touches = accesses.clashes(content).next().is_some()
+                || of_others
+                    .into_iter()
+                    .any(|step| accesses.clashes(&lists[step.index()]).next().is_some());
+            if touches {
+                waits[at].push(held);
+            }
+        }
+        let step = &mut net.steps[holder];
+        step.exit.push(set(false));
+        if let Some(first) = step.tasks.first_mut() {
+            first.body.insert(0, set(true));
+        }
+        if let Some(last) = step.tasks.last_mut() {
+            last.body.push(set(false));
+        }
+    }
+    for ((_, transition), waits) in net.transitions.iter_mut().zip(waits) {
+        if waits.is_empty() {
+            continue;
+        }
+        let free = waits.into_iter().map(|held| Expr::leaf(Leaf::Var(held), Span::default()).not());
+        let guard = std::mem::replace(&mut transition.guard, Expr::bool(true));
+        transition.guard = Expr::and(free.chain([guard]));
+    }
+}

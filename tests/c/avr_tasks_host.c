@@ -1,0 +1,157 @@
+/* Drives avr_tasks.c: edges on PD2 at random phases for a number of cycles, gaps from GAP_LO up to GAP_HI cycles. Prints a line with the edges raised, the cycles and
+ * what the firmware counted; a line for each task: how often it ran, its longest run without and with interrupts inside, the most interrupts inside, and by how many
+ * cycles it was longer than its longest run without, for each of them; and a line for the interrupts: the longest from a pin's edge to the first instruction of its
+ * handler's body, the longest body. */
+#include <simavr/avr_ioport.h>
+#include <simavr/sim_avr.h>
+#include <simavr/sim_elf.h>
+#include <simavr/sim_io.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define TASKS 8U
+
+static uint32_t counts[8];
+static unsigned n_bytes;
+static uint64_t begun;
+static unsigned inside;
+static uint64_t raised_at;
+static uint64_t isr_begun;
+static uint64_t longest_latency;
+static uint64_t longest_isr;
+static struct {
+    uint64_t runs;
+    uint64_t alone;
+    uint64_t with;
+    unsigned most;
+    unsigned most_inside;
+} tasks[TASKS];
+static uint64_t per_interrupt;
+static uint64_t step_own;
+static uint64_t longest_step;
+static uint64_t budget_runs;
+
+static void take(struct avr_t *avr, avr_io_addr_t address, uint8_t value, void *parameter)
+{
+    (void)parameter;
+    avr->data[address] = value;
+    if (n_bytes < 32U) {
+        counts[n_bytes / 4U] |= (uint32_t)value << (8U * (n_bytes % 4U));
+        ++n_bytes;
+    }
+}
+
+static void mark(struct avr_t *avr, avr_io_addr_t address, uint8_t value, void *parameter)
+{
+    (void)parameter;
+    avr->data[address] = value;
+    const uint64_t now = avr->cycle;
+    if (value >= 0x10U && value < 0x10U + TASKS) {
+        begun = now;
+        inside = 0U;
+    } else if (value >= 0x20U && value < 0x20U + TASKS) {
+        const unsigned task = value - 0x20U;
+        const uint64_t length = now - begun;
+        ++tasks[task].runs;
+        if (inside == 0U) {
+            if (length > tasks[task].alone) {
+                tasks[task].alone = length;
+            }
+            step_own += length;
+        } else {
+            if (length > tasks[task].with) {
+                tasks[task].with = length;
+                tasks[task].most_inside = inside;
+            }
+            if (inside > tasks[task].most) {
+                tasks[task].most = inside;
+            }
+            /* Its own share is what it takes alone. */
+            const uint64_t own = tasks[task].alone;
+            if (own != 0U && length > own && (length - own) / inside > per_interrupt) {
+                per_interrupt = (length - own + inside - 1U) / inside;
+            }
+            step_own += own;
+        }
+    } else if (value == 1U || value == 2U) {
+        ++inside;
+        isr_begun = now;
+        if (value == 2U && raised_at != 0U) {
+            if (now - raised_at > longest_latency) {
+                longest_latency = now - raised_at;
+            }
+            raised_at = 0U;
+        }
+    } else if (value == 3U) {
+        if (now - isr_begun > longest_isr) {
+            longest_isr = now - isr_begun;
+        }
+    } else if (value == 0x40U) {
+        if (step_own > 0U) {
+            ++budget_runs;
+        }
+        if (step_own > longest_step) {
+            longest_step = step_own;
+        }
+        step_own = 0U;
+    }
+}
+
+int main(int argc, char **argv)
+{
+    elf_firmware_t firmware;
+    memset(&firmware, 0, sizeof firmware);
+    if (argc != 5 || elf_read_firmware(argv[1], &firmware) != 0) {
+        return 2;
+    }
+    const uint64_t limit = strtoull(argv[2], NULL, 10);
+    const uint64_t lo = strtoull(argv[3], NULL, 10);
+    const uint64_t hi = strtoull(argv[4], NULL, 10);
+    avr_t *avr = avr_make_mcu_by_name("atmega1284p");
+    if (avr == NULL) {
+        return 2;
+    }
+    avr_init(avr);
+    avr->frequency = 16000000U;
+    avr_load_firmware(avr, &firmware);
+    avr_register_io_write(avr, 0x3e, take, NULL);
+    avr_register_io_write(avr, 0x4a, mark, NULL);
+    avr_irq_t *pin = avr_io_getirq(avr, AVR_IOCTL_IOPORT_GETIRQ('D'), 2);
+    uint64_t random = 88172645463325252U;
+    uint64_t next = 20000U;
+    uint32_t n_edges = 0U;
+    int state = cpu_Running;
+    while (state != cpu_Done && state != cpu_Crashed) {
+        if (avr->cycle >= next && avr->cycle < limit) {
+            ++n_edges;
+            raised_at = avr->cycle;
+            avr_raise_irq(pin, n_edges & 1U);
+            random ^= random << 13;
+            random ^= random >> 7;
+            random ^= random << 17;
+            next = avr->cycle + lo + random % (hi - lo + 1U);
+        }
+        if (avr->cycle >= limit + 10000U) {
+            avr->data[0x4b] = 1U;
+        }
+        state = avr_run(avr);
+    }
+    printf("%u %llu", n_edges, (unsigned long long)avr->cycle);
+    for (unsigned i = 0; i < 8U; ++i) {
+        printf(" %u", counts[i]);
+    }
+    printf("\n");
+    for (unsigned task = 1U; task < TASKS; ++task) {
+        if (tasks[task].runs != 0U) {
+            printf("task %u %llu %llu %llu %u %u\n", task, (unsigned long long)tasks[task].runs,
+                   (unsigned long long)tasks[task].alone, (unsigned long long)tasks[task].with, tasks[task].most_inside,
+                   tasks[task].most);
+        }
+    }
+    printf("interrupts %llu %llu %llu\n", (unsigned long long)longest_latency, (unsigned long long)longest_isr,
+           (unsigned long long)per_interrupt);
+    printf("step %llu %llu\n", (unsigned long long)budget_runs, (unsigned long long)longest_step);
+    return state == cpu_Done && n_bytes == 32U ? 0 : 1;
+}

@@ -1,0 +1,371 @@
+//! Who may touch the variables of a halted step (semantics §6).
+//!
+//! The tasks of a step that halts run in chunks, one a reaction, and where the chunks end is fixed by costs and budget. What the tasks do as a whole and
+//! what others do in between can be put one behind the other unless the others depend on what was done before a halt *and* on what is done
+//! after it (conflict serialisability). So a finding names three places: a task before the halt, a task after it, and what comes in between. All that may run
+//! while the step is halted is taken together, since one row shows all of it.
+
+use grafsynth_ir::facts::{Facts, Proof};
+use grafsynth_ir::net::{
+    Driver, Evolution, Expr, ForcingOrder, Leaf, Net, Qualifier, Sharing, StepId, TransitionKind,
+    VarId, VarOrigin,
+};
+use grafsynth_ir::sharing::{Accesses, changed_steps};
+use grafsynth_ir::{Diagnostic, Span, Valid};
+use std::collections::BTreeSet;
+
+use crate::codes;
+
+/// Warnings about variables of which nothing is said, and errors about those that are not to be shared. `facts` are those of the same net: a warning is given
+/// only where both were seen active together, an error unless that is proved impossible.
+#[must_use]
+pub fn shared(net: &Valid<Net>, facts: &Facts) -> Vec<Diagnostic> {
+    let mut out = Vec::new();
+    for (id, step) in net.steps.iter() {
+        if step.halts() && !facts.unreachable_steps.contains(&id) {
+            Look { net, facts, step: id }.report(&mut out);
+        }
+    }
+    out
+}
+
+/// As [`shared`], the errors alone: what keeps a chart from being built.
+#[must_use]
+pub fn refused(net: &Valid<Net>, facts: &Facts) -> Vec<Diagnostic> {
+    let mut found = shared(net, facts);
+    found.retain(Diagnostic::is_error);
+    found
+}
+
+/// What is known of two steps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Together {
+    Never,
+    Perhaps,
+    Seen,
+}
+
+/// Something that may run between two chunks.
+struct Other {
+    accesses: Accesses,
+    together: Together,
+    /// It waits while a protected variable is held.
+    waits: bool,
+    span: Span,
+    what: String,
+}
+
+struct Look<'n> {
+    net: &'n Valid<Net>,
+    facts: &'n Facts,
+    step: StepId,
+}
+
+impl Look<'_> {
+    fn report(&self, out: &mut Vec<Diagnostic>) {
+        let net = self.net;
+        let step = &net.steps[self.step];
+        let others = self.others();
+        let chunks = step.chunks();
+        let mut told: BTreeSet<(VarId, VarId)> = BTreeSet::new();
+        for pair in chunks.windows(2) {
+            let (before, after) = (0..pair[0].end, pair[1].start..step.tasks.len());
+            let (first, second) = (self.tasks(before.clone()), self.tasks(after.clone()));
+            let mut found: Vec<(VarId, VarId, &Other, &Other)> = Vec::new();
+            for one in &others {
+                for x in first.clashes(&one.accesses).filter(|it| self.matters(*it, one)) {
+                    for other in &others {
+                        for y in second.clashes(&other.accesses) {
+                            if self.matters(y, other) {
+                                found.push((x, y, one, other));
+                            }
+                        }
+                    }
+                }
+            }
+            // One variable on both sides says most; two only where none is on both.
+            found.sort_by_key(|(x, y, one, other)| (x != y, *x, *y, one.span, other.span));
+            let any_alone = found.first().is_some_and(|(x, y, ..)| x == y);
+            found.retain(|(x, y, ..)| !any_alone || x == y);
+            found.dedup_by_key(|(x, y, ..)| (*x, *y));
+            if !any_alone {
+                found.truncate(1);
+            }
+            for (x, y, one, other) in found {
+                if told.insert((x, y)) {
+                    out.push(self.diagnostic(x, y, one, other, before.clone(), after.clone()));
+                }
+            }
+        }
+    }
+
+    fn tasks(&self, range: std::ops::Range<usize>) -> Accesses {
+        Accesses::of_tasks(self.net, self.step, range)
+    }
+
+    /// The designer has not settled it already.
+    fn matters(&self, var: VarId, other: &Other) -> bool {
+        let is_seen = other.together == Together::Seen;
+        self.net.vars[var].origin != VarOrigin::Hidden
+            && match self.net.sharing.get(&var) {
+                None => is_seen,
+                Some(Sharing::Refuse) => true,
+                Some(Sharing::Protect) => is_seen && !other.waits,
+                Some(Sharing::Allow | Sharing::Buffer) => false,
+            }
+    }
+
+    fn diagnostic(
+        &self,
+        x: VarId,
+        y: VarId,
+        one: &Other,
+        other: &Other,
+        before: std::ops::Range<usize>,
+        after: std::ops::Range<usize>,
+    ) -> Diagnostic {
+        let net = self.net;
+        let step = &net.steps[self.step];
+        let says = |var: VarId, sharing: Sharing| net.sharing.get(&var) == Some(&sharing);
+        let names = if x == y {
+            format!("`{}`", net.vars[x].name)
+        } else {
+            format!("`{}` and `{}`", net.vars[x].name, net.vars[y].name)
+        };
+        let verb = if x == y { "is" } else { "are" };
+        let message = format!("{names} {verb} shared with step `{}` while it is halted", step.name);
+        let is_refused = says(x, Sharing::Refuse) || says(y, Sharing::Refuse);
+        let mut finding = if is_refused {
+            Diagnostic::error(codes::SHARED, message)
+        } else {
+            Diagnostic::warning(codes::SHARED, message)
+        };
+        finding = finding.at(one.span, self.saw(one, x));
+        if other.span != one.span || x != y {
+            finding = finding.at(other.span, self.saw(other, y));
+        }
+        if let Some((span, text)) = self.task(before, x) {
+            finding = finding.at(span, format!("{text} before the halt"));
+        }
+        if let Some((span, text)) = self.task(after, y) {
+            finding = finding.at(span, format!("{text} after it"));
+        }
+        let list = if x == y {
+            net.vars[x].name.text.clone()
+        } else {
+            format!("{}, {}", net.vars[x].name, net.vars[y].name)
+        };
+        finding.help(if says(x, Sharing::Protect) || says(y, Sharing::Protect) {
+            format!("this cannot wait: write `shared buffer {list}`, so that the tasks work on a copy")
+        } else {
+            format!(
+                "wait for `{}.done`, or write `shared buffer {list}` (the tasks work on a copy), `shared protect {list}` (others wait), or \
+                 `shared allow {list}` (it is meant so)",
+                step.name
+            )
+        })
+    }
+
+    fn saw(&self, other: &Other, var: VarId) -> String {
+        let verb = if other.accesses.writes.contains(&var) { "writes" } else { "reads" };
+        let when = if other.together == Together::Seen {
+            "while the step is halted"
+        } else {
+            "and is not proved never to do so while the step is halted"
+        };
+        format!("{} {verb} `{}` {when}", other.what, self.net.vars[var].name)
+    }
+
+    /// The task among these that touches the variable: one that writes it if there is one.
+    fn task(&self, range: std::ops::Range<usize>, var: VarId) -> Option<(Span, String)> {
+        let net = self.net;
+        let step = &net.steps[self.step];
+        let mut found = None;
+        for at in range {
+            let accesses = self.tasks(at..at + 1);
+            let name = &step.tasks[at].name;
+            if accesses.writes.contains(&var) {
+                return Some((name.span, format!("task {name} writes it")));
+            }
+            if accesses.reads.contains(&var) && found.is_none() {
+                found = Some((name.span, format!("task {name} reads it")));
+            }
+        }
+        found
+    }
+
+    /// All that may run while the step is halted.
+    fn others(&self) -> Vec<Other> {
+        let net = self.net;
+        let mut all = Vec::new();
+        let lists = |steps: &mut dyn Iterator<Item = StepId>, accesses: &mut Accesses| {
+            // What it does itself when it is entered or left is not another's.
+            for step in steps.filter(|step| *step != self.step) {
+                let data = &net.steps[step];
+                for list in [&data.entry, &data.exit, &data.initial_content] {
+                    accesses.block(net, list);
+                }
+            }
+        };
+        for (id, transition) in net.transitions.iter() {
+            if self.facts.dead_transitions.contains(&id) || self.is_after(&transition.guard) {
+                continue;
+            }
+            let requires = transition.requires.iter();
+            let together = requires.map(|step| self.together(*step)).min();
+            let mut accesses = Accesses::default();
+            accesses.expr(net, &transition.guard);
+            accesses.block(net, &transition.actions);
+            let (left, entered) = changed_steps(net, id);
+            lists(&mut left.into_iter().chain(entered), &mut accesses);
+            let what = match transition.kind {
+                TransitionKind::Move => "transition",
+                TransitionKind::Reaction => "reaction",
+            };
+            all.push(Other {
+                accesses,
+                together: together.unwrap_or(Together::Seen),
+                waits: true,
+                span: place(transition.meta.span, transition.name.span),
+                what: format!("{what} {}", transition.name),
+            });
+        }
+        for (id, step) in net.steps.iter().filter(|(id, _)| *id != self.step) {
+            if !step.tasks.is_empty() {
+                all.push(Other {
+                    accesses: Accesses::of_tasks(net, id, 0..step.tasks.len()),
+                    together: self.together(id),
+                    waits: true,
+                    span: step.tasks[0].name.span,
+                    what: format!("a task of step {}", step.name),
+                });
+            }
+        }
+        let mut rests = |accesses: Accesses, together, span, what: String| {
+            all.push(Other { accesses, together, waits: false, span, what });
+        };
+        let of = |exprs: &mut dyn Iterator<Item = &Expr>| {
+            let mut accesses = Accesses::default();
+            exprs.for_each(|expr| accesses.expr(net, expr));
+            accesses
+        };
+        for output in net.outputs.values() {
+            match &output.driver {
+                Driver::Continuous(emissions) | Driver::Mealy(emissions) => {
+                    for one in emissions {
+                        if !one.condition.as_ref().is_some_and(|it| self.is_after(it)) {
+                            let accesses = of(&mut one.condition.iter());
+                            let what = format!("output {}", output.name);
+                            rests(accesses, self.together(one.step), one.span, what);
+                        }
+                    }
+                }
+                Driver::Extern { calls, .. } => {
+                    for one in calls {
+                        if !one.condition.as_ref().is_some_and(|it| self.is_after(it)) {
+                            let accesses = of(&mut one.condition.iter().chain(&one.arguments));
+                            let what = format!("the call of {}", output.name);
+                            rests(accesses, self.together(one.step), one.span, what);
+                        }
+                    }
+                }
+                Driver::Stored(_) | Driver::Controlled(_) => {}
+            }
+        }
+        for action in net.actions.values() {
+            let together = action.uses.iter().map(|one| match one.qualifier {
+                Qualifier::N | Qualifier::L | Qualifier::D | Qualifier::P | Qualifier::P1 => {
+                    self.together(one.step)
+                }
+                // It may go on when its step is no longer active.
+                Qualifier::S | Qualifier::SD | Qualifier::DS | Qualifier::SL | Qualifier::P0 => {
+                    Together::Seen
+                }
+                Qualifier::R => Together::Never,
+            });
+            let mut accesses = of(&mut action.uses.iter().filter_map(|one| one.condition.as_ref()));
+            accesses.block(net, &action.body);
+            let what = format!("action {}", action.name);
+            let span = place(action.name.span, action.meta.span);
+            rests(accesses, together.max().unwrap_or(Together::Never), span, what);
+        }
+        for timer in net.timers.values() {
+            let accesses = of(&mut std::iter::once(&timer.condition));
+            rests(accesses, Together::Seen, timer.name.span, format!("timer {}", timer.name));
+        }
+        for forcing in &net.forcings {
+            let own = net.steps[self.step].part;
+            if forcing.target.contains(&own) && forcing.order != ForcingOrder::Hold {
+                continue;
+            }
+            let mut accesses = Accesses::default();
+            let forced = net.steps.iter().filter(|(_, it)| forcing.target.contains(&it.part));
+            lists(&mut forced.map(|(id, _)| id), &mut accesses);
+            let what = "what this order forces".to_owned();
+            rests(accesses, self.together(forcing.step), forcing.span, what);
+        }
+        all.retain(|one| one.together != Together::Never);
+        all
+    }
+
+    /// The condition holds only when the tasks are done.
+    fn is_after(&self, condition: &Expr) -> bool {
+        use grafsynth_ir::expr::ExprKind;
+        match &condition.kind {
+            ExprKind::And(all) => all.iter().any(|one| self.is_after(one)),
+            ExprKind::Leaf(Leaf::TasksDone(step)) => *step == self.step,
+            ExprKind::Not(one) => {
+                matches!(one.kind, ExprKind::Leaf(Leaf::Active(step)) if step == self.step)
+            }
+            ExprKind::Bool(_)
+            | ExprKind::Int(_)
+            | ExprKind::Leaf(_)
+            | ExprKind::Element(..)
+            | ExprKind::Or(_)
+            | ExprKind::Compare(..)
+            | ExprKind::Neg(_)
+            | ExprKind::Arith(..)
+            | ExprKind::Select(..) => false,
+        }
+    }
+
+    /// Whether the other step can be active while this one is.
+    fn together(&self, other: StepId) -> Together {
+        let (this, facts) = (self.step, self.facts);
+        if other == this {
+            return Together::Seen;
+        }
+        if facts.unreachable_steps.contains(&other) {
+            return Together::Never;
+        }
+        // In a stable evolution there are situations between the reactions' ends; what was counted at the ends says nothing of them.
+        let always = |by: Proof| {
+            self.net.settings.evolution == Evolution::Single
+                || matches!(by, Proof::Structural | Proof::Induction)
+        };
+        let both = |steps: &[StepId]| steps.contains(&this) && steps.contains(&other);
+        let excluded = facts.components.iter().any(|it| always(it.by) && both(&it.steps))
+            || facts.invariants.iter().any(|it| it.count == 1 && always(it.by) && both(&it.steps));
+        if excluded {
+            return Together::Never;
+        }
+        let Some((reach, sets)) = facts.reach.as_ref().and_then(|it| Some((it, it.sets.as_ref()?)))
+        else {
+            return Together::Perhaps;
+        };
+        let has = |set: &[u64], step: StepId| {
+            set.get(step.index() / 64).is_some_and(|word| word >> (step.index() % 64) & 1 == 1)
+        };
+        let seen = sets.iter().any(|set| has(set, this) && has(set, other));
+        match (seen, reach.exact) {
+            (true, true) => Together::Seen,
+            (true, false) => Together::Perhaps,
+            (false, _) if always(reach.by) => Together::Never,
+            (false, _) => Together::Perhaps,
+        }
+    }
+}
+
+fn place(first: Span, second: Span) -> Span {
+    if first == Span::default() { second } else { first }
+}
