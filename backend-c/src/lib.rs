@@ -32,6 +32,7 @@ mod ctext;
 mod engine;
 pub mod firmware;
 mod gate;
+mod handover;
 mod harness;
 mod header;
 mod io;

@@ -42,13 +42,15 @@ impl Layout<'_> {
             Node::directive("#endif"),
             Node::blank(),
         ];
-        if self.interface.has_in {
+        let i = self.interface;
+        if i.has_in || i.has_out || i.has_instance {
             nodes.push(Node::directive(format!("#include \"{prefix}.h\"")));
             nodes.push(Node::blank());
         }
         self.latch(&mut nodes);
         self.ring(&mut nodes);
         self.scan(&mut nodes);
+        self.handover(&mut nodes);
         nodes.push(Node::directive("#endif"));
         self.file(format!("{prefix}_port.h"), &nodes, false)
     }
@@ -274,15 +276,40 @@ impl Layout<'_> {
                     Node::when("more", vec![step("0U")]),
                 ],
             ),
-            Node::line(format!("{upper}_WATCHDOG();")),
-            Node::when("ring->head == ring->tail", vec![Node::line(format!("{upper}_IDLE();"))]),
         ]);
         nodes.push(Node::comment(
-            "A whole scan: inputs latched once, a reaction for each event that waits and one at least, as many as the ring holds at most.",
+            "A scan, in a timer's interrupt too: inputs latched once, a reaction for each event that waits and one at least, as many as the ring holds at most.",
+        ));
+        nodes.push(Node::function(
+            format!("static inline void {prefix}_scan_isr({})", parameters.join(", ")),
+            body,
+        ));
+        nodes.push(Node::blank());
+        let arguments: Vec<&str> = [
+            (i.has_instance, "self"),
+            (true, "ring"),
+            (has(InputKind::Pin), "pins"),
+            (i.ticks.is_some(), "dt"),
+            (i.has_out, "out"),
+        ]
+        .into_iter()
+        .filter_map(|(is_there, argument)| is_there.then_some(argument))
+        .collect();
+        nodes.push(Node::comment(
+            "A scan in the main loop: then the watchdog, and sleep if nothing waits. An interrupt between the question and the sleep would be slept through, so both\nstand in a critical section.",
         ));
         nodes.push(Node::function(
             format!("static inline void {prefix}_scan({})", parameters.join(", ")),
-            body,
+            vec![
+                Node::line(format!("{prefix}_scan_isr({});", arguments.join(", "))),
+                Node::line(format!("{upper}_WATCHDOG();")),
+                Node::line(format!("{upper}_ENTER_CRITICAL();")),
+                Node::when(
+                    "ring->head == ring->tail",
+                    vec![Node::line(format!("{upper}_IDLE();"))],
+                ),
+                Node::line(format!("{upper}_EXIT_CRITICAL();")),
+            ],
         ));
         nodes.push(Node::blank());
     }

@@ -7,7 +7,7 @@
 #define WORK_ENTER_CRITICAL() const uint8_t sreg = SREG; cli()
 #define WORK_EXIT_CRITICAL() SREG = sreg
 static volatile uint32_t watchdog;
-#define WORK_WATCHDOG() (++watchdog, GPIOR1 = 0x40U)
+#define WORK_WATCHDOG() (++watchdog)
 #include "work_port.h"
 #include "work_user.h"
 
@@ -53,6 +53,11 @@ void done(uint8_t task)
     GPIOR1 = (uint8_t)(0x20U + task);
 }
 
+void reacted(void)
+{
+    GPIOR1 = 0x40U;
+}
+
 void filter(uint16_t value)
 {
     for (uint8_t i = 0U; i < 40U; ++i) {
@@ -71,9 +76,9 @@ static void send(uint32_t value)
 int main(void)
 {
     TCCR0A = _BV(WGM01);
-    OCR0A = 200U;
+    OCR0A = 60U;
     TIMSK0 = _BV(OCIE0A);
-    TCCR0B = _BV(CS01);
+    TCCR0B = _BV(CS01) | _BV(CS00);
     PCMSK3 = _BV(PCINT26);
     PCICR = _BV(PCIE3);
     work_init(&chart, &out);

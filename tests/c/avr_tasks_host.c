@@ -1,7 +1,7 @@
 /* Drives avr_tasks.c: edges on PD2 at random phases for a number of cycles, gaps from GAP_LO up to GAP_HI cycles. Prints a line with the edges raised, the cycles and
- * what the firmware counted; a line for each task: how often it ran, its longest run without and with interrupts inside, the most interrupts inside, and by how many
- * cycles it was longer than its longest run without, for each of them; and a line for the interrupts: the longest from a pin's edge to the first instruction of its
- * handler's body, the longest body. */
+ * what the firmware counted; a line for each task: how often it ran, its longest run without interrupts inside, its longest with them and how many those were, the most
+ * interrupts inside; a line for the interrupts: the longest from a pin's edge to its handler's body, the longest body, what one took from a task; and a line for the
+ * step: in how many reactions its tasks ran, and the longest time of its tasks in one, interrupts left out. */
 #include <simavr/avr_ioport.h>
 #include <simavr/sim_avr.h>
 #include <simavr/sim_elf.h>
@@ -28,7 +28,6 @@ static struct {
     unsigned most;
     unsigned most_inside;
 } tasks[TASKS];
-static uint64_t per_interrupt;
 static uint64_t step_own;
 static uint64_t longest_step;
 static uint64_t budget_runs;
@@ -69,11 +68,7 @@ static void mark(struct avr_t *avr, avr_io_addr_t address, uint8_t value, void *
                 tasks[task].most = inside;
             }
             /* Its own share is what it takes alone. */
-            const uint64_t own = tasks[task].alone;
-            if (own != 0U && length > own && (length - own) / inside > per_interrupt) {
-                per_interrupt = (length - own + inside - 1U) / inside;
-            }
-            step_own += own;
+            step_own += tasks[task].alone;
         }
     } else if (value == 1U || value == 2U) {
         ++inside;
@@ -148,6 +143,13 @@ int main(int argc, char **argv)
             printf("task %u %llu %llu %llu %u %u\n", task, (unsigned long long)tasks[task].runs,
                    (unsigned long long)tasks[task].alone, (unsigned long long)tasks[task].with, tasks[task].most_inside,
                    tasks[task].most);
+        }
+    }
+    uint64_t per_interrupt = 0U;
+    for (unsigned task = 1U; task < TASKS; ++task) {
+        const unsigned n = tasks[task].most_inside;
+        if (n != 0U && (tasks[task].with - tasks[task].alone + n - 1U) / n > per_interrupt) {
+            per_interrupt = (tasks[task].with - tasks[task].alone + n - 1U) / n;
         }
     }
     printf("interrupts %llu %llu %llu\n", (unsigned long long)longest_latency, (unsigned long long)longest_isr,

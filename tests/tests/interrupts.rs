@@ -205,8 +205,7 @@ fn run_arm(flags: &[&str]) -> Option<PairCounts> {
         return None;
     }
     let link = include_str!("../c/arm.ld");
-    let folder =
-        folder(PAIR, &[("main.c", include_str!("../c/arm_stress.c")), ("link.ld", link)]);
+    let folder = folder(PAIR, &[("main.c", include_str!("../c/arm_stress.c")), ("link.ld", link)]);
     let mut arguments = vec!["-mcpu=cortex-m3", "-mthumb", "-std=c99", "-Os", "-Wall", "-Wextra"];
     arguments.extend(["-nostartfiles", "-T", "link.ld", "-o", "a.elf", "main.c", "stress.c"]);
     arguments.extend(flags);
@@ -292,7 +291,7 @@ fn on_an_8052_an_overflow_is_counted_and_a_missing_lock_is_seen() {
     let arrived = counts.ticks + counts.edges + counts.isr_lost;
     assert_eq!(arrived, counts.isr_ticks + counts.isr_edges);
     assert_eq!((counts.lost, counts.torn), (counts.isr_lost.min(255), 0));
-    let Some(unlocked) = run_8051(&["-DNO_LOCK", "-DGAP=1500U"]) else { return };
+    let Some(unlocked) = run_8051(&["-DNO_LOCK"]) else { return };
     println!("without critical sections {unlocked:?}");
     assert!(unlocked.torn > 0);
 }
@@ -345,11 +344,11 @@ fn a_chart_in_a_timer_interrupt_hands_everything_over_whole() {
 }
 
 /// Costs and budget of the chart below, in clock cycles, and what is stated of the interrupts beside it (docs/c.md).
-const COSTS: [u64; 3] = [900, 250, 550];
-const BUDGET: u64 = 1200;
-/// What one interrupt that posts an event takes from a task, and the longest that interrupts are switched off.
+const COSTS: [u64; 3] = [600, 900, 850];
+const BUDGET: u64 = 1600;
+/// What one interrupt that posts an event takes from a task, and the longest that interrupts are switched off: `NAME_latch` for two bytes.
 const INTERRUPT: u64 = 160;
-const BLOCKING: u64 = 60;
+const BLOCKING: u64 = 40;
 
 /// Ten million cycles with tasks: each stays within its cost and each step within its budget, plus what the interrupts took that came meanwhile; an interrupt waits
 /// no longer than the longest critical section, or another interrupt; nothing is lost or torn.
@@ -365,7 +364,10 @@ fn tasks_stay_within_their_budgets_beside_interrupts() {
             shared buffer sum
             input n: int 0..65535
             event tick, edge
-            extern action begin(int 0..15), extern action done(int 0..15), extern action filter(int 0..65535)
+            extern action begin(int 0..15)
+            extern action done(int 0..15)
+            extern action filter(int 0..65535)
+            extern action reacted()
             output odd
             var sum: int 0..65535 = 0
             var ticks: int 0..2000000000 = 0
@@ -379,28 +381,28 @@ fn tasks_stay_within_their_budgets_beside_interrupts() {
             even -> even when edge priority 2 do {{ edges := edges + 1; if n mod 257 <> 0 {{ torn := torn + 1 }} }}
             uneven -> uneven when edge priority 2 do {{ edges := edges + 1; if n mod 257 <> 0 {{ torn := torn + 1 }} }}
             initial step control {{
+                reacted
                 budget {BUDGET}
                 task smooth cost {first} {{ begin(1); filter(n); done(1) }}
-                task add cost {second} {{ begin(2); sum := (sum + n / 4) mod 32768; done(2) }}
-                task again cost {third} {{ begin(3); filter(sum); sum := sum / 2; done(3) }}
+                task add cost {second} {{ begin(2); sum := (sum + n / 7) mod 32749; done(2) }}
+                task again cost {third} {{ begin(3); filter(sum); sum := sum / 3; done(3) }}
             }}
             control -> control when control.done priority 1 do {{ rounds := rounds + 1 }} restart
         }}"
-    )
-    .replace("extern action begin(int 0..15), extern action done(int 0..15), extern action filter(int 0..65535)",
-        "extern action begin(int 0..15)\nextern action done(int 0..15)\nextern action filter(int 0..65535)");
+    );
     let folder = folder(&text, &[("main.c", include_str!("../c/avr_tasks.c"))]);
     let host = include_str!("../c/avr_tasks_host.c");
     let said = run_avr(&folder, &["main.c", "work.c"], host, 10_000_000, (4_000, 9_000), &[]);
     println!("{said}");
     let lines: Vec<Vec<u64>> = said.lines().map(numbers).collect();
-    let [raised, cycles, ticks, edges, torn, n_rounds, isr_ticks, isr_edges, isr_lost, _] = lines[0][..]
+    let [raised, cycles, ticks, edges, torn, n_rounds, isr_ticks, isr_edges, isr_lost, _] =
+        lines[0][..]
     else {
         panic!("{said}")
     };
     assert!(cycles >= 10_000_000 && raised > 1_000 && n_rounds > 300, "{said}");
-    assert_eq!((isr_edges, torn), (raised, 0), "{said}");
-    assert_eq!(ticks + edges + isr_lost, isr_ticks + isr_edges, "{said}");
+    assert_eq!((isr_edges, torn, isr_lost), (raised, 0, 0), "{said}");
+    assert_eq!((ticks, edges), (isr_ticks, isr_edges), "{said}");
     let tasks: Vec<&Vec<u64>> = lines.iter().filter(|line| line.len() == 6).collect();
     assert_eq!(tasks.len(), COSTS.len(), "{said}");
     for (task, cost) in tasks.into_iter().zip(COSTS) {
