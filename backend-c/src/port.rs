@@ -30,6 +30,14 @@ impl Layout<'_> {
             Node::directive(format!("#define {upper}_BAD_STATE(self) ((void)0)")),
             Node::directive("#endif"),
             Node::blank(),
+            Node::comment("After a whole scan: tell the watchdog. When nothing waits after it: sleep until an interrupt."),
+            Node::directive(format!("#ifndef {upper}_WATCHDOG")),
+            Node::directive(format!("#define {upper}_WATCHDOG() ((void)0)")),
+            Node::directive("#endif"),
+            Node::directive(format!("#ifndef {upper}_IDLE")),
+            Node::directive(format!("#define {upper}_IDLE() ((void)0)")),
+            Node::directive("#endif"),
+            Node::blank(),
             Node::comment("Where constant tables live: flash, on machines that have to be told."),
             Node::directive(format!("#ifndef {upper}_ROM")),
             Node::directive("#if defined(__FLASH) && !defined(__STRICT_ANSI__) && !defined(__cplusplus)"),
@@ -42,11 +50,8 @@ impl Layout<'_> {
             Node::directive("#endif"),
             Node::blank(),
         ];
-        let i = self.interface;
-        if i.has_in || i.has_out || i.has_instance {
-            nodes.push(Node::directive(format!("#include \"{prefix}.h\"")));
-            nodes.push(Node::blank());
-        }
+        nodes.push(Node::directive(format!("#include \"{prefix}.h\"")));
+        nodes.push(Node::blank());
         self.latch(&mut nodes);
         self.ring(&mut nodes);
         self.scan(&mut nodes);
@@ -86,14 +91,6 @@ impl Layout<'_> {
             Node::directive("#else"),
             Node::directive(format!("#define {upper}_BARRIER() ((void)0)")),
             Node::directive("#endif"),
-            Node::directive("#endif"),
-            Node::blank(),
-            Node::comment("After a whole scan: tell the watchdog. When nothing waits after it: sleep until an interrupt."),
-            Node::directive(format!("#ifndef {upper}_WATCHDOG")),
-            Node::directive(format!("#define {upper}_WATCHDOG() ((void)0)")),
-            Node::directive("#endif"),
-            Node::directive(format!("#ifndef {upper}_IDLE")),
-            Node::directive(format!("#define {upper}_IDLE() ((void)0)")),
             Node::directive("#endif"),
             Node::blank(),
         ]);
@@ -235,15 +232,18 @@ impl Layout<'_> {
         let (prefix, upper) = (&self.names.prefix, &self.names.upper);
         let i = self.interface;
         let has = |kind: InputKind| self.net.inputs.values().any(|input| input.kind == kind);
-        if !has(InputKind::Event) {
-            return;
-        }
+        let has_ring = has(InputKind::Event);
         let mut parameters = Vec::new();
         if i.has_instance {
             parameters.push(format!("{prefix}_t *self"));
         }
-        parameters.push(format!("{prefix}_ring_t *ring"));
-        let mut body = vec![Node::line(format!("{prefix}_in_t in;"))];
+        if has_ring {
+            parameters.push(format!("{prefix}_ring_t *ring"));
+        }
+        let mut body = Vec::new();
+        if i.has_in {
+            body.push(Node::line(format!("{prefix}_in_t in;")));
+        }
         if has(InputKind::Pin) {
             parameters.push(format!("const volatile {prefix}_in_t *pins"));
             body.push(Node::line(format!("{prefix}_latch(&in, pins);")));
@@ -266,28 +266,37 @@ impl Layout<'_> {
             .collect();
             Node::line(format!("{prefix}_step({});", arguments.join(", ")))
         };
-        body.extend([
-            Node::line(format!("bool more = {prefix}_take(ring, &in);")),
-            step("dt"),
-            Node::block(
-                format!("for (uint8_t i = 1U; more && (i < {upper}_RING_SIZE); ++i)"),
-                vec![
-                    Node::line(format!("more = {prefix}_take(ring, &in);")),
-                    Node::when("more", vec![step("0U")]),
-                ],
-            ),
-        ]);
-        nodes.push(Node::comment(
-            "A scan, in a timer's interrupt too: inputs latched once, a reaction for each event that waits and one at least, as many as the ring holds at most.",
-        ));
-        nodes.push(Node::function(
-            format!("static inline void {prefix}_scan_isr({})", parameters.join(", ")),
-            body,
-        ));
+        let (once, idle) = if has_ring {
+            body.extend([
+                Node::line(format!("bool more = {prefix}_take(ring, &in);")),
+                step("dt"),
+                Node::block(
+                    format!("for (uint8_t i = 1U; more && (i < {upper}_RING_SIZE); ++i)"),
+                    vec![
+                        Node::line(format!("more = {prefix}_take(ring, &in);")),
+                        Node::when("more", vec![step("0U")]),
+                    ],
+                ),
+            ]);
+            let sleep = vec![Node::line(format!("{upper}_IDLE();"))];
+            (
+                "A scan, in a timer's interrupt too: inputs latched once, a reaction for each event that waits and one at least, as many as the ring holds at most.",
+                Node::when("ring->head == ring->tail", sleep),
+            )
+        } else {
+            body.push(step("dt"));
+            (
+                "A scan, in a timer's interrupt too: inputs latched once, and a reaction.",
+                Node::line(format!("{upper}_IDLE();")),
+            )
+        };
+        nodes.push(Node::comment(once));
+        let list = if parameters.is_empty() { "void".to_string() } else { parameters.join(", ") };
+        nodes.push(Node::function(format!("static inline void {prefix}_scan_isr({list})"), body));
         nodes.push(Node::blank());
         let arguments: Vec<&str> = [
             (i.has_instance, "self"),
-            (true, "ring"),
+            (has_ring, "ring"),
             (has(InputKind::Pin), "pins"),
             (i.ticks.is_some(), "dt"),
             (i.has_out, "out"),
@@ -299,15 +308,12 @@ impl Layout<'_> {
             "A scan in the main loop: then the watchdog, and sleep if nothing waits. An interrupt between the question and the sleep would be slept through, so both\nstand in a critical section.",
         ));
         nodes.push(Node::function(
-            format!("static inline void {prefix}_scan({})", parameters.join(", ")),
+            format!("static inline void {prefix}_scan({list})"),
             vec![
                 Node::line(format!("{prefix}_scan_isr({});", arguments.join(", "))),
                 Node::line(format!("{upper}_WATCHDOG();")),
                 Node::line(format!("{upper}_ENTER_CRITICAL();")),
-                Node::when(
-                    "ring->head == ring->tail",
-                    vec![Node::line(format!("{upper}_IDLE();"))],
-                ),
+                idle,
                 Node::line(format!("{upper}_EXIT_CRITICAL();")),
             ],
         ));
