@@ -99,6 +99,7 @@ fn random_statecharts_are_drawn_again() {
         policies,
         controlled_actions: false,
         several_parts: false,
+        sharing: false,
         ..Features::everything()
     };
     random_nets(&features, 600, 100, 2);
@@ -107,8 +108,11 @@ fn random_statecharts_are_drawn_again() {
 #[test]
 fn random_enclosing_steps_are_drawn_again() {
     // Such a net has its transitions in any order; a chart has those of what is enclosed behind each other.
-    let features =
-        Features { several_parts: false, ..Features::everything().without_statecharts() };
+    let features = Features {
+        several_parts: false,
+        sharing: false,
+        ..Features::everything().without_statecharts()
+    };
     random_nets(&features, 1500, 20, 40);
 }
 

@@ -54,6 +54,8 @@ pub struct Features {
     pub stored_outputs: bool,
     pub controlled_actions: bool,
     pub tasks: bool,
+    /// Variables of halting steps are buffered or protected.
+    pub sharing: bool,
     pub reactions: bool,
     pub forcing: bool,
     pub enclosing: bool,
@@ -92,6 +94,7 @@ impl Features {
             stored_outputs: true,
             controlled_actions: true,
             tasks: true,
+            sharing: true,
             reactions: true,
             forcing: true,
             enclosing: true,
@@ -129,6 +132,7 @@ impl Features {
             stored_outputs: false,
             controlled_actions: false,
             tasks: false,
+            sharing: false,
             reactions: false,
             forcing: false,
             enclosing: false,
@@ -272,7 +276,9 @@ impl<'f> Builder<'f> {
         self.lists();
         self.outputs();
         self.rest();
-        self.sharing(seed);
+        if self.on.sharing {
+            self.sharing(seed);
+        }
         self.net
     }
 
