@@ -25,6 +25,9 @@ pub const TRACE_REFUSED: Code =
 /// A package of a chart whose names are those of its ecosystem.
 pub const PACKAGE_REFUSED: Code =
     Code { id: "G0610", title: "a name of the chart hides one of the package's ecosystem" };
+/// The layout of seed 002 lacks columns for what the chart uses.
+pub const BTRANS_REFUSED: Code =
+    Code { id: "G0620", title: "the tables of states and transitions cannot carry this chart" };
 /// All of them.
 pub const ALL: &[Code] = &[
     STYLE_REFUSED,
@@ -35,4 +38,5 @@ pub const ALL: &[Code] = &[
     ENGINE_REFUSED,
     TRACE_REFUSED,
     PACKAGE_REFUSED,
+    BTRANS_REFUSED,
 ];

@@ -53,6 +53,8 @@ pub(crate) struct CProgram {
 /// What the files of a chart have that an engine interprets, beside what all have.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Engine {
+    /// The engine's own files, the same for every chart, headers first.
+    pub(crate) files: &'static [(&'static str, &'static str)],
     /// What the header says before the instance.
     pub(crate) before: Vec<Node>,
     /// Functions that the header declares.

@@ -137,10 +137,17 @@ pub fn multi_harness(all: &[(&Valid<Net>, &Package)]) -> String {
         "#if defined(__clang__)\n#pragma clang diagnostic ignored \"-Wunused-function\"\n#endif\n"
             .to_string();
     text.push_str(&Writer::write(&common()).0);
-    if all.iter().any(|(_, package)| !package.image.is_empty()) {
-        for (_, part) in [crate::engine::HEADER, crate::engine::SOURCE] {
-            push_without_includes(&mut text, part);
+    // Engines: each text once, headers first.
+    let mut engines: Vec<&crate::File> = Vec::new();
+    for file in all.iter().flat_map(|(_, package)| &package.files) {
+        let is_new = !engines.iter().any(|known| known.name == file.name);
+        if is_new && file.name.starts_with("grafsynth_") {
+            engines.push(file);
         }
+    }
+    engines.sort_by_key(|file| file.name.ends_with(".c"));
+    for file in engines {
+        push_without_includes(&mut text, &file.text);
     }
     for (net, package) in all {
         let (library, prefix) =

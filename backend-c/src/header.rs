@@ -3,7 +3,6 @@
 use crate::cexpr::storage;
 use crate::cprogram::{CProgram, Member, mentions};
 use crate::ctext::{Kind, Marks, Node, Writer};
-use crate::engine;
 use crate::gate;
 use crate::names::{Names, is_extern};
 use crate::times::Ticks;
@@ -86,10 +85,10 @@ pub(crate) fn lay_out(
             vec![layout.banner("the tables. Do not edit: they are written anew from the chart.")];
         nodes.extend(engine.tables.iter().cloned());
         files.push(layout.file(format!("{}_tables.c", names.prefix), &nodes, false));
-        for (name, text) in [engine::HEADER, engine::SOURCE] {
+        for (name, text) in engine.files {
             files.push(File {
-                name: name.to_owned(),
-                text: text.to_owned(),
+                name: (*name).to_owned(),
+                text: (*text).to_owned(),
                 keep_existing: false,
                 map: Vec::new(),
             });

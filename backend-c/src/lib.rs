@@ -68,8 +68,12 @@ pub enum Style {
     Tables,
     /// One bit for each step, the whole reaction as straight code.
     Bits,
-    /// The chart as an image that an engine interprets, which is the same text for every chart.
+    /// The chart as an image that an engine interprets, which is the same text for every chart: tables where they can say it, else as `Program`.
     Engine,
+    /// The same, always the reaction program as byte code, so that every chart can be loaded later.
+    Program,
+    /// A statechart as the tables `BSTATE` and `BTRANS` of seed 002, with guards and actions beside them, and an engine that is the same text for every chart.
+    Btrans,
 }
 
 impl Style {
@@ -82,15 +86,25 @@ impl Style {
             Style::Tables => "tables",
             Style::Bits => "bits",
             Style::Engine => "engine",
+            Style::Program => "program",
+            Style::Btrans => "btrans",
         }
     }
 
     /// The style of that name.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
-        [Style::Auto, Style::Switch, Style::Tables, Style::Bits, Style::Engine]
-            .into_iter()
-            .find(|style| style.name() == name)
+        [
+            Style::Auto,
+            Style::Switch,
+            Style::Tables,
+            Style::Bits,
+            Style::Engine,
+            Style::Program,
+            Style::Btrans,
+        ]
+        .into_iter()
+        .find(|style| style.name() == name)
     }
 }
 
@@ -244,18 +258,50 @@ pub fn emit(
     let mut reason = String::new();
     let shaped = match options.style {
         Style::Bits => None,
-        Style::Engine => match engine::program(net, &names, options) {
+        Style::Btrans => match engine::btrans::program(net, &names, options) {
             Ok(program) => Some(program),
             Err(refusal) => {
-                let message = format!("the table engine does not carry {}", refusal.what);
+                let message =
+                    format!("the tables of states and transitions do not carry {}", refusal.what);
                 diagnostics.push(
-                    Diagnostic::error(codes::ENGINE_REFUSED, message)
+                    Diagnostic::error(codes::BTRANS_REFUSED, message)
                         .at(refusal.span, "used here")
-                        .help("build it as `c`, which is compiled instead of interpreted"),
+                        .help("build it as `c-engine`, which carries every chart"),
                 );
                 return Err(diagnostics);
             }
         },
+        Style::Engine | Style::Program => {
+            let tables = if options.style == Style::Program {
+                Err("it was asked for".to_owned())
+            } else {
+                engine::program(net, &names, options).map_err(|refusal| refusal.what)
+            };
+            match tables {
+                Ok(program) => Some(program),
+                Err(why) => {
+                    reason = why;
+                    match engine::program::program(net, &names, options) {
+                        Ok(program) => Some(program),
+                        Err(engine::program::Failure::Errors(errors)) => {
+                            diagnostics.extend(errors);
+                            return Err(diagnostics);
+                        }
+                        Err(engine::program::Failure::Refused(refusal)) => {
+                            let message = format!("no engine carries {}", refusal.what);
+                            diagnostics.push(
+                                Diagnostic::error(codes::ENGINE_REFUSED, message)
+                                    .at(refusal.span, "used here")
+                                    .help(
+                                        "build it as `c`, which is compiled instead of interpreted",
+                                    ),
+                            );
+                            return Err(diagnostics);
+                        }
+                    }
+                }
+            }
+        }
         Style::Auto | Style::Switch | Style::Tables => {
             let shaped = if net.settings.policy.is_statechart() {
                 statechart::program(net, &names, options)

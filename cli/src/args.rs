@@ -245,7 +245,7 @@ pub(crate) struct Build {
     /// C: a folder NAME-WHAT in place of the bare files: `plain` (a Makefile), `arduino`, `platformio`, `cmake`; separated by commas or given several times.
     #[arg(long, value_name = "WHAT", value_delimiter = ',')]
     pub(crate) package: Vec<String>,
-    /// `c-engine`: write the tables as a binary image too (`NAME.bin`), which the engine loads from a flash or an EEPROM.
+    /// `c-engine`, `c-program`: write the tables as a binary image too (`NAME.bin`), which the engine loads from a flash or an EEPROM.
     #[arg(long)]
     pub(crate) blob: bool,
     /// C: `auto`, `switch`, `tables`, `bits` or `engine`.

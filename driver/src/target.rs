@@ -20,7 +20,7 @@ pub enum Target {
 
 impl Target {
     /// All targets with their names and what they are.
-    pub const ALL: [(Target, &'static str, &'static str); 13] = [
+    pub const ALL: [(Target, &'static str, &'static str); 15] = [
         (Target::C(None), "c", "C99: one instance structure, init, step, stop and getters"),
         (
             Target::C(Some(Style::Switch)),
@@ -37,6 +37,16 @@ impl Target {
             Target::C(Some(Style::Engine)),
             "c-engine",
             "the same, as tables that an engine interprets, which is one text for all charts",
+        ),
+        (
+            Target::C(Some(Style::Btrans)),
+            "c-btrans",
+            "the same, a statechart as a table of states and one of transitions, sorted by event",
+        ),
+        (
+            Target::C(Some(Style::Program)),
+            "c-program",
+            "the same, as byte code that an engine interprets, whatever the chart uses",
         ),
         (Target::Logic(Dialect::Palasm), "palasm", "PALASM 2 equations (.pds)"),
         (Target::Logic(Dialect::Cupl), "cupl", "CUPL equations (.pld)"),

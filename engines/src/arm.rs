@@ -167,7 +167,7 @@ impl Engine for ArmEngine {
         let bench = Bench::new(job, &self.options, PORT)?;
         bench.write("start.c", START.as_bytes())?;
         bench.write("link.ld", LINK.as_bytes())?;
-        let arguments = [
+        let mut arguments = vec![
             "-mcpu=cortex-m3",
             "-mthumb",
             "-std=c99",
@@ -179,8 +179,8 @@ impl Engine for ArmEngine {
             "chart.elf",
             "start.c",
             BENCH,
-            &bench.source,
         ];
+        arguments.extend(bench.sources.iter().map(String::as_str));
         bench.compile(&["arm-none-eabi-gcc"], &arguments, "a Cortex-M3 with 4 MB")?;
         let arguments = [
             "-M",

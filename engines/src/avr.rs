@@ -154,7 +154,7 @@ impl Engine for AvrEngine {
     fn run(&self, job: &Job<'_>) -> Result<Trace, EngineError> {
         let bench = Bench::new(job, &self.options, PORT)?;
         let machine = format!("-mmcu={MACHINE}");
-        let arguments = [
+        let mut arguments = vec![
             machine.as_str(),
             // `__flash` is not known to -std=c99.
             "-std=gnu99",
@@ -163,8 +163,8 @@ impl Engine for AvrEngine {
             "-o",
             "chart.elf",
             BENCH,
-            &bench.source,
         ];
+        arguments.extend(bench.sources.iter().map(String::as_str));
         bench.compile(&["avr-gcc"], &arguments, "an ATmega1284P")?;
         // The linker does not know where RAM ends.
         let sizes = bench.start(&["avr-size"], &["chart.elf"])?;

@@ -88,14 +88,16 @@ impl Engine for C8051Engine {
 
     fn run(&self, job: &Job<'_>) -> Result<Trace, EngineError> {
         let bench = Bench::new(job, &self.options, PORT)?;
-        for source in [BENCH, bench.source.as_str()] {
+        let sources = || std::iter::once(BENCH).chain(bench.sources.iter().map(String::as_str));
+        for source in sources() {
             let mut arguments = FLAGS.to_vec();
             arguments.extend(["-c", source]);
             bench.compile(&["sdcc"], &arguments, MACHINE)?;
         }
-        let object = bench.source.replace(".c", ".rel");
+        let objects: Vec<String> = sources().map(|it| it.replace(".c", ".rel")).collect();
         let mut arguments = FLAGS.to_vec();
-        arguments.extend(["-o", "chart.ihx", "bench_main.rel", &object]);
+        arguments.extend(["-o", "chart.ihx"]);
+        arguments.extend(objects.iter().map(String::as_str));
         let linked = bench.compile(&["sdcc"], &arguments, MACHINE)?;
         // A function that sdcc's library does not have is a warning to its linker.
         if linked.stderr.contains("Undefined Global") {

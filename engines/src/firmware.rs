@@ -23,8 +23,10 @@ pub(crate) const BENCH: &str = "bench_main.c";
 /// The folder of a run: the package, the bench with its port, and the stimulus.
 pub(crate) struct Bench {
     folder: tempfile::TempDir,
-    /// The chart's source, without a folder.
+    /// The chart's own source, without a folder.
     pub(crate) source: String,
+    /// All sources: one, and with an engine its tables and the engine.
+    pub(crate) sources: Vec<String>,
 }
 
 impl Bench {
@@ -35,8 +37,8 @@ impl Bench {
         let folder = tempfile::tempdir().map_err(|error| {
             EngineError::Failed(format!("cannot make a temporary folder: {error}"))
         })?;
-        let source = chart_source(&package);
-        let bench = Bench { folder, source };
+        let sources = sources(&package);
+        let bench = Bench { folder, source: sources.first().cloned().unwrap_or_default(), sources };
         for file in package.files.iter().filter(|file| !file.keep_existing) {
             bench.write(&file.name, file.text.as_bytes())?;
         }
@@ -123,13 +125,13 @@ pub(crate) fn too_large_for(machine: &str) -> Diagnostic {
     .help("run it on a larger machine: --engine c, or c-arm")
 }
 
-fn chart_source(package: &Package) -> String {
+fn sources(package: &Package) -> Vec<String> {
     package
         .files
         .iter()
-        .find(|file| file.name.ends_with(".c") && !file.keep_existing)
+        .filter(|file| file.name.ends_with(".c") && !file.keep_existing)
         .map(|file| file.name.clone())
-        .unwrap_or_default()
+        .collect()
 }
 
 /// The stimulus as a bench reads it.

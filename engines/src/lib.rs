@@ -129,8 +129,19 @@ pub fn all() -> Vec<Box<dyn Engine>> {
     engines
 }
 
-/// The engine of that name.
+/// The engine of that name; those that run C take a style behind it: `c-avr:engine`.
 #[must_use]
 pub fn named(name: &str) -> Option<Box<dyn Engine>> {
+    if let Some((machine, style)) = name.split_once(':') {
+        let style = grafsynth_backend_c::Style::from_name(style)?;
+        let options = grafsynth_backend_c::Options { style, ..Default::default() };
+        return match machine {
+            "c" => Some(Box::new(CEngine { options })),
+            "c-avr" => Some(Box::new(AvrEngine { options, ..AvrEngine::default() })),
+            "c-arm" => Some(Box::new(ArmEngine { options })),
+            "c-8051" => Some(Box::new(C8051Engine { options })),
+            _ => None,
+        };
+    }
     all().into_iter().find(|engine| engine.name() == name)
 }

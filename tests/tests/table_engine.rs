@@ -3,9 +3,9 @@
 #![allow(clippy::print_stdout, reason = "tests say what they skip and what they counted")]
 #![allow(clippy::disallowed_methods, reason = "tests compile and read files")]
 
-use grafsynth_backend_c::{Options, Package, Style, emit, multi_harness};
+use grafsynth_backend_c::{Io, Options, Package, Style, emit, multi_harness};
 use grafsynth_driver::run::net_trace;
-use grafsynth_engines::{CEngine, Engine, Job, c, tools};
+use grafsynth_engines::{Availability, CEngine, Engine, EngineError, Job, c, tools};
 use grafsynth_ir::Valid;
 use grafsynth_ir::net::{Net, Policy};
 use grafsynth_sim::{Stimulus, Trace, compare};
@@ -25,16 +25,24 @@ fn supervisor() -> String {
 }
 
 fn package(net: &Valid<Net>, prefix: Option<String>) -> Result<Package, String> {
+    packed(net, Options { style: Style::Engine, prefix, ..Options::default() })
+}
+
+fn packed(net: &Valid<Net>, options: Options) -> Result<Package, String> {
     let facts = grafsynth_verify::structural_facts(net);
-    let options = Options { style: Style::Engine, prefix, ..Options::default() };
     emit(net, &facts, &options).map_err(|found| {
-        assert!(found.iter().all(|it| it.code.id == "G0606"), "{found:#?}");
+        assert!(found.iter().all(|it| ["G0606", "G0620"].contains(&it.code.id)), "{found:#?}");
         found.iter().map(|it| it.message.clone()).collect()
     })
 }
 
-/// Random nets that the engine carries, all in one program; what it does not carry is refused by name.
+/// Random nets that are tables, all in one program.
 fn agree(features: &Features, wanted: u64, most: u64) {
+    agree_as(features, Style::Engine, "engine", wanted, most);
+}
+
+/// Random nets of this style, all in one program; those that come out in another shape are counted, and the reason.
+fn agree_as(features: &Features, style: Style, shape: &str, wanted: u64, most: u64) {
     if tools::c_compiler().is_none() {
         println!("skipped: no C compiler is here");
         return;
@@ -46,8 +54,11 @@ fn agree(features: &Features, wanted: u64, most: u64) {
             break;
         }
         let net = random_net(seed, features);
-        match package(&net, Some(format!("n{seed}"))) {
-            Ok(package) => nets.push((seed, net, package)),
+        let io = if seed % 3 == 1 { Io::Words } else { Io::Members };
+        let options = Options { style, io, prefix: Some(format!("n{seed}")), ..Options::default() };
+        match packed(&net, options) {
+            Ok(package) if package.style == shape => nets.push((seed, net, package)),
+            Ok(package) => *refused.entry(package.reason).or_default() += 1,
             Err(why) => *refused.entry(why).or_default() += 1,
         }
     }
@@ -116,6 +127,77 @@ fn statecharts_as_tables_do_what_the_net_does() {
     agree(&features, rounds(20, 240), rounds(400, 10_000));
 }
 
+/// Statecharts in the layout of seed 002: the engine's own rule gives what the net says, or the chart is refused by name.
+#[test]
+fn statecharts_as_bstate_and_btrans_do_what_the_net_does() {
+    let features = Features {
+        policies: vec![Policy::InnerFirst, Policy::OuterFirst],
+        single: false,
+        stable: true,
+        max_steps: 12,
+        timers: true,
+        integers: true,
+        events: true,
+        edges: true,
+        stored_outputs: true,
+        reactions: true,
+        history: true,
+        ..Features::plain()
+    };
+    agree_as(&features, Style::Btrans, "btrans", rounds(20, 240), rounds(1000, 20_000));
+}
+
+/// The same on small machines, the real objects: tables and byte code. Those that do not fit are not counted.
+#[test]
+fn engines_on_microcontrollers_do_what_the_net_does() {
+    let tables = Features {
+        policies: vec![Policy::Priority, Policy::InnerFirst],
+        stable: true,
+        timers: true,
+        integers: true,
+        events: true,
+        edges: true,
+        ..Features::plain()
+    };
+    for machine in ["c-avr", "c-arm", "c-8051"] {
+        for (style, features) in [("engine", &tables), ("program", &Features::everything())] {
+            let name = format!("{machine}:{style}");
+            let engine = grafsynth_engines::named(&name).expect("there is an engine of that name");
+            if let Availability::Missing(tool) = engine.availability() {
+                println!("skipped: {name} needs {tool}");
+                continue;
+            }
+            let (mut n_ran, mut seed) = (0, 0);
+            // An 8051 has 128 bytes that every function shares, and few charts leave enough of them.
+            while n_ran < rounds(1, 10) && seed < rounds(2, 40) {
+                let net = random_net(seed, features);
+                let facts = grafsynth_verify::structural_facts(&net);
+                let stimulus = Stimulus::random(&net, 60, seed, 3);
+                match engine.run(&Job { net: &net, facts: &facts, stimulus: &stimulus }) {
+                    Ok(got) => {
+                        let found = compare(&net_trace(&net, &stimulus), &got);
+                        assert!(found.is_none(), "{name}, seed {seed}: {found:?}");
+                        n_ran += 1;
+                    }
+                    Err(EngineError::Refused(found)) => {
+                        assert!(found.iter().all(|it| it.code.id == "G0604"), "{found:#?}");
+                    }
+                    Err(EngineError::Failed(why)) => panic!("{name}, seed {seed}: {why}"),
+                }
+                seed += 1;
+            }
+            println!("{name}: {n_ran} of {seed} charts fit and agree");
+        }
+    }
+}
+
+/// Everything that a chart can have, as byte code: nothing is refused.
+#[test]
+fn every_chart_as_a_program_does_what_the_net_does() {
+    let (wanted, shape) = (rounds(20, 400), "engine with a program");
+    agree_as(&Features::everything(), Style::Program, shape, wanted, wanted);
+}
+
 /// The trace of a chart in one style.
 fn trace(net: &Valid<Net>, stimulus: &Stimulus, style: Style) -> Trace {
     let facts = grafsynth_verify::structural_facts(net);
@@ -136,7 +218,9 @@ fn a_changed_supervisor_is_other_tables_and_the_same_engine() {
     let net = chart("supervisor.scxml", &text);
     let stimulus = Stimulus::random(&net, 2000, 2, 1);
     let wanted = net_trace(&net, &stimulus);
-    for style in [Style::Switch, Style::Tables, Style::Bits, Style::Engine] {
+    let styles =
+        [Style::Switch, Style::Tables, Style::Bits, Style::Engine, Style::Program, Style::Btrans];
+    for style in styles {
         assert_eq!(compare(&wanted, &trace(&net, &stimulus, style)), None, "{}", style.name());
     }
     // The emergency stop asks for no reset any more, and the pendant comes back as it was.
@@ -145,29 +229,36 @@ fn a_changed_supervisor_is_other_tables_and_the_same_engine() {
         .replace(r#"type="shallow""#, r#"type="deep""#);
     assert_ne!(text, changed);
     let other = chart("supervisor.scxml", &changed);
-    let found = compare(&net_trace(&other, &stimulus), &trace(&other, &stimulus, Style::Engine));
-    assert_eq!(found, None);
     assert!(compare(&wanted, &net_trace(&other, &stimulus)).is_some(), "the change shows");
-    let (before, after) = (package(&net, None), package(&other, None));
-    let (before, after) = (before.expect("carried"), after.expect("carried"));
-    let mut objects = Vec::new();
-    for (a, b) in before.files.iter().zip(&after.files) {
-        assert_eq!(a.name, b.name);
-        assert_eq!(a.text != b.text, a.name == "supervisor_tables.c", "{}", a.name);
-    }
-    for package in [&before, &after] {
-        let folder = tempfile::tempdir().expect("a folder");
-        for file in package.files.iter() {
-            std::fs::write(folder.path().join(&file.name), &file.text).expect("written");
+    for (style, engine) in [
+        (Style::Engine, "grafsynth_engine.c"),
+        (Style::Program, "grafsynth_program.c"),
+        (Style::Btrans, "grafsynth_btrans.c"),
+    ] {
+        let found = compare(&net_trace(&other, &stimulus), &trace(&other, &stimulus, style));
+        assert_eq!(found, None, "{}", style.name());
+        let options = Options { style, ..Options::default() };
+        let before = packed(&net, options.clone()).expect("carried");
+        let after = packed(&other, options).expect("carried");
+        for (a, b) in before.files.iter().zip(&after.files) {
+            assert_eq!(a.name, b.name);
+            // The program's header also says how much of the reaction it keeps.
+            let may = a.name == "supervisor_tables.c"
+                || (style != Style::Engine && a.name.starts_with("supervisor."));
+            assert!(a.text == b.text || may, "{}", a.name);
+            assert!(a.text != b.text || a.name != "supervisor_tables.c");
         }
-        let status = Command::new(&compiler)
-            .args(["-std=c99", "-Os", "-c", "grafsynth_engine.c", "-o", "engine.o"])
-            .current_dir(folder.path())
-            .status();
-        assert!(status.expect("the compiler runs").success());
-        objects.push(std::fs::read(folder.path().join("engine.o")).expect("an object"));
+        for (compiler, flags) in [
+            (Some(compiler.clone()), &["-std=c99"][..]),
+            (tools::find(&["avr-gcc"]), &["-std=gnu99", "-mmcu=atmega328p"]),
+            (tools::find(&["arm-none-eabi-gcc"]), &["-std=c99", "-mcpu=cortex-m3", "-mthumb"]),
+        ] {
+            let Some(compiler) = compiler else { continue };
+            let object = |package: &Package| object_of(&compiler, flags, engine, package);
+            assert_eq!(object(&before), object(&after), "{engine}");
+        }
     }
-    assert_eq!(objects[0], objects[1]);
+    let before = package(&net, None).expect("carried");
     // What is loaded is what is compiled.
     let table = before.files.iter().find(|it| it.name.ends_with("_tables.c")).expect("tables");
     let bytes: Vec<u8> = table
@@ -180,15 +271,40 @@ fn a_changed_supervisor_is_other_tables_and_the_same_engine() {
     assert_eq!(bytes, before.image);
 }
 
+/// The bytes of an engine's object, compiled beside a chart.
+fn object_of(compiler: &Path, flags: &[&str], engine: &str, package: &Package) -> Vec<u8> {
+    let folder = tempfile::tempdir().expect("a folder");
+    for file in &package.files {
+        std::fs::write(folder.path().join(&file.name), &file.text).expect("written");
+    }
+    let status = Command::new(compiler)
+        .args(flags)
+        .args(["-Os", "-c", engine, "-o", "engine.o"])
+        .current_dir(folder.path())
+        .status();
+    assert!(status.expect("the compiler runs").success());
+    std::fs::read(folder.path().join("engine.o")).expect("an object")
+}
+
 /// A program that loads damaged copies of an image, each in a piece of memory of exactly its size, and runs what is accepted.
-fn damages(prefix: &str, net: &Net, image: &[u8]) -> String {
+fn damages(prefix: &str, net: &Net, package: &Package) -> String {
+    let image = &package.image;
     let upper = prefix.to_ascii_uppercase();
     let n_bytes = image.len();
     let bytes: Vec<String> = image.iter().map(u8::to_string).collect();
     let bytes = bytes.join(", ");
     let out = if net.outputs.is_empty() { "" } else { ", &out" };
-    let has_time = !net.steps.is_empty() && package_has_time(net);
-    let dt = if has_time { ", 1" } else { "" };
+    let header = package.files.iter().find(|it| it.name == format!("{prefix}.h"));
+    let step = header.and_then(|it| it.text.lines().find(|line| line.contains("_step(")));
+    let dt = if step.is_some_and(|line| line.contains(" dt")) { ", 1" } else { "" };
+    let library = if package.files.iter().any(|it| it.name.ends_with("_user.h")) {
+        format!(
+            "#include \"{prefix}_user.h\"\nbool door(void) {{ return (next() & 1) != 0; }}\n\
+             void speed(int16_t n) {{ if (n < -3 || n > 400) abort(); }}\n"
+        )
+    } else {
+        String::new()
+    };
     format!(
         r#"#include "{prefix}.h"
 #include <stdio.h>
@@ -197,7 +313,7 @@ fn damages(prefix: &str, net: &Net, image: &[u8]) -> String {
 static const uint8_t good[] = {{ {bytes} }};
 static uint32_t seed = 1;
 static uint32_t next(void) {{ seed = seed * 1664525u + 1013904223u; return seed >> 8; }}
-static uint32_t crc(const uint8_t *at, unsigned n)
+{library}static uint32_t crc(const uint8_t *at, unsigned n)
 {{
     uint32_t c = ~0u;
     for (unsigned i = 0; i < n; ++i) {{
@@ -239,7 +355,7 @@ int main(int argc, char **argv)
     if (try(good, {n_bytes}) != GS_OK) return 2;
     for (unsigned n = 0; n < {n_bytes}; ++n) if (try(good, n) == GS_OK) return 3;
     for (unsigned at = 0; at < {n_bytes}; ++at) {{
-        static const uint8_t flips[] = {{ 1, 4, 0x80, 0xFF }};
+        static const uint8_t flips[] = {{ 1, 2, 4, 8, 16, 32, 64, 128, 255 }};
         for (unsigned f = 0; f < sizeof flips; ++f) {{
             uint8_t copy[{n_bytes}];
             memcpy(copy, good, {n_bytes});
@@ -267,17 +383,6 @@ int main(int argc, char **argv)
 }}
 "#
     )
-}
-
-/// Whether a step's time is read, so that `step` is handed `dt`.
-fn package_has_time(net: &Net) -> bool {
-    let mut reads = false;
-    grafsynth_ir::walk::for_each_expr(net, &mut |expr| {
-        expr.for_each_leaf(&mut |leaf| {
-            reads |= matches!(leaf, grafsynth_ir::net::Leaf::Elapsed(_));
-        });
-    });
-    reads
 }
 
 /// Images with any byte changed are refused by their checksum; with a new checksum they are refused or run, and never read or write what is not theirs.
@@ -318,14 +423,31 @@ fn damaged_images_are_refused_or_harmless() {
         P -> Z on G
         Z -> P on E
     }";
-    for (name, text) in [
-        ("supervisor.scxml", supervisor()),
-        ("rich.graf", rich.to_owned()),
-        ("deep.graf", history.to_owned()),
+    let calls = "chart calls {
+        evolution stable limit 9
+        input a
+        input n: int -5..300
+        extern condition door()
+        extern action speed(int -3..400)
+        output R
+        var v: int 0..90[4]
+        var w: int -2000000000..2000000000 = 1
+        initial step s { R if door() or a }
+        step r { entry { v[n mod 4 * 0 + 1] := n / 7; w := w * 5 / 3 + n; call speed(n * n) } set R }
+        s -> r when door() and rise(a) do { if n > 3 { v[0] := v[1] mod 5 } else { call speed(w) } }
+        r -> s when w * w > 4 or r.t > 5
+    }";
+    for (name, text, style) in [
+        ("supervisor.scxml", supervisor(), Style::Engine),
+        ("rich.graf", rich.to_owned(), Style::Engine),
+        ("deep.graf", history.to_owned(), Style::Engine),
+        ("calls.graf", calls.to_owned(), Style::Engine),
+        ("deep.graf", history.to_owned(), Style::Program),
     ] {
         let net = chart(name, &text);
-        let package = package(&net, Some("c".to_owned())).expect("carried");
-        let main = damages("c", &net, &package.image);
+        let options = Options { style, prefix: Some("c".to_owned()), ..Options::default() };
+        let package = packed(&net, options).expect("carried");
+        let main = damages("c", &net, &package);
         let flags =
             ["-std=c99", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"];
         let program = match c::compile(&package, &main, &flags) {

@@ -160,14 +160,7 @@ impl<'a> Emit<'a> {
             }
         }
         if timed {
-            let cap = self
-                .program
-                .cells
-                .values()
-                .filter(|cell| counts_ticks(cell))
-                .map(|cell| cell.ty.bounds().1)
-                .max();
-            self.ticks = Some(Ticks::for_cap(cap.unwrap_or(0)));
+            self.ticks = Some(Ticks::for_cap(farthest(self.program)));
         }
     }
 
@@ -635,6 +628,23 @@ impl<'a> Emit<'a> {
         }
         nodes
     }
+}
+
+/// How far the timers of a program count.
+fn farthest(program: &Program) -> i64 {
+    let timers = program.cells.values().filter(|cell| counts_ticks(cell));
+    timers.map(|cell| cell.ty.bounds().1).max().unwrap_or(0)
+}
+
+/// How time comes into a program; none where it reads none.
+pub(crate) fn ticks(program: &Program) -> Option<Ticks> {
+    let mut timed = false;
+    for stmt in &program.body {
+        each_expr(stmt, &mut |expr| {
+            expr.for_each_leaf(&mut |leaf| timed |= matches!(leaf, Leaf::Dt));
+        });
+    }
+    timed.then(|| Ticks::for_cap(farthest(program)))
 }
 
 /// True for a cell that counts ticks.

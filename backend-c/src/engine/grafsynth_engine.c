@@ -2,10 +2,6 @@
 #include "grafsynth_engine.h"
 
 /* The header of an image. */
-#define GS_AT_KIND 5U
-#define GS_AT_LENGTH 6U
-#define GS_AT_CRC 8U
-#define GS_AT_INTERFACE 12U
 #define GS_AT_LIMIT 16U
 #define GS_AT_CHOSEN 18U
 #define GS_AT_INITIAL 20U
@@ -82,38 +78,6 @@
 
 /* --- reading ------------------------------------------------------------------------------------------------------------------------------ */
 
-static uint16_t gs_u16(GS_ROM uint8_t *image, uint16_t at)
-{
-    const uint16_t low = image[at];
-    const uint16_t high = image[(uint16_t)(at + 1U)];
-    return (uint16_t)(low | (uint16_t)(high << 8));
-}
-
-static uint32_t gs_u32(GS_ROM uint8_t *image, uint16_t at)
-{
-    const uint32_t low = gs_u16(image, at);
-    const uint32_t high = gs_u16(image, (uint16_t)(at + 2U));
-    return low | (high << 16);
-}
-
-/* Two's complement, wherever the bits come from. */
-static int32_t gs_signed(uint32_t value)
-{
-    int32_t result;
-    if (value <= 0x7FFFFFFFU) {
-        result = (int32_t)value;
-    } else {
-        const uint32_t below = 0xFFFFFFFFU - value;
-        result = -(int32_t)below - 1;
-    }
-    return result;
-}
-
-static int32_t gs_i32(GS_ROM uint8_t *image, uint16_t at)
-{
-    return gs_signed(gs_u32(image, at));
-}
-
 static uint16_t gs_count(GS_ROM uint8_t *image, uint8_t section)
 {
     return gs_u16(image, (uint16_t)(GS_AT_SECTIONS + (4U * (uint16_t)section) + 2U));
@@ -167,20 +131,6 @@ static bool gs_below_or_none(uint16_t number, uint16_t count)
 static bool gs_within(uint16_t first, uint16_t many, uint16_t count)
 {
     return (first <= count) && (many <= (uint16_t)(count - first));
-}
-
-/* Over all bytes but its own. */
-static uint32_t gs_crc(GS_ROM uint8_t *image, uint16_t length)
-{
-    uint32_t crc = 0xFFFFFFFFU;
-    for (uint16_t at = 0U; at < length; ++at) {
-        const bool own = (at >= GS_AT_CRC) && (at < GS_AT_INTERFACE);
-        crc ^= own ? 0U : image[at];
-        for (uint8_t bit = 0U; bit < 8U; ++bit) {
-            crc = ((crc & 1U) != 0U) ? ((crc >> 1) ^ 0xEDB88320U) : (crc >> 1);
-        }
-    }
-    return crc ^ 0xFFFFFFFFU;
 }
 
 static uint32_t gs_bytes(uint32_t bits)
@@ -501,17 +451,6 @@ uint8_t gs_check(GS_ROM uint8_t *image, uint16_t size, const gs_room_t *room)
 }
 
 /* --- bits --------------------------------------------------------------------------------------------------------------------------------- */
-
-static void gs_put(uint8_t *bits, uint16_t at, bool value)
-{
-    const uint8_t mask = (uint8_t)(1U << (at & 7U));
-    const uint16_t byte = at >> 3;
-    if (value) {
-        bits[byte] = (uint8_t)(bits[byte] | mask);
-    } else {
-        bits[byte] = (uint8_t)(bits[byte] & (uint8_t)~mask);
-    }
-}
 
 /* Where the recorded cases and the edges lie, behind the situation. */
 static uint16_t gs_case_bit(const gs_run_t *run, uint16_t number)

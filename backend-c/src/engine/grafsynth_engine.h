@@ -2,33 +2,11 @@
 #ifndef GRAFSYNTH_ENGINE_H
 #define GRAFSYNTH_ENGINE_H
 
-#include <stdbool.h>
-#include <stdint.h>
+#include "grafsynth_image.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
-
-/* Where images lie. With images in RAM (copied from an EEPROM) define it as const, for all files alike. */
-#ifndef GS_ROM
-#if defined(__AVR__) && defined(__FLASH)
-#define GS_ROM const __flash
-#elif defined(__SDCC_mcs51)
-#define GS_ROM const __code
-#else
-#define GS_ROM const
-#endif
-#endif
-
-/* What gs_check says. */
-#define GS_OK 0U
-#define GS_SHORT 1U     /* fewer bytes than an image has, or than its length says */
-#define GS_MAGIC 2U     /* no image */
-#define GS_VERSION 3U   /* an image for another engine */
-#define GS_CRC 4U       /* damaged */
-#define GS_INTERFACE 5U /* made for other inputs or outputs */
-#define GS_ROOM 6U      /* needs more memory than the instance has */
-#define GS_RANGE 7U     /* points outside of itself */
 
 /* What an instance has room for. */
 typedef struct {
@@ -60,12 +38,6 @@ bool gs_init(gs_run_t *run);
 
 /* One reaction, dt ticks after the last: true if the chart did not come to rest. */
 bool gs_step(gs_run_t *run, int32_t dt);
-
-/* A bit of an instance. */
-static inline bool gs_bit(const uint8_t *bits, uint16_t at)
-{
-    return (((uint16_t)bits[at >> 3] >> (at & 7U)) & 1U) != 0U;
-}
 
 #ifdef __cplusplus
 }

@@ -220,12 +220,17 @@ impl Image {
                 lines.push(Line { bytes, title: title.take(), note, object });
             }
         }
-        let all: Vec<u8> = lines.iter().flat_map(|line| line.bytes.iter().copied()).collect();
-        let crc = crc32(&all);
-        if let Some(first) = lines.first_mut() {
-            first.bytes[CHECKSUM].copy_from_slice(&crc.to_le_bytes());
-        }
+        seal(&mut lines);
         (lines, length)
+    }
+}
+
+/// Puts the checksum in, which is 0 so far.
+pub(super) fn seal(lines: &mut [Line]) {
+    let all: Vec<u8> = lines.iter().flat_map(|line| line.bytes.iter().copied()).collect();
+    let crc = crc32(&all);
+    if let Some(first) = lines.first_mut() {
+        first.bytes[CHECKSUM].copy_from_slice(&crc.to_le_bytes());
     }
 }
 

@@ -8,8 +8,11 @@
 //! The tables are an image: bytes without pointers, with a checksum, the same on every machine. So they can also be loaded from a flash or an EEPROM, and
 //! `gs_check` finds out once whether every number in them is in its range.
 
+pub(crate) mod btrans;
+mod bytes;
 mod code;
 mod image;
+pub(crate) mod program;
 
 use crate::cprogram::{CProgram, Engine, Member};
 use crate::ctext::{Kind, Node};
@@ -25,10 +28,14 @@ use grafsynth_ir::{IdMap, Span, walk};
 use image::{Head, Image, ImageKind, Line, NONE, Section, narrow};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The engine's text and its header: the same for every chart.
-pub(crate) const SOURCE: (&str, &str) = ("grafsynth_engine.c", include_str!("grafsynth_engine.c"));
-/// See [`SOURCE`].
-pub(crate) const HEADER: (&str, &str) = ("grafsynth_engine.h", include_str!("grafsynth_engine.h"));
+/// What all engines read images with.
+const IMAGE_HEADER: (&str, &str) = ("grafsynth_image.h", include_str!("grafsynth_image.h"));
+/// The files that every chart of tables has alike.
+const FILES: [(&str, &str); 3] = [
+    IMAGE_HEADER,
+    ("grafsynth_engine.h", include_str!("grafsynth_engine.h")),
+    ("grafsynth_engine.c", include_str!("grafsynth_engine.c")),
+];
 
 /// The items of a list that are no states.
 const CONTENT: u16 = 0x4000;
@@ -121,14 +128,18 @@ struct Room {
 
 /// A number for what a program and an image must agree upon: names, types and order of inputs and outputs, and how time comes in.
 fn interface(net: &Net, ticks: Option<Ticks>) -> u32 {
+    image::crc32(interface_text(net, ticks).as_bytes())
+}
+
+fn interface_text(net: &Net, ticks: Option<Ticks>) -> String {
     let mut text = format!("{}\n", ticks.map_or("", Ticks::name));
     for (_, input) in net.inputs.iter().filter(|(_, it)| is_handed(it.kind)) {
         text.push_str(&format!("in {} {:?} {:?}\n", input.name, input.ty.bounds(), input.kind));
     }
-    for output in net.outputs.values() {
+    for output in net.outputs.values().filter(|it| !crate::names::is_extern(it)) {
         text.push_str(&format!("out {} {:?}\n", output.name, output.ty.bounds()));
     }
-    image::crc32(text.as_bytes())
+    text
 }
 
 fn is_handed(kind: InputKind) -> bool {
@@ -644,34 +655,8 @@ fn emit(net: &Net, names: &Names, room: &Room, ticks: Option<Ticks>, lines: &[Li
         Node::function(load_head.clone(), load),
         Node::blank(),
     ];
-    let macros = vec![
-        Node::directive("#include \"grafsynth_engine.h\""),
-        Node::blank(),
-        Node::comment(
-            "Room of an instance: define more beforehand for larger charts that are loaded.",
-        ),
-    ];
-    let mut enumerators = macros;
-    for (name, value) in [("BITS", room.bits), ("VALUES", room.values), ("WORK", room.work.max(1))]
-    {
-        enumerators.push(Node::directive(format!("#ifndef {upper}_{name}")));
-        enumerators.push(Node::directive(format!("#define {upper}_{name} {value}U")));
-        enumerators.push(Node::directive("#endif"));
-    }
-    enumerators.push(Node::blank());
-    enumerators.push(Node::comment("Inputs and outputs as a number: an image carries the same."));
-    enumerators
-        .push(Node::directive(format!("#define {upper}_INTERFACE 0x{:08X}UL", room.interface)));
-    enumerators.push(Node::blank());
-    enumerators.push(Node::comment("The chart."));
-    enumerators.push(Node::line(format!("extern GS_ROM uint8_t {prefix}_tables[];")));
-    let declarations = vec![
-        Node::comment(
-            "Reset on an image: GS_OK, or why it is refused; then the instance is as it was. The image must stay where it is.",
-        ),
-        Node::line(format!("{load_head};")),
-        Node::blank(),
-    ];
+    let sizes = [("BITS", room.bits), ("VALUES", room.values), ("WORK", room.work.max(1))];
+    let sizes = sizes.map(|(name, size)| (name, format!("{size}U")));
     let values = net
         .vars
         .iter()
@@ -699,13 +684,51 @@ fn emit(net: &Net, names: &Names, room: &Room, ticks: Option<Ticks>, lines: &[Li
         step,
         helpers: crate::cexpr::Helpers::default(),
         engine: Some(Engine {
-            before: enumerators,
-            declarations,
+            files: &FILES,
+            before: macros(names, "grafsynth_engine.h", &sizes, room.interface),
+            declarations: declarations(&load_head),
             values,
             image: lines.iter().flat_map(|line| line.bytes.iter().copied()).collect(),
             tables: table(names, lines),
         }),
     }
+}
+
+/// What the header says before the instance.
+fn macros(names: &Names, header: &str, sizes: &[(&str, String)], interface: u32) -> Vec<Node> {
+    let (prefix, upper) = (&names.prefix, &names.upper);
+    let mut nodes = vec![
+        Node::directive(format!("#include \"{header}\"")),
+        Node::blank(),
+        Node::comment(
+            "Room of an instance: define more beforehand for larger charts that are loaded.",
+        ),
+    ];
+    for (name, value) in sizes {
+        nodes.push(Node::directive(format!("#ifndef {upper}_{name}")));
+        nodes.push(Node::directive(format!("#define {upper}_{name} {value}")));
+        nodes.push(Node::directive("#endif"));
+    }
+    nodes.extend([
+        Node::blank(),
+        Node::comment("Inputs and outputs as a number: an image carries the same."),
+        Node::directive(format!("#define {upper}_INTERFACE 0x{interface:08X}UL")),
+        Node::blank(),
+        Node::comment("The chart."),
+        Node::line(format!("extern GS_ROM uint8_t {prefix}_tables[];")),
+    ]);
+    nodes
+}
+
+/// `NAME_load` in the header.
+fn declarations(load: &str) -> Vec<Node> {
+    vec![
+        Node::comment(
+            "Reset on an image: GS_OK, or why it is refused; then the instance is as it was. The image must stay where it is.",
+        ),
+        Node::line(format!("{load};")),
+        Node::blank(),
+    ]
 }
 
 fn member(declaration: &str, note: &str) -> Member {

@@ -45,16 +45,17 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
     let targets = targets(&arguments.target)?;
     let style = Style::from_name(&arguments.style).ok_or_else(|| {
         Stop::Usage(format!(
-            "no style of C is called `{}` (there are auto, switch, tables, bits, engine)",
+            "no style of C is called `{}` (there are auto, switch, tables, bits, engine, program, btrans)",
             arguments.style
         ))
     })?;
     let is_engine = |target: &Target| {
-        matches!(target, Target::C(Some(Style::Engine)))
-            || (matches!(target, Target::C(None)) && style == Style::Engine)
+        matches!(target, Target::C(Some(Style::Engine | Style::Program)))
+            || (matches!(target, Target::C(None))
+                && matches!(style, Style::Engine | Style::Program))
     };
     if arguments.blob && !targets.iter().any(is_engine) {
-        return Err(Stop::Usage("--blob is for the target c-engine".to_owned()));
+        return Err(Stop::Usage("--blob is for the targets c-engine and c-program".to_owned()));
     }
     let packages = packages(&arguments.package)?;
     if !packages.is_empty() && !targets.iter().any(|target| matches!(target, Target::C(_))) {

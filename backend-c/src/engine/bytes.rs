@@ -1,0 +1,838 @@
+//! The reaction program as byte code for `grafsynth_program.c`.
+//!
+//! Expressions are postfix on a stack of 64 bits. What is skipped or run again is *held* by the instruction in front of it, which says how many bytes it
+//! holds; parts lie within each other and never overlap. So one pass over the code finds out whether it stays in its bytes, its stack and its rounds,
+//! and no jump can leave the way.
+//!
+//! The engine's stack and the depth of parts are small. Expressions higher than [`HEIGHT`] are taken apart, their operands kept in numbers of the
+//! reaction; lists deeper than [`LEVELS`] are flattened, with a flag for the way that was taken.
+
+use super::image::narrow;
+use crate::calls::is_c;
+use crate::switch::Refusal;
+use grafsynth_ir::expr::{ArithOp, CompareOp, ExprKind, Type};
+use grafsynth_ir::interval::type_of;
+use grafsynth_ir::net::{Driver, InputId, InputKind, Net, OutputId, StepId, TransitionId};
+use grafsynth_ir::program::{
+    Cell, CellId, Expr, Leaf, Origin, Program, ResetEffect, Stmt, Temp, TempRole,
+};
+use grafsynth_ir::{IdMap, Span};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// The highest expression that is put on the stack as it is.
+const HEIGHT: usize = 10;
+/// The deepest `if` that is held by another one.
+const LEVELS: usize = 10;
+/// The engine's stack: the most arguments of a call.
+const STACK: usize = 16;
+/// The most loops in each other.
+const LOOPS: usize = 3;
+/// What a mark of the trace ring is called as a language.
+pub(super) const MARK: &str = "\u{0}mark";
+
+/// The instructions, by their codes.
+#[derive(Debug, Clone, Copy)]
+enum Op {
+    Byte = 0,
+    Long = 1,
+    Wide = 2,
+    Dt = 3,
+    Input = 4,
+    Bit = 5,
+    Value = 6,
+    Flag = 7,
+    Number = 8,
+    Element = 9,
+    Not = 10,
+    Neg = 11,
+    And = 12,
+    Or = 13,
+    Eq = 14,
+    Ne = 15,
+    Lt = 16,
+    Le = 17,
+    Gt = 18,
+    Ge = 19,
+    Add = 20,
+    Sub = 21,
+    Mul = 22,
+    Div = 23,
+    Mod = 24,
+    SetBit = 25,
+    SetValue = 26,
+    SetFlag = 27,
+    SetNumber = 28,
+    SetElement = 29,
+    Output = 30,
+    Fault = 31,
+    Ask = 32,
+    Call = 33,
+    Text = 34,
+    Fired = 35,
+    Micro = 36,
+    Unless = 37,
+    Else = 38,
+    AndThen = 39,
+    OrElse = 40,
+    Loop = 41,
+    While = 42,
+    Again = 43,
+}
+
+/// Where a cell lies in an instance, or a temp in a reaction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Place {
+    /// A truth value: its bit.
+    Bit(u16),
+    /// A number: the row of a cell, or the number of a temp.
+    Number(u16),
+}
+
+/// What of the program lies where, and what it is handed.
+pub(super) struct Places {
+    /// Where each cell lies.
+    pub(super) cells: IdMap<Cell, Place>,
+    /// For each row of a cell its first number and how many it has.
+    pub(super) rows: Vec<(CellId, usize, usize)>,
+    /// The position of each input or condition in what a reaction is handed.
+    pub(super) inputs: BTreeMap<InputId, u16>,
+    /// Extern actions by their number.
+    pub(super) actions: Vec<OutputId>,
+    /// The positions of the other outputs.
+    pub(super) outputs: BTreeMap<OutputId, u16>,
+    /// Texts for C by their number.
+    pub(super) texts: Vec<String>,
+    /// Bits in all.
+    pub(super) n_bits: usize,
+    /// Numbers in all.
+    pub(super) n_values: usize,
+}
+
+impl Places {
+    /// Steps first, in declaration order, so that an unrelated edit moves little.
+    pub(super) fn of(net: &Net, program: &Program) -> Self {
+        let (mut n_bits, mut n_values) = (0, 0);
+        let mut rows = Vec::new();
+        let cells = IdMap::build(&program.cells, |id, cell| {
+            if cell.ty.is_bool() && cell.len.is_none() {
+                n_bits += 1;
+                return Place::Bit(narrow(n_bits - 1));
+            }
+            let len = cell.len.map_or(1, |len| len as usize);
+            rows.push((id, n_values, len));
+            n_values += len;
+            Place::Number(narrow(rows.len() - 1))
+        });
+        let handed = net.inputs.iter().filter(|(_, it)| super::is_handed(it.kind));
+        let asked = net.inputs.iter().filter(|(_, it)| it.kind == InputKind::Extern);
+        let inputs =
+            handed.chain(asked).enumerate().map(|(at, (id, _))| (id, narrow(at))).collect();
+        let is_action = |id: &OutputId| matches!(net.outputs[*id].driver, Driver::Extern { .. });
+        let all: Vec<OutputId> = net.outputs.iter().map(|(id, _)| id).collect();
+        let actions: Vec<OutputId> = all.iter().copied().filter(is_action).collect();
+        let others = all.iter().copied().filter(|id| !is_action(id));
+        let outputs = others.enumerate().map(|(at, id)| (id, narrow(at))).collect();
+        let mut texts = Vec::new();
+        let mut note = |language: &str, text: &str| {
+            if is_c(language) && !texts.iter().any(|known| known == text) {
+                texts.push(text.to_owned());
+            }
+        };
+        for effect in &program.reset_effects {
+            if let ResetEffect::Code(text) = effect {
+                note(&text.language, &text.text);
+            }
+        }
+        each_statement(&program.body, &mut |stmt| {
+            if let Stmt::Code(text) = stmt {
+                note(&text.language, &text.text);
+            }
+        });
+        Places { cells, rows, inputs, actions, outputs, texts, n_bits, n_values }
+    }
+}
+
+/// Calls `visit` with every statement, inner ones too.
+fn each_statement(list: &[Stmt], visit: &mut impl FnMut(&Stmt)) {
+    for stmt in list {
+        visit(stmt);
+        match stmt {
+            Stmt::If(_, then, otherwise) => {
+                each_statement(then, visit);
+                each_statement(otherwise, visit);
+            }
+            Stmt::Repeat { body, .. } => each_statement(body, visit),
+            Stmt::Set(..)
+            | Stmt::Store(..)
+            | Stmt::Output(..)
+            | Stmt::Call(..)
+            | Stmt::Code(_)
+            | Stmt::Fault(_) => {}
+        }
+    }
+}
+
+/// Code in the making.
+pub(super) struct Coder<'a> {
+    net: &'a Net,
+    program: &'a Program,
+    places: &'a Places,
+    /// Those of the program, and those that keep operands.
+    temps: Vec<(Type, Place)>,
+    /// Temps that keep operands and are free: flags and numbers.
+    free: [Vec<usize>; 2],
+    /// Flags and numbers so far.
+    pub(super) n_flags: usize,
+    pub(super) n_numbers: usize,
+    /// The rounds of the loops in each other, at most.
+    pub(super) rounds: u64,
+    sets_fault: bool,
+    step_cells: BTreeMap<StepId, CellId>,
+    /// Conditions that are asked at the first need, with the flag that says that they were.
+    lazy: BTreeMap<InputId, usize>,
+    code: Vec<u8>,
+}
+
+type Coded<T = ()> = Result<T, Refusal>;
+
+impl<'a> Coder<'a> {
+    pub(super) fn new(
+        net: &'a Net,
+        program: &'a Program,
+        places: &'a Places,
+        lazy: &BTreeSet<InputId>,
+        sets_fault: bool,
+    ) -> Self {
+        let mut coder = Coder {
+            net,
+            program,
+            places,
+            temps: Vec::new(),
+            free: [Vec::new(), Vec::new()],
+            n_flags: 0,
+            n_numbers: 0,
+            rounds: 1,
+            sets_fault,
+            step_cells: BTreeMap::new(),
+            lazy: BTreeMap::new(),
+            code: Vec::new(),
+        };
+        for (id, cell) in program.cells.iter() {
+            if let Origin::Step(step) = cell.origin {
+                coder.step_cells.insert(step, id);
+            }
+        }
+        for temp in program.temps.values() {
+            coder.new_temp(temp.ty);
+        }
+        for input in lazy {
+            let flag = coder.new_temp(Type::Bool);
+            coder.lazy.insert(*input, flag);
+        }
+        coder
+    }
+
+    /// The code of the reset.
+    ///
+    /// # Errors
+    /// What the engine has no room for.
+    pub(super) fn reset(&mut self) -> Coded<Vec<u8>> {
+        for (id, cell) in self.program.cells.iter() {
+            for (index, value) in cell.init.iter().enumerate().filter(|(_, value)| **value != 0) {
+                if cell.len.is_some() {
+                    self.constant(i64::try_from(index).unwrap_or(i64::MAX));
+                }
+                self.constant(*value);
+                self.store(id, cell.len.is_some());
+            }
+        }
+        if self.sets_fault && self.program.reset_fault {
+            self.constant(1);
+            self.op(Op::Fault);
+        }
+        for (id, number) in &self.places.outputs {
+            let value = self.program.reset_outputs.get(id.index()).copied().unwrap_or(0);
+            if value != 0 {
+                self.constant(value);
+                self.with(Op::Output, *number);
+            }
+        }
+        for effect in &self.program.reset_effects {
+            match effect {
+                ResetEffect::Call(output, values) => {
+                    values.iter().for_each(|value| self.constant(*value));
+                    self.call(*output, values.len())?;
+                }
+                ResetEffect::Code(text) => self.text(&text.language, &text.text),
+            }
+        }
+        Ok(std::mem::take(&mut self.code))
+    }
+
+    /// The code of the reaction; `eager` are the conditions that are asked before it.
+    ///
+    /// # Errors
+    /// What the engine has no room for.
+    pub(super) fn reaction(&mut self, eager: &BTreeSet<InputId>) -> Coded<Vec<u8>> {
+        for input in eager {
+            self.with(Op::Ask, self.places.inputs[input]);
+        }
+        let program = self.program;
+        self.list(&program.body, &Around { level: 0, loops: 0, rounds: 1 })?;
+        Ok(std::mem::take(&mut self.code))
+    }
+
+    // --- pieces ----------------------------------------------------------------------------------------------------------------------------
+
+    fn op(&mut self, op: Op) {
+        self.code.push(op as u8);
+    }
+
+    fn with(&mut self, op: Op, operand: u16) {
+        self.op(op);
+        self.code.extend(operand.to_le_bytes());
+    }
+
+    fn constant(&mut self, value: i64) {
+        if let Ok(byte) = i8::try_from(value) {
+            self.op(Op::Byte);
+            self.code.extend(byte.to_le_bytes());
+        } else if let Ok(long) = i32::try_from(value) {
+            self.op(Op::Long);
+            self.code.extend(long.to_le_bytes());
+        } else {
+            self.op(Op::Wide);
+            self.code.extend(value.to_le_bytes());
+        }
+    }
+
+    /// An instruction that holds something: where its length stands.
+    fn open(&mut self, op: Op) -> usize {
+        self.with(op, 0);
+        self.code.len() - 2
+    }
+
+    /// The end of what the instruction holds. A length of more than 16 bits makes an image that is refused as a whole.
+    fn close(&mut self, length_at: usize) {
+        let length = narrow(self.code.len() - length_at - 2);
+        self.code[length_at..length_at + 2].copy_from_slice(&length.to_le_bytes());
+    }
+
+    fn new_temp(&mut self, ty: Type) -> usize {
+        let count = if ty.is_bool() { &mut self.n_flags } else { &mut self.n_numbers };
+        let at = narrow(*count);
+        *count += 1;
+        let place = if ty.is_bool() { Place::Bit(at) } else { Place::Number(at) };
+        self.temps.push((ty, place));
+        self.temps.len() - 1
+    }
+
+    /// A temp that keeps something for a while.
+    fn borrow(&mut self, is_bool: bool) -> usize {
+        let ty = if is_bool { Type::Bool } else { Type::Int { lo: i64::MIN, hi: i64::MAX } };
+        self.free[usize::from(is_bool)].pop().unwrap_or_else(|| self.new_temp(ty))
+    }
+
+    fn give_back(&mut self, temps: Vec<usize>) {
+        for temp in temps {
+            self.free[usize::from(self.temps[temp].0.is_bool())].push(temp);
+        }
+    }
+
+    fn read_temp(&mut self, temp: usize) {
+        match self.temps[temp].1 {
+            Place::Bit(at) => self.with(Op::Flag, at),
+            Place::Number(at) => self.with(Op::Number, at),
+        }
+    }
+
+    fn set_temp(&mut self, temp: usize) {
+        match self.temps[temp].1 {
+            Place::Bit(at) => self.with(Op::SetFlag, at),
+            Place::Number(at) => self.with(Op::SetNumber, at),
+        }
+    }
+
+    fn store(&mut self, cell: CellId, is_element: bool) {
+        match self.places.cells[cell] {
+            Place::Bit(at) => self.with(Op::SetBit, at),
+            Place::Number(at) if is_element => self.with(Op::SetElement, at),
+            Place::Number(at) => self.with(Op::SetValue, at),
+        }
+    }
+
+    fn call(&mut self, output: OutputId, many: usize) -> Coded {
+        if many > STACK {
+            return Err(Refusal {
+                what: format!("an extern action with {many} arguments, where there can be {STACK}"),
+                span: self.net.outputs[output].meta.span,
+            });
+        }
+        let number = self.places.actions.iter().position(|it| *it == output);
+        self.with(Op::Call, narrow(number.unwrap_or_default()));
+        self.code.push(u8::try_from(many).unwrap_or(u8::MAX));
+        Ok(())
+    }
+
+    fn text(&mut self, language: &str, text: &str) {
+        if language == MARK {
+            match text.parse() {
+                Ok(transition) => self.with(Op::Fired, transition),
+                Err(_) => self.op(Op::Micro),
+            }
+        } else if is_c(language) {
+            let number = self.places.texts.iter().position(|it| it == text);
+            self.with(Op::Text, narrow(number.unwrap_or_default()));
+        }
+    }
+
+    // --- expressions -----------------------------------------------------------------------------------------------------------------------
+
+    /// Puts the value of an expression on the stack, which must be empty but for `below` values. Temps that keep operands are given back by the caller.
+    fn value(&mut self, expr: &Expr, kept: &mut Vec<usize>) {
+        if height(expr) > HEIGHT {
+            let lower = self.lowered(expr.clone(), kept);
+            self.push(&lower);
+        } else {
+            self.push(expr);
+        }
+    }
+
+    /// Puts the operands that are too high into temps.
+    fn lowered(&mut self, expr: Expr, kept: &mut Vec<usize>) -> Expr {
+        let span = expr.span;
+        let mut one = |this: &mut Self, operand: Expr| {
+            let operand = this.lowered(operand, kept);
+            if height(&operand) < HEIGHT {
+                return operand;
+            }
+            let temp = this.borrow(this.is_bool(&operand));
+            this.push(&operand);
+            this.set_temp(temp);
+            kept.push(temp);
+            Expr::leaf(Leaf::Temp(temp_id(temp)), span)
+        };
+        let kind = match expr.kind {
+            kind @ (ExprKind::Bool(_) | ExprKind::Int(_) | ExprKind::Leaf(_)) => kind,
+            ExprKind::Element(array, a) => ExprKind::Element(array, Box::new(one(self, *a))),
+            ExprKind::Not(a) => ExprKind::Not(Box::new(one(self, *a))),
+            ExprKind::Neg(a) => ExprKind::Neg(Box::new(one(self, *a))),
+            ExprKind::And(all) => ExprKind::And(all.into_iter().map(|a| one(self, a)).collect()),
+            ExprKind::Or(all) => ExprKind::Or(all.into_iter().map(|a| one(self, a)).collect()),
+            ExprKind::Compare(op, a, b) => {
+                let a = one(self, *a);
+                ExprKind::Compare(op, Box::new(a), Box::new(one(self, *b)))
+            }
+            ExprKind::Arith(op, a, b) => {
+                let a = one(self, *a);
+                ExprKind::Arith(op, Box::new(a), Box::new(one(self, *b)))
+            }
+            ExprKind::Select(c, a, b) => {
+                let c = one(self, *c);
+                let a = one(self, *a);
+                ExprKind::Select(Box::new(c), Box::new(a), Box::new(one(self, *b)))
+            }
+        };
+        Expr { kind, span }
+    }
+
+    fn is_bool(&self, expr: &Expr) -> bool {
+        match &expr.kind {
+            ExprKind::Bool(_)
+            | ExprKind::Not(_)
+            | ExprKind::And(_)
+            | ExprKind::Or(_)
+            | ExprKind::Compare(..) => true,
+            ExprKind::Int(_) | ExprKind::Neg(_) | ExprKind::Arith(..) => false,
+            ExprKind::Leaf(leaf) | ExprKind::Element(leaf, _) => self.leaf_type(leaf).is_bool(),
+            ExprKind::Select(_, a, _) => self.is_bool(a),
+        }
+    }
+
+    fn leaf_type(&self, leaf: &Leaf) -> Type {
+        match *leaf {
+            Leaf::Cell(cell) => self.program.cells[cell].ty,
+            Leaf::Temp(temp) => self.temps[temp.index()].0,
+            Leaf::Input(input) => self.net.inputs[input].ty,
+            Leaf::Dt => grafsynth_ir::interval::TICKS,
+        }
+    }
+
+    fn push(&mut self, expr: &Expr) {
+        match &expr.kind {
+            ExprKind::Bool(value) => self.constant(i64::from(*value)),
+            ExprKind::Int(value) => self.constant(*value),
+            ExprKind::Leaf(leaf) => self.leaf(*leaf),
+            ExprKind::Element(array, index) => {
+                self.push(index);
+                match array {
+                    Leaf::Cell(cell) => match self.places.cells[*cell] {
+                        Place::Number(row) => self.with(Op::Element, row),
+                        Place::Bit(_) => unreachable!("an array is no bit"),
+                    },
+                    Leaf::Temp(_) | Leaf::Input(_) | Leaf::Dt => {
+                        unreachable!("only cells are arrays")
+                    }
+                }
+            }
+            ExprKind::Not(a) => {
+                self.push(a);
+                self.op(Op::Not);
+            }
+            ExprKind::Neg(a) => {
+                self.push(a);
+                self.op(Op::Neg);
+            }
+            ExprKind::And(all) => self.junction(all, Op::And, Op::AndThen, 1),
+            ExprKind::Or(all) => self.junction(all, Op::Or, Op::OrElse, 0),
+            ExprKind::Compare(op, a, b) => {
+                self.push(a);
+                self.push(b);
+                self.op(match op {
+                    CompareOp::Eq => Op::Eq,
+                    CompareOp::Ne => Op::Ne,
+                    CompareOp::Lt => Op::Lt,
+                    CompareOp::Le => Op::Le,
+                    CompareOp::Gt => Op::Gt,
+                    CompareOp::Ge => Op::Ge,
+                });
+            }
+            ExprKind::Arith(op, a, b) => {
+                self.push(a);
+                self.push(b);
+                self.op(match op {
+                    ArithOp::Add => Op::Add,
+                    ArithOp::Sub => Op::Sub,
+                    ArithOp::Mul => Op::Mul,
+                    ArithOp::Div => Op::Div,
+                    ArithOp::Mod => Op::Mod,
+                });
+            }
+            ExprKind::Select(c, a, b) => {
+                self.push(c);
+                let unless = self.open(Op::Unless);
+                self.push(a);
+                let other = self.open(Op::Else);
+                self.close(unless);
+                self.push(b);
+                self.close(other);
+            }
+        }
+    }
+
+    /// What is more than a leaf is skipped where the answer is known before it; nothing has an effect.
+    fn junction(&mut self, all: &[Expr], both: Op, then: Op, none: i64) {
+        let Some((first, rest)) = all.split_first() else { return self.constant(none) };
+        self.push(first);
+        for operand in rest {
+            if operand.operands().next().is_none() {
+                self.push(operand);
+                self.op(both);
+            } else {
+                let held = self.open(then);
+                self.push(operand);
+                self.close(held);
+            }
+        }
+    }
+
+    fn leaf(&mut self, leaf: Leaf) {
+        match leaf {
+            Leaf::Cell(cell) => match self.places.cells[cell] {
+                Place::Bit(at) => self.with(Op::Bit, at),
+                Place::Number(at) => self.with(Op::Value, at),
+            },
+            Leaf::Temp(temp) => self.read_temp(temp.index()),
+            Leaf::Input(input) => match self.places.inputs.get(&input) {
+                Some(at) => self.with(Op::Input, *at),
+                // An internal event is raised within, never from outside.
+                None => self.constant(0),
+            },
+            Leaf::Dt => self.op(Op::Dt),
+        }
+    }
+
+    // --- statements ------------------------------------------------------------------------------------------------------------------------
+
+    fn list(&mut self, list: &[Stmt], around: &Around) -> Coded {
+        list.iter().try_for_each(|stmt| self.stmt(stmt, around))
+    }
+
+    fn stmt(&mut self, stmt: &Stmt, around: &Around) -> Coded {
+        let mut kept = Vec::new();
+        match stmt {
+            Stmt::Set(temp, value) => {
+                let role = self.program.temps[*temp].role;
+                let when = match role {
+                    TempRole::Fireable(transition) => self.enabled(transition),
+                    TempRole::Fire(_)
+                    | TempRole::NextActive(_)
+                    | TempRole::Activated(_)
+                    | TempRole::Deactivated(_)
+                    | TempRole::Holds(_)
+                    | TempRole::EdgeNow(_)
+                    | TempRole::Before(_)
+                    | TempRole::Helper => Vec::new(),
+                };
+                self.ask(&[value], &Expr::and(when));
+                self.value(value, &mut kept);
+                self.set_temp(temp.index());
+            }
+            Stmt::Store(cell, index, value) => {
+                let mentioned: Vec<&Expr> = index.iter().chain([value]).collect();
+                self.ask(&mentioned, &Expr::bool(true));
+                let is_element = index.is_some();
+                let all = index.iter().chain([value]);
+                let lower: Vec<Expr> = all.map(|it| self.low(it, &mut kept)).collect();
+                lower.iter().for_each(|it| self.push(it));
+                self.store(*cell, is_element);
+            }
+            Stmt::If(condition, then, otherwise) => {
+                self.ask(&[condition], &Expr::bool(true));
+                if around.level >= LEVELS {
+                    self.flat(condition, then, otherwise, around)?;
+                } else {
+                    self.value(condition, &mut kept);
+                    self.give_back(std::mem::take(&mut kept));
+                    let inner = Around { level: around.level + 1, ..*around };
+                    let unless = self.open(Op::Unless);
+                    self.list(then, &inner)?;
+                    if otherwise.is_empty() {
+                        self.close(unless);
+                    } else {
+                        let other = self.open(Op::Else);
+                        self.close(unless);
+                        self.list(otherwise, &inner)?;
+                        self.close(other);
+                    }
+                }
+            }
+            Stmt::Repeat { limit, condition, body } => {
+                if *limit > 0 {
+                    self.repeat(*limit, condition, body, around)?;
+                }
+            }
+            Stmt::Output(output, value) => {
+                self.ask(&[value], &self.carriers(*output, value));
+                let value = self.fitted(value, self.net.outputs[*output].ty, &mut kept);
+                self.push(&value);
+                if let Some(number) = self.places.outputs.get(output) {
+                    self.with(Op::Output, *number);
+                }
+            }
+            Stmt::Call(output, arguments) => {
+                let mentioned: Vec<&Expr> = arguments.iter().collect();
+                self.ask(&mentioned, &Expr::bool(true));
+                // The stack is for the arguments alone.
+                let mut lower = Vec::new();
+                for argument in arguments {
+                    let value = self.low(argument, &mut kept);
+                    lower.push(if value.operands().next().is_some() {
+                        self.keep(&value, &mut kept)
+                    } else {
+                        value
+                    });
+                }
+                lower.iter().for_each(|it| self.push(it));
+                self.call(*output, lower.len())?;
+            }
+            Stmt::Code(text) => self.text(&text.language, &text.text),
+            Stmt::Fault(value) => {
+                if self.sets_fault {
+                    self.value(value, &mut kept);
+                    self.op(Op::Fault);
+                }
+            }
+        }
+        self.give_back(kept);
+        Ok(())
+    }
+
+    fn repeat(&mut self, limit: u32, condition: &Expr, body: &[Stmt], around: &Around) -> Coded {
+        let rounds = around.rounds.saturating_mul(u64::from(limit));
+        if around.loops == LOOPS || rounds > u64::from(u32::MAX) {
+            return Err(Refusal {
+                what: "loops of more than 32 bits of rounds in each other".to_owned(),
+                span: self.net.name.span,
+            });
+        }
+        self.rounds = self.rounds.max(rounds);
+        let inner = Around { level: around.level + 1, loops: around.loops + 1, rounds };
+        self.op(Op::Loop);
+        self.code.extend(limit.to_le_bytes());
+        self.code.extend([0, 0]);
+        let length_at = self.code.len() - 2;
+        let mut kept = Vec::new();
+        if !condition.is_true() {
+            self.value(condition, &mut kept);
+            self.op(Op::While);
+        }
+        self.give_back(kept);
+        self.list(body, &inner)?;
+        self.op(Op::Again);
+        self.close(length_at);
+        Ok(())
+    }
+
+    /// An `if` whose lists do not lie within it, but each statement within the flag of its way.
+    fn flat(
+        &mut self,
+        condition: &Expr,
+        then: &[Stmt],
+        otherwise: &[Stmt],
+        around: &Around,
+    ) -> Coded {
+        let (yes, no) = (self.borrow(true), self.borrow(true));
+        let mut kept = Vec::new();
+        self.value(condition, &mut kept);
+        self.give_back(kept);
+        self.set_temp(yes);
+        self.read_temp(yes);
+        self.op(Op::Not);
+        self.set_temp(no);
+        self.on_the_way(yes, then, around)?;
+        self.on_the_way(no, otherwise, around)?;
+        self.give_back(vec![yes, no]);
+        Ok(())
+    }
+
+    fn on_the_way(&mut self, way: usize, list: &[Stmt], around: &Around) -> Coded {
+        for stmt in list {
+            if let Stmt::If(condition, then, otherwise) = stmt {
+                // The inner ways are not taken where this one is not.
+                let (yes, no) = (self.borrow(true), self.borrow(true));
+                for flag in [yes, no] {
+                    self.constant(0);
+                    self.set_temp(flag);
+                }
+                self.read_temp(way);
+                let held = self.open(Op::Unless);
+                self.ask(&[condition], &Expr::bool(true));
+                let mut kept = Vec::new();
+                self.value(condition, &mut kept);
+                self.give_back(kept);
+                self.set_temp(yes);
+                self.read_temp(yes);
+                self.op(Op::Not);
+                self.set_temp(no);
+                self.close(held);
+                self.on_the_way(yes, then, around)?;
+                self.on_the_way(no, otherwise, around)?;
+                self.give_back(vec![yes, no]);
+            } else {
+                self.read_temp(way);
+                let held = self.open(Op::Unless);
+                self.stmt(stmt, around)?;
+                self.close(held);
+            }
+        }
+        Ok(())
+    }
+
+    /// An expression that is not too high.
+    fn low(&mut self, expr: &Expr, kept: &mut Vec<usize>) -> Expr {
+        if height(expr) > HEIGHT { self.lowered(expr.clone(), kept) } else { expr.clone() }
+    }
+
+    fn keep(&mut self, expr: &Expr, kept: &mut Vec<usize>) -> Expr {
+        let temp = self.borrow(self.is_bool(expr));
+        self.push(expr);
+        self.set_temp(temp);
+        kept.push(temp);
+        Expr::leaf(Leaf::Temp(temp_id(temp)), expr.span)
+    }
+
+    /// A value in the range of a type.
+    fn fitted(&mut self, value: &Expr, ty: Type, kept: &mut Vec<usize>) -> Expr {
+        let own = type_of(value, &mut |leaf| self.leaf_type(leaf));
+        let ((lo, hi), bounds) = (ty.bounds(), own.map(Type::bounds));
+        let value = self.low(value, kept);
+        if ty.is_bool() || bounds.is_ok_and(|(a, b)| lo <= a && b <= hi) {
+            return value;
+        }
+        let value = self.keep(&value, kept);
+        let choose = |op, bound: i64, other: Expr| {
+            let condition = Expr::compare(op, value.clone(), Expr::int(bound));
+            let kind =
+                ExprKind::Select(Box::new(condition), Box::new(Expr::int(bound)), Box::new(other));
+            Expr::new(kind, Span::default())
+        };
+        let below = choose(CompareOp::Lt, lo, value.clone());
+        choose(CompareOp::Gt, hi, below)
+    }
+
+    // --- extern conditions -----------------------------------------------------------------------------------------------------------------
+
+    /// The steps that a transition takes.
+    fn enabled(&self, transition: TransitionId) -> Vec<Expr> {
+        let requires = self.net.transitions[transition].requires.iter();
+        requires.filter_map(|step| self.active(*step)).collect()
+    }
+
+    fn active(&self, step: StepId) -> Option<Expr> {
+        let cell = self.step_cells.get(&step)?;
+        Some(Expr::leaf(Leaf::Cell(*cell), Span::default()))
+    }
+
+    /// Some step that carries the output with a condition is active.
+    fn carriers(&self, output: OutputId, value: &Expr) -> Expr {
+        let mut reads = false;
+        value.for_each_leaf(&mut |leaf| reads |= matches!(leaf, Leaf::Input(_)));
+        let steps: Vec<StepId> = match &self.net.outputs[output].driver {
+            Driver::Continuous(emissions) | Driver::Mealy(emissions) if reads => {
+                emissions.iter().filter(|it| it.condition.is_some()).map(|it| it.step).collect()
+            }
+            Driver::Continuous(_)
+            | Driver::Mealy(_)
+            | Driver::Stored(_)
+            | Driver::Controlled(_)
+            | Driver::Extern { .. } => Vec::new(),
+        };
+        if steps.is_empty() {
+            return Expr::bool(true);
+        }
+        Expr::or(steps.into_iter().filter_map(|step| self.active(step)))
+    }
+
+    /// Asks, where `when` holds, the conditions that expressions mention and that were not asked yet.
+    fn ask(&mut self, expressions: &[&Expr], when: &Expr) {
+        if self.lazy.is_empty() {
+            return;
+        }
+        let mut mentioned = BTreeSet::new();
+        for expr in expressions {
+            expr.for_each_leaf(&mut |leaf| {
+                if let Leaf::Input(input) = leaf {
+                    mentioned.insert(*input);
+                }
+            });
+        }
+        for input in mentioned {
+            let Some(flag) = self.lazy.get(&input).copied() else { continue };
+            let asked = Expr::leaf(Leaf::Temp(temp_id(flag)), Span::default());
+            self.push(&Expr::and([when.clone(), asked.not()]));
+            let held = self.open(Op::Unless);
+            self.constant(1);
+            self.set_temp(flag);
+            self.with(Op::Ask, self.places.inputs[&input]);
+            self.close(held);
+        }
+    }
+}
+
+/// What a statement stands in.
+#[derive(Debug, Clone, Copy)]
+struct Around {
+    level: usize,
+    loops: usize,
+    rounds: u64,
+}
+
+/// The id of a temp that may be none of the program's.
+fn temp_id(at: usize) -> grafsynth_ir::Id<Temp> {
+    grafsynth_ir::Id::from_index(at)
+}
+
+fn height(expr: &Expr) -> usize {
+    expr.operands().map(height).max().map_or(1, |below| below + 1)
+}

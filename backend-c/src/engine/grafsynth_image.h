@@ -1,0 +1,98 @@
+/* What the engines of grafsynth have in common: how an image is read. docs/c.md of grafsynth says what is in one. */
+#ifndef GRAFSYNTH_IMAGE_H
+#define GRAFSYNTH_IMAGE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+/* Where images lie. With images in RAM (copied from an EEPROM) define it as const, for all files alike. */
+#ifndef GS_ROM
+#if defined(__AVR__) && defined(__FLASH)
+#define GS_ROM const __flash
+#elif defined(__SDCC_mcs51)
+#define GS_ROM const __code
+#else
+#define GS_ROM const
+#endif
+#endif
+
+/* What a check says. */
+#define GS_OK 0U
+#define GS_SHORT 1U     /* fewer bytes than an image has, or than its length says */
+#define GS_MAGIC 2U     /* no image */
+#define GS_VERSION 3U   /* an image for another engine */
+#define GS_CRC 4U       /* damaged */
+#define GS_INTERFACE 5U /* made for other inputs or outputs */
+#define GS_ROOM 6U      /* needs more than the instance has */
+#define GS_RANGE 7U     /* points outside of itself */
+
+/* What all images begin with. */
+#define GS_AT_KIND 5U
+#define GS_AT_LENGTH 6U
+#define GS_AT_CRC 8U
+#define GS_AT_INTERFACE 12U
+
+static inline uint16_t gs_u16(GS_ROM uint8_t *image, uint16_t at)
+{
+    const uint16_t low = image[at];
+    const uint16_t high = image[(uint16_t)(at + 1U)];
+    return (uint16_t)(low | (uint16_t)(high << 8));
+}
+
+static inline uint32_t gs_u32(GS_ROM uint8_t *image, uint16_t at)
+{
+    const uint32_t low = gs_u16(image, at);
+    const uint32_t high = gs_u16(image, (uint16_t)(at + 2U));
+    return low | (high << 16);
+}
+
+/* Two's complement, wherever the bits come from. */
+static inline int32_t gs_signed(uint32_t value)
+{
+    int32_t result;
+    if (value <= 0x7FFFFFFFU) {
+        result = (int32_t)value;
+    } else {
+        const uint32_t below = 0xFFFFFFFFU - value;
+        result = -(int32_t)below - 1;
+    }
+    return result;
+}
+
+static inline int32_t gs_i32(GS_ROM uint8_t *image, uint16_t at)
+{
+    return gs_signed(gs_u32(image, at));
+}
+
+/* Over all bytes but its own. */
+static inline uint32_t gs_crc(GS_ROM uint8_t *image, uint16_t length)
+{
+    uint32_t crc = 0xFFFFFFFFU;
+    for (uint16_t at = 0U; at < length; ++at) {
+        const bool own = (at >= GS_AT_CRC) && (at < GS_AT_INTERFACE);
+        crc ^= own ? 0U : image[at];
+        for (uint8_t bit = 0U; bit < 8U; ++bit) {
+            crc = ((crc & 1U) != 0U) ? ((crc >> 1) ^ 0xEDB88320U) : (crc >> 1);
+        }
+    }
+    return crc ^ 0xFFFFFFFFU;
+}
+
+/* A bit of an instance. */
+static inline bool gs_bit(const uint8_t *bits, uint16_t at)
+{
+    return (((uint16_t)bits[at >> 3] >> (at & 7U)) & 1U) != 0U;
+}
+
+static inline void gs_put(uint8_t *bits, uint16_t at, bool value)
+{
+    const uint8_t mask = (uint8_t)(1U << (at & 7U));
+    const uint16_t byte = at >> 3;
+    if (value) {
+        bits[byte] = (uint8_t)(bits[byte] | mask);
+    } else {
+        bits[byte] = (uint8_t)(bits[byte] & (uint8_t)~mask);
+    }
+}
+
+#endif

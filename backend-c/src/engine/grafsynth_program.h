@@ -1,0 +1,72 @@
+/* The program engine of grafsynth: one text for all charts. A chart is an image, an array of bytes; docs/c.md of grafsynth says what is in it. */
+#ifndef GRAFSYNTH_PROGRAM_H
+#define GRAFSYNTH_PROGRAM_H
+
+#include "grafsynth_image.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Values at once, and loops within each other. */
+#define GP_STACK 16U
+#define GP_LOOPS 3U
+
+/* What gp_go wants done before it goes on. */
+#define GP_DONE 0U
+#define GP_ASK 1U   /* inputs[number] is the answer of an extern condition */
+#define GP_CALL 2U  /* extern action number, its arguments in stack[0], stack[1] and so on */
+#define GP_TEXT 3U  /* text number of the user */
+#define GP_FIRED 4U /* transition number fires */
+#define GP_MICRO 5U /* a micro-step begins */
+
+/* What an instance has room for, and what it is handed. */
+typedef struct {
+    uint32_t interface; /* the number of inputs, outputs and functions: names, types, order */
+    uint32_t rounds;    /* of all loops in each other */
+    uint16_t inputs;    /* and conditions */
+    uint16_t outputs;
+    uint16_t calls;
+    uint16_t texts;
+    uint16_t fired;
+    uint16_t bits;    /* bytes of bits */
+    uint16_t values;  /* numbers */
+    uint16_t flags;   /* bytes of bits within a reaction */
+    uint16_t numbers; /* numbers within a reaction */
+} gp_room_t;
+
+/* A reaction. */
+typedef struct {
+    GS_ROM uint8_t *image;
+    uint8_t *bits;       /* the state: truth values */
+    int32_t *values;     /* the state: numbers */
+    const int32_t *in;   /* inputs, events, answers of conditions */
+    int32_t *out;
+    uint8_t *flags;
+    int64_t *numbers;
+    uint32_t dt;
+    int64_t stack[GP_STACK];
+    uint32_t rounds[GP_LOOPS]; /* that a loop may still make */
+    uint16_t begins[GP_LOOPS];
+    uint16_t at;
+    uint16_t end;
+    uint16_t number; /* what gp_go is about */
+    uint8_t depth;
+    uint8_t loops;
+    bool fault; /* the chart did not come to rest, or a queue was full */
+} gp_run_t;
+
+/* Whether an image can be run: GS_OK, or what is wrong. It is asked once; what runs an image trusts it. */
+uint8_t gp_check(GS_ROM uint8_t *image, uint16_t size, const gp_room_t *room);
+
+/* Begins a reset or a reaction; image, bits, values, in, out, flags, numbers and dt are given. */
+void gp_begin(gp_run_t *run, bool reset);
+
+/* Goes on until it is done or wants something. */
+uint8_t gp_go(gp_run_t *run);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

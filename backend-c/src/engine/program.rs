@@ -1,0 +1,606 @@
+//! The second kind of image: the reaction program of `grafsynth_ir::lower::program` as byte code, for all that the tables of states and transitions
+//! have no columns for.
+//!
+//! `grafsynth_program.c` runs it. Where the program asks an extern condition, calls an extern action or comes to text of the user, the engine returns with a
+//! number, `NAME.c` does it, and the engine goes on: it knows no function, and no pointer to one is needed.
+
+use super::bytes::{Coder, MARK, Place, Places};
+use super::image::{Line, crc32, narrow};
+use super::{clear_array, is_handed, member};
+use crate::calls::{self, Callee};
+use crate::cexpr::{CExpr, Class, Helpers, Prec};
+use crate::cprogram::{CProgram, Engine, mentions};
+use crate::ctext::{Kind, Node};
+use crate::names::{Names, library, namer};
+use crate::switch::Refusal;
+use crate::times::Ticks;
+use crate::{Object, Options, bits};
+use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::lower::program::{
+    Marks, ProgramOptions, marked_program, program as reaction_program,
+};
+use grafsynth_ir::net::{Driver, Evolution, InputId, InputKind, Leaf as NetLeaf, Net, Verbatim};
+use grafsynth_ir::program::{Leaf, Origin, Program};
+use grafsynth_ir::{IdMap, Valid};
+use std::collections::BTreeSet;
+
+/// The files that every chart of this kind has alike.
+pub(crate) const FILES: [(&str, &str); 3] = [
+    super::IMAGE_HEADER,
+    ("grafsynth_program.h", include_str!("grafsynth_program.h")),
+    ("grafsynth_program.c", include_str!("grafsynth_program.c")),
+];
+
+/// Bytes before the rows of cells.
+const HEADER: usize = 32;
+/// The version of this kind.
+const VERSION: u8 = 1;
+/// What tells it from the kinds of tables.
+const KIND: u8 = 4;
+
+/// Why there is no image.
+pub(crate) enum Failure {
+    /// No reaction program can be made.
+    Errors(Vec<Diagnostic>),
+    /// The engine has no room for something.
+    Refused(Refusal),
+}
+
+/// What a chart needs of memory, and what it is handed.
+struct Room {
+    sizes: [(&'static str, usize); 4],
+    rounds: u64,
+    interface: u32,
+    fired: usize,
+    sets_fault: bool,
+}
+
+/// The net as a program for the engine.
+///
+/// # Errors
+/// See [`Failure`].
+pub(crate) fn program(
+    net: &Valid<Net>,
+    names: &Names,
+    options: &Options,
+) -> Result<CProgram, Failure> {
+    let program = match options.trace {
+        None => reaction_program(net, &ProgramOptions::default()),
+        Some(_) => marked_program(net, &ProgramOptions::default(), &marks(net)),
+    }
+    .map_err(Failure::Errors)?;
+    let ticks = bits::ticks(&program);
+    let places = Places::of(net, &program);
+    let sets_fault = net.settings.evolution != Evolution::Single
+        && (program.reset_fault || program.body.iter().any(bits::gives_fault));
+    let (eager, lazy) = conditions(net, &program);
+    let mut coder = Coder::new(net, &program, &places, &lazy, sets_fault);
+    let reset = coder.reset().map_err(Failure::Refused)?;
+    let reaction = coder.reaction(&eager).map_err(Failure::Refused)?;
+    let room = Room {
+        sizes: [
+            ("BITS", places.n_bits.div_ceil(8).max(1)),
+            ("VALUES", places.n_values.max(1)),
+            ("FLAGS", coder.n_flags.div_ceil(8).max(1)),
+            ("NUMBERS", coder.n_numbers.max(1)),
+        ],
+        rounds: coder.rounds,
+        interface: interface(net, &places, ticks),
+        fired: if options.trace.is_some() { net.transitions.len() } else { 0 },
+        sets_fault,
+    };
+    let counts = [places.n_bits, places.n_values, coder.n_flags, coder.n_numbers];
+    let lines = image(&program, &places, counts, room.interface, reset, reaction);
+    let length: usize = lines.iter().map(|line| line.bytes.len()).sum();
+    let most = counts.into_iter().max().unwrap_or(0).max(length);
+    if most > usize::from(u16::MAX) {
+        return Err(Failure::Refused(Refusal {
+            what: format!(
+                "a chart whose program needs {most} bytes or places, where an image has at most 65535"
+            ),
+            span: net.name.span,
+        }));
+    }
+    Ok(emit(net, names, &program, &places, &room, ticks, &lines))
+}
+
+/// Marks that say only what they are.
+fn marks(net: &Net) -> Marks {
+    let mark = |text: String| Verbatim { language: MARK.to_owned(), text };
+    Marks {
+        micro_step: mark(String::new()),
+        fires: IdMap::build(&net.transitions, |id, _| mark(id.index().to_string())),
+    }
+}
+
+/// Extern conditions that the program mentions: those that are asked before each reaction, and those that are asked at the first need.
+fn conditions(net: &Net, program: &Program) -> (BTreeSet<InputId>, BTreeSet<InputId>) {
+    let mut used = BTreeSet::new();
+    for stmt in &program.body {
+        bits::homes::each_expr(stmt, &mut |expr| {
+            expr.for_each_leaf(&mut |leaf| {
+                if let Leaf::Input(input) = leaf {
+                    used.insert(*input);
+                }
+            });
+        });
+    }
+    let mut in_edges = BTreeSet::new();
+    for edge in net.edges.values() {
+        edge.expr.for_each_leaf(&mut |leaf| {
+            if let NetLeaf::Input(input) = leaf {
+                in_edges.insert(*input);
+            }
+        });
+    }
+    used.into_iter()
+        .filter(|input| net.inputs[*input].kind == InputKind::Extern)
+        .partition(|input| in_edges.contains(input))
+}
+
+/// As for the tables, with functions and texts.
+fn interface(net: &Net, places: &Places, ticks: Option<Ticks>) -> u32 {
+    let mut text = super::interface_text(net, ticks);
+    text.push_str("program\n");
+    for (_, input) in net.inputs.iter().filter(|(_, it)| it.kind == InputKind::Extern) {
+        text.push_str(&format!("asks {} {:?}\n", input.name, input.ty.bounds()));
+    }
+    for output in &places.actions {
+        let output = &net.outputs[*output];
+        if let Driver::Extern { params, .. } = &output.driver {
+            let types: Vec<_> = params.iter().map(|param| param.ty.bounds()).collect();
+            text.push_str(&format!("calls {} {types:?}\n", output.name));
+        }
+    }
+    for own in &places.texts {
+        text.push_str(&format!("text {own}\n"));
+    }
+    crc32(text.as_bytes())
+}
+
+/// The image as lines.
+fn image(
+    program: &Program,
+    places: &Places,
+    counts: [usize; 4],
+    interface: u32,
+    reset: Vec<u8>,
+    reaction: Vec<u8>,
+) -> Vec<Line> {
+    let mut rows: Vec<Line> = Vec::new();
+    for (cell, first, many) in &places.rows {
+        let cell = &program.cells[*cell];
+        let (lo, hi) = cell.ty.bounds();
+        let mut bytes = narrow(*first).to_le_bytes().to_vec();
+        bytes.extend(narrow(*many).to_le_bytes());
+        for bound in [lo, hi] {
+            // Ranges lie within 32 bits: what is no variable counts ticks or places.
+            bytes.extend(i32::try_from(bound).unwrap_or(i32::MAX).to_le_bytes());
+        }
+        rows.push(Line { bytes, title: None, note: cell.name.clone(), object: None });
+    }
+    let length = HEADER
+        + rows.iter().map(|row| row.bytes.len()).sum::<usize>()
+        + reset.len()
+        + reaction.len();
+    let mut header = b"GSTB".to_vec();
+    header.extend([VERSION, KIND]);
+    header.extend(narrow(length).to_le_bytes());
+    header.extend([0; 4]);
+    header.extend(interface.to_le_bytes());
+    for count in counts {
+        header.extend(narrow(count).to_le_bytes());
+    }
+    for count in [rows.len(), reset.len(), reaction.len()] {
+        header.extend(narrow(count).to_le_bytes());
+    }
+    header.resize(HEADER, 0);
+    let title = "header: magic, version, kind, length, checksum, interface, numbers of bits, values, flags, numbers, cells, bytes of reset and of reaction";
+    let line = |bytes, title| Line { bytes, title: Some(title), note: String::new(), object: None };
+    let mut lines = vec![line(header, title)];
+    if let Some(first) = rows.first_mut() {
+        first.title = Some("cells: first value, how many, least, most");
+    }
+    lines.extend(rows);
+    lines.push(line(reset, "reset"));
+    lines.push(line(reaction, "reaction"));
+    super::image::seal(&mut lines);
+    lines
+}
+
+// --- text --------------------------------------------------------------------------------------------------------------------------------------
+
+/// Locals of the emitted functions; the user's library may have functions of these names.
+struct Locals {
+    run: String,
+    inputs: String,
+    outputs: String,
+    flags: String,
+    numbers: String,
+    wants: String,
+    room: String,
+    found: String,
+}
+
+impl Locals {
+    fn of(net: &Net, names: &Names) -> Self {
+        let mut all = namer();
+        library(net, names).iter().for_each(|function| all.reserve(function));
+        let mut name = |text: &str| all.name(text);
+        Locals {
+            run: name("run"),
+            inputs: name("inputs"),
+            outputs: name("outputs"),
+            flags: name("flags"),
+            numbers: name("numbers"),
+            wants: name("wants"),
+            room: name("room"),
+            found: name("found"),
+        }
+    }
+}
+
+fn emit(
+    net: &Net,
+    names: &Names,
+    program: &Program,
+    places: &Places,
+    room: &Room,
+    ticks: Option<Ticks>,
+    lines: &[Line],
+) -> CProgram {
+    let (prefix, upper) = (&names.prefix, &names.upper);
+    let locals = Locals::of(net, names);
+    let mut instance = vec![
+        member("GS_ROM uint8_t *image", "the program that it runs"),
+        member(&format!("uint8_t bits[{upper}_BITS]"), "steps, truth values"),
+        member(&format!("int32_t values[{upper}_VALUES]"), "numbers"),
+    ];
+    if room.sets_fault {
+        instance.push(member(
+            "bool fault",
+            "the last reaction did not come to rest, or a queue was full",
+        ));
+    }
+    let has_out = !places.outputs.is_empty();
+    let out = if has_out { format!(", {prefix}_out_t *out") } else { String::new() };
+    let hand = if has_out { ", out" } else { "" };
+    let mut helpers = Helpers::default();
+    let (mut functions, going) = services(net, names, places, room, &locals, &mut helpers);
+    let reset = reaction(net, names, places, room, ticks, &locals, &going, true);
+    let step = reaction(net, names, places, room, ticks, &locals, &going, false);
+    let mut start = vec![Node::line("self->image = image;")];
+    // What an image does not use of the room is the same every time.
+    start.push(clear_array(&format!("{upper}_BITS"), "self->bits[i] = 0U;"));
+    start.push(clear_array(&format!("{upper}_VALUES"), "self->values[i] = 0;"));
+    start.extend(reset);
+    let load_head = format!(
+        "uint8_t {prefix}_load({prefix}_t *self, GS_ROM uint8_t *image, uint16_t size{out})"
+    );
+    functions.extend([
+        Node::comment("Reset on this program."),
+        Node::function(
+            format!("static void {prefix}_start({prefix}_t *self, GS_ROM uint8_t *image{out})"),
+            start,
+        ),
+        Node::blank(),
+        Node::function(load_head.clone(), load(names, places, room, &locals, hand)),
+        Node::blank(),
+    ]);
+    let mut sizes: Vec<(&str, String)> =
+        room.sizes.iter().map(|(name, size)| (*name, format!("{size}U"))).collect();
+    sizes.push(("ROUNDS", format!("{}UL", room.rounds)));
+    CProgram {
+        style: "engine with a program",
+        instance,
+        enumerators: Vec::new(),
+        active: IdMap::build(&net.steps, |id, _| {
+            let cell = program.cells.iter().find(|(_, cell)| cell.origin == Origin::Step(id));
+            match cell.map(|(cell, _)| places.cells[cell]) {
+                Some(Place::Bit(at)) => format!("gs_bit(self->bits, {at}U)"),
+                Some(Place::Number(_)) | None => "false".to_owned(),
+            }
+        }),
+        fault: room.sets_fault.then(|| "self->fault".to_owned()),
+        has_fault: net.settings.evolution != Evolution::Single,
+        ticks,
+        tables: Vec::new(),
+        functions,
+        init: vec![Node::line(format!("{prefix}_start(self, {prefix}_tables{hand});"))],
+        step,
+        helpers,
+        engine: Some(Engine {
+            files: &FILES,
+            before: super::macros(names, "grafsynth_program.h", &sizes, room.interface),
+            declarations: super::declarations(&load_head),
+            values: values(program, places),
+            image: lines.iter().flat_map(|line| line.bytes.iter().copied()).collect(),
+            tables: super::table(names, lines),
+        }),
+    }
+}
+
+/// How each variable is read.
+fn values(
+    program: &Program,
+    places: &Places,
+) -> std::collections::BTreeMap<grafsynth_ir::net::VarId, String> {
+    let mut all = std::collections::BTreeMap::new();
+    for (id, cell) in program.cells.iter() {
+        let Origin::Var(var) = cell.origin else { continue };
+        let text = match places.cells[id] {
+            Place::Bit(at) => format!("gs_bit(self->bits, {at}U)"),
+            Place::Number(row) => {
+                let first = places.rows.get(usize::from(row)).map_or(0, |(_, first, _)| *first);
+                let value = match cell.len {
+                    Some(_) => format!("self->values[{first}U + i]"),
+                    None => format!("self->values[{first}]"),
+                };
+                if cell.ty.is_bool() {
+                    format!("{value} != 0")
+                } else {
+                    format!("({}){value}", crate::cexpr::storage(cell.ty))
+                }
+            }
+        };
+        all.insert(var, text);
+    }
+    all
+}
+
+/// What the engine wants done: functions, and how a reaction is driven.
+fn services(
+    net: &Net,
+    names: &Names,
+    places: &Places,
+    room: &Room,
+    locals: &Locals,
+    helpers: &mut Helpers,
+) -> (Vec<Node>, Vec<Node>) {
+    let prefix = &names.prefix;
+    let mut functions = Vec::new();
+    let mut arms: Vec<Node> = Vec::new();
+    let run = &locals.run;
+    let mut service = |code: &str, call: Node| {
+        arms.push(
+            Kind::Case(vec![format!("case {code}:")], vec![call, Node::line("break;")]).into(),
+        );
+    };
+    let case = |number: usize, mut body: Vec<Node>| -> Node {
+        body.push(Node::line("break;"));
+        Kind::Case(vec![format!("case {number}U:")], body).into()
+    };
+    let asked: Vec<_> = net.inputs.iter().filter(|(_, it)| it.kind == InputKind::Extern).collect();
+    if !asked.is_empty() {
+        let cases = asked.iter().map(|(id, input)| {
+            let function = &names.inputs[*id];
+            let value = if input.ty.is_bool() {
+                format!("{function}() ? 1 : 0")
+            } else {
+                format!("(int32_t){function}()")
+            };
+            let at = places.inputs[id];
+            let line = Node::line(format!("{}[{at}] = {value};", locals.inputs));
+            case(usize::from(at), vec![line.about(Object::Input(*id))])
+        });
+        functions.extend(switch(
+            "Asks an extern condition.",
+            format!("static void {prefix}_ask(uint16_t number, int32_t {}[])", locals.inputs),
+            "number",
+            cases.collect(),
+        ));
+        let call = format!("{prefix}_ask({run}->number, {});", locals.inputs);
+        service("GP_ASK", Node::line(call));
+    }
+    if !places.actions.is_empty() {
+        let mut cases = Vec::new();
+        for (number, output) in places.actions.iter().enumerate() {
+            let Driver::Extern { params, .. } = &net.outputs[*output].driver else { continue };
+            let arguments = params.iter().enumerate().map(|(at, param)| {
+                let text = format!("{run}->stack[{at}]");
+                if param.ty.is_bool() {
+                    CExpr::condition(format!("{text} != 0"), Prec::Compare)
+                } else {
+                    CExpr::exact(text, Prec::Atom, Class::Huge, (i64::MIN, i64::MAX))
+                }
+            });
+            let arguments = arguments.collect();
+            let callee = Callee { net, names, output: *output };
+            cases.push(case(number, vec![callee.call(arguments, helpers)]));
+        }
+        functions.extend(switch(
+            "Calls an extern action.",
+            format!("static void {prefix}_call(const gp_run_t *{run})"),
+            &format!("{run}->number"),
+            cases,
+        ));
+        service("GP_CALL", Node::line(format!("{prefix}_call({run});")));
+    }
+    if !places.texts.is_empty() {
+        let mut cases = Vec::new();
+        for (number, text) in places.texts.iter().enumerate() {
+            let text = Verbatim { language: "c".to_owned(), text: text.clone() };
+            cases.push(case(number, calls::verbatim(&text)));
+        }
+        let (parameters, arguments) = parameters(names, net, &cases);
+        functions.extend(switch(
+            "Runs a text of the chart.",
+            format!("static void {prefix}_text({parameters}uint16_t number)"),
+            "number",
+            cases,
+        ));
+        service("GP_TEXT", Node::line(format!("{prefix}_text({arguments}{run}->number);")));
+    }
+    if room.fired > 0 {
+        service("GP_FIRED", Node::line(format!("{prefix}_fired(self, {run}->number);")));
+        service("GP_MICRO", crate::trace::micro_step());
+    }
+    if arms.is_empty() {
+        return (functions, vec![Node::line(format!("(void)gp_go(&{run});"))]);
+    }
+    arms.push(Kind::Case(vec!["default:".to_owned()], vec![Node::line("break;")]).into());
+    let wants = &locals.wants;
+    let body = vec![
+        Node::line(format!("uint8_t {wants} = gp_go({run});")),
+        Node::block(
+            format!("while ({wants} != GP_DONE)"),
+            vec![
+                Node::block(format!("switch ({wants})"), arms),
+                Node::line(format!("{wants} = gp_go({run});")),
+            ],
+        ),
+    ];
+    let (mut parameters, mut arguments) = parameters(names, net, &body);
+    parameters.push_str(&format!("gp_run_t *{run}"));
+    arguments.push_str(&format!("&{run}"));
+    if mentions(&body, &locals.inputs) {
+        parameters.push_str(&format!(", int32_t {}[]", locals.inputs));
+        arguments.push_str(&format!(", {}", locals.inputs));
+    }
+    functions.extend([
+        Node::comment("Runs to the end, and does on the way what the engine can't."),
+        Node::function(format!("static void {prefix}_go({parameters})"), body),
+        Node::blank(),
+    ]);
+    (functions, vec![Node::line(format!("{prefix}_go({arguments});"))])
+}
+
+/// A function that is a choice of a number.
+fn switch(comment: &str, head: String, number: &str, mut cases: Vec<Node>) -> [Node; 3] {
+    cases.push(Kind::Case(vec!["default:".to_owned()], vec![Node::line("break;")]).into());
+    let body = vec![Node::block(format!("switch ({number})"), cases)];
+    [Node::comment(comment), Node::function(head, body), Node::blank()]
+}
+
+/// What some text mentions of the parameters of a reaction, each followed by a comma.
+fn parameters(names: &Names, net: &Net, nodes: &[Node]) -> (String, String) {
+    let prefix = &names.prefix;
+    let has_in = net.inputs.values().any(|it| is_handed(it.kind));
+    let (mut parameters, mut arguments) = (String::new(), String::new());
+    for (word, ty, there) in [
+        ("self", format!("{prefix}_t *self, "), true),
+        ("in", format!("const {prefix}_in_t *in, "), has_in),
+        ("out", format!("{prefix}_out_t *out, "), true),
+    ] {
+        if there && mentions(nodes, word) {
+            parameters.push_str(&ty);
+            arguments.push_str(&format!("{word}, "));
+        }
+    }
+    (parameters, arguments)
+}
+
+/// The body of a reset or a reaction.
+#[expect(clippy::too_many_arguments, reason = "what one function of the text is made of")]
+fn reaction(
+    net: &Net,
+    names: &Names,
+    places: &Places,
+    room: &Room,
+    ticks: Option<Ticks>,
+    locals: &Locals,
+    going: &[Node],
+    reset: bool,
+) -> Vec<Node> {
+    let (prefix, upper) = (&names.prefix, &names.upper);
+    let Locals { run, inputs, outputs, flags, numbers, .. } = locals;
+    let mut body = vec![
+        Node::line(format!("int32_t {inputs}[{}];", places.inputs.len().max(1))),
+        Node::line(format!("int32_t {outputs}[{}];", places.outputs.len().max(1))),
+        Node::line(format!("uint8_t {flags}[{upper}_FLAGS];")),
+        Node::line(format!("int64_t {numbers}[{upper}_NUMBERS];")),
+        Node::line(format!("gp_run_t {run};")),
+    ];
+    let needs_in = reset && mentions(going, "in");
+    if needs_in {
+        // Lists of initial steps run before there are inputs.
+        body.push(Node::line(format!("const {prefix}_in_t none = {{ 0 }};")));
+        body.push(Node::line(format!("const {prefix}_in_t *in = &none;")));
+    }
+    if places.inputs.is_empty() {
+        body.push(Node::line(format!("{inputs}[0] = 0;")));
+    }
+    for (id, at) in &places.inputs {
+        let input = &net.inputs[*id];
+        let value = if reset || input.kind == InputKind::Extern {
+            input.ty.saturate(0).to_string()
+        } else {
+            let place = names.io.read("in->", &names.inputs[*id], *id, input.ty).text;
+            if input.ty.is_bool() {
+                format!("{place} ? 1 : 0")
+            } else {
+                format!("(int32_t){place}")
+            }
+        };
+        let line = Node::line(format!("{inputs}[{at}] = {value};"));
+        body.push(line.about(Object::Input(*id)));
+    }
+    body.push(clear_array(
+        &format!("{}U", places.outputs.len().max(1)),
+        &format!("{outputs}[i] = 0;"),
+    ));
+    for (name, value) in [
+        ("image", "self->image"),
+        ("bits", "self->bits"),
+        ("values", "self->values"),
+        ("in", inputs),
+        ("out", outputs),
+        ("flags", flags),
+        ("numbers", numbers),
+        ("dt", if ticks.is_some() && !reset { "dt" } else { "0U" }),
+    ] {
+        body.push(Node::line(format!("{run}.{name} = {value};")));
+    }
+    body.push(Node::line(format!("gp_begin(&{run}, {reset});")));
+    body.extend(going.iter().cloned());
+    if room.sets_fault {
+        body.push(Node::line(format!("self->fault = {run}.fault;")));
+    }
+    body.extend(
+        (0..names.io.output_words()).map(|word| Node::line(format!("out->bits[{word}] = 0U;"))),
+    );
+    for (id, at) in &places.outputs {
+        let output = &net.outputs[*id];
+        let value = if output.ty.is_bool() {
+            format!("{outputs}[{at}] != 0")
+        } else {
+            format!("({}){outputs}[{at}]", crate::cexpr::storage(output.ty))
+        };
+        let line = names.io.write(&names.outputs[*id], *id, &value);
+        body.push(Node::line(line).about(Object::Output(*id)));
+    }
+    body
+}
+
+/// The body of `NAME_load`.
+fn load(names: &Names, places: &Places, room: &Room, locals: &Locals, hand: &str) -> Vec<Node> {
+    let (prefix, upper) = (&names.prefix, &names.upper);
+    let Locals { room: it, found, .. } = locals;
+    let mut body = vec![
+        Node::line(format!("gp_room_t {it};")),
+        Node::line(format!("uint8_t {found};")),
+        Node::line(format!("{it}.interface = {upper}_INTERFACE;")),
+        Node::line(format!("{it}.rounds = {upper}_ROUNDS;")),
+    ];
+    for (name, many) in [
+        ("inputs", places.inputs.len()),
+        ("outputs", places.outputs.len()),
+        ("calls", places.actions.len()),
+        ("texts", places.texts.len()),
+        ("fired", room.fired),
+    ] {
+        body.push(Node::line(format!("{it}.{name} = {many}U;")));
+    }
+    for (name, _) in room.sizes {
+        body.push(Node::line(format!("{it}.{} = {upper}_{name};", name.to_ascii_lowercase())));
+    }
+    body.extend([
+        Node::line(format!("{found} = gp_check(image, size, &{it});")),
+        Node::when(
+            &format!("{found} == GS_OK"),
+            vec![Node::line(format!("{prefix}_start(self, image{hand});"))],
+        ),
+        Node::line(format!("return {found};")),
+    ]);
+    body
+}
