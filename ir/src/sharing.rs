@@ -318,15 +318,14 @@ fn protect(net: &mut Net, names: &mut Fresh) {
         .map(|(id, _)| (id, tasks_of(net, id)))
         .collect();
     // For each transition: what it does itself, and the lists of steps that it may run.
-    let lists: Vec<Accesses> = (net.steps.values())
-        .map(|step| {
-            let mut accesses = Accesses::default();
-            for list in [&step.entry, &step.exit, &step.initial_content] {
-                accesses.block(net, list);
-            }
-            accesses
-        })
-        .collect();
+    let of_lists = |lists: &[&Block]| {
+        let mut accesses = Accesses::default();
+        lists.iter().for_each(|list| accesses.block(net, list));
+        accesses
+    };
+    let exits: Vec<Accesses> = net.steps.values().map(|step| of_lists(&[&step.exit])).collect();
+    let entries: Vec<Accesses> =
+        (net.steps.values()).map(|step| of_lists(&[&step.entry, &step.initial_content])).collect();
     let contents: Vec<Accesses> = (net.transitions.values())
         .map(|transition| {
             let mut accesses = Accesses::default();
@@ -340,12 +339,8 @@ fn protect(net: &mut Net, names: &mut Fresh) {
             accesses
         })
         .collect();
-    let changed: Vec<BTreeSet<StepId>> = (net.transitions.ids())
-        .map(|id| {
-            let (left, entered) = changed_steps(net, id);
-            left.into_iter().chain(entered).collect()
-        })
-        .collect();
+    let changed: Vec<(Vec<StepId>, Vec<StepId>)> =
+        net.transitions.ids().map(|id| changed_steps(net, id)).collect();
     let mut waits: Vec<Vec<VarId>> = vec![Vec::new(); net.transitions.len()];
     for (holder, accesses) in holders {
         let step = &net.steps[holder];
@@ -370,11 +365,12 @@ fn protect(net: &mut Net, names: &mut Fresh) {
         }
         for (at, content) in contents.iter().enumerate() {
             // Its own lists are the holder's: what it has begun it may end.
-            let of_others = changed[at].iter().filter(|step| **step != holder);
+            let (left, entered) = &changed[at];
+            let left = left.iter().map(|step| (*step, &exits[step.index()]));
+            let entered = entered.iter().map(|step| (*step, &entries[step.index()]));
             let touches = accesses.clashes(content).next().is_some()
-                || of_others
-                    .into_iter()
-                    .any(|step| accesses.clashes(&lists[step.index()]).next().is_some());
+                || (left.chain(entered).filter(|(step, _)| *step != holder))
+                    .any(|(_, lists)| accesses.clashes(lists).next().is_some());
             if touches {
                 waits[at].push(held);
             }
@@ -395,5 +391,74 @@ fn protect(net: &mut Net, names: &mut Fresh) {
         let free = waits.into_iter().map(|held| Expr::leaf(Leaf::Var(held), Span::default()).not());
         let guard = std::mem::replace(&mut transition.guard, Expr::bool(true));
         transition.guard = Expr::and(free.chain([guard]));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::FileId;
+    use crate::text::{parse, print};
+
+    /// The net after the pass, with `sharing` said of x.
+    fn separated(sharing: &str) -> String {
+        let text = format!(
+            "net t
+policy all
+evolution single
+schedule declared
+tick 10000000 ns
+part t level 1
+input i bool
+var x int 0..9 {sharing} = 1
+var y int 0..9 = 0
+step s in t initial budget 3
+    task a cost 2 {{ x := x + 1 }}
+    task b cost 1 {{ y := y + 1 }}
+    task c cost 2 {{ y := x }}
+step u in t initial budget 3
+    task d cost 1 {{ x := 0 }}
+step p in t initial
+step q in t
+    entry {{ y := x }}
+transition t1 in t p -> q when i
+transition t2 in t q -> p when y > 3
+transition t3 in t s -> q when s.done
+"
+        );
+        let (net, found) = parse(FileId(0), &text);
+        let mut net = net.unwrap_or_else(|| panic!("{found:?}"));
+        let step = net.steps.values().next().expect("there is one");
+        assert_eq!(step.chunks(), [0..2, 2..3]);
+        separate(&mut net);
+        crate::validate(net.clone()).expect("it stays valid");
+        print(&net)
+    }
+
+    #[test]
+    fn copies_are_taken_first_and_published_last() {
+        let text = separated("buffer");
+        assert!(text.contains("task a cost 2 { s.x := x; s.x := s.x + 1 }"), "{text}");
+        assert!(text.contains("task c cost 2 { y := s.x; x := s.x }"), "{text}");
+        assert!(text.contains("task d cost 1 { x := 0 }"), "{text}");
+        assert!(text.contains("when i\n"), "{text}");
+    }
+
+    #[test]
+    fn who_touches_what_is_held_waits() {
+        let text = separated("protect");
+        assert!(text.contains("task a cost 2 { s.held := true; x := x + 1 }"), "{text}");
+        assert!(text.contains("task c cost 2 { y := x; s.held := false }"), "{text}");
+        assert!(text.contains("exit { s.held := false }"), "{text}");
+        assert!(text.contains("step u in t initial budget 3 locks (s.held)"), "{text}");
+        // By what it runs on activation, and not by its receptivity; y is nobody's business.
+        assert!(text.contains("p -> q when not s.held and i"), "{text}");
+        assert!(text.contains("q -> p when y > 3"), "{text}");
+    }
+
+    #[test]
+    fn what_is_allowed_stays_as_it_is() {
+        let text = separated("allow");
+        assert!(!text.contains("s.held") && !text.contains("s.x"), "{text}");
     }
 }

@@ -198,13 +198,16 @@ impl Look<'_> {
     fn others(&self) -> Vec<Other> {
         let net = self.net;
         let mut all = Vec::new();
-        let lists = |steps: &mut dyn Iterator<Item = StepId>, accesses: &mut Accesses| {
-            // What it does itself when it is entered or left is not another's.
-            for step in steps.filter(|step| *step != self.step) {
-                let data = &net.steps[step];
-                for list in [&data.entry, &data.exit, &data.initial_content] {
-                    accesses.block(net, list);
-                }
+        // What it does itself when it is entered or left is not another's.
+        let exit = |step: StepId, accesses: &mut Accesses| {
+            if step != self.step {
+                accesses.block(net, &net.steps[step].exit);
+            }
+        };
+        let entry = |step: StepId, accesses: &mut Accesses| {
+            if step != self.step {
+                accesses.block(net, &net.steps[step].entry);
+                accesses.block(net, &net.steps[step].initial_content);
             }
         };
         for (id, transition) in net.transitions.iter() {
@@ -217,7 +220,8 @@ impl Look<'_> {
             accesses.expr(net, &transition.guard);
             accesses.block(net, &transition.actions);
             let (left, entered) = changed_steps(net, id);
-            lists(&mut left.into_iter().chain(entered), &mut accesses);
+            left.into_iter().for_each(|step| exit(step, &mut accesses));
+            entered.into_iter().for_each(|step| entry(step, &mut accesses));
             let what = match transition.kind {
                 TransitionKind::Move => "transition",
                 TransitionKind::Reaction => "reaction",
@@ -299,8 +303,10 @@ impl Look<'_> {
                 continue;
             }
             let mut accesses = Accesses::default();
-            let forced = net.steps.iter().filter(|(_, it)| forcing.target.contains(&it.part));
-            lists(&mut forced.map(|(id, _)| id), &mut accesses);
+            for (id, _) in net.steps.iter().filter(|(_, it)| forcing.target.contains(&it.part)) {
+                exit(id, &mut accesses);
+                entry(id, &mut accesses);
+            }
             let what = "what this order forces".to_owned();
             rests(accesses, self.together(forcing.step), forcing.span, what);
         }
