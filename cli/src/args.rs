@@ -245,6 +245,9 @@ pub(crate) struct Build {
     /// C: a folder NAME-WHAT in place of the bare files: `plain` (a Makefile), `arduino`, `platformio`, `cmake`; separated by commas or given several times.
     #[arg(long, value_name = "WHAT", value_delimiter = ',')]
     pub(crate) package: Vec<String>,
+    /// `template`: a text with Jinja's placeholders that is rendered over the net's JSON; `my.py.j2` gives NAME.py. May be given several times.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) template: Vec<String>,
     /// `c-engine`, `c-program`: write the tables as a binary image too (`NAME.bin`), which the engine loads from a flash or an EEPROM.
     #[arg(long)]
     pub(crate) blob: bool,

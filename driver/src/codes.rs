@@ -18,6 +18,8 @@ pub const CERTIFICATE: Code = Code { id: "G0011", title: "certificate of a libra
 pub const NO_BENCH: Code = Code { id: "G0019", title: "no bench for this circuit" };
 /// A chart that is no finite table of bits.
 pub const NO_TABLE: Code = Code { id: "G0012", title: "no state table of this chart" };
+/// Two outputs of one build with one name.
+pub const SAME_OUTPUT: Code = Code { id: "G0013", title: "two outputs of one name" };
 /// All of them.
 pub const ALL: &[Code] = &[
     UNKNOWN_FORMAT,
@@ -28,4 +30,5 @@ pub const ALL: &[Code] = &[
     CERTIFICATE,
     NO_BENCH,
     NO_TABLE,
+    SAME_OUTPUT,
 ];

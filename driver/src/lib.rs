@@ -32,3 +32,4 @@ pub mod run;
 pub mod source;
 pub mod state_table;
 pub mod target;
+pub mod template;

@@ -18,6 +18,7 @@ use crate::report::chip::{Chip, Code, Made};
 use crate::report::{Line, Outcome};
 use crate::rescue;
 use crate::target::Target;
+use crate::template::TemplateFile;
 use grafsynth_backend_c::package::Ecosystem;
 use grafsynth_backend_c::{File, Package};
 use grafsynth_backend_pld::equations::Equations;
@@ -45,6 +46,8 @@ pub struct BuildOptions {
     pub c: grafsynth_backend_c::Options,
     /// C: folders for ecosystems in place of the bare files.
     pub packages: Vec<Ecosystem>,
+    /// Templates of the user's, for [`Target::Template`].
+    pub templates: Vec<TemplateFile>,
     /// When a reaction of a circuit may take several clocks.
     pub busy: BusyMode,
     /// Flip-flops in front of each input that is not declared `synchronous`.
@@ -215,6 +218,9 @@ pub fn build(net: &Valid<Net>, facts: &Facts, targets: &[Target], options: &Buil
                 let name = format!("{}.net", file_stem(net));
                 built.lines.push(read_back_net(net, &name, &text));
                 built.files.push(OutputFile { name, text, keep_existing: false, map: Vec::new() });
+            }
+            (Target::Json | Target::Template, None, _) => {
+                crate::template::build(net, *target, &options.templates, &mut built);
             }
             (Target::Logic(_) | Target::Ice40, None, _) => {
                 unreachable!("a target of logic has a dialect")

@@ -16,6 +16,10 @@ pub enum Target {
     Ice40,
     /// The net's text form.
     Net,
+    /// The net and the program of one reaction as JSON.
+    Json,
+    /// A language of the user's, through a template over that JSON.
+    Template,
 }
 
 impl Target {
@@ -64,6 +68,8 @@ impl Target {
             "Verilog, pins (.pcf) and, where yosys, nextpnr and icestorm are here, the bitstream of an iCE40",
         ),
         (Target::Net, "net", "the net itself, as text"),
+        (Target::Json, "json", "the net and one reaction as a program, as JSON (docs/net-json.md)"),
+        (Target::Template, "template", "a language of yours: --template FILE (docs/templates.md)"),
     ];
 
     /// The target of that name.
@@ -78,7 +84,7 @@ impl Target {
         match self {
             Target::Logic(dialect) => Some(dialect),
             Target::Ice40 => Some(Dialect::Verilog),
-            Target::C(_) | Target::Jedec | Target::Net => None,
+            Target::C(_) | Target::Jedec | Target::Net | Target::Json | Target::Template => None,
         }
     }
 }

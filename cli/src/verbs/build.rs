@@ -14,6 +14,7 @@ use grafsynth_driver::pipeline::{
 use grafsynth_driver::read::Design;
 use grafsynth_driver::report::{self, Line, Outcome};
 use grafsynth_driver::target::Target;
+use grafsynth_driver::template::TemplateFile;
 use grafsynth_engines::{exhaustive, ice40};
 use grafsynth_ir::Valid;
 use grafsynth_ir::diag::any_error;
@@ -61,6 +62,12 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
     if !packages.is_empty() && !targets.iter().any(|target| matches!(target, Target::C(_))) {
         return Err(Stop::Usage("--package is for the targets c, c-switch, ..".to_owned()));
     }
+    if targets.contains(&Target::Template) == arguments.template.is_empty() {
+        return Err(Stop::Usage(
+            "the target `template` and the option --template FILE go together".to_owned(),
+        ));
+    }
+    let templates = templates(session, &arguments.template)?;
     let net = &design.net;
     let limits = Limits { pairs: arguments.limits.proof_limit, ..Limits::default() };
     let stimulus = match &arguments.stimulus {
@@ -91,6 +98,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
             ..Default::default()
         },
         packages,
+        templates,
         busy: match arguments.busy {
             Busy::Never => BusyMode::Never,
             Busy::TooLarge => BusyMode::WhenTooLarge,
@@ -213,6 +221,16 @@ fn targets(names: &[String]) -> Result<Vec<Target>, Stop> {
         ));
     }
     Ok(targets)
+}
+
+/// The templates, as sources that findings can point into.
+fn templates(session: &mut Session, paths: &[String]) -> Result<Vec<TemplateFile>, Stop> {
+    let read = |path: &String| {
+        let text = files::read_text(path, session.source_limit)?;
+        let file = session.sources.add(path.clone(), text.clone());
+        Ok(TemplateFile { file, path: path.clone(), text })
+    };
+    paths.iter().map(read).collect()
 }
 
 fn packages(names: &[String]) -> Result<Vec<Ecosystem>, Stop> {

@@ -1,0 +1,142 @@
+//! Rendering a template of the user's over the JSON of a net, with bounded work.
+
+use crate::codes;
+use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::{FileId, Span};
+use minijinja::syntax::SyntaxConfig;
+use minijinja::value::Serde;
+use minijinja::{Environment, Error, ErrorKind, UndefinedBehavior, Value, context};
+use std::io;
+
+/// The instructions that one rendering may take: some seconds. A program of 10 000 steps needs about a tenth of it.
+pub const FUEL: u64 = 50_000_000;
+
+/// The bytes that one rendering may give.
+pub const MOST_TEXT: usize = 64 << 20;
+
+/// Macros that call themselves, as those for expressions do, this deep at most.
+const RECURSION: usize = 400;
+
+/// What stands in front of the reason when a template refuses a chart.
+const REFUSED: &str = "refused: ";
+
+/// A text of the user's.
+#[derive(Debug, Clone, Copy)]
+pub struct Template<'a> {
+    /// The file that findings point into.
+    pub file: FileId,
+    /// Its path, for the text that names its origin: `{{ template }}`.
+    pub path: &'a str,
+    /// The text, in the language of Jinja2.
+    pub text: &'a str,
+}
+
+/// The text that a template makes of a net.
+///
+/// Besides the members of the JSON a template has `grafsynth` (the version), `template` (its file's name), and `refuse(reason)`, by which it says that it
+/// cannot carry a chart. Names that do not exist are errors, not nothing.
+///
+/// # Errors
+/// What is wrong with the template, with its place (G0611), that it refuses the chart (G0612), or that it does not come to an end (G0613).
+pub fn render(json: &serde_json::Value, template: &Template<'_>) -> Result<String, Diagnostic> {
+    let mut environment = Environment::new();
+    environment.set_undefined_behavior(UndefinedBehavior::Strict);
+    environment.set_fuel(Some(FUEL));
+    environment.set_recursion_limit(RECURSION);
+    let mut syntax = SyntaxConfig::builder();
+    syntax.trim_blocks(true).lstrip_blocks(true).keep_trailing_newline(true);
+    if let Ok(syntax) = syntax.build() {
+        environment.set_syntax(syntax);
+    }
+    environment.set_auto_escape_callback(|_| minijinja::AutoEscape::None);
+    environment.add_function("refuse", |reason: String| -> Result<Value, Error> {
+        Err(Error::new(ErrorKind::InvalidOperation, format!("{REFUSED}{reason}")))
+    });
+    let compiled = environment
+        .template_from_named_str(template.path, template.text)
+        .map_err(|error| finding(&error, template))?;
+    let name = template.path.rsplit(['/', '\\']).next().unwrap_or(template.path);
+    let own = context! { grafsynth => env!("CARGO_PKG_VERSION"), template => name };
+    let all = context! { ..own, ..Value::from(Serde(json)) };
+    let mut text = Bounded { bytes: Vec::new(), is_full: false };
+    match compiled.render_captured_to(all, &mut text) {
+        Ok(_) => String::from_utf8(text.bytes).map_err(|_| {
+            let message = "the template wrote something that is not UTF-8";
+            Diagnostic::error(codes::TEMPLATE_ERROR, message)
+        }),
+        Err(_) if text.is_full => {
+            let message = format!("the template writes more than {MOST_TEXT} bytes");
+            Err(Diagnostic::error(codes::TEMPLATE_ENDLESS, message)
+                .at(Span { file: template.file, ..Span::default() }, "rendered from here"))
+        }
+        Err(error) => Err(finding(&error, template)),
+    }
+}
+
+/// A text that grows to its bound and no further.
+struct Bounded {
+    bytes: Vec<u8>,
+    is_full: bool,
+}
+
+impl io::Write for Bounded {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        if self.bytes.len() + bytes.len() > MOST_TEXT {
+            self.is_full = true;
+            return Err(io::Error::other("too much text"));
+        }
+        self.bytes.extend_from_slice(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+/// What the engine says, in our terms.
+fn finding(error: &Error, template: &Template<'_>) -> Diagnostic {
+    // The innermost cause says what is wrong; the outer ones only that it was met in a macro.
+    let mut innermost = error;
+    let mut next = std::error::Error::source(error);
+    while let Some(source) = next {
+        if let Some(source) = source.downcast_ref::<Error>() {
+            innermost = source;
+        }
+        next = source.source();
+    }
+    let place = place(innermost, template).or_else(|| place(error, template));
+    let span = place.unwrap_or(Span { file: template.file, ..Span::default() });
+    let said = innermost.detail().map_or_else(|| innermost.kind().to_string(), str::to_owned);
+    if let Some(reason) = said.strip_prefix(REFUSED) {
+        let message = format!("the template does not carry this chart: {reason}");
+        return Diagnostic::error(codes::TEMPLATE_REFUSED, message).at(span, "refused here");
+    }
+    if innermost.kind() == ErrorKind::OutOfFuel {
+        let message = format!("the template takes more than {FUEL} instructions");
+        return Diagnostic::error(codes::TEMPLATE_ENDLESS, message).at(span, "it had come to here");
+    }
+    let kind = innermost.kind().to_string();
+    let message = if said == kind { kind } else { format!("{kind}: {said}") };
+    let found = Diagnostic::error(codes::TEMPLATE_ERROR, message).at(span, "here");
+    match innermost.kind() {
+        ErrorKind::UndefinedError => found.help(
+            "docs/net-json.md lists what there is; `build --target json` writes it for this chart",
+        ),
+        _ => found,
+    }
+}
+
+/// Where in the template it was met.
+fn place(error: &Error, template: &Template<'_>) -> Option<Span> {
+    let range = error.range().or_else(|| {
+        // Only the line is known: the whole of it.
+        let line = error.line()?.checked_sub(1)?;
+        let start: usize = template.text.split_inclusive('\n').take(line).map(str::len).sum();
+        let length = template.text.get(start..)?.lines().next()?.len();
+        Some(start..start + length)
+    })?;
+    let limit = template.text.len();
+    let at = |byte: usize| u32::try_from(byte.min(limit)).ok();
+    Some(Span { file: template.file, start: at(range.start)?, end: at(range.end)? })
+}

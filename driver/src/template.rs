@@ -1,0 +1,92 @@
+//! The JSON of a net, and what templates of the user's make of it. Neither is read back: nobody but the user knows what the text means. The page of
+//! targets says so, and `docs/templates.md` how the two that we bring are compared with the simulator.
+
+use crate::codes;
+use crate::pipeline::{Built, OutputFile, file_stem};
+use crate::report::Line;
+use crate::target::Target;
+use grafsynth_backend_template::{Template, json, render, text};
+use grafsynth_ir::net::Net;
+use grafsynth_ir::{Diagnostic, FileId, Span, Valid};
+
+/// A template as it was read.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct TemplateFile {
+    /// The file that findings point into.
+    pub file: FileId,
+    /// Its path.
+    pub path: String,
+    /// Its text.
+    pub text: String,
+}
+
+impl TemplateFile {
+    /// The file that it makes for a chart: `my.py.j2` makes `STEM.py`, a template without a language `STEM.txt`.
+    #[must_use]
+    pub fn output(&self, stem: &str) -> String {
+        let name = self.path.rsplit(['/', '\\']).next().unwrap_or(&self.path);
+        let bare = [".j2", ".jinja", ".jinja2"].iter().find_map(|end| name.strip_suffix(end));
+        let extension = bare.unwrap_or(name).rsplit_once('.').map_or("txt", |(_, it)| it);
+        format!("{stem}.{extension}")
+    }
+}
+
+/// The outputs of [`Target::Json`] and [`Target::Template`].
+pub(crate) fn build(
+    net: &Valid<Net>,
+    target: Target,
+    templates: &[TemplateFile],
+    built: &mut Built,
+) {
+    let json = match json(net) {
+        Ok(json) => json,
+        Err(found) => return built.found.extend(found),
+    };
+    let stem = file_stem(net);
+    if target == Target::Json {
+        add(built, format!("{stem}.json"), text(&json));
+    }
+    if target != Target::Template {
+        return;
+    }
+    for template in templates {
+        let name = template.output(&stem);
+        let at = Span { file: template.file, ..Span::default() };
+        if built.files.iter().any(|file| file.name == name) {
+            let message = format!("two outputs are called {name}");
+            let found = Diagnostic::error(codes::SAME_OUTPUT, message)
+                .at(at, "the second")
+                .help("the template's name says how its output ends: `my.py.j2` makes `NAME.py`; build them into two folders, or give the template another ending");
+            built.found.push(found);
+            continue;
+        }
+        let source = Template { file: template.file, path: &template.path, text: &template.text };
+        match render(&json, &source) {
+            Ok(text) => add(built, name, text),
+            Err(found) => built.found.push(found),
+        }
+    }
+}
+
+fn add(built: &mut Built, name: String, text: String) {
+    built.lines.push(Line::open(&name, "not checked: grafsynth does not read it back"));
+    built.files.push(OutputFile { name, text, keep_existing: false, map: Vec::new() });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::TemplateFile;
+    use grafsynth_ir::FileId;
+
+    #[test]
+    fn the_template_says_how_its_output_ends() {
+        let output = |path: &str| {
+            let file = TemplateFile { file: FileId(0), path: path.into(), text: String::new() };
+            file.output("truck")
+        };
+        assert_eq!(output("a/my.py.j2"), "truck.py");
+        assert_eq!(output("my.mjs.jinja"), "truck.mjs");
+        assert_eq!(output("b\\my.ts"), "truck.ts");
+        assert_eq!(output("plain.j2"), "truck.txt");
+    }
+}
