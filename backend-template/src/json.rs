@@ -98,11 +98,12 @@ pub fn json(net: &Valid<Net>) -> Result<Value, Vec<Diagnostic>> {
             "type": ty(output.ty),
             "driver": driver(&output.driver),
         }), &output.meta)).collect::<Vec<_>>(),
-        "vars": net.vars.iter().zip(&idents.vars).map(|((_, var), ident)| with_meta(json!({
+        "vars": net.vars.iter().zip(&idents.vars).map(|((id, var), ident)| with_meta(json!({
             "name": var.name.text,
             "ident": ident,
             "type": ty(var.ty),
             "length": var.len,
+            "sharing": net.sharing.get(&id).map(|sharing| sharing.word()),
             "init": values(var.ty, &var.init),
             "origin": match var.origin {
                 VarOrigin::Declared => "declared",
@@ -142,6 +143,7 @@ pub fn json(net: &Valid<Net>) -> Result<Value, Vec<Diagnostic>> {
                 "name": task.name.text, "cost": task.cost, "body": block(&task.body),
             })).collect::<Vec<_>>(),
             "done_event": step.done_event.map(grafsynth_ir::Id::index),
+            "locks": indices(&step.locks),
         }), &step.meta)).collect::<Vec<_>>(),
         "transitions": net.transitions.iter().zip(&idents.transitions).map(|((_, it), ident)| with_meta(json!({
             "name": it.name.text,
