@@ -38,7 +38,10 @@ pub struct Template<'a> {
 ///
 /// # Errors
 /// What is wrong with the template, with its place (G0611), that it refuses the chart (G0612), or that it does not come to an end (G0613).
-pub fn render(json: &serde_json::Value, template: &Template<'_>) -> Result<String, Diagnostic> {
+pub fn render(
+    json: &serde_json::Value,
+    template: &Template<'_>,
+) -> Result<String, Vec<Diagnostic>> {
     let mut environment = Environment::new();
     environment.set_undefined_behavior(UndefinedBehavior::Strict);
     environment.set_fuel(Some(FUEL));
@@ -54,7 +57,7 @@ pub fn render(json: &serde_json::Value, template: &Template<'_>) -> Result<Strin
     });
     let compiled = environment
         .template_from_named_str(template.path, template.text)
-        .map_err(|error| finding(&error, template))?;
+        .map_err(|error| vec![finding(&error, template)])?;
     let name = template.path.rsplit(['/', '\\']).next().unwrap_or(template.path);
     let own = context! { grafsynth => env!("CARGO_PKG_VERSION"), template => name };
     let all = context! { ..own, ..Value::from(Serde(json)) };
@@ -62,14 +65,15 @@ pub fn render(json: &serde_json::Value, template: &Template<'_>) -> Result<Strin
     match compiled.render_captured_to(all, &mut text) {
         Ok(_) => String::from_utf8(text.bytes).map_err(|_| {
             let message = "the template wrote something that is not UTF-8";
-            Diagnostic::error(codes::TEMPLATE_ERROR, message)
+            vec![Diagnostic::error(codes::TEMPLATE_ERROR, message)]
         }),
         Err(_) if text.is_full => {
             let message = format!("the template writes more than {MOST_TEXT} bytes");
-            Err(Diagnostic::error(codes::TEMPLATE_ENDLESS, message)
-                .at(Span { file: template.file, ..Span::default() }, "rendered from here"))
+            let at = Span { file: template.file, ..Span::default() };
+            let found = Diagnostic::error(codes::TEMPLATE_ENDLESS, message);
+            Err(vec![found.at(at, "rendered from here")])
         }
-        Err(error) => Err(finding(&error, template)),
+        Err(error) => Err(vec![finding(&error, template)]),
     }
 }
 
@@ -119,12 +123,12 @@ fn finding(error: &Error, template: &Template<'_>) -> Diagnostic {
     let kind = innermost.kind().to_string();
     let message = if said == kind { kind } else { format!("{kind}: {said}") };
     let found = Diagnostic::error(codes::TEMPLATE_ERROR, message).at(span, "here");
-    match innermost.kind() {
-        ErrorKind::UndefinedError => found.help(
-            "docs/net-json.md lists what there is; `build --target json` writes it for this chart",
-        ),
-        _ => found,
+    if innermost.kind() != ErrorKind::UndefinedError {
+        return found;
     }
+    found.help(
+        "docs/net-json.md lists what there is; `build --target json` writes it for this chart",
+    )
 }
 
 /// Where in the template it was met.

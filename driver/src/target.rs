@@ -24,7 +24,7 @@ pub enum Target {
 
 impl Target {
     /// All targets with their names and what they are.
-    pub const ALL: [(Target, &'static str, &'static str); 15] = [
+    pub const ALL: [(Target, &'static str, &'static str); 17] = [
         (Target::C(None), "c", "C99: one instance structure, init, step, stop and getters"),
         (
             Target::C(Some(Style::Switch)),

@@ -63,7 +63,7 @@ pub(crate) fn build(
         let source = Template { file: template.file, path: &template.path, text: &template.text };
         match render(&json, &source) {
             Ok(text) => add(built, name, text),
-            Err(found) => built.found.push(found),
+            Err(found) => built.found.extend(found),
         }
     }
 }

@@ -160,7 +160,7 @@ impl Tree {
         let mut marked: BTreeSet<usize> = way.into_iter().collect();
         let owner = goal.history.map(|_| goal.to);
         self.descend(&mut marked, owner);
-        range.eq(clears.into_iter()) && marked == steps(&transition.enters).collect()
+        range.eq(clears) && marked == steps(&transition.enters).collect()
     }
 }
 
@@ -403,7 +403,7 @@ pub(crate) fn program(net: &Net, names: &Names, options: &Options) -> Tabled<CPr
     let Ok(limit) = u16::try_from(limit) else {
         return refuse("more than 65535 micro-steps in a reaction", span);
     };
-    for step in net.steps.values().filter(|step| !step.initial_content.is_empty()) {
+    if let Some(step) = net.steps.values().find(|step| !step.initial_content.is_empty()) {
         return refuse("content of an initial transition", step.meta.span);
     }
     let (tree, goals) = goals(&plan)?;
