@@ -55,6 +55,8 @@ pub(crate) struct CProgram {
 pub(crate) struct Engine {
     /// The engine's own files, the same for every chart, headers first.
     pub(crate) files: &'static [(&'static str, &'static str)],
+    /// That of them which the chart's header includes.
+    pub(crate) include: &'static str,
     /// What the header says before the instance.
     pub(crate) before: Vec<Node>,
     /// Functions that the header declares.

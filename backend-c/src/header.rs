@@ -155,12 +155,17 @@ impl Layout<'_> {
             Node::blank(),
             Node::directive("#include <stdbool.h>"),
             Node::directive("#include <stdint.h>"),
+        ];
+        if let Some(engine) = &self.program.engine {
+            nodes.push(Node::directive(format!("#include \"{}\"", engine.include)));
+        }
+        nodes.extend([
             Node::blank(),
             Node::directive("#ifdef __cplusplus"),
             Node::line("extern \"C\" {"),
             Node::directive("#endif"),
             Node::blank(),
-        ];
+        ]);
         if let Some(ticks) = self.interface.ticks {
             let tick = self.net.settings.tick_ns;
             nodes.push(

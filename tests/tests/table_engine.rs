@@ -159,17 +159,26 @@ fn engines_on_microcontrollers_do_what_the_net_does() {
         edges: true,
         ..Features::plain()
     };
+    let states = Features {
+        policies: vec![Policy::InnerFirst, Policy::OuterFirst],
+        single: false,
+        history: true,
+        reactions: true,
+        ..tables.clone()
+    };
     for machine in ["c-avr", "c-arm", "c-8051"] {
-        for (style, features) in [("engine", &tables), ("program", &Features::everything())] {
+        for (style, features) in
+            [("engine", &tables), ("program", &Features::everything()), ("btrans", &states)]
+        {
             let name = format!("{machine}:{style}");
             let engine = grafsynth_engines::named(&name).expect("there is an engine of that name");
             if let Availability::Missing(tool) = engine.availability() {
                 println!("skipped: {name} needs {tool}");
                 continue;
             }
-            let (mut n_ran, mut seed) = (0, 0);
+            let (mut n_ran, mut n_large, mut seed) = (0, 0, 0);
             // An 8051 has 128 bytes that every function shares, and few charts leave enough of them.
-            while n_ran < rounds(1, 10) && seed < rounds(2, 40) {
+            while n_ran < rounds(1, 10) && n_large < rounds(1, 10) {
                 let net = random_net(seed, features);
                 let facts = grafsynth_verify::structural_facts(&net);
                 let stimulus = Stimulus::random(&net, 60, seed, 3);
@@ -180,13 +189,16 @@ fn engines_on_microcontrollers_do_what_the_net_does() {
                         n_ran += 1;
                     }
                     Err(EngineError::Refused(found)) => {
-                        assert!(found.iter().all(|it| it.code.id == "G0604"), "{found:#?}");
+                        let codes = ["G0604", "G0620"];
+                        assert!(found.iter().all(|it| codes.contains(&it.code.id)), "{found:#?}");
+                        // What a layout does not carry costs no compiler's time.
+                        n_large += u64::from(found.iter().any(|it| it.code.id == "G0604"));
                     }
                     Err(EngineError::Failed(why)) => panic!("{name}, seed {seed}: {why}"),
                 }
                 seed += 1;
             }
-            println!("{name}: {n_ran} of {seed} charts fit and agree");
+            println!("{name}: {n_ran} charts agree, {n_large} do not fit");
         }
     }
 }

@@ -144,11 +144,11 @@ fn tables_and_statecharts_note_what_fires() {
         return;
     }
     let rings = chart("rings.graf", RINGS);
-    for style in [Style::Switch, Style::Tables, Style::Bits] {
+    for style in [Style::Switch, Style::Tables, Style::Bits, Style::Engine] {
         assert!(round_trip(&rings, style, 1));
     }
     let oven = chart("oven.graf", include_str!("../../examples/microwave/oven.graf"));
-    for style in [Style::Switch, Style::Bits] {
+    for style in [Style::Switch, Style::Bits, Style::Engine] {
         assert!(round_trip(&oven, style, 1));
     }
     let drill = chart("drill.graf", include_str!("../../examples/drill/drill.graf"));

@@ -197,7 +197,7 @@ impl Rules<'_> {
     fn giving(&self, expr: &Expr) -> Tabled<Vec<Node>> {
         let value = self.value(expr)?;
         let text = if matches!(value.class, Class::Bool) {
-            format!("value = {} ? 1 : 0;", value.within(Prec::Or))
+            format!("value = {} ? 1 : 0;", value.within(Prec::Unary))
         } else {
             format!("value = {};", value.cast(Class::Wide).text)
         };
@@ -293,7 +293,7 @@ impl Rules<'_> {
                 let place = format!("run->values[{}]", var.index());
                 let value = self.value(value)?;
                 let text = if ty.is_bool() {
-                    format!("{place} = {} ? 1 : 0;", value.within(Prec::Or))
+                    format!("{place} = {} ? 1 : 0;", value.within(Prec::Unary))
                 } else {
                     let (lo, hi) = ty.bounds();
                     let mut helpers = Helpers::default();
@@ -829,11 +829,7 @@ fn emit(
         };
         (id, text)
     });
-    let mut before = vec![
-        Node::directive("#include \"grafsynth_btrans.h\""),
-        Node::blank(),
-        Node::comment("Room of an instance and of a reaction."),
-    ];
+    let mut before = vec![Node::comment("Room of an instance and of a reaction.")];
     for (name, size) in sizes {
         before.push(Node::directive(format!("#define {upper}_{name} {size}U")));
     }
@@ -858,6 +854,7 @@ fn emit(
         helpers: Helpers::default(),
         engine: Some(Engine {
             files: &FILES,
+            include: "grafsynth_btrans.h",
             before,
             declarations: Vec::new(),
             values: values.collect(),

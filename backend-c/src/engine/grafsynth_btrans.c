@@ -425,7 +425,11 @@ bool gb_step(gb_run_t *run, uint32_t dt)
         const uint16_t timer = run->chart->bstate[s].timer;
         if ((timer != GB_NONE) && gb_bit(run->active, s)) {
             const int32_t rest = run->chart->caps[timer] - run->time[timer];
-            run->time[timer] = (dt < (uint32_t)rest) ? (run->time[timer] + (int32_t)dt) : run->chart->caps[timer];
+            if (dt < (uint32_t)rest) {
+                run->time[timer] += (int32_t)dt;
+            } else {
+                run->time[timer] = run->chart->caps[timer];
+            }
         }
     }
     gb_compare(run);

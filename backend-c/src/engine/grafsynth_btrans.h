@@ -21,6 +21,13 @@ extern "C" {
 #endif
 #endif
 
+/* sdcc compiles calls better than what it inlines. */
+#if defined(__SDCC_mcs51)
+#define GB_INLINE static
+#else
+#define GB_INLINE static inline
+#endif
+
 #define GB_NONE 0xFFFFU
 
 /* Status of a state. */
@@ -121,13 +128,13 @@ int32_t gb_output(gb_run_t *run, uint16_t output);
 bool gb_rise(const gb_run_t *run, uint16_t edge);
 bool gb_fall(const gb_run_t *run, uint16_t edge);
 
-static inline bool gb_bit(const uint8_t *bits, uint16_t at)
+GB_INLINE bool gb_bit(const uint8_t *bits, uint16_t at)
 {
     return (((uint16_t)bits[at >> 3] >> (at & 7U)) & 1U) != 0U;
 }
 
 /* The nearest value between both bounds. */
-static inline int32_t gb_between(int64_t value, int32_t least, int32_t most)
+GB_INLINE int32_t gb_between(int64_t value, int32_t least, int32_t most)
 {
     int32_t kept;
     if (value < (int64_t)least) {

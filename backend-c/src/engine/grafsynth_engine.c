@@ -1068,15 +1068,22 @@ bool gs_step(gs_run_t *run, int32_t dt)
 {
     GS_ROM uint8_t *image = run->image;
     const uint16_t vars = gs_count(image, GS_VARS);
-    const int32_t ticks = (dt < 0) ? INT32_MAX : dt;
+    int32_t ticks = dt;
     bool fault;
+    if (dt < 0) {
+        ticks = 0x7FFFFFFF;
+    }
     for (uint16_t t = 0U; t < gs_count(image, GS_TIMERS); ++t) {
         const uint16_t row = gs_row(image, GS_TIMERS, t, GS_TIMER_ROW);
         if (gs_bit(run->bits, gs_u16(image, row))) {
             const int32_t cap = gs_i32(image, (uint16_t)(row + 2U));
             const int32_t now = run->values[(uint16_t)(vars + t)];
             const int32_t rest = cap - now;
-            run->values[(uint16_t)(vars + t)] = (ticks < rest) ? (now + ticks) : cap;
+            int32_t then = cap;
+            if (ticks < rest) {
+                then = now + ticks;
+            }
+            run->values[(uint16_t)(vars + t)] = then;
         }
     }
     gs_compare_edges(run);

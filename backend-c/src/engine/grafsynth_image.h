@@ -16,6 +16,13 @@
 #endif
 #endif
 
+/* sdcc compiles calls better than what it inlines. */
+#if defined(__SDCC_mcs51)
+#define GS_INLINE static
+#else
+#define GS_INLINE static inline
+#endif
+
 /* What a check says. */
 #define GS_OK 0U
 #define GS_SHORT 1U     /* fewer bytes than an image has, or than its length says */
@@ -32,14 +39,14 @@
 #define GS_AT_CRC 8U
 #define GS_AT_INTERFACE 12U
 
-static inline uint16_t gs_u16(GS_ROM uint8_t *image, uint16_t at)
+GS_INLINE uint16_t gs_u16(GS_ROM uint8_t *image, uint16_t at)
 {
     const uint16_t low = image[at];
     const uint16_t high = image[(uint16_t)(at + 1U)];
     return (uint16_t)(low | (uint16_t)(high << 8));
 }
 
-static inline uint32_t gs_u32(GS_ROM uint8_t *image, uint16_t at)
+GS_INLINE uint32_t gs_u32(GS_ROM uint8_t *image, uint16_t at)
 {
     const uint32_t low = gs_u16(image, at);
     const uint32_t high = gs_u16(image, (uint16_t)(at + 2U));
@@ -47,7 +54,7 @@ static inline uint32_t gs_u32(GS_ROM uint8_t *image, uint16_t at)
 }
 
 /* Two's complement, wherever the bits come from. */
-static inline int32_t gs_signed(uint32_t value)
+GS_INLINE int32_t gs_signed(uint32_t value)
 {
     int32_t result;
     if (value <= 0x7FFFFFFFU) {
@@ -59,13 +66,13 @@ static inline int32_t gs_signed(uint32_t value)
     return result;
 }
 
-static inline int32_t gs_i32(GS_ROM uint8_t *image, uint16_t at)
+GS_INLINE int32_t gs_i32(GS_ROM uint8_t *image, uint16_t at)
 {
     return gs_signed(gs_u32(image, at));
 }
 
 /* Over all bytes but its own. */
-static inline uint32_t gs_crc(GS_ROM uint8_t *image, uint16_t length)
+GS_INLINE uint32_t gs_crc(GS_ROM uint8_t *image, uint16_t length)
 {
     uint32_t crc = 0xFFFFFFFFU;
     for (uint16_t at = 0U; at < length; ++at) {
@@ -79,12 +86,12 @@ static inline uint32_t gs_crc(GS_ROM uint8_t *image, uint16_t length)
 }
 
 /* A bit of an instance. */
-static inline bool gs_bit(const uint8_t *bits, uint16_t at)
+GS_INLINE bool gs_bit(const uint8_t *bits, uint16_t at)
 {
     return (((uint16_t)bits[at >> 3] >> (at & 7U)) & 1U) != 0U;
 }
 
-static inline void gs_put(uint8_t *bits, uint16_t at, bool value)
+GS_INLINE void gs_put(uint8_t *bits, uint16_t at, bool value)
 {
     const uint8_t mask = (uint8_t)(1U << (at & 7U));
     const uint16_t byte = at >> 3;

@@ -603,8 +603,10 @@ void gp_begin(gp_run_t *run, bool reset)
     GS_ROM uint8_t *image = run->image;
     const uint16_t first = gp_row(gs_u16(image, GP_AT_CELLS));
     const uint16_t middle = (uint16_t)(first + gs_u16(image, GP_AT_RESET));
-    for (uint16_t i = 0U; i < gs_u16(image, GP_AT_FLAGS); ++i) {
-        gs_put(run->flags, i, false);
+    const uint16_t flags = (uint16_t)gp_bytes(gs_u16(image, GP_AT_FLAGS));
+    const uint16_t bits = (uint16_t)gp_bytes(gs_u16(image, GP_AT_BITS));
+    for (uint16_t i = 0U; i < flags; ++i) {
+        run->flags[i] = 0U;
     }
     for (uint16_t i = 0U; i < gs_u16(image, GP_AT_NUMBERS); ++i) {
         run->numbers[i] = 0;
@@ -613,8 +615,8 @@ void gp_begin(gp_run_t *run, bool reset)
         run->stack[i] = 0;
     }
     if (reset) {
-        for (uint16_t i = 0U; i < gs_u16(image, GP_AT_BITS); ++i) {
-            gs_put(run->bits, i, false);
+        for (uint16_t i = 0U; i < bits; ++i) {
+            run->bits[i] = 0U;
         }
         for (uint16_t i = 0U; i < gs_u16(image, GP_AT_VALUES); ++i) {
             run->values[i] = 0;

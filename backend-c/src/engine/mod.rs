@@ -685,7 +685,8 @@ fn emit(net: &Net, names: &Names, room: &Room, ticks: Option<Ticks>, lines: &[Li
         helpers: crate::cexpr::Helpers::default(),
         engine: Some(Engine {
             files: &FILES,
-            before: macros(names, "grafsynth_engine.h", &sizes, room.interface),
+            include: "grafsynth_engine.h",
+            before: macros(names, &sizes, room.interface),
             declarations: declarations(&load_head),
             values,
             image: lines.iter().flat_map(|line| line.bytes.iter().copied()).collect(),
@@ -695,15 +696,11 @@ fn emit(net: &Net, names: &Names, room: &Room, ticks: Option<Ticks>, lines: &[Li
 }
 
 /// What the header says before the instance.
-fn macros(names: &Names, header: &str, sizes: &[(&str, String)], interface: u32) -> Vec<Node> {
+fn macros(names: &Names, sizes: &[(&str, String)], interface: u32) -> Vec<Node> {
     let (prefix, upper) = (&names.prefix, &names.upper);
-    let mut nodes = vec![
-        Node::directive(format!("#include \"{header}\"")),
-        Node::blank(),
-        Node::comment(
-            "Room of an instance: define more beforehand for larger charts that are loaded.",
-        ),
-    ];
+    let mut nodes = vec![Node::comment(
+        "Room of an instance: define more beforehand for larger charts that are loaded.",
+    )];
     for (name, value) in sizes {
         nodes.push(Node::directive(format!("#ifndef {upper}_{name}")));
         nodes.push(Node::directive(format!("#define {upper}_{name} {value}")));

@@ -311,7 +311,8 @@ fn emit(
         helpers,
         engine: Some(Engine {
             files: &FILES,
-            before: super::macros(names, "grafsynth_program.h", &sizes, room.interface),
+            include: "grafsynth_program.h",
+            before: super::macros(names, &sizes, room.interface),
             declarations: super::declarations(&load_head),
             values: values(program, places),
             image: lines.iter().flat_map(|line| line.bytes.iter().copied()).collect(),
