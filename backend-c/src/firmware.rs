@@ -1,6 +1,6 @@
 //! Test benches for machines without files, console or room: the chart on a microcontroller, driven byte by byte.
 //!
-//! The bench is one text for every machine. What is different is three functions that a *port* gives it: `bench_get` (the next byte of the stimulus),
+//! The bench is one text for every machine, and may hold several charts. What is different is three functions that a *port* gives it: `bench_get` (the next byte of the stimulus),
 //! `bench_put` (one byte of the answer) and `bench_end` (stop the machine). Nothing is formatted on the machine: the answer is values, the caller knows
 //! the net and makes rows of them.
 //!
@@ -39,38 +39,101 @@ pub fn stored_bytes(ty: Type) -> usize {
     }
 }
 
-/// The `main` of one chart; compile it with the package's `NAME.c` and a port (see the module), without `NAME_user.c`.
+/// The `main` of some charts, which answer one after the other; compile it with the package's sources and a port (see the module), without `NAME_user.c`.
+///
+/// Where there are several, their prefixes must differ ([`crate::Options::prefix`]), and their sources must stand between [`renamed`], for libraries may have
+/// functions of equal names.
 #[must_use]
-pub fn firmware(net: &Valid<Net>, package: &Package) -> String {
-    let interface = &package.interface;
-    let prefix = &interface.names.prefix;
-    let mut nodes = vec![
-        Node::comment(format!("{}: runs the chart on a microcontroller.", net.name)),
-        Node::directive(format!("#include \"{prefix}.h\"")),
+pub fn firmware(all: &[(&Valid<Net>, &Package)]) -> String {
+    let charts: Vec<String> = all.iter().map(|(net, _)| net.name.to_string()).collect();
+    let title = format!("{}: runs on a microcontroller.", charts.join(", "));
+    let mut text = Writer::write(&[
+        Node::comment(title),
         Node::directive(format!("#include \"{PORT}\"")),
-    ];
-    if package.files.iter().any(|file| file.name.ends_with("_user.h")) {
-        nodes.push(Node::directive(format!("#include \"{prefix}_user.h\"")));
+        Node::directive("#include <stdbool.h>"),
+        Node::blank(),
+    ])
+    .0;
+    text.push_str(&Writer::write(&bytes()).0);
+    let mut main = vec![Node::line("bench_begin();")];
+    // Not every chart calls all of them.
+    for helper in ["bench_send", "bench_receive", "bench_fill"] {
+        main.push(Node::line(format!("(void){helper};")));
     }
-    nodes.push(Node::blank());
-    nodes.extend(bytes());
+    for (net, package) in all {
+        let prefix = &package.interface.names.prefix;
+        let mut chart = vec![Node::directive(format!("#include \"{prefix}.h\""))];
+        if package.files.iter().any(|file| file.name.ends_with("_user.h")) {
+            chart.push(Node::directive(format!("#include \"{prefix}_user.h\"")));
+        }
+        chart.push(Node::blank());
+        chart.extend(run(net, &package.interface));
+        let chart = Writer::write(&chart).0;
+        text.push_str(&if all.len() > 1 { renamed(net, package, &chart) } else { chart });
+        main.push(Node::line(format!("{prefix}_run();")));
+    }
+    main.push(Node::line("bench_end();"));
+    main.push(Node::line("return 0;"));
+    text.push_str(&Writer::write(&[Node::function("int main(void)", main)]).0);
+    text
+}
+
+/// A text of a chart whose library's functions are called after the chart as well, so that those of others may have the same names.
+#[must_use]
+pub fn renamed(net: &Valid<Net>, package: &Package, text: &str) -> String {
+    let names = &package.interface.names;
+    let mut functions = crate::names::library(net, names);
+    functions.sort();
+    functions.dedup();
+    let define = |name: &String| format!("#define {name} {}_lib_{name}\n", names.prefix);
+    let undefine = |name: &String| format!("#undef {name}\n");
+    let before: String = functions.iter().map(define).collect();
+    let after: String = functions.iter().map(undefine).collect();
+    format!("{before}{text}{after}")
+}
+
+/// The user's functions and `NAME_run`, which answers until its stimulus ends.
+fn run(net: &Net, interface: &Interface) -> Vec<Node> {
+    let prefix = &interface.names.prefix;
+    let mut nodes = library(net, interface);
+    nodes.extend(callbacks(interface));
+    let mut body = Vec::new();
     for (has, declaration) in [
         (interface.has_instance, format!("static {prefix}_t self;")),
         (interface.has_in, format!("static {prefix}_in_t in;")),
         (interface.has_out, format!("static {prefix}_out_t out;")),
     ] {
         if has {
-            nodes.push(Node::line(declaration));
+            body.push(Node::line(declaration));
         }
     }
+    body.push(Node::line("uint32_t dt = 0U;"));
+    for (has, place) in [(interface.has_instance, "self"), (interface.has_out, "out")] {
+        if has {
+            body.push(
+                Node::line(format!("bench_fill(&{place}, (uint16_t)sizeof {place});"))
+                    .note("what init leaves out must not matter"),
+            );
+        }
+    }
+    body.push(Node::line(format!("{prefix}_init({});", arguments(interface, false))));
+    let mut round = row(net, interface);
+    round.push(Node::when("bench_get() != 1U", vec![Node::line("break;")]));
+    round.push(Node::line("bench_receive(&dt, 4U);"));
+    round.extend(inputs(net, interface));
+    if let Some(ticks) = interface.ticks {
+        let (name, most) = (ticks.name(), ticks.max());
+        round.extend(scope(vec![
+            Node::line(format!("const {name} ticks = ({name})((dt > {most}UL) ? {most}UL : dt);")),
+            Node::line(format!("{prefix}_step({});", arguments(interface, true))),
+        ]));
+    } else {
+        round.push(Node::line(format!("{prefix}_step({});", arguments(interface, true))));
+    }
+    body.push(Node::block("for (;;)", round));
+    nodes.push(Node::function(format!("static void {prefix}_run(void)"), body));
     nodes.push(Node::blank());
-    nodes.extend(library(net, interface));
-    nodes.push(Node::function("static void bench_row(void)", row(net, interface)));
-    nodes.push(Node::blank());
-    nodes.push(Node::function("static void bench_inputs(void)", inputs(net, interface)));
-    nodes.push(Node::blank());
-    nodes.push(Node::function("int main(void)", main_body(interface)));
-    Writer::write(&nodes).0
+    nodes
 }
 
 /// Numbers of any width in and out.
@@ -125,10 +188,11 @@ fn library(net: &Net, interface: &Interface) -> Vec<Node> {
     let mut nodes = Vec::new();
     for (id, input) in net.inputs.iter().filter(|(_, it)| it.kind == InputKind::Extern) {
         let (name, ty) = (&interface.names.inputs[id], storage(input.ty));
-        nodes.push(Node::line(format!("static {ty} stimulus_{name};")));
+        let prefix = &interface.names.prefix;
+        nodes.push(Node::line(format!("static {ty} {prefix}_stimulus_{name};")));
         nodes.push(Node::function(
             format!("{ty} {name}(void)"),
-            vec![Node::line(format!("return stimulus_{name};"))],
+            vec![Node::line(format!("return {prefix}_stimulus_{name};"))],
         ));
         nodes.push(Node::blank());
     }
@@ -149,6 +213,26 @@ fn library(net: &Net, interface: &Interface) -> Vec<Node> {
         nodes.push(Node::blank());
     }
     nodes
+}
+
+/// What only calls back: nobody listens.
+fn callbacks(interface: &Interface) -> Vec<Node> {
+    let prefix = &interface.names.prefix;
+    if !interface.callbacks || !interface.has_instance {
+        return Vec::new();
+    }
+    vec![
+        Node::function(
+            format!("void {prefix}_activated({prefix}_step_t step, bool active)"),
+            vec![Node::line("(void)step;"), Node::line("(void)active;")],
+        ),
+        Node::blank(),
+        Node::function(
+            format!("void {prefix}_enabled({prefix}_transition_t transition)"),
+            vec![Node::line("(void)transition;")],
+        ),
+        Node::blank(),
+    ]
 }
 
 /// The answer of one reaction.
@@ -199,7 +283,7 @@ fn inputs(net: &Net, interface: &Interface) -> Vec<Node> {
     for (id, input) in net.inputs.iter().filter(|(_, it)| it.kind != InputKind::InternalEvent) {
         let name = &interface.names.inputs[id];
         let place = if input.kind == InputKind::Extern {
-            format!("stimulus_{name}")
+            format!("{}_stimulus_{name}", interface.names.prefix)
         } else {
             format!("in.{name}")
         };
@@ -212,38 +296,4 @@ fn inputs(net: &Net, interface: &Interface) -> Vec<Node> {
         }));
     }
     nodes
-}
-
-fn main_body(interface: &Interface) -> Vec<Node> {
-    let prefix = &interface.names.prefix;
-    let mut body = vec![Node::line("uint32_t dt = 0U;"), Node::line("bench_begin();")];
-    // Not every chart calls all of them.
-    for helper in ["bench_send", "bench_receive", "bench_fill"] {
-        body.push(Node::line(format!("(void){helper};")));
-    }
-    for (has, place) in [(interface.has_instance, "self"), (interface.has_out, "out")] {
-        if has {
-            body.push(
-                Node::line(format!("bench_fill(&{place}, (uint16_t)sizeof {place});"))
-                    .note("what init leaves out must not matter"),
-            );
-        }
-    }
-    body.push(Node::line(format!("{prefix}_init({});", arguments(interface, false))));
-    body.push(Node::line("bench_row();"));
-    let mut round = vec![Node::line("bench_receive(&dt, 4U);"), Node::line("bench_inputs();")];
-    if let Some(ticks) = interface.ticks {
-        let (name, most) = (ticks.name(), ticks.max());
-        round.extend(scope(vec![
-            Node::line(format!("const {name} ticks = ({name})((dt > {most}UL) ? {most}UL : dt);")),
-            Node::line(format!("{prefix}_step({});", arguments(interface, true))),
-        ]));
-    } else {
-        round.push(Node::line(format!("{prefix}_step({});", arguments(interface, true))));
-    }
-    round.push(Node::line("bench_row();"));
-    body.push(Node::block("while (bench_get() == 1U)", round));
-    body.push(Node::line("bench_end();"));
-    body.push(Node::line("return 0;"));
-    body
 }

@@ -244,7 +244,9 @@ impl Layout<'_> {
             crate::cprogram::with_unused(&["self", "before"], body),
         ));
         nodes.push(Node::blank());
-        step.insert(0, Node::line(format!("const {prefix}_t before = *self;")));
+        // sdcc knows no initialiser of a structure by another.
+        step.insert(0, Node::line(format!("{prefix}_t before;")));
+        step.insert(1, Node::line("before = *self;"));
         step.push(Node::line(format!("{prefix}_notify(self, &before);")));
     }
 }

@@ -3,7 +3,7 @@
 //! Bytes go in and out by ARM's semihosting (the interface that debuggers offer to a target): files of the folder are opened, read and written in
 //! blocks of 256 bytes, and `SYS_EXIT` ends the machine.
 
-use crate::firmware::{BENCH, Bench, trace};
+use crate::firmware::{BENCH, Bench, Machine, Piece, traces};
 use crate::{Availability, Engine, EngineError, Job, tools};
 use grafsynth_backend_c::Options;
 use grafsynth_sim::Trace;
@@ -164,7 +164,13 @@ impl Engine for ArmEngine {
     }
 
     fn run(&self, job: &Job<'_>) -> Result<Trace, EngineError> {
-        let bench = Bench::new(job, &self.options, PORT)?;
+        self.run_one(job, &self.options)
+    }
+}
+
+impl Machine for ArmEngine {
+    fn run_all(&self, pieces: &[Piece<'_>]) -> Result<Vec<Trace>, EngineError> {
+        let bench = Bench::new(pieces, PORT)?;
         bench.write("start.c", START.as_bytes())?;
         bench.write("link.ld", LINK.as_bytes())?;
         let mut arguments = vec![
@@ -204,6 +210,6 @@ impl Engine for ArmEngine {
                 run.stderr.trim()
             )));
         }
-        trace(job.net, job.stimulus, &bench.answer()?)
+        traces(pieces, &bench.answer()?)
     }
 }

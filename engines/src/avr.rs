@@ -4,7 +4,7 @@
 //! read of GPIOR1 takes the next byte of the stimulus, a write to GPIOR0 gives one of the answer. Both are ordinary registers of the machine, so the
 //! firmware needs no library and loses no cycles. It ends by sleeping with interrupts off, from which an AVR does not wake.
 
-use crate::firmware::{ANSWER, BENCH, Bench, STIMULUS, too_large_for, trace};
+use crate::firmware::{ANSWER, BENCH, Bench, Machine, Piece, STIMULUS, too_large_for, traces};
 use crate::{Availability, Engine, EngineError, Job, c, tools};
 use grafsynth_backend_c::Options;
 use grafsynth_sim::Trace;
@@ -152,7 +152,13 @@ impl Engine for AvrEngine {
     }
 
     fn run(&self, job: &Job<'_>) -> Result<Trace, EngineError> {
-        let bench = Bench::new(job, &self.options, PORT)?;
+        self.run_one(job, &self.options)
+    }
+}
+
+impl Machine for AvrEngine {
+    fn run_all(&self, pieces: &[Piece<'_>]) -> Result<Vec<Trace>, EngineError> {
+        let bench = Bench::new(pieces, PORT)?;
         let machine = format!("-mmcu={MACHINE}");
         let mut arguments = vec![
             machine.as_str(),
@@ -184,7 +190,7 @@ impl Engine for AvrEngine {
                 run.stderr.trim()
             )));
         }
-        trace(job.net, job.stimulus, &bench.answer()?)
+        traces(pieces, &bench.answer()?)
     }
 }
 

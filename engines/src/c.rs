@@ -108,7 +108,17 @@ pub fn compile_text(text: &str, flags: &[&str]) -> Result<Program, String> {
     compile_in(folder, &["bench_main.c".to_owned()], flags, &[])
 }
 
-/// The same with libraries, which stand behind the text on the command line.
+/// The same by another compiler than the host's.
+///
+/// # Errors
+/// What that compiler says.
+pub fn compile_text_by(compiler: &Path, text: &str, flags: &[&str]) -> Result<Program, String> {
+    let folder = temporary()?;
+    write(folder.path(), "bench_main.c", text)?;
+    compile_by(compiler, folder, &["bench_main.c".to_owned()], flags, &[])
+}
+
+/// [`compile_text`] with libraries, which stand behind the text on the command line.
 ///
 /// # Errors
 /// What the compiler says.
@@ -125,13 +135,23 @@ fn compile_in(
     libraries: &[&str],
 ) -> Result<Program, String> {
     let compiler = tools::c_compiler().ok_or("no C compiler is here")?;
+    compile_by(&compiler, folder, sources, flags, libraries)
+}
+
+fn compile_by(
+    compiler: &Path,
+    folder: tempfile::TempDir,
+    sources: &[String],
+    flags: &[&str],
+    libraries: &[&str],
+) -> Result<Program, String> {
     let path = folder.path().join("bench");
     let output = path.display().to_string();
     let mut arguments: Vec<&str> = flags.to_vec();
     arguments.extend(["-o", &output]);
     arguments.extend(sources.iter().map(String::as_str));
     arguments.extend(libraries);
-    let compiled = tools::run(&compiler, &arguments, folder.path(), b"", LIMIT)?;
+    let compiled = tools::run(compiler, &arguments, folder.path(), b"", LIMIT)?;
     if compiled.is_success {
         Ok(Program { folder, path })
     } else {

@@ -4,7 +4,7 @@
 //! nothing may be re-entered. Bytes go in and out by ucsim's *simulator interface*, one address of the external RAM: write `r` and read the next
 //! byte of a file, write `w` and then a byte, write `s` to stop.
 
-use crate::firmware::{ANSWER, BENCH, Bench, STIMULUS, trace};
+use crate::firmware::{ANSWER, BENCH, Bench, Machine, Piece, STIMULUS, traces};
 use crate::{Availability, Engine, EngineError, Job, tools};
 use grafsynth_backend_c::Options;
 use grafsynth_sim::Trace;
@@ -87,7 +87,13 @@ impl Engine for C8051Engine {
     }
 
     fn run(&self, job: &Job<'_>) -> Result<Trace, EngineError> {
-        let bench = Bench::new(job, &self.options, PORT)?;
+        self.run_one(job, &self.options)
+    }
+}
+
+impl Machine for C8051Engine {
+    fn run_all(&self, pieces: &[Piece<'_>]) -> Result<Vec<Trace>, EngineError> {
+        let bench = Bench::new(pieces, PORT)?;
         let sources = || std::iter::once(BENCH).chain(bench.sources.iter().map(String::as_str));
         for source in sources() {
             let mut arguments = FLAGS.to_vec();
@@ -113,7 +119,7 @@ impl Engine for C8051Engine {
                 said.trim()
             )));
         }
-        trace(job.net, job.stimulus, &bench.answer()?)
+        traces(pieces, &bench.answer()?)
     }
 }
 

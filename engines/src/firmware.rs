@@ -3,9 +3,9 @@
 //!
 //! Machine by machine: [`crate::avr`], [`crate::arm`], [`crate::c8051`].
 
-use crate::{EngineError, Job, c::LIMIT, tools};
-use grafsynth_backend_c::firmware::{PORT, firmware, shown_steps, stored_bytes};
-use grafsynth_backend_c::{Options, Package, codes};
+use crate::{Engine, EngineError, Job, c::LIMIT, tools};
+use grafsynth_backend_c::firmware::{PORT, firmware, renamed, shown_steps, stored_bytes};
+use grafsynth_backend_c::{Options, codes};
 use grafsynth_ir::Diagnostic;
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::net::{Driver, InputKind, Net, StepId, VarOrigin};
@@ -23,28 +23,77 @@ pub(crate) const BENCH: &str = "bench_main.c";
 /// The folder of a run: the package, the bench with its port, and the stimulus.
 pub(crate) struct Bench {
     folder: tempfile::TempDir,
-    /// The chart's own source, without a folder.
-    pub(crate) source: String,
-    /// All sources: one, and with an engine its tables and the engine.
+    /// The chart's sources, without a folder: one, and with an engine its tables and the engine.
     pub(crate) sources: Vec<String>,
 }
 
+/// One of the charts in a firmware.
+#[derive(Debug, Clone)]
+pub struct Piece<'a> {
+    /// The chart, and what it is to do.
+    pub job: Job<'a>,
+    /// How its C is emitted.
+    pub options: Options,
+}
+
+/// A microcontroller: it runs several charts in one firmware, which saves most of the time that compilers and simulators take.
+pub trait Machine: Engine {
+    /// The traces of these charts, in their order.
+    ///
+    /// # Errors
+    /// See [`EngineError`]; what is refused may fit with fewer charts beside it.
+    fn run_all(&self, pieces: &[Piece<'_>]) -> Result<Vec<Trace>, EngineError>;
+
+    /// The trace of one chart, as [`Engine::run`] gives it.
+    ///
+    /// # Errors
+    /// See [`EngineError`].
+    fn run_one(&self, job: &Job<'_>, options: &Options) -> Result<Trace, EngineError> {
+        let traces = self.run_all(&[Piece { job: *job, options: options.clone() }])?;
+        traces.into_iter().next().ok_or_else(|| EngineError::Failed("no trace came".to_owned()))
+    }
+}
+
 impl Bench {
-    /// Writes everything that a compiler and a machine need.
-    pub(crate) fn new(job: &Job<'_>, options: &Options, port: &str) -> Result<Self, EngineError> {
-        let package =
-            grafsynth_backend_c::emit(job.net, job.facts, options).map_err(EngineError::Refused)?;
+    /// Writes everything that a compiler and a machine need. Several charts are called `n0`, `n1` and so on.
+    pub(crate) fn new(pieces: &[Piece<'_>], port: &str) -> Result<Self, EngineError> {
         let folder = tempfile::tempdir().map_err(|error| {
             EngineError::Failed(format!("cannot make a temporary folder: {error}"))
         })?;
-        let sources = sources(&package);
-        let bench = Bench { folder, source: sources.first().cloned().unwrap_or_default(), sources };
-        for file in package.files.iter().filter(|file| !file.keep_existing) {
-            bench.write(&file.name, file.text.as_bytes())?;
+        let mut bench = Bench { folder, sources: Vec::new() };
+        let mut packages = Vec::new();
+        for (at, piece) in pieces.iter().enumerate() {
+            let mut options = piece.options.clone();
+            if pieces.len() > 1 {
+                options.prefix = Some(format!("n{at}"));
+            }
+            let package = grafsynth_backend_c::emit(piece.job.net, piece.job.facts, &options)
+                .map_err(EngineError::Refused)?;
+            packages.push(package);
         }
-        bench.write(BENCH, firmware(job.net, &package).as_bytes())?;
+        for (piece, package) in pieces.iter().zip(&packages) {
+            for file in package.files.iter().filter(|file| !file.keep_existing) {
+                let is_source = file.name.ends_with(".c");
+                if is_source && pieces.len() > 1 && !file.name.starts_with("grafsynth_") {
+                    let text = renamed(piece.job.net, package, &file.text);
+                    bench.write(&file.name, text.as_bytes())?;
+                } else {
+                    bench.write(&file.name, file.text.as_bytes())?;
+                }
+                // An engine is one text for all.
+                if is_source && !bench.sources.contains(&file.name) {
+                    bench.sources.push(file.name.clone());
+                }
+            }
+        }
+        let pairs: Vec<_> = pieces.iter().map(|piece| piece.job.net).zip(&packages).collect();
+        bench.write(BENCH, firmware(&pairs).as_bytes())?;
         bench.write(PORT, port.as_bytes())?;
-        bench.write(STIMULUS, &stimulus_bytes(job.net, job.stimulus))?;
+        let stimuli: Vec<u8> = pieces
+            .iter()
+            .flat_map(|piece| stimulus_bytes(piece.job.net, piece.job.stimulus))
+            .collect();
+        bench.write(STIMULUS, &stimuli)?;
         Ok(bench)
     }
 
@@ -125,15 +174,6 @@ pub(crate) fn too_large_for(machine: &str) -> Diagnostic {
     .help("run it on a larger machine: --engine c, or c-arm")
 }
 
-fn sources(package: &Package) -> Vec<String> {
-    package
-        .files
-        .iter()
-        .filter(|file| file.name.ends_with(".c") && !file.keep_existing)
-        .map(|file| file.name.clone())
-        .collect()
-}
-
 /// The stimulus as a bench reads it.
 pub(crate) fn stimulus_bytes(net: &Net, stimulus: &Stimulus) -> Vec<u8> {
     let mut bytes = Vec::new();
@@ -149,28 +189,41 @@ pub(crate) fn stimulus_bytes(net: &Net, stimulus: &Stimulus) -> Vec<u8> {
     bytes
 }
 
-/// The rows of an answer.
-pub(crate) fn trace(net: &Net, stimulus: &Stimulus, answer: &[u8]) -> Result<Trace, EngineError> {
-    let mut trace = Trace::new(TraceLayout::of(net));
+/// The traces in an answer.
+pub(crate) fn traces(pieces: &[Piece<'_>], answer: &[u8]) -> Result<Vec<Trace>, EngineError> {
     let mut reader = Reader { bytes: answer };
+    let traces: Vec<Trace> = pieces
+        .iter()
+        .map(|piece| trace(piece.job.net, piece.job.stimulus, &mut reader, answer.len()))
+        .collect::<Result<_, _>>()?;
+    if reader.bytes.is_empty() {
+        Ok(traces)
+    } else {
+        Err(EngineError::Failed("the machine answered more than it was asked".to_owned()))
+    }
+}
+
+/// The rows of one chart.
+fn trace(
+    net: &Net,
+    stimulus: &Stimulus,
+    reader: &mut Reader<'_>,
+    n_bytes: usize,
+) -> Result<Trace, EngineError> {
+    let mut trace = Trace::new(TraceLayout::of(net));
     let steps = shown_steps(net);
     let first = InputRow { dt: 0, ..InputRow::zero(net) };
     for (at, input) in std::iter::once(first).chain(stimulus.rows()).enumerate() {
-        let Some(row) = row(net, &steps, &input, &mut reader) else {
+        let Some(row) = row(net, &steps, &input, reader) else {
             return Err(EngineError::Failed(format!(
-                "the machine answered {at} of {} rows, {} bytes in all",
+                "the machine answered {at} of {} rows, {n_bytes} bytes in all",
                 stimulus.len() + 1,
-                answer.len()
             )));
         };
         let cells = trace.layout.row(&row);
         trace.push(cells);
     }
-    if reader.bytes.is_empty() {
-        Ok(trace)
-    } else {
-        Err(EngineError::Failed("the machine answered more than it was asked".to_owned()))
-    }
+    Ok(trace)
 }
 
 struct Reader<'a> {

@@ -36,6 +36,7 @@ pub use c::CEngine;
 pub use c8051::C8051Engine;
 pub use circuit::CircuitEngine;
 pub use device::DeviceEngine;
+pub use firmware::{Machine, Piece};
 pub use verilog::VerilogEngine;
 
 /// What an engine is asked to run.

@@ -2,6 +2,7 @@
 //!
 //! With `GRAFSYNTH_DEEP=1` in the environment the large counts are run, with `GRAFSYNTH_DEEP=8` an eighth of them; `scripts/test --deep` sets it.
 
+pub mod fleet;
 pub mod large_chart;
 pub mod random_c;
 pub mod random_net;
@@ -11,6 +12,8 @@ use grafsynth_driver::read::{Design, ReadLimits, Texts, read};
 use grafsynth_driver::source::Sources;
 use grafsynth_ir::Valid;
 use grafsynth_ir::net::Net;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
 
 /// How many rounds a test makes: few at home, many with `GRAFSYNTH_DEEP=1`, and a part of the many, but not less than the few, where that is more
 /// than 1.
@@ -21,6 +24,34 @@ pub fn rounds(few: u64, many: u64) -> u64 {
         None | Some(0) => few,
         Some(part) => many.div_ceil(part).max(few),
     }
+}
+
+/// `work` for each of them, on all processors; the answers in the order of the items.
+///
+/// # Panics
+/// Where `work` does.
+#[must_use]
+pub fn in_parallel<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<R> {
+    let next = AtomicUsize::new(0);
+    let take = || {
+        let mut done = Vec::new();
+        loop {
+            let at = next.fetch_add(1, Ordering::Relaxed);
+            let Some(item) = items.get(at) else { return done };
+            done.push((at, work(item)));
+        }
+    };
+    let n_workers = thread::available_parallelism().map_or(1, usize::from).min(items.len());
+    let mut all = thread::scope(|scope| {
+        let workers: Vec<_> = (0..n_workers).map(|_| scope.spawn(take)).collect();
+        let answers = workers.into_iter().map(|worker| match worker.join() {
+            Ok(done) => done,
+            Err(panic) => std::panic::resume_unwind(panic),
+        });
+        answers.flatten().collect::<Vec<_>>()
+    });
+    all.sort_by_key(|(at, _)| *at);
+    all.into_iter().map(|(_, answer)| answer).collect()
 }
 
 /// The net of a text; the extension of `name` says its language.

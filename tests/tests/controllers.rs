@@ -9,15 +9,18 @@
 use grafsynth_backend_c::{Options, Style};
 use grafsynth_driver::run::net_trace;
 use grafsynth_engines::{
-    ArmEngine, Availability, AvrEngine, C8051Engine, Engine, EngineError, Job,
+    ArmEngine, Availability, AvrEngine, C8051Engine, Engine, EngineError, Job, Machine, Piece,
 };
 use grafsynth_ir::Valid;
+use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::Net;
 use grafsynth_sim::{Stimulus, compare};
-use grafsynth_tests::random_net::{Features, random_net, shrink};
-use grafsynth_tests::{chart, readable, rounds};
+use grafsynth_tests::random_net::{random_net, shrink};
+use grafsynth_tests::{chart, fleet, in_parallel, readable, rounds};
 use grafsynth_verify::{Limits, structural_facts};
 
+/// Charts in a firmware, where they fit.
+const UNIT: usize = 8;
 const ROWS: usize = 150;
 
 fn is_here(engine: &dyn Engine) -> bool {
@@ -53,34 +56,112 @@ fn difference(engine: &dyn Engine, net: &Valid<Net>, seed: u64) -> Result<bool, 
     }
 }
 
-/// All policies, timers, ranges across 16 bits, calls, arrays: each machine says what the net says. Of two styles, each net has one.
-fn check(styles: [(Box<dyn Engine>, Style); 2], features: &Features) {
-    if !is_here(styles[0].0.as_ref()) {
+/// A chart with all that it is run with.
+struct Chart {
+    seed: u64,
+    net: Valid<Net>,
+    facts: Facts,
+    options: Options,
+    stimulus: Stimulus,
+}
+
+impl Chart {
+    /// All policies, timers, ranges at the ends of 16 and 32 bits, calls, arrays, in each style and with random options.
+    fn random(seed: u64, max_steps: usize) -> Self {
+        let styles = [Style::Auto, Style::Switch, Style::Tables, Style::Bits, Style::Engine];
+        let style = styles[(seed % 5) as usize];
+        let net = random_net(seed, &fleet::features(seed / 5, style, max_steps));
+        // What a style does not carry comes in the best that does.
+        let (_, options) = fleet::emitted(&net, fleet::options(seed, style))
+            .or_else(|_| fleet::emitted(&net, fleet::options(seed, Style::Auto)))
+            .unwrap_or_else(|why| panic!("seed {seed}: {why}"));
+        Self::of(seed, net, options)
+    }
+
+    fn of(seed: u64, net: Valid<Net>, options: Options) -> Self {
+        let facts = fleet::small_facts(&net, options.style);
+        let stimulus = fleet::stimulus(&net, seed, &options);
+        Chart { seed, net, facts, options, stimulus }
+    }
+
+    fn piece(&self) -> Piece<'_> {
+        let job = Job { net: &self.net, facts: &self.facts, stimulus: &self.stimulus };
+        Piece { job, options: self.options.clone() }
+    }
+}
+
+/// Runs charts in one firmware, or in several where they do not fit: how many ran, or the first that does something else.
+fn run(machine: &dyn Machine, charts: &[Chart]) -> Result<u64, (usize, String)> {
+    let pieces: Vec<Piece<'_>> = charts.iter().map(Chart::piece).collect();
+    match machine.run_all(&pieces) {
+        Ok(traces) => {
+            for (at, (chart, got)) in charts.iter().zip(&traces).enumerate() {
+                if let Some(found) = compare(&net_trace(&chart.net, &chart.stimulus), got) {
+                    return Err((at, format!("{found:?}")));
+                }
+            }
+            Ok(charts.len() as u64)
+        }
+        Err(EngineError::Refused(found)) if found.iter().all(|it| it.code.id == "G0604") => {
+            if charts.len() < 2 {
+                return Ok(0);
+            }
+            let (left, right) = charts.split_at(charts.len() / 2);
+            let n_left = run(machine, left)?;
+            let n_right = run(machine, right).map_err(|(at, why)| (left.len() + at, why))?;
+            Ok(n_left + n_right)
+        }
+        Err(EngineError::Refused(found)) => Err((0, format!("{found:?}"))),
+        Err(EngineError::Failed(why)) => Err((0, why)),
+    }
+}
+
+/// As many charts as are wanted, on this machine.
+fn check(machine: &(dyn Machine + Sync), max_steps: usize) {
+    if !is_here(machine) {
         return;
     }
     let first = std::env::var("GRAFSYNTH_FIRST").ok().and_then(|it| it.parse().ok()).unwrap_or(0);
-    let total = rounds(2, 100);
-    let mut n_run = 0;
-    for seed in first..first + total {
-        let (engine, style) = &styles[usize::from(seed % 3 == 2)];
-        let net = random_net(seed, features);
-        match difference(engine.as_ref(), &net, seed) {
-            Ok(is_run) => n_run += u64::from(is_run),
-            Err(why) => {
-                println!("{} seed {seed}: {why}", engine.name());
-                let small = shrink(&net, |net| difference(engine.as_ref(), net, seed).is_err());
-                let again = difference(engine.as_ref(), &small, seed);
-                panic!(
-                    "{} seed {seed}, style {}: {why}\nshrunk: {again:?}\n{}",
-                    engine.name(),
-                    style.name(),
-                    readable(&small)
-                );
+    let wanted = rounds(5, 100);
+    let (mut n_run, mut next) = (0, first);
+    while n_run < wanted {
+        assert!(next - first < 2 * wanted, "only {n_run} of {} fit into it", next - first);
+        let seeds: Vec<u64> = (next..next + (wanted - n_run)).collect();
+        next += seeds.len() as u64;
+        let charts = in_parallel(&seeds, |seed| Chart::random(*seed, max_steps));
+        let units: Vec<&[Chart]> = charts.chunks(UNIT).collect();
+        for (unit, found) in units.iter().zip(in_parallel(&units, |unit| run(machine, unit))) {
+            match found {
+                Ok(n) => n_run += n,
+                Err((at, why)) => {
+                    // What ends a whole firmware does not say which chart it was.
+                    let alone =
+                        unit.iter().find(|it| run(machine, std::slice::from_ref(it)).is_err());
+                    report(machine, alone.unwrap_or(&unit[at]), &why);
+                }
             }
         }
     }
-    println!("{}: {n_run} of {total} nets", styles[0].0.name());
-    assert!(n_run * 10 >= total * 9, "only {n_run} of {total} fit into the machine");
+    println!("{}: {n_run} charts, {} did not fit", machine.name(), next - first - n_run);
+}
+
+/// Shrinks what shows a difference.
+fn report(machine: &dyn Machine, chart: &Chart, why: &str) {
+    println!("{} seed {}: {why}", machine.name(), chart.seed);
+    let again = |net: &Valid<Net>| {
+        let (_, options) = fleet::emitted(net, chart.options.clone()).ok()?;
+        let chart = Chart::of(chart.seed, net.clone(), options);
+        run(machine, &[chart]).err()
+    };
+    let small = shrink(&chart.net, |net| again(net).is_some());
+    panic!(
+        "{} seed {}, {:?}: {why}\nshrunk: {:?}\n{}",
+        machine.name(),
+        chart.seed,
+        chart.options,
+        again(&small),
+        readable(&small)
+    );
 }
 
 /// Numbers of 16, 32 and 64 bits through every operator, also those that sdcc's library does not have.
@@ -141,39 +222,18 @@ fn machines_refuse_what_does_not_fit() {
     }
 }
 
-fn options(style: Style) -> Options {
-    Options { style, ..Options::default() }
-}
-
 #[test]
 fn an_avr_does_what_the_net_does() {
-    check(
-        [Style::Auto, Style::Bits].map(|style| {
-            let engine = AvrEngine { options: options(style), ..AvrEngine::default() };
-            (Box::new(engine) as Box<dyn Engine>, style)
-        }),
-        &Features::everything(),
-    );
+    check(&AvrEngine::default(), 12);
 }
 
 #[test]
 fn a_cortex_m3_does_what_the_net_does() {
-    check(
-        [Style::Auto, Style::Bits].map(|style| {
-            (Box::new(ArmEngine { options: options(style) }) as Box<dyn Engine>, style)
-        }),
-        &Features::everything(),
-    );
+    check(&ArmEngine::default(), 12);
 }
 
 #[test]
 fn an_8051_does_what_the_net_does() {
     // sdcc's time grows faster than the text of a function.
-    let features = Features { max_steps: 7, ..Features::everything() };
-    check(
-        [Style::Auto, Style::Bits].map(|style| {
-            (Box::new(C8051Engine { options: options(style) }) as Box<dyn Engine>, style)
-        }),
-        &features,
-    );
+    check(&C8051Engine::default(), 7);
 }

@@ -4,7 +4,7 @@
 
 #![allow(clippy::print_stdout, reason = "tests say what they skip")]
 
-use grafsynth_backend_c::{Io, Options, Package, Style, multi_harness};
+use grafsynth_backend_c::{Options, Package, Style, multi_harness};
 use grafsynth_driver::pipeline;
 use grafsynth_driver::run::{logic_trace, net_trace};
 use grafsynth_engines::{Availability, EngineError, Job, c, tools};
@@ -12,13 +12,12 @@ use grafsynth_ir::Valid;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::{InputKind, Net, Policy};
 use grafsynth_sim::{InputRow, Stimulus, Trace, compare};
+use grafsynth_tests::fleet::small_facts;
 use grafsynth_tests::random_net::{Features, random_net, shrink};
 use grafsynth_tests::{readable, rounds};
 use grafsynth_verify::{Limits, structural_facts};
 use std::time::Duration;
 
-/// Nets in one translation unit: a compiler starts once for all of them.
-const UNIT: u64 = 50;
 const ROWS: usize = 120;
 const LIMIT: Duration = Duration::from_secs(120);
 
@@ -44,43 +43,6 @@ fn limits() -> Limits {
     Limits { pairs: 20_000, states: 2_000, ..Limits::default() }
 }
 
-#[test]
-fn compiled_c_does_what_the_net_does() {
-    if !is_here("a C compiler", tools::c_compiler().is_some()) {
-        return;
-    }
-    let total = rounds(50, 2_000);
-    for first in (0..total).step_by(UNIT as usize) {
-        let nets: Vec<Valid<Net>> = (first..(first + UNIT).min(total))
-            .map(|seed| random_net(seed, &Features::everything()))
-            .collect();
-        for style in [Style::Auto, Style::Bits] {
-            check_unit(first, &nets, style);
-        }
-    }
-}
-
-/// Statecharts alone, in the style that has a state variable for each region; most of them it must carry.
-#[test]
-fn statecharts_in_c_do_what_the_net_does() {
-    use grafsynth_ir::net::Policy::{InnerFirst, OuterFirst};
-    if !is_here("a C compiler", tools::c_compiler().is_some()) {
-        return;
-    }
-    let features = Features { policies: vec![InnerFirst, OuterFirst], ..Features::everything() };
-    let total = rounds(100, 3_000);
-    let mut n_carried = 0;
-    for first in (0..total).step_by(UNIT as usize) {
-        let nets: Vec<Valid<Net>> =
-            (first..(first + UNIT).min(total)).map(|seed| random_net(seed, &features)).collect();
-        n_carried +=
-            nets.iter().filter(|net| package(net, Style::Auto, 0).style == "statechart").count();
-        check_unit(first, &nets, Style::Auto);
-    }
-    println!("{n_carried} of {total} statecharts have a variable for each region");
-    assert!(n_carried as u64 * 10 >= total * 7, "only {n_carried} of {total} statecharts");
-}
-
 /// Regions of four levels with everything that competes, queues, remembers and counts: the C that is emitted for them says what the simulator says, passes
 /// the compiler's warnings, and its text grows with the chart, not with its product.
 #[test]
@@ -97,7 +59,7 @@ fn large_statecharts_in_c_do_what_the_net_does() {
         {
             let chart = LargeChart::of_size(*size).expect("a size that is measured");
             let net = LargeChart { history, raises, lists, ..chart }.net().expect("it is a chart");
-            let package = package(&net, Style::Auto, 0);
+            let package = package(&net);
             assert_eq!(package.style, "statechart", "{}", package.reason);
             let program = match c::compile_text(&multi_harness(&[(&net, &package)]), &STRICT) {
                 Ok(program) => program,
@@ -131,80 +93,13 @@ const STRICT: [&str; 8] = [
     "-Wno-unused-function",
 ];
 
-/// Compiles all nets into one program and runs each.
-fn check_unit(first: u64, nets: &[Valid<Net>], style: Style) {
-    let packages: Vec<Package> =
-        nets.iter().enumerate().map(|(at, net)| package(net, style, at)).collect();
-    let pairs: Vec<(&Valid<Net>, &Package)> = nets.iter().zip(&packages).collect();
-    let flags = ["-std=c99", "-O1", "-Wall", "-Wextra", "-Werror", "-Wno-unused-function"];
-    let program = match c::compile_text(&multi_harness(&pairs), &flags) {
-        Ok(program) => program,
-        Err(why) => panic!("nets from seed {first}, style {}: {why}", style.name()),
-    };
-    for (at, net) in nets.iter().enumerate() {
-        let seed = first + at as u64;
-        let stimulus = stimulus(net, seed, at);
-        let expected = net_trace(net, &stimulus);
-        let number = at.to_string();
-        let input = c::lines(net, &stimulus);
-        let run =
-            tools::run(&program.path, &[&number], program.folder.path(), input.as_bytes(), LIMIT)
-                .unwrap_or_else(|why| panic!("seed {seed}: {why}"));
-        let got = c::parse(net, &run.stdout)
-            .unwrap_or_else(|why| panic!("seed {seed}: {why:?}\n{}", readable(net)));
-        if let Some(difference) = compare(&expected, &got) {
-            let small = shrink(net, |net| differs_in_c(net, style, seed, at));
-            panic!(
-                "seed {seed}, style {}: {difference:?}\nshrunk:\n{}",
-                style.name(),
-                readable(&small)
-            );
-        }
-    }
-}
-
-/// Random rows; where a gate may stand, each of them three times, so that it closes.
-fn stimulus(net: &Valid<Net>, seed: u64, number: usize) -> Stimulus {
-    if number & 2 == 0 {
-        return Stimulus::random(net, ROWS, seed, 3);
-    }
-    let rows: Vec<_> = Stimulus::random(net, ROWS / 3, seed, 3).rows().collect();
-    Stimulus::of_rows(net, rows.iter().flat_map(|row| [row, row, row]))
-}
-
-/// The C of a net. Of four, two have their inputs and outputs in words, and two a gate where that is exact.
-fn package(net: &Valid<Net>, style: Style, number: usize) -> Package {
-    let io = if number & 1 == 0 { Io::Members } else { Io::Words };
-    let gate = number & 2 != 0;
-    let prefix = Some(format!("n{number}"));
-    let mut options = Options { style, prefix, io, gate, ..Options::default() };
-    // Of a statechart nothing has to be proved for its shape.
-    let is_statechart = net.settings.policy.is_statechart();
-    let facts = if is_statechart { structural_facts(net) } else { facts(net) };
-    let mut package = grafsynth_backend_c::emit(net, &facts, &options);
-    if gate && package.is_err() {
-        options.gate = false;
-        package = grafsynth_backend_c::emit(net, &facts, &options);
-    }
-    match package {
+/// The C of a net.
+fn package(net: &Valid<Net>) -> Package {
+    let facts = small_facts(net, Style::Auto);
+    match grafsynth_backend_c::emit(net, &facts, &Options::default()) {
         Ok(package) => package,
         Err(found) => panic!("every valid net can be said in C: {found:?}\n{}", readable(net)),
     }
-}
-
-fn differs_in_c(net: &Valid<Net>, style: Style, seed: u64, number: usize) -> bool {
-    let package = package(net, style, number);
-    let stimulus = stimulus(net, seed, number);
-    let Ok(program) = c::compile_text(&multi_harness(&[(net, &package)]), &["-std=c99", "-O0"])
-    else {
-        return false;
-    };
-    let input = c::lines(net, &stimulus);
-    let Ok(run) = tools::run(&program.path, &["0"], program.folder.path(), input.as_bytes(), LIMIT)
-    else {
-        return false;
-    };
-    c::parse(net, &run.stdout).is_ok_and(|got| compare(&net_trace(net, &stimulus), &got).is_some())
 }
 
 /// A circuit and every text of it that can be written, read back, do what the net does.
@@ -323,9 +218,9 @@ fn exhaustive_comparison_proves_random_nets() {
     for seed in 0..rounds(8, 60) {
         let net = random_net(seed, &Features::plain());
         let facts = facts(&net);
-        let package = package(&net, Style::Auto, 0);
+        let package = package(&net);
         let line = grafsynth_engines::exhaustive::check(
-            "n0.c",
+            &format!("{}.c", net.name),
             &net,
             &facts,
             &package,

@@ -4,6 +4,7 @@
 //! let facts = verify::facts(&net, &Limits::default());           // components, situations, depth, what never happens
 //! let verdict = verify::equiv(&net, &facts, &read_back, &limits); // Proved | Refuted(stimulus, difference) | Open(why)
 //! let answers = verify::properties(&net, &limits);                // one for each `assert`
+//! let waits = verify::waiting(&net, &limits);                    // how long each competing transition waits for its turn
 //! let findings = verify::lints(&net, &facts);                     // what is probably not meant
 //! ```
 //!
@@ -27,6 +28,7 @@ mod properties;
 mod relevance;
 pub mod sharing;
 mod symbolic;
+mod waiting;
 
 pub use equiv::{Certificate, Counterexample, Method, Verdict, equiv};
 pub use explore::Ticks;
@@ -34,6 +36,7 @@ pub use facts::{facts, structural_facts};
 pub use limits::Limits;
 pub use lints::{lints, lints_with};
 pub use properties::{Outcome, PropertyVerdict, check_assumption, properties};
+pub use waiting::{Wait, Waiting, waiting};
 
 #[cfg(test)]
 mod testing;

@@ -7,9 +7,9 @@ use crate::load::{Session, Stop};
 use grafsynth_driver::logic::LogicDesign;
 use grafsynth_driver::read::{Design, NetDesign};
 use grafsynth_ir::diag::any_error;
-use grafsynth_ir::net::Net;
+use grafsynth_ir::net::{Net, Policy};
 use grafsynth_ir::{Diagnostic, FileId, Valid};
-use grafsynth_verify::{Limits, Outcome};
+use grafsynth_verify::{Limits, Outcome, Wait, Waiting};
 use std::path::Path;
 
 /// Steps from which on a chart is large.
@@ -38,6 +38,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Check) -> Result<Exit, Stop
     }
     session.show(&found);
     let exit = properties(session, net, &limits);
+    waits(session, net, &limits);
     if any_error(&found) {
         return Ok(Exit::Errors);
     }
@@ -168,6 +169,54 @@ fn properties(session: &Session, net: &Valid<Net>, limits: &Limits) -> Exit {
         }
     }
     exit
+}
+
+/// Says how long transitions that compete wait for their turn: a bound under `priority-age`, and under any policy the cycle on which one starves.
+fn waits(session: &Session, net: &Valid<Net>, limits: &Limits) {
+    if session.quiet {
+        return;
+    }
+    // It is asked in passing, so it may not take long.
+    let limits = Limits { pairs: limits.pairs.min(200_000), ..limits.clone() };
+    let by_age = net.settings.policy == Policy::PriorityAge;
+    let waits = match grafsynth_verify::waiting(net, &limits) {
+        Ok(waits) => waits,
+        Err(why) if by_age => {
+            crate::print(&format!("open     how long transitions wait for their turn: {why}\n"));
+            return;
+        }
+        Err(_) => return,
+    };
+    for Waiting { transition, wait } in waits {
+        let name = &net.transitions[transition].name;
+        match wait {
+            Wait::Bounded { turns, reactions, .. } if by_age => {
+                let turns = counted(turns as usize, "turn", "turns");
+                let within = reactions.map_or_else(
+                    || "; others may keep the step as long as they like".to_owned(),
+                    |most| {
+                        format!(", and fires within {most} reactions while its receptivity holds")
+                    },
+                );
+                crate::print(&format!(
+                    "bound    {name} waits for at most {turns} of others{within}\n"
+                ));
+            }
+            Wait::Bounded { .. } => {}
+            Wait::Starves { way, cycle } => {
+                let from = counted(way.len(), "row", "rows");
+                crate::print(&format!("starves  {name}: after {from} over and over, in"));
+                let mut whole = way.clone();
+                cycle.rows().for_each(|row| whole.push(&row));
+                let trace = grafsynth_sim::run(net, &whole).to_csv();
+                let lines: Vec<&str> = trace.lines().collect();
+                crate::print(&format!(" the last {} of\n", counted(cycle.len(), "row", "rows")));
+                for line in lines {
+                    crate::print(&format!("    {line}\n"));
+                }
+            }
+        }
+    }
 }
 
 fn dump(session: &mut Session, arguments: &Check, pass: &str) -> Result<Exit, Stop> {

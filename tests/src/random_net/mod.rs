@@ -48,6 +48,10 @@ pub struct Features {
     pub timers: bool,
     /// Values of variables and inputs: 8-bit, negative, and across the border of 16 bits.
     pub integers: bool,
+    /// Also the first and last values of 16 and 32 bits and one beyond, and divisors that are no constants.
+    pub wide_integers: bool,
+    /// Also times about the most that 8 and 16 bits hold.
+    pub long_times: bool,
     pub arrays: bool,
     pub events: bool,
     pub raise: bool,
@@ -88,6 +92,8 @@ impl Features {
             edges: true,
             timers: true,
             integers: true,
+            wide_integers: false,
+            long_times: false,
             arrays: true,
             events: true,
             raise: true,
@@ -113,6 +119,64 @@ impl Features {
         }
     }
 
+    /// Everything that a program can do that is emitted: also numbers and times at the ends of what 8, 16 and 32 bits hold.
+    #[must_use]
+    pub fn program() -> Self {
+        Features { wide_integers: true, long_times: true, ..Self::everything() }
+    }
+
+    /// A part of these features, another for each seed: every switch that is on goes off once in three times. Charts with everything are alike in having
+    /// everything; what shows only where something is absent needs charts without it.
+    #[must_use]
+    pub fn some(&self, seed: u64) -> Self {
+        let mut random = Random::new(seed ^ 0x5eed);
+        let mut some = self.clone();
+        if let Some(policy) = random.pick(&self.policies) {
+            some.policies = vec![*policy];
+        }
+        for switch in some.switches() {
+            *switch &= !random.one_in(3);
+        }
+        // Something must be left to choose from.
+        some.single |= !some.stable;
+        some
+    }
+
+    /// All of them but `unspecified`, which leaves cells open that two engines may fill differently.
+    fn switches(&mut self) -> [&mut bool; 29] {
+        [
+            &mut self.single,
+            &mut self.stable,
+            &mut self.odd_shapes,
+            &mut self.conflict_chains,
+            &mut self.edges,
+            &mut self.timers,
+            &mut self.integers,
+            &mut self.wide_integers,
+            &mut self.long_times,
+            &mut self.arrays,
+            &mut self.events,
+            &mut self.raise,
+            &mut self.stored_outputs,
+            &mut self.controlled_actions,
+            &mut self.tasks,
+            &mut self.reactions,
+            &mut self.forcing,
+            &mut self.enclosing,
+            &mut self.several_parts,
+            &mut self.history,
+            &mut self.sends,
+            &mut self.finals,
+            &mut self.mealy,
+            &mut self.restart,
+            &mut self.otherwise,
+            &mut self.simultaneous,
+            &mut self.fire_one,
+            &mut self.externs,
+            &mut self.assumptions,
+        ]
+    }
+
     /// Steps, transitions, conditions over Boolean inputs and step bits, continuous outputs; nothing else.
     #[must_use]
     pub fn plain() -> Self {
@@ -126,6 +190,8 @@ impl Features {
             edges: false,
             timers: false,
             integers: false,
+            wide_integers: false,
+            long_times: false,
             arrays: false,
             events: false,
             raise: false,
@@ -327,10 +393,43 @@ impl<'f> Builder<'f> {
     }
 
     fn int_type(&mut self) -> Type {
+        if self.wants(self.on.wide_integers, 2) {
+            return self.edge_type();
+        }
         let (lo, hi) =
             [(0, 3), (0, 9), (-5, 5), (-128, 127), (0, 255), (-40, 32800), (0, 70_000), (-2, 1)]
                 [self.random.below(8)];
         Type::Int { lo, hi }
+    }
+
+    /// A range that ends where a type of C does, or one beyond; some never reach 0, so that one may divide by them.
+    fn edge_type(&mut self) -> Type {
+        let (lo, hi) = [
+            (-128, 128),
+            (-129, 127),
+            (0, 256),
+            (1, 255),
+            (-32_768, 32_767),
+            (-32_769, 32_767),
+            (0, 65_535),
+            (0, 65_536),
+            (1, 32_768),
+            (-9, -1),
+            (i64::from(i32::MIN), i64::from(i32::MAX)),
+            (0, i64::from(i32::MAX)),
+            (i64::from(i32::MIN), -1),
+            (1, i64::from(i32::MAX)),
+        ][self.random.below(14)];
+        Type::Int { lo, hi }
+    }
+
+    /// A time in ticks: few, or about the most that a byte or two hold.
+    fn ticks(&mut self, below: usize) -> i64 {
+        if self.wants(self.on.long_times, 3) {
+            [254, 255, 256, 257, 1000, 65_534, 65_535, 65_536][self.random.below(8)]
+        } else {
+            self.random.below(below) as i64
+        }
     }
 
     fn inputs(&mut self) {
@@ -493,7 +592,7 @@ impl<'f> Builder<'f> {
                     Qualifier::L | Qualifier::D | Qualifier::SD | Qualifier::DS | Qualifier::SL
                 )
             };
-            let duration = if uses.iter().any(is_timed) { self.random.below(4) as u32 } else { 0 };
+            let duration = if uses.iter().any(is_timed) { self.ticks(4) as u32 } else { 0 };
             let action = ControlledAction {
                 name: name(format!("c{index}")),
                 uses,
@@ -616,7 +715,7 @@ impl<'f> Builder<'f> {
 
     fn slot(&mut self, event: InputId) -> grafsynth_ir::net::SendId {
         let text = format!("send{}", self.net.sends.len() + 1);
-        let delay = self.random.below(4) as u32;
+        let delay = self.ticks(4) as u32;
         self.net.sends.push(SendSlot { name: name(text), event, delay, meta: Meta::default() })
     }
 }

@@ -167,7 +167,7 @@ impl Builder<'_> {
             CompareOp::Gt,
         ];
         let op = ops[self.random.below(ops.len())];
-        let ticks = GenericExpr::int(self.random.below(5) as i64);
+        let ticks = GenericExpr::int(self.ticks(5));
         Some(compare(op, leaf(time), ticks))
     }
 
@@ -281,7 +281,23 @@ impl Builder<'_> {
             _ => self.number_leaf(place),
         };
         let plain = plain.unwrap_or_else(|| {
-            let value = [0, 1, -1, 2, 7, 100, 255, -32768, 40000][self.random.below(9)];
+            let value = if self.wants(self.on.wide_integers, 3) {
+                [
+                    i64::from(i32::MIN),
+                    -65_536,
+                    -32_769,
+                    127,
+                    128,
+                    256,
+                    32_767,
+                    32_768,
+                    65_535,
+                    65_536,
+                    i64::from(i32::MAX),
+                ][self.random.below(11)]
+            } else {
+                [0, 1, -1, 2, 7, 100, 255, -32768, 40000][self.random.below(9)]
+            };
             GenericExpr::int(value)
         });
         if depth == 0 || self.random.one_in(3) {
@@ -305,9 +321,7 @@ impl Builder<'_> {
             }
             _ => {
                 let other = match op {
-                    ArithOp::Div | ArithOp::Mod => {
-                        GenericExpr::int([2, 3, -2, 10, 7][self.random.below(5)])
-                    }
+                    ArithOp::Div | ArithOp::Mod => self.divisor(place),
                     ArithOp::Add | ArithOp::Sub | ArithOp::Mul => self.number(place, depth - 1),
                 };
                 new(ExprKind::Arith(op, Box::new(plain.clone()), Box::new(other)))
@@ -315,6 +329,28 @@ impl Builder<'_> {
         };
         // Products of products may leave 64 bits.
         if net_type(&self.net, &candidate).is_ok() { candidate } else { plain }
+    }
+
+    /// A constant, or a number that is never 0.
+    fn divisor(&mut self, place: Place) -> Expr {
+        if self.wants(self.on.wide_integers, 2) {
+            let never_zero: Vec<Leaf> = (self.number_leaves(place).into_iter())
+                .filter(
+                    |found| !matches!(found, Leaf::Var(var) if self.net.vars[*var].len.is_some()),
+                )
+                .filter(|found| {
+                    net_type(&self.net, &leaf(*found)).is_ok_and(|ty| {
+                        let (lo, hi) = ty.bounds();
+                        lo > 0 || hi < 0
+                    })
+                })
+                .collect();
+            if let Some(found) = self.random.pick(&never_zero) {
+                return leaf(*found);
+            }
+            return GenericExpr::int([1, -1, 256, -129, 32_768, 65_536][self.random.below(6)]);
+        }
+        GenericExpr::int([2, 3, -2, 10, 7][self.random.below(5)])
     }
 
     /// `otherwise`: none of the transitions declared above that leave one of these steps is fireable.

@@ -656,7 +656,8 @@ impl<'a> Emit<'a> {
                 &format!("rounds == {bound}"),
                 vec![
                     Node::comment("The limit: what would fire next is only asked, on a copy."),
-                    Node::line(format!("{prefix}_t trial = *self;")),
+                    Node::line(format!("{prefix}_t trial;")),
+                    Node::line("trial = *self;"),
                     Node::line(format!("self->fault = {trial};")),
                 ],
             ));

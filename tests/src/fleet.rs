@@ -1,0 +1,427 @@
+//! Many random charts in one style of C, each with other options: drawn, counted, put into programs of many charts, and run beside the simulator.
+//!
+//! ```text
+//! let drawn = draw(Style::Switch, 1000);                 // charts that the style carries; the refused are counted apart
+//! println!("{drawn}");                                   // and what they have
+//! check(&drawn, 20, &Compiler::watchful()?);             // each does what the simulator does
+//! ```
+
+use crate::random_net::{Features, random_net, shrink};
+use crate::{in_parallel, readable};
+use grafsynth_backend_c::{Io, Options, Package, Style, emit, multi_harness};
+use grafsynth_driver::run::net_trace;
+use grafsynth_engines::{c, tools};
+use grafsynth_ir::Valid;
+use grafsynth_ir::expr::{ArithOp, ExprKind, Type};
+use grafsynth_ir::facts::Facts;
+use grafsynth_ir::net::{
+    Driver, Evolution, Expr, InputKind, Leaf, Net, Policy, Schedule, StepKind, TransitionKind,
+};
+use grafsynth_sim::{Random, Stimulus, compare};
+use grafsynth_verify::{Limits, facts, structural_facts};
+use std::collections::BTreeMap;
+use std::fmt;
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// Rows of a stimulus.
+const ROWS: usize = 120;
+/// Seeds that are drawn at once.
+const BLOCK: u64 = 64;
+/// Seeds for each chart that is wanted before a style is said to carry too little.
+const PATIENCE: u64 = 200;
+const LIMIT: Duration = Duration::from_secs(120);
+
+/// A chart that a style carries.
+pub struct Chart {
+    /// What it was made from.
+    pub seed: u64,
+    /// The chart.
+    pub net: Valid<Net>,
+    /// Its C, with the prefix `n` and the seed.
+    pub package: Package,
+    /// With what it was emitted.
+    pub options: Options,
+}
+
+/// What was drawn.
+#[derive(Default)]
+pub struct Drawn {
+    /// Those that the style carries, by seed.
+    pub charts: Vec<Chart>,
+    /// How often each reason kept one out.
+    pub refused: BTreeMap<String, u64>,
+}
+
+/// Facts as `build` has them, with small limits: the nets are small too. Of a statechart nothing has to be proved for its shape, and none is needed for
+/// straight code.
+#[must_use]
+pub fn small_facts(net: &Valid<Net>, style: Style) -> Facts {
+    let needs_none = net.settings.policy.is_statechart();
+    if needs_none || matches!(style, Style::Bits | Style::Engine) {
+        structural_facts(net)
+    } else {
+        facts(net, &Limits { pairs: 20_000, states: 2_000, ..Limits::default() })
+    }
+}
+
+/// Random options of that style. What does not go together with something of the chart, or with another option, is left out again by [`emitted`].
+#[must_use]
+pub fn options(seed: u64, style: Style) -> Options {
+    let mut random = Random::new(seed ^ 0x0971);
+    let gate = random.one_in(3);
+    Options {
+        style,
+        io: if random.one_in(2) { Io::Words } else { Io::Members },
+        gate,
+        trace: if !gate && random.one_in(3) { Some(1 + random.below(9) as u16) } else { None },
+        callbacks: random.one_in(3),
+        // Now and then so few that every chart is split into functions.
+        max_transitions: [200, 200, 1, 3][random.below(4)],
+        prefix: Some(format!("n{seed}")),
+        ..Options::default()
+    }
+}
+
+/// The chart in C with these options, without those that are refused by name: gate, trace and words are no matter of the style.
+///
+/// # Errors
+/// Why the style does not carry the chart.
+///
+/// # Panics
+/// Where something is refused that is none of the documented refusals.
+pub fn emitted(net: &Valid<Net>, mut options: Options) -> Result<(Package, Options), String> {
+    let facts = small_facts(net, options.style);
+    loop {
+        let found = match emit(net, &facts, &options) {
+            Ok(package) => return Ok((package, options)),
+            Err(found) => found,
+        };
+        let why: String = found.iter().map(|it| it.message.clone()).collect();
+        let error = found.iter().find(|it| it.severity == grafsynth_ir::diag::Severity::Error);
+        match error.map(|it| it.code.id) {
+            _ if options.trace.is_some() && why.contains("trace ring") => options.trace = None,
+            Some("G0605") if options.gate => options.gate = false,
+            Some("G0601") if options.style == Style::Auto || options.style == Style::Bits => {
+                panic!("every valid net can be said in C: {found:?}\n{}", readable(net))
+            }
+            Some("G0601" | "G0606") => return Err(why),
+            _ => panic!("{found:?}\n{}", readable(net)),
+        }
+    }
+}
+
+/// The features of a seed's chart: of three charts one has all that a program can have, one a part of that, and one a part of what the shapes with state
+/// variables and tables carry of Grafcet, which they would hardly ever meet by chance.
+#[must_use]
+pub fn features(seed: u64, style: Style, max_steps: usize) -> Features {
+    let all = Features { max_steps, ..Features::program() };
+    match seed % 3 {
+        0 if style != Style::Engine => all,
+        1 => all.some(seed),
+        _ => Features {
+            fire_one: false,
+            forcing: false,
+            controlled_actions: false,
+            tasks: false,
+            enclosing: false,
+            ..all.without_statecharts()
+        }
+        .some(seed),
+    }
+}
+
+/// Charts until `wanted` of them are carried.
+///
+/// # Panics
+/// Where the style carries less than one in [`PATIENCE`].
+#[must_use]
+pub fn draw(style: Style, wanted: u64) -> Drawn {
+    let mut drawn = Drawn::default();
+    let mut next = 0;
+    while (drawn.charts.len() as u64) < wanted {
+        assert!(next < wanted * PATIENCE, "{} of {next}: {:?}", drawn.charts.len(), drawn.refused);
+        let seeds: Vec<u64> = (next..next + BLOCK.min(wanted)).collect();
+        next += seeds.len() as u64;
+        let block = in_parallel(&seeds, |seed| {
+            let net = random_net(*seed, &features(*seed, style, 12));
+            let found = emitted(&net, options(*seed, style));
+            found.map(|(package, options)| Chart { seed: *seed, net, package, options })
+        });
+        for found in block {
+            match found {
+                Ok(chart) if (drawn.charts.len() as u64) < wanted => drawn.charts.push(chart),
+                Ok(_) => {}
+                Err(why) => *drawn.refused.entry(why).or_default() += 1,
+            }
+        }
+    }
+    drawn
+}
+
+/// Random rows for a chart. Where a gate stands, each of them three times, so that it closes; some with ticks that run through long times at once.
+#[must_use]
+pub fn stimulus(net: &Valid<Net>, seed: u64, options: &Options) -> Stimulus {
+    let most = [3, 3, 300, 70_000][(seed / 2 % 4) as usize];
+    if !options.gate {
+        return Stimulus::random(net, ROWS, seed, most);
+    }
+    let rows: Vec<_> = Stimulus::random(net, ROWS / 3, seed, most).rows().collect();
+    Stimulus::of_rows(net, rows.iter().flat_map(|row| [row, row, row]))
+}
+
+/// A compiler with its flags.
+#[derive(Debug, Clone)]
+pub struct Compiler {
+    /// The program.
+    pub path: PathBuf,
+    /// What it is asked for.
+    pub flags: Vec<&'static str>,
+}
+
+impl Compiler {
+    /// What watches every access and every operation of a run: address and undefined behaviour, in C99, without optimisation, since that takes longest.
+    /// None where no compiler has both; clang first, which is quicker at it.
+    #[must_use]
+    pub fn watchful() -> Option<Self> {
+        let flags =
+            vec!["-std=c99", "-O0", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"];
+        [tools::find(&["clang"]), tools::c_compiler()].into_iter().flatten().find_map(|path| {
+            let compiler = Compiler { path, flags: flags.clone() };
+            compiler.program("int main(void) { return 0; }").is_ok().then_some(compiler)
+        })
+    }
+
+    /// The host's compiler, and nothing else.
+    #[must_use]
+    pub fn plain() -> Option<Self> {
+        Some(Compiler { path: tools::c_compiler()?, flags: vec!["-std=c99", "-O0"] })
+    }
+
+    fn program(&self, text: &str) -> Result<c::Program, String> {
+        c::compile_text_by(&self.path, text, &self.flags)
+    }
+}
+
+/// Puts charts into one program and runs each beside the simulator: none, or the first difference, in a reader's words.
+#[must_use]
+pub fn run(charts: &[&Chart], compiler: &Compiler) -> Option<(usize, String)> {
+    let program = match compiler.program(&text(charts)) {
+        Ok(program) => program,
+        Err(why) => return Some((0, why)),
+    };
+    let stimuli: Vec<Stimulus> =
+        charts.iter().map(|it| stimulus(&it.net, it.seed, &it.options)).collect();
+    // One run for all of them; each one's stimulus ends with an empty line.
+    let input: String = (charts.iter().zip(&stimuli))
+        .map(|(chart, stimulus)| c::lines(&chart.net, stimulus) + "\n")
+        .collect();
+    let folder = program.folder.path();
+    let output = match tools::run(&program.path, &[], folder, input.as_bytes(), LIMIT) {
+        Err(why) => return Some((0, why)),
+        Ok(run) if !run.is_success => return Some((0, format!("{} {}", run.ending, run.stderr))),
+        Ok(run) => String::from_utf8_lossy(&run.stdout).into_owned(),
+    };
+    // Each trace stands behind a line with its number, and has no such sign itself.
+    let traces: Vec<&str> = output.split('#').skip(1).collect();
+    charts.iter().zip(&stimuli).enumerate().find_map(|(at, (chart, stimulus))| {
+        let trace = traces.get(at).and_then(|it| it.split_once('\n')).map_or("", |it| it.1);
+        let why = match c::parse(&chart.net, trace.as_bytes()) {
+            Err(why) => format!("{why:?}"),
+            Ok(got) => format!("{:?}", compare(&net_trace(&chart.net, stimulus), &got)?),
+        };
+        Some((at, why))
+    })
+}
+
+/// One program of many charts.
+#[must_use]
+pub fn text(charts: &[&Chart]) -> String {
+    let pairs: Vec<(&Valid<Net>, &Package)> =
+        charts.iter().map(|chart| (&chart.net, &chart.package)).collect();
+    multi_harness(&pairs)
+}
+
+/// Runs all charts, `unit` in a program; the first difference is shrunk.
+///
+/// # Panics
+/// Where a chart in C does not do what the net does, or does what C does not define.
+pub fn check(drawn: &Drawn, unit: usize, compiler: &Compiler) {
+    let units: Vec<Vec<&Chart>> =
+        drawn.charts.chunks(unit).map(|unit| unit.iter().collect()).collect();
+    let found = in_parallel(&units, |unit| run(unit, compiler));
+    let mut found = found.into_iter().zip(&units);
+    let Some((at, why, unit)) =
+        found.find_map(|(found, unit)| found.map(|(at, why)| (at, why, unit)))
+    else {
+        return;
+    };
+    // A program that ended does not say where it was.
+    let alone = unit.iter().find_map(|it| Some((*it, run(&[it], compiler)?.1)));
+    let (chart, why) = alone.unwrap_or((unit[at], why));
+    let small = shrink(&chart.net, |net| difference(net, chart, compiler).is_some());
+    panic!(
+        "seed {}, {:?}: {why}\nshrunk: {:?}\n{}",
+        chart.seed,
+        chart.options,
+        difference(&small, chart, compiler),
+        readable(&small)
+    );
+}
+
+/// How another net does under what another chart was run with.
+fn difference(net: &Valid<Net>, like: &Chart, compiler: &Compiler) -> Option<String> {
+    let (package, options) = emitted(net, like.options.clone()).ok()?;
+    let chart = Chart { seed: like.seed, net: net.clone(), package, options };
+    run(&[&chart], compiler).map(|(_, why)| why)
+}
+
+type Has = fn(&Chart) -> bool;
+
+/// What a chart can have, each with its question.
+pub const PROPERTIES: &[(&str, Has)] = &[
+    ("conflict all", |it| it.net.settings.policy == Policy::All),
+    ("conflict priority", |it| it.net.settings.policy == Policy::Priority),
+    ("conflict priority-age", |it| it.net.settings.policy == Policy::PriorityAge),
+    ("conflict inner-first", |it| it.net.settings.policy == Policy::InnerFirst),
+    ("conflict outer-first", |it| it.net.settings.policy == Policy::OuterFirst),
+    ("fire one", |it| it.net.settings.fire_one),
+    ("schedule level", |it| it.net.settings.schedule == Schedule::Level),
+    ("schedule priority", |it| it.net.settings.schedule == Schedule::Priority),
+    ("evolution single", |it| it.net.settings.evolution == Evolution::Single),
+    ("evolution stable", |it| it.net.settings.evolution != Evolution::Single),
+    ("assign simultaneous", |it| it.net.settings.assign_simultaneous),
+    ("final scan", |it| it.net.settings.final_scan),
+    ("queue", |it| it.net.settings.queue.is_some()),
+    ("edges", |it| !it.net.edges.is_empty()),
+    ("timers", |it| !it.net.timers.is_empty()),
+    ("times of 255 ticks and more", |it| {
+        waits_long(&it.net)
+            || it.net.actions.values().any(|it| it.duration >= 255)
+            || it.net.sends.values().any(|it| it.delay >= 255)
+    }),
+    ("numbers", |it| ranges(&it.net).next().is_some()),
+    ("negative numbers", |it| ranges(&it.net).any(|(lo, _)| lo < 0)),
+    ("numbers of 16 bits", |it| ranges(&it.net).any(|range| bits(range) == 16)),
+    ("numbers of 32 bits", |it| ranges(&it.net).any(|range| bits(range) == 32)),
+    ("division", |it| divides(&it.net, false)),
+    ("division by no constant", |it| divides(&it.net, true)),
+    ("arrays", |it| it.net.vars.values().any(|var| var.len.is_some())),
+    ("events", |it| it.net.inputs.values().any(|it| it.kind == InputKind::Event)),
+    ("internal events", |it| it.net.inputs.values().any(|it| it.kind == InputKind::InternalEvent)),
+    ("extern conditions", |it| it.net.inputs.values().any(|it| it.kind == InputKind::Extern)),
+    ("extern actions", |it| {
+        it.net.outputs.values().any(|it| matches!(it.driver, Driver::Extern { .. }))
+    }),
+    ("mealy outputs", |it| it.net.outputs.values().any(|it| matches!(it.driver, Driver::Mealy(_)))),
+    ("stored outputs", |it| {
+        it.net.outputs.values().any(|it| matches!(it.driver, Driver::Stored(_)))
+    }),
+    ("qualified actions", |it| !it.net.actions.is_empty()),
+    ("tasks", |it| it.net.steps.values().any(|step| !step.tasks.is_empty())),
+    ("reactions", |it| it.net.transitions.values().any(|it| it.kind == TransitionKind::Reaction)),
+    ("restart", |it| it.net.transitions.values().any(|it| it.restart)),
+    ("priorities", |it| it.net.transitions.values().any(|it| it.priority.is_some())),
+    ("sources and sinks", |it| {
+        it.net.transitions.values().any(|it| {
+            it.kind == TransitionKind::Move && (it.requires.is_empty() || it.enters.is_empty())
+        })
+    }),
+    ("forks and joins", |it| {
+        it.net.transitions.values().any(|it| it.requires.len() > 1 || it.enters.len() > 1)
+    }),
+    ("several parts", |it| it.net.parts.len() > 1),
+    ("forcing", |it| !it.net.forcings.is_empty()),
+    ("enclosing steps", |it| has_kind(&it.net, StepKind::Enclosing)),
+    ("regions", |it| has_kind(&it.net, StepKind::Parallel)),
+    ("histories", |it| !it.net.histories.is_empty()),
+    ("sends", |it| !it.net.sends.is_empty()),
+    ("final states", |it| has_kind(&it.net, StepKind::Final)),
+    ("words", |it| it.options.io == Io::Words),
+    ("gate", |it| it.options.gate),
+    ("trace", |it| it.options.trace.is_some()),
+    ("callbacks", |it| it.options.callbacks),
+    ("split functions", |it| it.options.max_transitions < 200),
+];
+
+fn has_kind(net: &Net, kind: StepKind) -> bool {
+    net.steps.values().any(|step| step.kind == kind)
+}
+
+/// Visits every part of every expression.
+fn for_each_part(net: &Net, visit: &mut impl FnMut(&Expr)) {
+    grafsynth_ir::walk::for_each_expr(net, &mut |expr| {
+        let mut todo = vec![expr];
+        while let Some(part) = todo.pop() {
+            visit(part);
+            todo.extend(part.operands());
+        }
+    });
+}
+
+fn waits_long(net: &Net) -> bool {
+    let mut found = false;
+    for_each_part(net, &mut |part| {
+        if let ExprKind::Compare(_, time, ticks) = &part.kind {
+            let is_time = matches!(
+                time.kind,
+                ExprKind::Leaf(Leaf::Elapsed(_) | Leaf::LastElapsed(_) | Leaf::Timer(_))
+            );
+            found |= is_time && matches!(ticks.kind, ExprKind::Int(255..));
+        }
+    });
+    found
+}
+
+fn ranges(net: &Net) -> impl Iterator<Item = (i64, i64)> {
+    let types = net.inputs.values().map(|it| it.ty).chain(net.vars.values().map(|it| it.ty));
+    types.filter(|ty| !ty.is_bool()).map(Type::bounds)
+}
+
+fn bits((lo, hi): (i64, i64)) -> u32 {
+    let fits = |bits: u32| {
+        let most = 1_i64 << bits;
+        (lo >= 0 && hi < most) || (lo >= -most / 2 && hi < most / 2)
+    };
+    [8, 16, 32].into_iter().find(|bits| fits(*bits)).unwrap_or(64)
+}
+
+fn divides(net: &Net, by_no_constant: bool) -> bool {
+    let mut found = false;
+    for_each_part(net, &mut |part| {
+        if let ExprKind::Arith(ArithOp::Div | ArithOp::Mod, _, by) = &part.kind {
+            found |= !by_no_constant || !matches!(by.kind, ExprKind::Int(_));
+        }
+    });
+    found
+}
+
+impl Drawn {
+    /// How many charts have a property.
+    #[must_use]
+    pub fn with(&self, property: &str) -> usize {
+        let found = PROPERTIES.iter().find(|(name, _)| *name == property);
+        found.map_or(0, |(_, has)| self.charts.iter().filter(|chart| has(chart)).count())
+    }
+}
+
+impl fmt::Display for Drawn {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let n_refused: u64 = self.refused.values().sum();
+        writeln!(out, "{} charts, {n_refused} refused", self.charts.len())?;
+        let mut shapes: BTreeMap<&str, u64> = BTreeMap::new();
+        for chart in &self.charts {
+            *shapes.entry(chart.package.style).or_default() += 1;
+        }
+        for (shape, n) in shapes {
+            writeln!(out, "{n:6}  as {shape}")?;
+        }
+        for (name, _) in PROPERTIES {
+            writeln!(out, "{:6}  {name}", self.with(name))?;
+        }
+        for (why, n) in &self.refused {
+            writeln!(out, "{n:6}  refused: {why}")?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,149 @@
+//! The arbiter example in every engine: who asks is served within the bound that `check` prints, no smaller bound is one, and among unequal priorities the
+//! cycle that is printed starves its client everywhere.
+
+#![allow(clippy::print_stdout, reason = "tests say what they skip and what they measured")]
+
+use grafsynth_backend_c::{Options, Style};
+use grafsynth_driver::run::net_trace;
+use grafsynth_engines::{Availability, CEngine, Engine, EngineError, Job};
+use grafsynth_ir::Valid;
+use grafsynth_ir::net::{Net, TransitionId};
+use grafsynth_sim::{Simulator, Stimulus, compare};
+use grafsynth_tests::{chart, in_parallel, rounds};
+use grafsynth_verify::{Limits, Wait, waiting};
+
+fn by_age() -> Valid<Net> {
+    chart("arbiter.graf", include_str!("../../examples/arbiter/arbiter.graf"))
+}
+
+fn fixed() -> Valid<Net> {
+    chart("arbiter_fixed.graf", include_str!("../../examples/arbiter/arbiter_fixed.graf"))
+}
+
+/// The arbiter whose third client is the least urgent.
+fn unequal() -> Valid<Net> {
+    let text = include_str!("../../examples/arbiter/arbiter.graf")
+        .replace("step client1 {", "step client1 { priority 1;")
+        .replace("step client2 {", "step client2 { priority 1;");
+    chart("unequal.graf", &text)
+}
+
+/// Every engine that carries the chart does the same as the simulator.
+fn everywhere(net: &Valid<Net>, stimulus: &Stimulus) {
+    let expected = net_trace(net, stimulus);
+    let facts = grafsynth_verify::facts(net, &Limits::default());
+    let mut engines: Vec<(String, Box<dyn Engine>)> =
+        grafsynth_engines::all().into_iter().map(|it| (it.name().to_owned(), it)).collect();
+    for style in [Style::Switch, Style::Tables, Style::Bits, Style::Engine] {
+        let engine = CEngine { options: Options { style, ..Options::default() } };
+        engines.push((format!("c as {}", style.name()), Box::new(engine)));
+    }
+    let said = in_parallel(&engines, |(name, engine)| {
+        if let Availability::Missing(what) = engine.availability() {
+            assert!(std::env::var_os("CI").is_none(), "{what} is missing, and CI must have it");
+            return format!("skipped: {name}: {what} is not here");
+        }
+        match engine.run(&Job { net, facts: &facts, stimulus }) {
+            Ok(got) => {
+                let found = compare(&expected, &got);
+                assert!(found.is_none(), "{name}: {found:?}");
+                format!("{name}: equal")
+            }
+            Err(EngineError::Refused(found)) => format!("{name}: refused, {}", found[0].message),
+            Err(EngineError::Failed(why)) => panic!("{name}: {why}"),
+        }
+    });
+    said.iter().for_each(|line| println!("{line}"));
+    let n_equal = said.iter().filter(|line| line.ends_with("equal")).count();
+    assert!(n_equal >= 8 || std::env::var_os("CI").is_none(), "{said:#?}");
+}
+
+/// For a transition: the most reactions in which it is fireable without firing between two of its own, and the most in which its receptivity holds
+/// until it fires, that one included.
+fn observed(net: &Valid<Net>, transition: TransitionId, stimulus: &Stimulus) -> (u32, u32) {
+    let data = &net.transitions[transition];
+    let mut simulator = Simulator::new(net);
+    simulator.reset();
+    let (mut turns, mut held, mut most) = (0, 0, (0, 0));
+    for row in stimulus.rows() {
+        let enabled = data.requires.iter().all(|step| simulator.is_active(*step));
+        let holds = grafsynth_ir::program_run::evaluate(
+            &data.guard,
+            &mut |leaf: &grafsynth_ir::net::Leaf, _: i64| match leaf {
+                grafsynth_ir::net::Leaf::Input(input) => row.value(*input),
+                other => panic!("{other:?} in a request"),
+            },
+        ) != 0;
+        simulator.step(&row);
+        held = if holds { held + 1 } else { 0 };
+        most.1 = most.1.max(held);
+        if simulator.fired().contains(&transition) {
+            (turns, held) = (0, 0);
+        } else if enabled && holds {
+            turns += 1;
+            most.0 = most.0.max(turns);
+        }
+    }
+    most
+}
+
+#[test]
+fn every_request_is_served_within_the_bound_and_the_bound_is_attained() {
+    let net = by_age();
+    let waits = waiting(&net, &Limits::default()).expect("it is small");
+    let requests: Vec<TransitionId> = net.transitions.ids().take(3).collect();
+    assert_eq!(waits.iter().map(|it| it.transition).collect::<Vec<_>>(), requests);
+    let mut adversary: Vec<_> = Vec::new();
+    for it in &waits {
+        let Wait::Bounded { turns, worst, reactions: Some(reactions), slowest: Some(slowest) } =
+            &it.wait
+        else {
+            panic!("{it:?}")
+        };
+        // The two others, each once.
+        assert_eq!(*turns, 2, "{it:?}");
+        assert_eq!(observed(&net, it.transition, worst).0, *turns);
+        assert_eq!(observed(&net, it.transition, slowest).1, *reactions - 1);
+        // One more reaction, and it has fired, whatever else is asked for.
+        for seed in 0..rounds(50, 5_000) {
+            let stimulus = Stimulus::random(&net, 300, seed, 1);
+            let (most_turns, most_reactions) = observed(&net, it.transition, &stimulus);
+            assert!(most_turns <= *turns && most_reactions <= *reactions, "seed {seed}");
+        }
+        adversary.extend(worst.rows());
+        adversary.extend(slowest.rows());
+    }
+    adversary.extend(Stimulus::random(&net, 200, 7, 1).rows());
+    everywhere(&net, &Stimulus::of_rows(&net, &adversary));
+}
+
+#[test]
+fn among_unequal_priorities_the_cycle_starves_its_client_in_every_engine() {
+    for (net, starved) in [(unequal(), vec![2]), (fixed(), vec![1, 2])] {
+        let waits = waiting(&net, &Limits::default()).expect("it is small");
+        let mut found = Vec::new();
+        for it in &waits {
+            let Wait::Starves { way, cycle } = &it.wait else { continue };
+            found.push(it.transition.index());
+            // Round and round, it is ready and never served.
+            let mut rows: Vec<_> = way.rows().collect();
+            let n_way = rows.len();
+            for _ in 0..20 {
+                rows.extend(cycle.rows());
+            }
+            let stimulus = Stimulus::of_rows(&net, &rows);
+            let mut simulator = Simulator::new(&net);
+            simulator.reset();
+            for (at, row) in stimulus.rows().enumerate() {
+                simulator.step(&row);
+                assert!(at < n_way || !simulator.fired().contains(&it.transition), "row {at}");
+            }
+            assert!(
+                observed(&net, it.transition, &stimulus).0 >= 20,
+                "it is passed over each time"
+            );
+            everywhere(&net, &stimulus);
+        }
+        assert_eq!(found, starved, "{}", net.name);
+    }
+}

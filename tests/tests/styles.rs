@@ -1,0 +1,53 @@
+//! Random charts in every style of C, with all options, against the reference simulator: under the sanitizers, and as C++.
+//!
+//! A chart that a style refuses counts apart, not as run. A chart that shows a difference is shrunk and printed; put it under `tests/cases/mismatch` when
+//! it is mended.
+
+#![allow(clippy::print_stdout, reason = "tests say what they skip and what they counted")]
+
+use grafsynth_backend_c::Style;
+use grafsynth_tests::fleet::{Compiler, check, draw};
+use grafsynth_tests::rounds;
+
+/// Charts in a program: a compiler starts once for all of them.
+const UNIT: usize = 20;
+
+/// Draws and runs; says what was run.
+fn agree(style: Style, few: u64, many: u64) {
+    let Some(compiler) = Compiler::watchful().or_else(|| {
+        assert!(std::env::var_os("CI").is_none(), "sanitizers are missing, and CI must have them");
+        println!("skipped: the sanitizers are not here");
+        Compiler::plain()
+    }) else {
+        println!("skipped: a C compiler is not here");
+        return;
+    };
+    let drawn = draw(style, rounds(few, many));
+    println!("style {}: {drawn}", style.name());
+    check(&drawn, UNIT, &compiler);
+}
+
+#[test]
+fn the_best_style_does_what_the_net_does() {
+    agree(Style::Auto, 8, 1000);
+}
+
+#[test]
+fn a_switch_does_what_the_net_does() {
+    agree(Style::Switch, 8, 1000);
+}
+
+#[test]
+fn tables_do_what_the_net_does() {
+    agree(Style::Tables, 8, 1000);
+}
+
+#[test]
+fn bits_do_what_the_net_does() {
+    agree(Style::Bits, 8, 1000);
+}
+
+#[test]
+fn the_table_engine_does_what_the_net_does() {
+    agree(Style::Engine, 8, 1000);
+}

@@ -1,0 +1,335 @@
+//! How long a transition that competes waits for its turn: a bound that is attained, or a cycle on which it never comes.
+//!
+//! A *turn of others* is a reaction in which the transition is fireable and does not fire. All states and all rows are one graph; without the reactions in
+//! which the transition fires it falls into strongly connected parts. A turn of others within a part can be had for ever: the transition starves. Where
+//! there is none, the longest way through the parts, counting turns, is the bound, and the way itself shows that no smaller number is one. In the same
+//! way the reactions are counted in which its receptivity holds without pause, from the first until it fires; there a way without end may also be one on
+//! which nobody gives the step free.
+//!
+//! Under `priority-age` (semantics §4, after seed 004) the bound exists among equal P where each following step is entered by the competitors alone.
+
+use grafsynth_ir::Valid;
+use grafsynth_ir::net::{Evolution, Expr, Leaf, Net, Policy, TransitionId, TransitionKind};
+use grafsynth_ir::program_run::evaluate;
+use grafsynth_sim::{InputRow, Simulator, Stimulus};
+use petgraph::algo::tarjan_scc;
+use petgraph::graph::{DiGraph, NodeIndex};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+
+use crate::alphabet::Alphabet;
+use crate::explore::{Ended, States, Ticks, explore};
+use crate::limits::Limits;
+use crate::relevance::{Inputs, Relevance};
+
+/// Reactions that are kept; with more the question stays open.
+const MOST_EDGES: usize = 1 << 20;
+/// Transitions that are looked at.
+const MOST_RIVALS: usize = 32;
+
+/// The answer for one transition.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Waiting {
+    /// It shares its preceding step with others.
+    pub transition: TransitionId,
+    /// How long it waits.
+    pub wait: Wait,
+}
+
+/// How long a transition waits.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Wait {
+    /// Not for ever.
+    Bounded {
+        /// So often others fire while it is fireable, at most, until it fires itself. Its receptivity may come and go.
+        turns: u32,
+        /// From reset; in it the transition is fireable `turns` times without firing, and does not fire after the first of them.
+        worst: Stimulus,
+        /// So many reactions in a row its receptivity may hold, the one included in which it fires; none where others may keep the step for ever.
+        reactions: Option<u32>,
+        /// From reset; in its last rows, `reactions` - 1 of them, the receptivity holds and the transition does not fire.
+        slowest: Option<Stimulus>,
+    },
+    /// For ever: after `way` from reset the rows of `cycle` lead back to the same state, with a turn of others on them.
+    Starves {
+        /// From reset to the cycle.
+        way: Stimulus,
+        /// Over and over.
+        cycle: Stimulus,
+    },
+}
+
+/// One reaction. The bits are those of the rivals.
+struct Edge {
+    from: usize,
+    to: usize,
+    row: usize,
+    lost: u32,
+    won: u32,
+    held: u32,
+}
+
+/// How long each transition waits that shares its only preceding step with another and reads inputs alone. Empty where nothing competes: under `all`,
+/// in statecharts, and with evolution `stable`, whose micro-steps are no turns.
+///
+/// # Errors
+/// Why that is not known: the states or rows are too many.
+pub fn waiting(net: &Valid<Net>, limits: &Limits) -> Result<Vec<Waiting>, String> {
+    let rivals = rivals(net);
+    if rivals.is_empty() {
+        return Ok(Vec::new());
+    }
+    let (states, ended) = explore::<()>(net, limits, Ticks::Any, &mut |_, _| None);
+    if let Ended::Open(why) = ended {
+        return Err(why);
+    }
+    let Ok(alphabet) = Alphabet::of(net, false, limits.rows_per_state) else {
+        return Err("the inputs have too many values".to_owned());
+    };
+    let mut matter = Inputs::none(net);
+    net.inputs.ids().for_each(|input| matter.insert(input));
+    let too_many = || format!("more than {} rows of inputs are possible", limits.rows_per_state);
+    let rows = alphabet.rows(&matter, limits.rows_per_state).ok_or_else(too_many)?;
+    let search = Search::of(net, &rivals, states, &rows)?;
+    let answer = |(bit, transition): (usize, &TransitionId)| Waiting {
+        transition: *transition,
+        wait: search.wait(bit),
+    };
+    Ok(rivals.iter().enumerate().map(answer).collect())
+}
+
+/// Transitions that compete for one step, and whose receptivity is known from a row and a situation.
+fn rivals(net: &Net) -> Vec<TransitionId> {
+    let competes = matches!(net.settings.policy, Policy::Priority | Policy::PriorityAge);
+    if !competes || net.settings.evolution != Evolution::Single {
+        return Vec::new();
+    }
+    let mut of_step: BTreeMap<_, Vec<TransitionId>> = BTreeMap::new();
+    for (id, transition) in net.transitions.iter() {
+        if let ([step], TransitionKind::Move) = (&transition.requires[..], transition.kind) {
+            of_step.entry(*step).or_default().push(id);
+        }
+    }
+    let mut found: Vec<TransitionId> = of_step
+        .into_values()
+        .filter(|together| together.len() > 1)
+        .flatten()
+        .filter(|id| net.transitions[*id].events.is_empty())
+        .filter(|id| reads_inputs_only(net, &net.transitions[*id].guard))
+        .collect();
+    found.sort_unstable();
+    found.truncate(MOST_RIVALS);
+    found
+}
+
+fn reads_inputs_only(net: &Net, guard: &Expr) -> bool {
+    let mut only = true;
+    guard.for_each_leaf(&mut |leaf| {
+        only &= match leaf {
+            Leaf::Input(input) => !net.inputs[*input].kind.is_event(),
+            Leaf::Active(_) => true,
+            Leaf::Var(_)
+            | Leaf::Elapsed(_)
+            | Leaf::LastElapsed(_)
+            | Leaf::TasksDone(_)
+            | Leaf::Timer(_)
+            | Leaf::Rise(_)
+            | Leaf::Fall(_)
+            | Leaf::Fireable(_)
+            | Leaf::Controlled(_) => false,
+        };
+    });
+    only
+}
+
+/// All reactions of a net.
+struct Search<'n> {
+    net: &'n Net,
+    states: States,
+    rows: Vec<InputRow>,
+    edges: Vec<Edge>,
+}
+
+impl<'n> Search<'n> {
+    fn of(
+        net: &'n Valid<Net>,
+        rivals: &[TransitionId],
+        states: States,
+        rows: &[InputRow],
+    ) -> Result<Self, String> {
+        let relevance = Relevance::of(net);
+        let largest = states
+            .states
+            .iter()
+            .filter_map(|state| relevance.largest_dt(state.situation()))
+            .max()
+            .unwrap_or(0);
+        let dts = if relevance.has_time() { 0..=largest } else { 1..=1 };
+        let rows: Vec<InputRow> =
+            dts.flat_map(|dt| rows.iter().map(move |row| InputRow { dt, ..row.clone() })).collect();
+        if states.states.len().saturating_mul(rows.len()) > MOST_EDGES {
+            return Err(format!("{} states with {} rows each", states.states.len(), rows.len()));
+        }
+        let mut simulator = Simulator::new(net);
+        let mut edges = Vec::new();
+        for (from, state) in states.states.iter().enumerate() {
+            for (at, row) in rows.iter().enumerate() {
+                simulator.set_state(state);
+                simulator.step(row);
+                let Some(to) = states.states.get_index_of(simulator.state()) else {
+                    return Err("inputs that are read later make more states".to_owned());
+                };
+                let mut edge = Edge { from, to, row: at, lost: 0, won: 0, held: 0 };
+                for (bit, rival) in rivals.iter().enumerate() {
+                    let data = &net.transitions[*rival];
+                    let holds = evaluate(&data.guard, &mut |leaf: &Leaf, _: i64| match leaf {
+                        Leaf::Input(input) => row.value(*input),
+                        Leaf::Active(step) => i64::from(state.situation().contains(*step)),
+                        Leaf::Var(_)
+                        | Leaf::Elapsed(_)
+                        | Leaf::LastElapsed(_)
+                        | Leaf::TasksDone(_)
+                        | Leaf::Timer(_)
+                        | Leaf::Rise(_)
+                        | Leaf::Fall(_)
+                        | Leaf::Fireable(_)
+                        | Leaf::Controlled(_) => 0,
+                    }) != 0;
+                    let fires = simulator.fired().contains(rival);
+                    let enabled = data.requires.iter().all(|it| state.situation().contains(*it));
+                    edge.won |= u32::from(fires) << bit;
+                    edge.held |= u32::from(holds) << bit;
+                    edge.lost |= u32::from(holds && enabled && !fires) << bit;
+                }
+                edges.push(edge);
+            }
+        }
+        Ok(Search { net, states, rows, edges })
+    }
+
+    fn wait(&self, bit: usize) -> Wait {
+        let is = move |set: u32| set >> bit & 1 == 1;
+        let without = self.walk(|edge| !is(edge.won), |edge| is(edge.lost));
+        let held = self.walk(|edge| is(edge.held) && !is(edge.won), |_| true);
+        let turns = match without {
+            Ok(longest) => longest,
+            Err(cycle) => {
+                // A cycle on which it waits without pause says more than one on which its receptivity comes and goes.
+                let without_pause = self
+                    .walk(|edge| is(edge.held) && !is(edge.won), |edge| is(edge.lost))
+                    .err()
+                    .unwrap_or(cycle);
+                let from = without_pause.first().map_or(0, |edge| self.edges[*edge].from);
+                return Wait::Starves {
+                    way: self.stimulus(from, &[]),
+                    cycle: Stimulus::of_rows(
+                        self.net,
+                        without_pause.iter().map(|edge| &self.rows[self.edges[*edge].row]),
+                    ),
+                };
+            }
+        };
+        let stimulus = |way: &[usize]| {
+            self.stimulus(way.first().map_or(0, |edge| self.edges[*edge].from), way)
+        };
+        Wait::Bounded {
+            turns: turns.iter().filter(|edge| is(self.edges[**edge].lost)).count() as u32,
+            worst: stimulus(&turns),
+            reactions: held.as_ref().ok().map(|way| way.len() as u32 + 1),
+            slowest: held.as_ref().ok().map(|way| stimulus(way)),
+        }
+    }
+
+    /// From reset to a state, and on.
+    fn stimulus(&self, from: usize, way: &[usize]) -> Stimulus {
+        let mut rows = self.states.way_to(from);
+        rows.extend(way.iter().map(|edge| self.rows[self.edges[*edge].row].clone()));
+        Stimulus::of_rows(self.net, &rows)
+    }
+
+    /// Of all ways over edges that are `kept`, one on which most of them `count`; or a cycle on which one counts.
+    fn walk(
+        &self,
+        kept: impl Fn(&Edge) -> bool,
+        counts: impl Fn(&Edge) -> bool,
+    ) -> Result<Vec<usize>, Vec<usize>> {
+        let n_states = self.states.states.len();
+        let mut out: Vec<Vec<usize>> = vec![Vec::new(); n_states];
+        let mut graph: DiGraph<(), ()> = DiGraph::new();
+        (0..n_states).for_each(|_| {
+            graph.add_node(());
+        });
+        let mut known: BTreeSet<(usize, usize, bool)> = BTreeSet::new();
+        for (at, edge) in self.edges.iter().enumerate().filter(|(_, edge)| kept(edge)) {
+            // One row for each pair of states is enough, and one that counts.
+            if known.insert((edge.from, edge.to, counts(edge))) {
+                out[edge.from].push(at);
+                graph.update_edge(NodeIndex::new(edge.from), NodeIndex::new(edge.to), ());
+            }
+        }
+        let parts = tarjan_scc(&graph);
+        let mut part_of = vec![0; n_states];
+        for (number, members) in parts.iter().enumerate() {
+            members.iter().for_each(|member| part_of[member.index()] = number);
+        }
+        // Parts come with those first that nothing leaves. For each: how much counts from here on, and the edge by which to leave it.
+        let mut best: Vec<(u32, Option<usize>)> = Vec::with_capacity(parts.len());
+        for (number, members) in parts.iter().enumerate() {
+            let mut most = (0, None);
+            for at in members.iter().flat_map(|member| &out[member.index()]) {
+                let edge = &self.edges[*at];
+                let weight = u32::from(counts(edge));
+                if part_of[edge.to] != number {
+                    let further = best[part_of[edge.to]].0 + weight;
+                    if further > most.0 {
+                        most = (further, Some(*at));
+                    }
+                } else if weight == 1 {
+                    let mut cycle = vec![*at];
+                    cycle.extend(self.way(&out, &part_of, edge.to, edge.from));
+                    return Err(cycle);
+                }
+            }
+            best.push(most);
+        }
+        let start = (0..n_states).max_by_key(|state| (best[part_of[*state]].0, n_states - state));
+        let mut way = Vec::new();
+        let mut at = start.unwrap_or(0);
+        // The way begins where it leaves the first part.
+        if let Some(first) = best[part_of[at]].1 {
+            at = self.edges[first].from;
+        }
+        while let Some(leaving) = best[part_of[at]].1 {
+            way.extend(self.way(&out, &part_of, at, self.edges[leaving].from));
+            way.push(leaving);
+            at = self.edges[leaving].to;
+        }
+        Ok(way)
+    }
+
+    /// A shortest way within one part.
+    fn way(&self, out: &[Vec<usize>], part_of: &[usize], from: usize, to: usize) -> Vec<usize> {
+        let mut by: BTreeMap<usize, usize> = BTreeMap::new();
+        let mut todo = VecDeque::from([from]);
+        while let Some(state) = todo.pop_front() {
+            if state == to {
+                break;
+            }
+            for at in &out[state] {
+                let next = self.edges[*at].to;
+                if part_of[next] == part_of[from] && next != from && !by.contains_key(&next) {
+                    by.insert(next, *at);
+                    todo.push_back(next);
+                }
+            }
+        }
+        let mut way = Vec::new();
+        let mut at = to;
+        while at != from {
+            let Some(edge) = by.get(&at) else { break };
+            way.push(*edge);
+            at = self.edges[*edge].from;
+        }
+        way.reverse();
+        way
+    }
+}
