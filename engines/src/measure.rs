@@ -3,7 +3,7 @@
 //! Nothing is added to the program: the host of the simulator knows where `NAME_init` and `NAME_step` begin, notes time and stack pointer there, and notes them again when
 //! the stack is back where it was before the call. What functions of the user take is left out, as in the bounds of `grafsynth_backend_c::cost`.
 
-use crate::firmware::{ANSWER, BENCH, Bench, STIMULUS};
+use crate::firmware::{ANSWER, BENCH, Bench, Piece, STIMULUS};
 use crate::{EngineError, Job, c, tools};
 use grafsynth_backend_c::Options;
 
@@ -132,9 +132,13 @@ impl AvrMeter {
     /// # Errors
     /// As an engine: what the back end or the machine refuses, and what a tool says.
     pub fn run(&self, job: &Job<'_>, options: &Options) -> Result<Measured, EngineError> {
-        let bench = Bench::new(job, options, crate::avr::PORT)?;
-        let object =
-            ["-mmcu=atmega1284p", "-std=gnu99", "-Os", "-c", "-o", "chart.o", &bench.source];
+        let piece = Piece { job: *job, options: options.clone() };
+        let bench = Bench::new(&[piece], crate::avr::PORT)?;
+        // The chart's own text; an engine's would be another.
+        let [source] = &bench.sources[..] else {
+            return Err(EngineError::Failed("the chart has more than one source".to_owned()));
+        };
+        let object = ["-mmcu=atmega1284p", "-std=gnu99", "-Os", "-c", "-o", "chart.o", source];
         bench.compile(&["avr-gcc"], &object, "an ATmega1284P")?;
         let arguments = [
             "-mmcu=atmega1284p",
@@ -150,7 +154,7 @@ impl AvrMeter {
         let sections = bench.start(&["avr-size"], &["-A", "chart.o"])?;
         let symbols = bench.start(&["avr-nm"], &["chart.elf"])?;
         let symbols = String::from_utf8_lossy(&symbols.stdout).into_owned();
-        let prefix = bench.source.trim_end_matches(".c");
+        let prefix = source.trim_end_matches(".c");
         let addresses = addresses(&symbols, prefix)
             .ok_or_else(|| EngineError::Failed("the functions of the chart are gone".to_owned()))?;
         let host = self

@@ -7,7 +7,7 @@ use grafsynth_backend_c::{Options, Style};
 use grafsynth_driver::run::net_trace;
 use grafsynth_engines::{Availability, CEngine, Engine, EngineError, Job};
 use grafsynth_ir::Valid;
-use grafsynth_ir::net::{Net, TransitionId};
+use grafsynth_ir::net::{Enter, Leaf, Net, TransitionId};
 use grafsynth_sim::{Simulator, Stimulus, compare};
 use grafsynth_tests::{chart, in_parallel, rounds};
 use grafsynth_verify::{Limits, Wait, waiting};
@@ -67,15 +67,20 @@ fn observed(net: &Valid<Net>, transition: TransitionId, stimulus: &Stimulus) -> 
     let (mut turns, mut held, mut most) = (0, 0, (0, 0));
     for row in stimulus.rows() {
         let enabled = data.requires.iter().all(|step| simulator.is_active(*step));
-        let holds = grafsynth_ir::program_run::evaluate(
-            &data.guard,
-            &mut |leaf: &grafsynth_ir::net::Leaf, _: i64| match leaf {
-                grafsynth_ir::net::Leaf::Input(input) => row.value(*input),
-                other => panic!("{other:?} in a request"),
-            },
-        ) != 0;
+        let holds =
+            grafsynth_ir::program_run::evaluate(
+                &data.guard,
+                &mut |leaf: &Leaf, _: i64| match leaf {
+                    Leaf::Input(input) => row.value(*input),
+                    other => panic!("{other:?} in a request"),
+                },
+            ) != 0;
+        let is_served = data
+            .enters
+            .iter()
+            .any(|it| matches!(it, Enter::Step(step) if simulator.is_active(*step)));
         simulator.step(&row);
-        held = if holds { held + 1 } else { 0 };
+        held = if holds && !is_served { held + 1 } else { 0 };
         most.1 = most.1.max(held);
         if simulator.fired().contains(&transition) {
             (turns, held) = (0, 0);

@@ -29,25 +29,30 @@ fn agree(style: Style, few: u64, many: u64) {
 
 #[test]
 fn the_best_style_does_what_the_net_does() {
-    agree(Style::Auto, 8, 1000);
+    agree(Style::Auto, 5, 1000);
 }
 
 #[test]
 fn a_switch_does_what_the_net_does() {
-    agree(Style::Switch, 8, 1000);
+    agree(Style::Switch, 5, 1000);
 }
 
 #[test]
 fn tables_do_what_the_net_does() {
-    agree(Style::Tables, 8, 1000);
+    agree(Style::Tables, 5, 1000);
 }
 
 #[test]
 fn bits_do_what_the_net_does() {
-    agree(Style::Bits, 8, 1000);
+    agree(Style::Bits, 5, 1000);
 }
 
 #[test]
 fn the_table_engine_does_what_the_net_does() {
-    agree(Style::Engine, 8, 1000);
+    agree(Style::Engine, 5, 1000);
+}
+
+#[test]
+fn byte_code_does_what_the_net_does() {
+    agree(Style::Program, 5, 1000);
 }

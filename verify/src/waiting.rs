@@ -3,8 +3,8 @@
 //! A *turn of others* is a reaction in which the transition is fireable and does not fire. All states and all rows are one graph; without the reactions in
 //! which the transition fires it falls into strongly connected parts. A turn of others within a part can be had for ever: the transition starves. Where
 //! there is none, the longest way through the parts, counting turns, is the bound, and the way itself shows that no smaller number is one. In the same
-//! way the reactions are counted in which its receptivity holds without pause, from the first until it fires; there a way without end may also be one on
-//! which nobody gives the step free.
+//! way the reactions are counted in which its receptivity holds without pause while none of its following steps is active, from the first until it fires;
+//! there a way without end may also be one on which nobody gives the step free.
 //!
 //! Under `priority-age` (semantics §4, after seed 004) the bound exists among equal P where each following step is entered by the competitors alone.
 
@@ -44,7 +44,8 @@ pub enum Wait {
         turns: u32,
         /// From reset; in it the transition is fireable `turns` times without firing, and does not fire after the first of them.
         worst: Stimulus,
-        /// So many reactions in a row its receptivity may hold, the one included in which it fires; none where others may keep the step for ever.
+        /// So many reactions in a row its receptivity may hold with no following step active, the one included in which it fires; none where others may
+        /// keep the step for ever.
         reactions: Option<u32>,
         /// From reset; in its last rows, `reactions` - 1 of them, the receptivity holds and the transition does not fire.
         slowest: Option<Stimulus>,
@@ -197,7 +198,9 @@ impl<'n> Search<'n> {
                     let fires = simulator.fired().contains(rival);
                     let enabled = data.requires.iter().all(|it| state.situation().contains(*it));
                     edge.won |= u32::from(fires) << bit;
-                    edge.held |= u32::from(holds) << bit;
+                    let is_served =
+                        crate::exclusive::entered(data).any(|it| state.situation().contains(it));
+                    edge.held |= u32::from(holds && !is_served) << bit;
                     edge.lost |= u32::from(holds && enabled && !fires) << bit;
                 }
                 edges.push(edge);
