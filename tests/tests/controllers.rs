@@ -122,7 +122,7 @@ fn check(machine: &(dyn Machine + Sync), max_steps: usize) {
         return;
     }
     let first = std::env::var("GRAFSYNTH_FIRST").ok().and_then(|it| it.parse().ok()).unwrap_or(0);
-    let wanted = rounds(5, 100);
+    let wanted = rounds(2, 100);
     let (mut n_run, mut next) = (0, first);
     while n_run < wanted {
         assert!(next - first < 2 * wanted, "only {n_run} of {} fit into it", next - first);
