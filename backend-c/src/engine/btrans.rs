@@ -197,7 +197,7 @@ impl Rules<'_> {
     fn giving(&self, expr: &Expr) -> Tabled<Vec<Node>> {
         let value = self.value(expr)?;
         let text = if matches!(value.class, Class::Bool) {
-            format!("value = {} ? 1 : 0;", value.within(Prec::Unary))
+            format!("value = gb_truth({});", value.text)
         } else {
             format!("value = {};", value.cast(Class::Wide).text)
         };
@@ -293,7 +293,7 @@ impl Rules<'_> {
                 let place = format!("run->values[{}]", var.index());
                 let value = self.value(value)?;
                 let text = if ty.is_bool() {
-                    format!("{place} = {} ? 1 : 0;", value.within(Prec::Unary))
+                    format!("{place} = gb_truth({});", value.text)
                 } else {
                     let (lo, hi) = ty.bounds();
                     let mut helpers = Helpers::default();

@@ -133,6 +133,15 @@ GB_INLINE bool gb_bit(const uint8_t *bits, uint16_t at)
     return (((uint16_t)bits[at >> 3] >> (at & 7U)) & 1U) != 0U;
 }
 
+GB_INLINE int32_t gb_truth(bool holds)
+{
+    int32_t value = 0;
+    if (holds) {
+        value = 1;
+    }
+    return value;
+}
+
 /* The nearest value between both bounds. */
 GB_INLINE int32_t gb_between(int64_t value, int32_t least, int32_t most)
 {

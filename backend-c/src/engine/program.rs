@@ -549,6 +549,12 @@ fn reaction(
         ("flags", flags),
         ("numbers", numbers),
         ("dt", if ticks.is_some() && !reset { "dt" } else { "0U" }),
+        ("at", "0U"),
+        ("end", "0U"),
+        ("number", "0U"),
+        ("depth", "0U"),
+        ("loops", "0U"),
+        ("fault", "false"),
     ] {
         body.push(Node::line(format!("{run}.{name} = {value};")));
     }
