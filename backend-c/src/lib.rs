@@ -123,6 +123,10 @@ pub enum Io {
 pub struct Options {
     /// The shape of the code.
     pub style: Style,
+    /// The machine that [`Style::Auto`] looks for the best style on; without one it takes tables from 32 rows on.
+    pub machine: Option<&'static cost::Machine>,
+    /// What the best style is to be: fast or small.
+    pub goal: cost::Goal,
     /// Where Boolean inputs and outputs lie.
     pub io: Io,
     /// The quiescence gate: a reaction on the inputs and the `dt` of the last one returns at once where that one left the instance as it was.
@@ -143,6 +147,8 @@ impl Default for Options {
     fn default() -> Self {
         Options {
             style: Style::Auto,
+            machine: None,
+            goal: cost::Goal::Speed,
             io: Io::Members,
             gate: false,
             trace: None,
@@ -225,6 +231,8 @@ pub struct Package {
     pub image: Vec<u8>,
     /// What the harness needs to know of names and types.
     interface: header::Interface,
+    /// Where the style was chosen for a machine: what was tried.
+    pub tried: Vec<cost::Candidate>,
     /// What the analysis of `NAME.c` needs to know beside it.
     marks: ctext::Marks,
 }
@@ -240,6 +248,9 @@ pub fn emit(
     facts: &Facts,
     options: &Options,
 ) -> Result<Package, Vec<Diagnostic>> {
+    if let (Style::Auto, Some(machine)) = (options.style, options.machine) {
+        return cost::emit_best(net, facts, options, machine);
+    }
     let mut diagnostics = Vec::new();
     let wanted = options.prefix.as_deref().unwrap_or(&net.name.text);
     let names = names::Names::of(net, wanted, options);
@@ -347,7 +358,7 @@ pub fn emit(
     let style = program.style;
     let image = program.engine.as_ref().map(|it| it.image.clone()).unwrap_or_default();
     let (files, interface, marks) = header::lay_out(net, &names, program, options);
-    Ok(Package { files, style, reason, diagnostics, image, interface, marks })
+    Ok(Package { files, style, reason, diagnostics, image, interface, tried: Vec::new(), marks })
 }
 
 /// Functions of the user's library whose names C does not allow as they are.

@@ -254,6 +254,12 @@ pub(crate) struct Build {
     /// C: `auto`, `switch`, `tables`, `bits` or `engine`.
     #[arg(long, value_name = "STYLE", default_value = "auto")]
     pub(crate) style: String,
+    /// C: the machine that it is for, `avr`, `cortex-m3`, `8051` or `host`: of the styles that carry the chart the one with the cheapest worst case there.
+    #[arg(long = "for", value_name = "MACHINE")]
+    pub(crate) machine: Option<String>,
+    /// C, with `--for`: what is to be small, the time of the dearest reaction (among equals the text) or the text.
+    #[arg(long, value_name = "WHAT", value_parser = ["speed", "size"], default_value = "speed", requires = "machine")]
+    pub(crate) optimise: String,
     /// C: Boolean inputs and outputs as `bool` members, or as bits of words.
     #[arg(long, value_name = "FORM", value_parser = ["members", "words"], default_value = "members")]
     pub(crate) io: String,
@@ -296,6 +302,9 @@ pub(crate) struct Build {
     /// A page beside the outputs, NAME.report.md, and a drawing of each chip, FILE.svg: codes, equations, product terms, pins, power-up, clock, requirements, what was proved.
     #[arg(long)]
     pub(crate) report: bool,
+    /// C, with `--report`: measure reactions on simulated machines too, where avr-gcc and simavr, arm-none-eabi-gcc and qemu are here.
+    #[arg(long, requires = "report")]
+    pub(crate) measure: bool,
     /// Do not prove the outputs equal (they are still read back).
     #[arg(long)]
     pub(crate) no_proof: bool,

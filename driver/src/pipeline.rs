@@ -113,6 +113,8 @@ pub struct Built {
     pub bitstreams: Vec<crate::ice40::Job>,
     /// What a page says of each chip, where one was asked for.
     pub chips: Vec<Chip>,
+    /// What was measured of the first C package, where the caller had it measured for the page.
+    pub measured: Vec<crate::report::cpu::Measured>,
 }
 
 impl Built {

@@ -16,7 +16,7 @@ pub struct ArmEngine {
 }
 
 /// The bench's way out of the machine. Operation numbers: Arm, *Semihosting for AArch32 and AArch64*, §6.
-const PORT: &str = r#"#ifndef BENCH_PORT_H
+pub(crate) const PORT: &str = r#"#ifndef BENCH_PORT_H
 #define BENCH_PORT_H
 
 #include <stdint.h>
@@ -95,7 +95,7 @@ static void bench_end(void)
 "#;
 
 /// The machine's vectors and start: a fault ends it with another code.
-const START: &str = r#"#include <stdint.h>
+pub(crate) const START: &str = r#"#include <stdint.h>
 
 extern uint32_t _stack[];
 extern uint32_t _bss[];
@@ -126,7 +126,7 @@ __attribute__((section(".vectors"), used)) static const void *const vectors[] = 
 "#;
 
 /// Both memories are loaded by qemu, so initialised data stands where it is used.
-const LINK: &str = "MEMORY
+pub(crate) const LINK: &str = "MEMORY
 {
     code (rx) : ORIGIN = 0x00000000, LENGTH = 4M
     data (rw) : ORIGIN = 0x20000000, LENGTH = 4M

@@ -4,7 +4,7 @@
 //! the stack is back where it was before the call. What functions of the user take is left out, as in the bounds of `grafsynth_backend_c::cost`.
 
 use crate::firmware::{ANSWER, BENCH, Bench, Piece, STIMULUS};
-use crate::{EngineError, Job, c, tools};
+use crate::{ArmEngine, Availability, AvrEngine, Engine as _, EngineError, Job, arm, c, tools};
 use grafsynth_backend_c::Options;
 
 /// What was measured, in the unit of the machine.
@@ -14,8 +14,8 @@ pub struct Measured {
     pub init: u64,
     /// The dearest `NAME_step`.
     pub step: u64,
-    /// The most bytes of stack of either, the return address among them.
-    pub stack: u64,
+    /// The most bytes of stack of either, the return address among them; none where it is not looked at.
+    pub stack: Option<u64>,
     /// Reactions that were measured.
     pub reactions: u64,
     /// Bytes of text and constant tables of `NAME.c`.
@@ -120,24 +120,46 @@ int main(int argc, char **argv)
 }
 "#;
 
+/// A machine that reactions can be measured on.
+pub trait Meter {
+    /// Its name, as `grafsynth_backend_c::cost::machine` knows it.
+    fn machine(&self) -> &'static str;
+
+    /// Each reaction of the stimulus of `job`, with the C that these options give.
+    ///
+    /// # Errors
+    /// As an engine: what the back end or the machine refuses, and what a tool says.
+    fn run(&self, job: &Job<'_>, options: &Options) -> Result<Measured, EngineError>;
+}
+
+/// The machines whose tools are here.
+#[must_use]
+pub fn meters() -> Vec<Box<dyn Meter>> {
+    let mut all: Vec<Box<dyn Meter>> = Vec::new();
+    if AvrEngine::default().availability() == Availability::Here {
+        all.push(Box::new(AvrMeter::default()));
+    }
+    if ArmEngine::default().availability() == Availability::Here {
+        all.push(Box::new(ArmMeter));
+    }
+    all
+}
+
 /// Measures an ATmega1284P, in cycles.
 #[derive(Debug, Default)]
 pub struct AvrMeter {
     host: std::sync::OnceLock<Result<c::Program, String>>,
 }
 
-impl AvrMeter {
-    /// Each reaction of the stimulus of `job`, with the C that these options give.
-    ///
-    /// # Errors
-    /// As an engine: what the back end or the machine refuses, and what a tool says.
-    pub fn run(&self, job: &Job<'_>, options: &Options) -> Result<Measured, EngineError> {
+impl Meter for AvrMeter {
+    fn machine(&self) -> &'static str {
+        "avr"
+    }
+
+    fn run(&self, job: &Job<'_>, options: &Options) -> Result<Measured, EngineError> {
         let piece = Piece { job: *job, options: options.clone() };
         let bench = Bench::new(&[piece], crate::avr::PORT)?;
-        // The chart's own text; an engine's would be another.
-        let [source] = &bench.sources[..] else {
-            return Err(EngineError::Failed("the chart has more than one source".to_owned()));
-        };
+        let source = own_source(&bench)?;
         let object = ["-mmcu=atmega1284p", "-std=gnu99", "-Os", "-c", "-o", "chart.o", source];
         bench.compile(&["avr-gcc"], &object, "an ATmega1284P")?;
         let arguments = [
@@ -180,9 +202,117 @@ impl AvrMeter {
                 measured.step = measured.step.max(time);
                 measured.reactions += 1;
             }
-            measured.stack = measured.stack.max(stack);
+            measured.stack = measured.stack.max(Some(stack));
         }
         Ok(measured)
+    }
+}
+
+/// Measures a Cortex-M3, in instructions: each reaction is run again and again from the same instance, and the timer of the processor, which under qemu's `-icount shift=0` counts one
+/// for 40 instructions, tells how many it takes; an empty function with the same arguments is subtracted. Stack is not looked at, and functions of the user count as empty ones.
+#[derive(Debug, Default)]
+pub struct ArmMeter;
+
+/// What counts the reactions: `NAME_step` becomes a macro in the bench. A macro is not expanded within itself.
+fn arm_port(prefix: &str, has_instance: bool) -> String {
+    let (saved, save, restore) = if has_instance {
+        (format!("static {prefix}_t bench_saved;"), "bench_saved = self;", "self = bench_saved;")
+    } else {
+        (String::new(), "", "")
+    };
+    let count = format!(
+        r#"static uint32_t bench_worst;
+static uint32_t bench_first;
+__attribute__((noinline)) static void bench_empty() {{ __asm__ volatile("" ::: "memory"); }}
+#define BENCH_TIMER (*(volatile uint32_t *)0xE000E018U)
+#define BENCH_COUNT(call, none, into) do {{ \
+    {save} \
+    const uint32_t begin = BENCH_TIMER; \
+    for (uint32_t k = 0U; k < 40U; ++k) {{ {restore} none; __asm__ volatile("" ::: "memory"); }} \
+    const uint32_t middle = BENCH_TIMER; \
+    for (uint32_t k = 0U; k < 40U; ++k) {{ {restore} call; __asm__ volatile("" ::: "memory"); }} \
+    const uint32_t end = BENCH_TIMER; \
+    const uint32_t n = ((middle - end) & 0xFFFFFFU) - ((begin - middle) & 0xFFFFFFU) + 2U; \
+    if (n > into) {{ into = n; }} \
+}} while (0)
+#define {prefix}_step(...) BENCH_COUNT({prefix}_step(__VA_ARGS__), bench_empty(__VA_ARGS__), bench_worst)
+#define {prefix}_init(...) BENCH_COUNT({prefix}_init(__VA_ARGS__), bench_empty(__VA_ARGS__), bench_first)
+
+static void bench_put(uint8_t value) {{ (void)value; }}
+static void bench_end(void)
+{{
+    for (uint32_t k = 0U; k < 4U; ++k) {{
+        bench_emit((uint8_t)(bench_first >> (8U * k)));
+    }}
+    for (uint32_t k = 0U; k < 4U; ++k) {{
+        bench_emit((uint8_t)(bench_worst >> (8U * k)));
+    }}
+"#
+    );
+    let begin = "static void bench_begin(void)\n{\n    *(volatile uint32_t *)0xE000E014U = 0xFFFFFFU;\n    *(volatile uint32_t *)0xE000E010U = 5U;\n";
+    // The bench declares the instance behind the port; two declarations of it are one.
+    let instance =
+        if has_instance { format!("static {prefix}_t self;\n{saved}\n") } else { String::new() };
+    arm::PORT
+        .replace("static void bench_put(uint8_t", "static void bench_emit(uint8_t")
+        .replace("static void bench_begin(void)\n{\n", begin)
+        .replace("static void bench_end(void)\n{\n", &format!("{instance}{count}"))
+}
+
+impl Meter for ArmMeter {
+    fn machine(&self) -> &'static str {
+        "cortex-m3"
+    }
+
+    fn run(&self, job: &Job<'_>, options: &Options) -> Result<Measured, EngineError> {
+        let package =
+            grafsynth_backend_c::emit(job.net, job.facts, options).map_err(EngineError::Refused)?;
+        let header = package.files.first().ok_or_else(|| EngineError::Refused(Vec::new()))?;
+        let prefix = header.name.trim_end_matches(".h").to_owned();
+        let has_instance = header.text.contains(&format!("}} {prefix}_t;"));
+        let piece = Piece { job: *job, options: options.clone() };
+        let bench = Bench::new(&[piece], &arm_port(&prefix, has_instance))?;
+        let source = own_source(&bench)?;
+        bench.write("start.c", arm::START.as_bytes())?;
+        bench.write("link.ld", arm::LINK.as_bytes())?;
+        let machine = ["-mcpu=cortex-m3", "-mthumb", "-std=gnu99", "-Os"];
+        let mut object = machine.to_vec();
+        object.extend(["-c", "-o", "chart.o", source]);
+        bench.compile(&["arm-none-eabi-gcc"], &object, "a Cortex-M3 with 4 MB")?;
+        let mut arguments = machine.to_vec();
+        arguments.extend(["-nostartfiles", "-T", "link.ld", "-o", "chart.elf", "start.c", BENCH]);
+        arguments.push("chart.o");
+        bench.compile(&["arm-none-eabi-gcc"], &arguments, "a Cortex-M3 with 4 MB")?;
+        let sections = bench.start(&["arm-none-eabi-size"], &["-A", "chart.o"])?;
+        let machine = ["-M", "mps2-an385", "-display", "none", "-monitor", "none"];
+        let mut arguments = machine.to_vec();
+        arguments.extend(["-serial", "none", "-icount", "shift=0"]);
+        arguments.extend(["-semihosting-config", "enable=on,target=native"]);
+        arguments.extend(["-kernel", "chart.elf"]);
+        let run = bench.start(&["qemu-system-arm"], &arguments)?;
+        let answer = bench.answer()?;
+        let number = |at: usize| {
+            let bytes = answer.get(at..at + 4)?;
+            Some(bytes.iter().rev().fold(0_u64, |all, byte| all << 8 | u64::from(*byte)))
+        };
+        match (run.is_success, number(0), number(4)) {
+            (true, Some(init), Some(step)) => Ok(Measured {
+                init,
+                step,
+                stack: None,
+                reactions: job.stimulus.len() as u64,
+                text: text_bytes(&sections.stdout),
+            }),
+            _ => Err(EngineError::Failed(format!("qemu ended with {}", run.ending))),
+        }
+    }
+}
+
+/// The chart's own text; an engine's would be another.
+fn own_source(bench: &Bench) -> Result<&str, EngineError> {
+    match &bench.sources[..] {
+        [source] => Ok(source),
+        _ => Err(EngineError::Failed("the chart has more than one source".to_owned())),
     }
 }
 

@@ -39,6 +39,7 @@ pub(super) const AVR: Machine = Machine {
     widen: [op(0, 0), op(2, 3), op(4, 7), op(8, 14)],
     index: (op(4, 6), op(12, 14)),
     jump: op(2, 2),
+    table_from: 8,
     switch_table: op(28, 26),
     switch_compare: op(3, 4),
     call: op(8, 4),

@@ -81,6 +81,8 @@ pub struct Machine {
     pub index: (Op, Op),
     /// A jump at the end of an arm or a round.
     pub jump: Op,
+    /// From so many labels on a dense `switch` is a jump by a table.
+    pub table_from: u32,
     /// A `switch` by a table of addresses.
     pub switch_table: Op,
     /// Each comparison of a `switch` without.

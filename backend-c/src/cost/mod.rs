@@ -9,6 +9,9 @@
 //! reaction is never dearer than its bound.
 
 mod avr;
+mod choice;
+mod cortex_m3;
+mod i8051;
 mod machine;
 mod memory;
 
@@ -16,7 +19,10 @@ mod syntax;
 mod tokens;
 mod tree;
 mod walk;
+mod x86_64;
 
+pub(crate) use choice::emit_best;
+pub use choice::{Candidate, Goal};
 pub use machine::{Machine, Op, Widths};
 pub use walk::Place;
 
@@ -25,7 +31,7 @@ use crate::{Object, Package};
 use std::fmt;
 
 /// The machines whose constants are known.
-pub const MACHINES: &[Machine] = &[avr::AVR];
+pub const MACHINES: &[Machine] = &[avr::AVR, cortex_m3::CORTEX_M3, i8051::I8051, x86_64::X86_64];
 
 /// The machine of that name.
 #[must_use]

@@ -4,8 +4,8 @@ use crate::args::{Build, Busy, Input};
 use crate::exit::Exit;
 use crate::files;
 use crate::load::{Session, Stop};
-use grafsynth_backend_c::Style;
 use grafsynth_backend_c::package::Ecosystem;
+use grafsynth_backend_c::{Style, cost};
 use grafsynth_driver::coding::{Encoding, EncodingChoice};
 use grafsynth_driver::ice40::judge;
 use grafsynth_driver::pipeline::{
@@ -15,11 +15,12 @@ use grafsynth_driver::read::Design;
 use grafsynth_driver::report::{self, Line, Outcome};
 use grafsynth_driver::target::Target;
 use grafsynth_driver::template::TemplateFile;
-use grafsynth_engines::{exhaustive, ice40};
+use grafsynth_engines::{EngineError, Job, exhaustive, ice40, measure};
 use grafsynth_ir::Valid;
 use grafsynth_ir::diag::any_error;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::Net;
+use grafsynth_sim::Stimulus;
 use grafsynth_verify::Limits;
 use serde_json::json;
 
@@ -87,6 +88,11 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
         device: arguments.device.clone(),
         c: grafsynth_backend_c::Options {
             style,
+            machine: machine(arguments.machine.as_deref())?,
+            goal: match arguments.optimise.as_str() {
+                "size" => cost::Goal::Size,
+                _ => cost::Goal::Speed,
+            },
             io: match arguments.io.as_str() {
                 "words" => grafsynth_backend_c::Io::Words,
                 _ => grafsynth_backend_c::Io::Members,
@@ -152,6 +158,9 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
         );
         return Ok(Exit::Refuted);
     }
+    if arguments.measure {
+        built.measured = measured(session, net, &facts, &options, &targets);
+    }
     if arguments.report {
         let page = report::page(net, &facts, &built, &session.sources, &limits);
         built.files.extend(page);
@@ -163,6 +172,63 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
     } else {
         Exit::Done
     })
+}
+
+/// The machine that C is for.
+fn machine(name: Option<&str>) -> Result<Option<&'static cost::Machine>, Stop> {
+    let Some(name) = name else { return Ok(None) };
+    cost::machine(name).map(Some).ok_or_else(|| {
+        let known = || cost::MACHINES.iter().map(|machine| machine.name);
+        let near = grafsynth_ir::diag::nearest(name, known())
+            .map(|near| format!(", did you mean `{near}`?"))
+            .unwrap_or_default();
+        let known: Vec<&str> = known().collect();
+        Stop::Usage(format!("no machine is called `{name}`{near} (there are {})", known.join(", ")))
+    })
+}
+
+/// The reactions on random inputs that `--measure` looks at.
+const REACTIONS: usize = 1_000;
+
+/// What simulated machines show of the C, where their tools are here; what is not is said.
+fn measured(
+    session: &Session,
+    net: &Valid<Net>,
+    facts: &Facts,
+    options: &BuildOptions,
+    targets: &[Target],
+) -> Vec<report::cpu::Measured> {
+    let Some(style) = targets.iter().find_map(|target| match target {
+        Target::C(style) => Some(style.unwrap_or(options.c.style)),
+        Target::Logic(_) | Target::Jedec | Target::Ice40 | Target::Net => None,
+    }) else {
+        return Vec::new();
+    };
+    let c = grafsynth_backend_c::Options { style, ..options.c.clone() };
+    let stimulus = Stimulus::random(net, REACTIONS, 1, 3);
+    let job = Job { net, facts, stimulus: &stimulus };
+    let mut all = Vec::new();
+    for meter in measure::meters() {
+        match meter.run(&job, &c) {
+            Ok(it) => all.push(report::cpu::Measured {
+                machine: meter.machine(),
+                reactions: it.reactions,
+                step: it.step,
+                init: it.init,
+                stack: it.stack,
+                text: it.text,
+            }),
+            Err(EngineError::Refused(_)) => {}
+            Err(EngineError::Failed(why)) if !session.quiet => {
+                crate::print_error(&format!(
+                    "grafsynth: not measured on {}: {why}\n",
+                    meter.machine()
+                ));
+            }
+            Err(EngineError::Failed(_)) => {}
+        }
+    }
+    all
 }
 
 /// The pins of an earlier output, by its names.

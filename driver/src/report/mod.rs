@@ -17,6 +17,7 @@ mod table;
 
 mod clock;
 mod codes;
+pub mod cpu;
 mod design;
 mod equations;
 mod flashing;
@@ -60,7 +61,8 @@ const CHIP: [OfChip; 7] = [
 ];
 
 /// What stands last, for it speaks of all outputs.
-const AFTER: [Whole; 2] = [("Flashing", flashing::write), ("Requirements", requirements::write)];
+const AFTER: [Whole; 3] =
+    [("CPU", cpu::write), ("Flashing", flashing::write), ("Requirements", requirements::write)];
 
 /// What a page is about.
 pub struct Subject<'a> {

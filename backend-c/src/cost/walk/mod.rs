@@ -311,7 +311,7 @@ impl Walker<'_> {
         let spilled = registers.saturating_sub(u64::from(machine.scratch + machine.saved));
         self.spilled = spilled > 0;
         // Once registers are short, temporaries are kept in memory too.
-        let on_stack = frame.memory + 2 * spilled + if spilled > 0 { temporary } else { 0 };
+        let on_stack = frame.memory + 3 * spilled + if spilled > 0 { temporary } else { 0 };
         self.helper = 0;
         self.cost = Cost::default();
         self.pay(machine.frame.0);
@@ -448,13 +448,27 @@ impl Walker<'_> {
                 let n = labels.flatten().count() as u64;
                 (info.own, info.calls) = self.measured(|it| {
                     it.value(subject)?;
+                    let values: Vec<i128> = sections
+                        .iter()
+                        .flat_map(|(labels, _)| labels.iter().flatten())
+                        .filter_map(|label| it.unit.value(label))
+                        .collect();
+                    let range = values.iter().max().zip(values.iter().min());
+                    let is_dense =
+                        range.is_some_and(|(most, least)| most - least < 3 * i128::from(n));
+                    let groups = sections.len() as u64;
+                    let from = u64::from(machine.table_from);
+                    // Each level of a tree asks for equal and for less.
                     let tree = u64::from(u64::BITS - n.leading_zeros());
-                    let by_tree = tree * 2 * u64::from(machine.switch_compare.time);
+                    let by_tree = n.min(tree * 2) * u64::from(machine.switch_compare.time);
                     let by_table = u64::from(machine.switch_table.time);
-                    it.cost.time += if n >= 5 {
-                        by_tree.max(by_table)
+                    it.cost.time += if is_dense && groups > from {
+                        by_table
+                    } else if n < from {
+                        by_tree
                     } else {
-                        n * u64::from(machine.switch_compare.time)
+                        // Labels with one body may or may not count as one.
+                        by_tree.max(by_table)
                     };
                     it.text += (n * u64::from(machine.switch_compare.text))
                         .min(u64::from(machine.switch_table.text) + 2 * n);

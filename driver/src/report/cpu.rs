@@ -1,0 +1,185 @@
+//! What a reaction of emitted C costs at most, on machines whose constants are known, where it costs that, and why the C has the style that it has.
+
+use super::{Subject, table::Table};
+use grafsynth_backend_c::cost::{self, Bound, Machine};
+use grafsynth_backend_c::{Object, Package, Style};
+use std::collections::BTreeMap;
+
+/// The most rows of a path: what is left out is cheap.
+const ROWS: usize = 12;
+
+/// What was measured of a package beside its bound.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Measured {
+    /// The machine, as [`cost::machine`] calls it.
+    pub machine: &'static str,
+    /// Reactions that were looked at.
+    pub reactions: u64,
+    /// The dearest of them, in the unit of the machine.
+    pub step: u64,
+    /// `NAME_init`.
+    pub init: u64,
+    /// Bytes of stack; none where it was not looked at.
+    pub stack: Option<u64>,
+    /// Bytes of text and constant tables.
+    pub text: u64,
+}
+
+pub(super) fn write(subject: &Subject<'_>) -> Option<String> {
+    let package = subject.built.packages.first()?;
+    let mut text = style(package);
+    let mut first: Option<(&Machine, Bound)> = None;
+    let mut table = Table::new([
+        "Machine",
+        "Reaction at most",
+        "Time",
+        "Measured",
+        "Reset",
+        "Stack",
+        "Instance",
+        "Inputs, outputs",
+        "Ring",
+        "Text, about",
+    ]);
+    for machine in cost::MACHINES.iter().filter(|machine| machine.is_bounded) {
+        let bound = match cost::bound(package, machine) {
+            Ok(bound) => bound,
+            Err(error) => return Some(format!("{text}There is no bound: {}.\n", error.what)),
+        };
+        let measured = subject.built.measured.iter().find(|it| it.machine == machine.name);
+        let yours = match (bound.user_calls, bound.user_code) {
+            (0, false) => String::new(),
+            (0, true) => " + your code".to_owned(),
+            (n, _) => format!(" + {n} of your functions"),
+        };
+        let seen = measured.map_or_else(String::new, |it| it.step.to_string());
+        table.row([
+            machine.about.to_owned(),
+            format!("{} {}{yours}", bound.step, machine.unit),
+            time(bound.step, machine),
+            seen,
+            bound.init.to_string(),
+            format!("{} B", bound.stack),
+            format!("{} B", bound.instance),
+            format!("{} B", bound.io),
+            if bound.ring == 0 { String::new() } else { format!("{} B", bound.ring) },
+            format!("{} B", bound.text),
+        ]);
+        if first.is_none() {
+            first = Some((machine, bound));
+        }
+    }
+    text += &table.text();
+    for it in &subject.built.measured {
+        if let Some(machine) = cost::machine(it.machine) {
+            let stack = it.stack.map_or_else(String::new, |n| format!(", {n} B of stack"));
+            text += &format!(
+                "\nMeasured on {}: {} reactions on random inputs, at most {} {}; {} for the reset{stack}; {} B of text.\n",
+                machine.about, it.reactions, it.step, machine.unit, it.init, it.text
+            );
+        }
+    }
+    if let Some((machine, bound)) = first {
+        text += &path(subject, package, machine, &bound);
+    }
+    Some(text)
+}
+
+/// Which style was taken, and where that was a choice, what the others would have cost.
+fn style(package: &Package) -> String {
+    if package.tried.is_empty() {
+        let why = if package.reason.is_empty() {
+            String::new()
+        } else {
+            format!(", because a `switch` does not carry {}", package.reason)
+        };
+        return format!("Style: {}{why}.\n\n", package.style);
+    }
+    let mut table =
+        Table::new(["Style", "Reaction at most", "Text, about", "Instance", "Stack", "Taken"]);
+    for candidate in &package.tried {
+        let name = if candidate.style == Style::Switch && package.style == "statechart" {
+            "switch (statechart)".to_owned()
+        } else {
+            candidate.style.name().to_owned()
+        };
+        let taken = if candidate.is_taken { "yes" } else { "" }.to_owned();
+        match &candidate.bound {
+            Ok(bound) => table.row([
+                name,
+                bound.step.to_string(),
+                format!("{} B", bound.text),
+                format!("{} B", bound.instance),
+                format!("{} B", bound.stack),
+                taken,
+            ]),
+            Err(why) => {
+                table.row([name, why.clone(), String::new(), String::new(), String::new(), taken]);
+            }
+        }
+    }
+    format!("{}\n", table.text())
+}
+
+/// The time of a bound at the clock of the machine.
+fn time(units: u64, machine: &Machine) -> String {
+    let clocks = u128::from(units) * u128::from(machine.clocks_per_unit);
+    let tenths = clocks * 10_000_000 / u128::from(machine.clock_hz.max(1));
+    let mhz = machine.clock_hz / 1_000_000;
+    format!("{}.{} us at {mhz} MHz", tenths / 10, tenths % 10)
+}
+
+/// The dearest path, by what of the chart its lines come from.
+fn path(subject: &Subject<'_>, package: &Package, machine: &Machine, bound: &Bound) -> String {
+    let net = subject.net;
+    let mut groups: BTreeMap<Vec<Object>, (u64, Vec<u32>)> = BTreeMap::new();
+    for place in &bound.path {
+        let group = groups.entry(place.objects.clone()).or_default();
+        group.0 = group.0.saturating_add(place.time);
+        if place.line > 0 {
+            group.1.push(place.line);
+        }
+    }
+    let mut rows: Vec<(Vec<Object>, u64, Vec<u32>)> =
+        groups.into_iter().map(|(objects, (time, lines))| (objects, time, lines)).collect();
+    rows.sort_by(|a, b| b.1.cmp(&a.1).then_with(|| a.2.cmp(&b.2)));
+    let file = package.files.iter().find(|file| {
+        file.name.ends_with(".c") && !file.keep_existing && !file.name.ends_with("_tables.c")
+    });
+    let mut table = Table::new(["Cost", "What", "Chart", "C"]);
+    let more = rows.len().saturating_sub(ROWS);
+    let rest: u64 = rows.iter().skip(ROWS).map(|(_, time, _)| *time).sum();
+    for (objects, time, lines) in rows.into_iter().take(ROWS) {
+        let what = if objects.is_empty() {
+            "frame of the reaction".to_owned()
+        } else {
+            let mut names: Vec<&str> = objects.iter().map(|it| it.name(net)).collect();
+            names.dedup();
+            names.truncate(4);
+            names.join(", ")
+        };
+        let at = objects.first().map_or_else(String::new, |it| {
+            subject
+                .sources
+                .start(it.span(net))
+                .map_or_else(String::new, |at| format!("line {}", at.line))
+        });
+        let range =
+            lines.iter().min().zip(lines.iter().max()).map_or_else(String::new, |(a, b)| {
+                if a == b { format!("line {a}") } else { format!("lines {a} to {b}") }
+            });
+        table.row([time.to_string(), what, at, range]);
+    }
+    let mut text = format!(
+        "\nThe dearest reaction on {} goes here ({} {} in all; lines of `{}`):\n\n{}",
+        machine.about,
+        bound.step,
+        machine.unit,
+        file.map_or("", |file| file.name.as_str()),
+        table.text()
+    );
+    if more > 0 {
+        text += &format!("\n{} more with {rest} {} together.\n", more, machine.unit);
+    }
+    text
+}
