@@ -205,11 +205,16 @@ impl Walker<'_> {
             Expr::Assign(operator, left, right) => self.assign(*operator, left, right),
             Expr::Choice(condition, yes, no) => {
                 self.condition(condition)?;
-                let before = self.cost;
+                let (before, n) = (self.cost, self.calls.len());
                 let left = self.value(yes)?;
-                let first = self.cost;
+                let (first, calls) = (self.cost, self.calls.split_off(n));
                 self.cost = before;
                 let right = self.value(no)?;
+                // The path goes where it is dearer.
+                if first.time > self.cost.time {
+                    self.calls.truncate(n);
+                    self.calls.extend(calls);
+                }
                 self.cost = self.cost.or(first);
                 self.pay(machine.jump);
                 let value = if left.bits >= right.bits { left } else { right };

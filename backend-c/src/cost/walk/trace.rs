@@ -146,22 +146,24 @@ impl Tracer<'_, '_> {
                     .map(|(_, body)| body.as_slice())
                     .chain([otherwise.as_slice()])
                     .collect();
+                let jump = u64::from(self.walker.machine.jump.time);
+                // An arm that goes on jumps over those behind it.
+                let last = bodies.len() - usize::from(otherwise.is_empty());
+                let jump_of = |at: usize| if way == NEXT && at + 1 < last { jump } else { 0 };
                 for (at, body) in bodies.iter().enumerate() {
                     before += info.arms.get(at).map_or(0, |(cost, _)| cost.time);
-                    if let Some(time) = time_of(self.flow(body), way)
-                        && best.is_none_or(|(dearest, _)| before + time > dearest)
-                    {
-                        best = Some((before + time, at));
+                    if let Some(time) = time_of(self.flow(body), way) {
+                        let time = before + time + jump_of(at);
+                        if best.is_none_or(|(dearest, _)| time > dearest) {
+                            best = Some((time, at));
+                        }
                     }
                 }
                 let Some((_, taken)) = best else { return };
                 for (cost, calls) in info.arms.iter().take(taken + 1) {
                     self.own(stmt.line, *cost, calls, times, &around);
                 }
-                let jump = u64::from(self.walker.machine.jump.time);
-                if way == NEXT && taken + 1 < bodies.len() - usize::from(otherwise.is_empty()) {
-                    self.add(stmt.line, &around, times, jump);
-                }
+                self.add(stmt.line, &around, times, jump_of(taken));
                 if let Some(body) = bodies.get(taken) {
                     // An arm has no statement of its own; its first line is that of its head or below.
                     let inner = match body.first() {
@@ -178,7 +180,9 @@ impl Tracer<'_, '_> {
                     let flow = self.flow(body);
                     let ways: &[usize] = if way == NEXT { &[NEXT, BREAK] } else { &[way] };
                     for out in ways {
-                        if let Some(time) = time_of(flow, *out)
+                        let jump = u64::from(self.walker.machine.jump.time);
+                        let jump = if *out == BREAK { jump } else { 0 };
+                        if let Some(time) = time_of(flow, *out).map(|it| it + jump)
                             && best.is_none_or(|(dearest, ..)| time > dearest)
                         {
                             best = Some((time, at, *out));
