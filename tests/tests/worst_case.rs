@@ -32,7 +32,7 @@ fn options(seed: u64) -> Options {
 #[test]
 fn every_random_chart_has_a_bound() {
     let mut bounded = 0;
-    for seed in 0..rounds(40, 2_000) {
+    for seed in 0..rounds(40, 600) {
         let net = random_net(seed, &Features::everything());
         let facts = facts_of(&net);
         let Ok(package) = emit(&net, &facts, &options(seed)) else { continue };
