@@ -200,7 +200,12 @@ fn measured(
 ) -> Vec<report::cpu::Measured> {
     let Some(style) = targets.iter().find_map(|target| match target {
         Target::C(style) => Some(style.unwrap_or(options.c.style)),
-        Target::Logic(_) | Target::Jedec | Target::Ice40 | Target::Net => None,
+        Target::Logic(_)
+        | Target::Jedec
+        | Target::Ice40
+        | Target::Net
+        | Target::Json
+        | Target::Template => None,
     }) else {
         return Vec::new();
     };
