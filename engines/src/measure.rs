@@ -250,13 +250,12 @@ static void bench_end(void)
 "#
     );
     let begin = "static void bench_begin(void)\n{\n    *(volatile uint32_t *)0xE000E014U = 0xFFFFFFU;\n    *(volatile uint32_t *)0xE000E010U = 5U;\n";
-    // The bench declares the instance behind the port; two declarations of it are one.
-    let instance =
-        if has_instance { format!("static {prefix}_t self;\n{saved}\n") } else { String::new() };
+    // The chart's header comes first, for its prototypes are no calls.
+    let header = format!("#include \"{prefix}.h\"\n{saved}\n");
     arm::PORT
         .replace("static void bench_put(uint8_t", "static void bench_emit(uint8_t")
         .replace("static void bench_begin(void)\n{\n", begin)
-        .replace("static void bench_end(void)\n{\n", &format!("{instance}{count}"))
+        .replace("static void bench_end(void)\n{\n", &format!("{header}{count}"))
 }
 
 impl Meter for ArmMeter {
