@@ -68,7 +68,7 @@ pub(crate) enum Verb {
     /// Read, validate, lint, and prove the asserts: every finding at once.
     Check(Check),
     /// Write C, equations or Verilog; each output is read back and proved equal to the chart before it is written.
-    Build(Build),
+    Build(Box<Build>),
     /// Run a design on a stimulus and print the trace.
     Sim(Sim),
     /// Run all engines on the same stimulus and print the first difference.
