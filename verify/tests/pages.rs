@@ -18,6 +18,7 @@ const PAGES: &[(&str, &str)] = &[
     ("G0809", include_str!("../../docs/codes/G0809.md")),
     ("G0810", include_str!("../../docs/codes/G0810.md")),
     ("G0811", include_str!("../../docs/codes/G0811.md")),
+    ("G0812", include_str!("../../docs/codes/G0812.md")),
 ];
 
 fn net(text: &str) -> Valid<Net> {

@@ -1,7 +1,8 @@
 //! ATmega with avr-gcc 5.4 `-Os -std=gnu99`. Time in cycles.
 //!
 //! Instructions: Microchip DS40002198 (AVR instruction set manual), column AVRe: `ld`/`ldd`/`st`/`std` 2, `lpm` 3, arithmetic 1, `adiw` 2, branches 2 taken, `rjmp` 2,
-//! `call` 4, `ret` 4, `push`/`pop` 2. The constants of multiplication and division are what `scripts/constants` measures on simavr, the largest over its operands.
+//! `call` 4, `ret` 4, `push`/`pop` 2. The constants of multiplication and division lie above what `scripts/constants` measures on simavr, the
+//! largest over its operands.
 
 use super::machine::{Machine, op};
 
@@ -34,8 +35,9 @@ pub(super) const AVR: Machine = Machine {
     truth: op(3, 5),
     // Loops of one bit: lsl, rol, dec, brne.
     shift: ([op(1, 2), op(2, 6), op(3, 8), op(20, 24)], [op(2, 1), op(5, 1), op(7, 1), op(20, 0)]),
-    multiply: [op(6, 6), op(14, 16), op(50, 10), op(320, 30)],
-    divide: [op(110, 6), op(250, 8), op(760, 16), op(2900, 40)],
+    multiply: [op(6, 6), op(14, 16), op(75, 10), op(320, 30)],
+    // Bytes are divided as numbers of 16 bits.
+    divide: [op(250, 8), op(250, 8), op(760, 16), op(2900, 40)],
     widen: [op(0, 0), op(2, 3), op(4, 7), op(8, 14)],
     index: (op(4, 6), op(12, 14)),
     jump: op(2, 2),
