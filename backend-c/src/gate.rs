@@ -112,6 +112,10 @@ pub(crate) fn functions(interface: &Interface, same: &[String], reaction: Vec<No
     let arguments = arguments(interface);
     let mut known = vec!["self->gate != 0U".to_string()];
     known.extend(same.iter().cloned());
+    let each_byte = |line: &str| {
+        let head = format!("for (uint16_t at = 0U; at < (uint16_t)sizeof({prefix}_t); ++at)");
+        Node::block(head, vec![Node::line(line)])
+    };
     let mut react = vec![Node::when(
         &crate::cexpr::joined(&known, "&&"),
         vec![Node::line(format!("{prefix}_probe({arguments});")), Node::line("return;")],
@@ -131,13 +135,13 @@ pub(crate) fn functions(interface: &Interface, same: &[String], reaction: Vec<No
         Node::function(
             format!("static void {prefix}_probe({parameters})"),
             vec![
-                Node::line(format!("{prefix}_t before;")),
-                Node::line("memcpy(&before, self, sizeof before);"),
+                Node::line("const uint8_t *const now = (const uint8_t *)self;"),
+                Node::line(format!("uint8_t before[sizeof({prefix}_t)];")),
+                Node::line("uint8_t changes = 0U;"),
+                each_byte("before[at] = now[at];"),
                 Node::line(format!("{prefix}_reaction({arguments});")),
-                Node::when(
-                    "memcmp(&before, self, sizeof before) == 0",
-                    vec![Node::line("self->gate = 2U;")],
-                ),
+                each_byte("changes |= (uint8_t)(before[at] ^ now[at]);"),
+                Node::when("changes == 0U", vec![Node::line("self->gate = 2U;")]),
             ],
         ),
         Node::blank(),

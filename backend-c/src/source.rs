@@ -19,9 +19,6 @@ impl Layout<'_> {
         if self.has_library {
             nodes.push(Node::directive(format!("#include \"{prefix}_user.h\"")));
         }
-        if i.gate {
-            nodes.push(Node::directive("#include <string.h>"));
-        }
         nodes.push(Node::blank());
         nodes.extend(self.program.tables.iter().cloned());
         if !self.program.tables.is_empty() {

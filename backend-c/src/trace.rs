@@ -143,10 +143,10 @@ pub(crate) fn add(names: &Names, program: &mut CProgram) {
         ),
         Node::line("trace->begins = false;"),
         Node::line(format!(
-            "trace->next = (trace->next + 1U < {}_TRACE_PLACES) ? (uint16_t)(trace->next + 1U) : 0U;",
+            "trace->next = (trace->next < ({}_TRACE_PLACES - 1U)) ? (uint16_t)(trace->next + 1U) : 0U;",
             names.upper
         )),
-        Node::when("trace->count != 0xffffffffUL", vec![Node::line("++trace->count;")]),
+        Node::when("trace->count != 0xffffffffU", vec![Node::line("++trace->count;")]),
     ];
     let head = format!("static void {prefix}_fired({prefix}_t *self, uint16_t transition)");
     let function = vec![
@@ -174,7 +174,7 @@ pub(crate) fn ring(names: &Names, net: &Net, places: u16) -> Vec<Node> {
         Node::directive(format!("#define {upper}_TRACE_PLACES {places}U")),
         Node::directive(format!("#define {upper}_TRACE_BYTES {bytes}U"))
             .note("what the trace is as bytes"),
-        Node::directive(format!("#define {upper}_TRACE_CHART 0x{:08x}UL", hash(net)))
+        Node::directive(format!("#define {upper}_TRACE_CHART 0x{:08x}U", hash(net)))
             .note("which chart it is of"),
         Kind::Braces("typedef struct".to_string(), body, format!(" {}_trace_t;", names.prefix))
             .into(),
@@ -191,7 +191,7 @@ pub(crate) fn reader(names: &Names) -> Vec<Node> {
         (format!("at < {}U", first + 4), arm)
     };
     let parts = [
-        number(0, format!("0x{magic:08x}UL")),
+        number(0, format!("0x{magic:08x}U")),
         number(4, format!("{upper}_TRACE_CHART")),
         number(8, format!("self->{MEMBER}.reactions")),
         number(12, format!("self->{MEMBER}.count")),
@@ -227,7 +227,8 @@ pub(crate) fn reader(names: &Names) -> Vec<Node> {
         Node::line("uint32_t value;"),
         Node::line("uint8_t byte = (uint8_t)(at % 4U);"),
         Kind::Block(arms).into(),
-        Node::line("return (uint8_t)(value >> (8U * byte));"),
+        Node::line("byte = (uint8_t)(8U * byte);"),
+        Node::line("return (uint8_t)((value >> byte) & 0xffU);"),
     ];
     let head =
         format!("static inline uint8_t {prefix}_trace_byte(const {prefix}_t *self, uint16_t at)");

@@ -8,6 +8,7 @@ use grafsynth_engines::tools;
 use grafsynth_ir::Valid;
 use grafsynth_ir::net::Net;
 use grafsynth_tests::random_net::{Features, random_net};
+use grafsynth_tests::{fleet, rounds};
 use grafsynth_verify::{Limits, facts};
 use std::collections::BTreeSet;
 use std::time::Duration;
@@ -21,9 +22,9 @@ fn findings(seed: u64, net: &Valid<Net>) -> BTreeSet<String> {
     let facts = facts(net, &limits);
     // cppcheck takes seconds for each, so each net is asked for one style.
     let style = [Style::Tables, Style::Bits, Style::Switch][(seed % 3) as usize];
-    let options = Options { style, ..Options::default() };
-    // What a style does not carry it refuses by name.
-    let Ok(package) = emit(net, &facts, &options) else { return BTreeSet::new() };
+    // Words, gate, callbacks, trace ring and split functions as the seed draws them. What a style does not carry it refuses by name.
+    let drawn = fleet::options(seed, style);
+    let Ok((package, _)) = fleet::emitted(net, drawn) else { return BTreeSet::new() };
     let found = findings_of(&package).into_iter();
     found.map(|found| format!("seed {seed}, {}: {found}", style.name())).collect()
 }
@@ -79,7 +80,7 @@ fn random_charts_in_c_keep_to_misra() {
     }
     // A net with everything as tables, and a plain one in each style: cppcheck takes minutes for some of the large ones.
     let mut found = findings(0, &random_net(0, &Features::everything()));
-    for seed in 0..3 {
+    for seed in 0..rounds(4, 24) {
         found.extend(findings(seed, &random_net(seed, &Features::plain())));
     }
     assert!(found.is_empty(), "{found:#?}");

@@ -548,7 +548,7 @@ impl Emit<'_> {
             let table = self.table(&wanted, "uint16_t", "transitions, for the trace", &rows);
             let local = &check.taken[&region];
             let line = format!("{}_fired(self, {table}[{local}]);", self.names.prefix);
-            body.push(Node::when(&format!("{local} != 0"), vec![Node::line(line)]));
+            body.push(Node::when(&format!("{local} != 0U"), vec![Node::line(line)]));
         }
     }
 
