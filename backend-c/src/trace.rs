@@ -142,10 +142,11 @@ pub(crate) fn add(names: &Names, program: &mut CProgram) {
             "trace->fired[trace->next] = (uint16_t)(transition | (trace->begins ? 0x8000U : 0U));",
         ),
         Node::line("trace->begins = false;"),
-        Node::line(format!(
-            "trace->next = (trace->next < ({}_TRACE_PLACES - 1U)) ? (uint16_t)(trace->next + 1U) : 0U;",
-            names.upper
-        )),
+        Node::line("++trace->next;"),
+        Node::when(
+            &format!("trace->next >= {}_TRACE_PLACES", names.upper),
+            vec![Node::line("trace->next = 0U;")],
+        ),
         Node::when("trace->count != 0xffffffffU", vec![Node::line("++trace->count;")]),
     ];
     let head = format!("static void {prefix}_fired({prefix}_t *self, uint16_t transition)");
