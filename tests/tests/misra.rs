@@ -9,7 +9,6 @@ use grafsynth_ir::Valid;
 use grafsynth_ir::net::Net;
 use grafsynth_tests::random_net::{Features, random_net};
 use grafsynth_tests::{fleet, rounds};
-use grafsynth_verify::{Limits, facts};
 use std::collections::BTreeSet;
 use std::time::Duration;
 
@@ -18,8 +17,6 @@ const DEVIATIONS: [&str; 5] = ["2.4", "2.5", "8.11", "8.9", "15.5"];
 
 /// What cppcheck finds in the C of a net beyond the deviations and remarks. Each package is a program of its own.
 fn findings(seed: u64, net: &Valid<Net>) -> BTreeSet<String> {
-    let limits = Limits { pairs: 20_000, states: 2_000, ..Limits::default() };
-    let facts = facts(net, &limits);
     // cppcheck takes seconds for each, so each net is asked for one style.
     let style = [Style::Tables, Style::Bits, Style::Switch][(seed % 3) as usize];
     // Words, gate, callbacks, trace ring and split functions as the seed draws them. What a style does not carry it refuses by name.
