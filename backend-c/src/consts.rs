@@ -37,7 +37,13 @@ pub(crate) fn reset(net: &Net) -> Reset {
         state.run(&step.entry);
     }
     let mut outputs = Vec::new();
+    let emergency = state.holds(net.emergency.as_ref().map(|one| &one.condition));
+    let emergency = net.emergency.is_some() && emergency;
     for (id, output) in net.outputs.iter() {
+        if emergency {
+            outputs.push(if crate::names::is_extern(output) { 0 } else { output.safe_value() });
+            continue;
+        }
         outputs.push(match &output.driver {
             Driver::Continuous(emissions) | Driver::Mealy(emissions) => {
                 let on = emissions.iter().any(|it| {

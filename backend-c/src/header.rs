@@ -376,14 +376,17 @@ impl Layout<'_> {
 
     fn stop(&self, nodes: &mut Vec<Node>) {
         let i = self.interface;
-        let off = |id| self.net.outputs[id].ty.saturate(0);
-        let mut body = self.names.io.constants(self.net, &self.names.outputs, off);
+        let safe = |id| self.net.outputs[id].safe_value();
+        let mut body = self.names.io.constants(self.net, &self.names.outputs, safe);
         if i.has_instance {
             body.push(Node::line("(void)self;"));
         }
-        nodes.push(Node::comment(
-            "Switches all outputs off. The chart stands still until the next init.",
-        ));
+        let any_safe = self.net.outputs.values().any(|output| output.safe.is_some());
+        nodes.push(Node::comment(if any_safe {
+            "Gives all outputs their safe values. The chart stands still until the next init."
+        } else {
+            "Switches all outputs off. The chart stands still until the next init."
+        }));
         let head = format!(
             "static inline void {}_stop({})",
             self.names.prefix,

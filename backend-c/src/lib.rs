@@ -40,6 +40,7 @@ mod library;
 mod names;
 pub mod package;
 mod port;
+mod safe;
 mod source;
 mod statechart;
 mod switch;

@@ -147,6 +147,7 @@ pub fn interface(logic: &mut Logic) -> Net {
     for id in logic.outputs.ids() {
         let output = &mut logic.outputs[id];
         let column = net.outputs.push(Output {
+            safe: None,
             name: name(&output.name, output.meta.span),
             ty: Type::Bool,
             driver: Driver::Continuous(Vec::new()),

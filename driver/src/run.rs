@@ -92,7 +92,8 @@ fn chip_row<S: Parts>(net: &Net, chip: &mut ChipSim<'_, S>, input: InputRow) -> 
     row.inputs = input.values;
     row.steps = net.steps.ids().filter(|step| chip.is_active(*step) == Some(true)).collect();
     for (id, output) in net.outputs.iter() {
-        let value = chip.output(id).unwrap_or(0);
+        let pins = chip.output(id);
+        let value = pins.unwrap_or(0);
         row.outputs[id.index()] = match &output.driver {
             Driver::Extern { .. } => {
                 // A strobe: the column counts it, and the row lists it.
@@ -100,6 +101,8 @@ fn chip_row<S: Parts>(net: &Net, chip: &mut ChipSim<'_, S>, input: InputRow) -> 
                 value
             }
             Driver::Continuous(_) | Driver::Mealy(_) | Driver::Controlled(_) => value,
+            // An emergency forces the pins; the memory behind them goes on.
+            Driver::Stored(_) if pins.is_some() && net.emergency.is_some() => value,
             Driver::Stored(var) => chip.var(*var, 0).unwrap_or(value),
         };
     }

@@ -145,6 +145,8 @@ pub enum Item {
     Use(Use),
     /// A controlled action with a list of its own, or without one: the memory of its qualifiers alone.
     Action(Action),
+    /// The condition that forces all outputs to their safe values.
+    Emergency(Emergency),
     /// A named property or assumption.
     Property(Property),
     /// A wish about the partition.
@@ -224,6 +226,8 @@ pub enum DeclarationKind {
         registered: bool,
         /// `mealy`.
         mealy: bool,
+        /// `safe on`, `safe 3`: the value while an emergency holds and after a stop, if written.
+        safe: Option<Expr>,
     },
     /// `var n: int 0..99 = 0`.
     Var {
@@ -509,6 +513,15 @@ pub struct Property {
     pub is_never: bool,
     /// What.
     pub expr: Expr,
+    /// Where, comment and tags.
+    pub meta: Meta,
+}
+
+/// `emergency stop or not guard`: while it holds all outputs have their safe values (semantics §3.8).
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Emergency {
+    /// Over inputs, steps, variables and times.
+    pub condition: Expr,
     /// Where, comment and tags.
     pub meta: Meta,
 }

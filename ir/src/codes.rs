@@ -72,6 +72,8 @@ codes! {
     NO_BEGINNING = "G0334", "nothing can ever happen";
     /// A macro-step whose entry or exit is not among its steps.
     MACRO = "G0335", "macro-step without its entry or exit";
+    /// An emergency that could not force every output at once.
+    EMERGENCY = "G0336", "emergency that cannot be kept";
 }
 
 /// The code for an expression that has no type.

@@ -15,7 +15,7 @@
 //! The order of an arena is the declaration order of semantics.md §1; wherever an order matters (actions, conflicts, trace columns), it is this one.
 
 use crate::arena::{Arena, Id};
-use crate::expr::{Expr as GenericExpr, Type};
+use crate::expr::{Expr as GenericExpr, ExprKind, Type};
 use crate::span::{Name, Span};
 use std::collections::BTreeMap;
 
@@ -116,6 +116,8 @@ pub struct Net {
     pub histories: Arena<History>,
     /// Forcing orders (§8), in declaration order.
     pub forcings: Vec<Forcing>,
+    /// The one condition that forces all outputs to their safe values.
+    pub emergency: Option<Emergency>,
     /// What is known of the environment and what must hold.
     pub properties: Vec<Property>,
     /// Cells whose value the designer left open (§3.6).
@@ -273,8 +275,49 @@ pub struct Output {
     pub ty: Type,
     /// What drives it: exactly one kind (§3.6).
     pub driver: Driver,
+    /// The value at which the plant is safe, where one is declared; [`Output::safe_value`] says what holds where none is. None for extern actions.
+    pub safe: Option<i64>,
     /// The chip drives the pin from a flip-flop (§9).
     pub registered: bool,
+    /// Place, comment and tags.
+    pub meta: Meta,
+}
+
+impl Output {
+    /// What the output has while the [`Emergency`] holds, and when the chart is stopped: the declared safe value, else off or the value nearest to 0.
+    #[must_use]
+    pub fn safe_value(&self) -> i64 {
+        self.safe.unwrap_or_else(|| self.ty.saturate(0))
+    }
+}
+
+impl Net {
+    /// The value of an output as the world sees it: `value`, or the safe one while the emergency holds. Not for extern actions.
+    #[must_use]
+    pub fn forced(&self, output: OutputId, value: Expr) -> Expr {
+        let Some(emergency) = &self.emergency else { return value };
+        let (output, span) = (&self.outputs[output], value.span);
+        let safe = output.safe_value();
+        let holds = emergency.condition.clone();
+        match output.ty {
+            Type::Bool if safe == 0 => Expr::and([holds.not(), value]),
+            Type::Bool => Expr::or([holds, value]),
+            Type::Int { .. } => {
+                let safe = Box::new(Expr::int(safe));
+                Expr::new(ExprKind::Select(Box::new(holds), safe, Box::new(value)), span)
+            }
+        }
+    }
+}
+
+/// `emergency c`: while the condition holds every output has its safe value, and continuous extern actions are not called (§3.8).
+///
+/// It forces what the world sees and nothing else: situation, variables, timers and stored outputs go on as if it were not there.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Emergency {
+    /// Reads inputs, step bits, variables, controlled actions and timers, no edge, event or extern condition. Read where an output is: at E4; for mealy
+    /// outputs at L2, with the state before the micro-step.
+    pub condition: Expr,
     /// Place, comment and tags.
     pub meta: Meta,
 }

@@ -42,7 +42,7 @@
 //! part NAME META level N [priority N]
 //!     enter LIST(ENTER)                                      what reset enters
 //! input NAME META TYPE [extern | event | internal] [synchronous]
-//! output NAME META TYPE [registered] (continuous | mealy | extern | stored VAR | controlled ACTION)
+//! output NAME META TYPE [registered] [safe INT] (continuous | mealy | extern | stored VAR | controlled ACTION)
 //!     emit STEP [if EXPR]
 //!     param TYPE [NAME]
 //!     call STEP LIST(EXPR) [if EXPR]
@@ -62,6 +62,7 @@
 //! history NAME META of STEP
 //!     case STEP LIST(ENTER)    default LIST(ENTER)    content BLOCK
 //! force STEP LIST(PART) (hold | situation LIST(STEP))
+//! emergency META when EXPR
 //! (assume | assert) [NAME] META never EXPR
 //! open (next | output OUTPUT) when EXPR
 //! macro NAME META entry STEP exit STEP steps LIST(STEP)

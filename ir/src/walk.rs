@@ -20,6 +20,7 @@ pub fn for_each_expr(net: &Net, visit: &mut impl FnMut(&Expr)) {
             Driver::Stored(_) | Driver::Controlled(_) => {}
         }
     }
+    net.emergency.iter().for_each(|emergency| visit(&emergency.condition));
     net.timers.values().for_each(|timer| visit(&timer.condition));
     net.edges.values().for_each(|edge| visit(&edge.expr));
     for step in net.steps.values() {

@@ -107,6 +107,8 @@ pub fn encode(
     let one_clock = |max_nodes: usize| composed(net, program, facts, options, max_nodes, None);
     let stepwise = match (net.settings.evolution, options.busy) {
         (Evolution::Single, _) | (_, BusyMode::Never) => None,
+        // Outputs of several clocks stand in registers, which an emergency could not force between clocks.
+        _ if net.emergency.is_some() => None,
         (
             Evolution::Stable { .. },
             BusyMode::WhenTooLarge | BusyMode::WhenUnproved | BusyMode::Always,

@@ -78,6 +78,16 @@ impl Reaction<'_> {
                 }
             }
         }
+        if !self.tables.mealy.is_empty() && self.is_emergency() {
+            for output in &self.tables.mealy {
+                self.row.outputs[output.index()] = net.outputs[*output].safe_value();
+            }
+        }
+    }
+
+    /// The condition of the emergency as the state is now: at L2 for mealy outputs, at E4 for all others.
+    fn is_emergency(&self) -> bool {
+        self.net.emergency.as_ref().is_some_and(|one| self.eval(&one.condition) != 0)
     }
 
     /// Which cells of this reaction the chart leaves open: asked of the situation before it and of its inputs (semantics §3.6).
@@ -116,7 +126,7 @@ impl Reaction<'_> {
         })
     }
 
-    /// E4: continuous outputs, copies of stored and controlled ones, and continuous calls.
+    /// E4: continuous outputs, copies of stored and controlled ones, and continuous calls; then what an emergency makes of them.
     fn e4_outputs(&mut self) {
         let (net, tables) = (self.net, self.tables);
         // Only what the last row lit needs to go out: the cost follows the active steps.
@@ -149,7 +159,19 @@ impl Reaction<'_> {
             calls.extend_from_slice(&tables.calls[step.index()]);
         }
         self.e4_held_outputs();
-        self.e4_calls(calls);
+        if self.is_emergency() {
+            for (id, output) in net.outputs.iter() {
+                match output.driver {
+                    Driver::Continuous(_) | Driver::Stored(_) | Driver::Controlled(_) => {
+                        self.row.outputs[id.index()] = output.safe_value();
+                        self.work.lit.push(id);
+                    }
+                    Driver::Mealy(_) | Driver::Extern { .. } => {}
+                }
+            }
+        } else {
+            self.e4_calls(calls);
+        }
         for output in &self.row.open.outputs {
             self.row.outputs[output.index()] = 0;
         }

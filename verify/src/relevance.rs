@@ -89,6 +89,9 @@ impl<'n> Relevance<'n> {
         for open in &net.unspecified {
             self.expr(&open.when, &mut always);
         }
+        for emergency in net.emergency.iter() {
+            self.expr(&emergency.condition, &mut always);
+        }
         for property in
             net.properties.iter().filter(|property| property.role == PropertyRole::Assert)
         {

@@ -102,6 +102,7 @@ fn cells(n: usize) -> Valid<Net> {
             .map(|cell| Emission { step: all[cell][1], condition: None, span: Span::default() })
             .collect();
         net.outputs.push(Output {
+            safe: None,
             name: name(format!("o{at}")),
             ty: Type::Bool,
             driver: Driver::Continuous(emissions),

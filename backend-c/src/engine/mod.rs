@@ -418,6 +418,7 @@ impl<'a> Plan<'a> {
                 Driver::Controlled(_) => return refuse("a controlled action", output.meta.span),
                 Driver::Extern { .. } => return refuse("an extern action", output.meta.span),
             };
+            let value = net.forced(id, value);
             let block = image.block(&code::value(self, &value)?);
             image.row(
                 Section::Outputs,

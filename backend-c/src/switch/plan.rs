@@ -473,6 +473,7 @@ fn timers(net: &Net, plan: &mut Plan) {
     let mut look = |expr: &Expr| crate::times::step_caps(expr, &mut caps);
     each_guard(net).for_each(|(_, guard)| look(guard));
     output_conditions(net).iter().for_each(|(_, _, condition)| look(condition));
+    net.emergency.iter().for_each(|emergency| look(&emergency.condition));
     net.edges.values().for_each(|edge| look(&edge.expr));
     let mut expressions = Vec::new();
     for step in net.steps.values() {
@@ -676,7 +677,8 @@ fn reads(net: &Net, plan: &mut Plan) -> Result<(), Refusal> {
         }
     }
     let mut last = None;
-    for (_, _, condition) in output_conditions(net) {
+    let conditions = output_conditions(net).into_iter().map(|(_, _, condition)| condition);
+    for condition in conditions.chain(net.emergency.iter().map(|one| &one.condition)) {
         condition.for_each_leaf(&mut |leaf| {
             if matches!(leaf, Leaf::LastElapsed(_)) {
                 last = Some(condition.span);

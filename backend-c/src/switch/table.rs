@@ -713,6 +713,13 @@ fn busy_machines(net: &Net, plan: &Plan) -> BTreeSet<usize> {
             Driver::Stored(_) | Driver::Controlled(_) => {}
         }
     }
+    for emergency in net.emergency.iter() {
+        emergency.condition.for_each_leaf(&mut |leaf| {
+            if let Leaf::Active(step) | Leaf::Elapsed(step) | Leaf::TasksDone(step) = leaf {
+                busy.insert(plan.place[*step].0);
+            }
+        });
+    }
     for (id, step) in net.steps.iter() {
         if !step.code.is_empty() {
             busy.insert(plan.place[id].0);

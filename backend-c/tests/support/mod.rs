@@ -57,6 +57,7 @@ impl Build {
             | Driver::Extern { .. } => Type::Bool,
         };
         self.net.outputs.push(Output {
+            safe: None,
             name: name(text),
             ty,
             driver,

@@ -132,14 +132,20 @@ pub(super) fn frame(
         items.push(declaration(
             &name,
             span,
-            DeclarationKind::Output { ty, init: None, registered: false, mealy: false },
+            DeclarationKind::Output { ty, init: None, registered: false, mealy: false, safe: None },
             label,
         ));
     }
     items.push(declaration(
         &done,
         span,
-        DeclarationKind::Output { ty: NetType::Bool, init: None, registered: false, mealy: false },
+        DeclarationKind::Output {
+            ty: NetType::Bool,
+            init: None,
+            registered: false,
+            mealy: false,
+            safe: None,
+        },
         "the function has returned".to_owned(),
     ));
     let (ready, finished) = (names.fresh("ready"), names.fresh("finished"));
@@ -224,6 +230,7 @@ pub(super) fn globals(
                 init: init.into_iter().next(),
                 registered: false,
                 mealy: false,
+                safe: None,
             }
         } else {
             DeclarationKind::Var { ty, len: var.length(), init }

@@ -11,7 +11,7 @@ mod states;
 use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::chart::{
-    Action, Board, Chart, Declaration, DeclarationKind, Design, Expr, Item, Path, Place, Property,
+    Action, Board, Chart, Declaration, DeclarationKind, Design, Emergency, Expr, Item, Path, Place, Property,
     Setting, SettingKind, StepItem,
 };
 use grafsynth_ir::diag::Diagnostic;
@@ -231,6 +231,7 @@ impl Writer<'_> {
             self.properties(&mut items, root, index == 0);
             if index == 0 {
                 // What belongs to no part stands in the first chart.
+                self.emergency(&mut items, root);
                 self.placements(&mut items, root);
                 self.board(&mut items);
             }
@@ -376,6 +377,7 @@ impl Writer<'_> {
                         init,
                         registered: output.registered,
                         mealy,
+                        safe: output.safe.map(|value| constant(output.ty, value)),
                     }
                 }
             };
@@ -469,6 +471,13 @@ impl Writer<'_> {
                 meta: property.meta.clone(),
             }));
         }
+    }
+
+    fn emergency(&mut self, items: &mut Vec<Item>, root: BodyId) {
+        let net = self.net;
+        let Some(emergency) = &net.emergency else { return };
+        let condition = self.expr(&emergency.condition, root, None);
+        items.push(Item::Emergency(Emergency { condition, meta: emergency.meta.clone() }));
     }
 
     fn placements(&mut self, items: &mut Vec<Item>, root: BodyId) {

@@ -1,11 +1,11 @@
 //! What stands in a chart beside steps and transitions: settings, declarations, properties, places, boards.
 
 use grafsynth_ir::chart::{
-    Action, Block, Board, Declaration, DeclarationKind, Expr, Item, Macro, MacroStep, Place,
-    Property, Setting, SettingKind, StepRole,
+    Action, Block, Board, Declaration, DeclarationKind, Emergency, Expr, Item, Macro, MacroStep,
+    Place, Property, Setting, SettingKind, StepRole,
 };
 use grafsynth_ir::diag::{Diagnostic, nearest};
-use grafsynth_ir::expr::Type;
+use grafsynth_ir::expr::{ExprKind, Type};
 use grafsynth_ir::net::{Meta, Policy, SHARINGS, Schedule, Side};
 use grafsynth_ir::{Name, Span};
 
@@ -52,6 +52,7 @@ pub(crate) const ITEM_WORDS: &[&str] = &[
     "in",
     "assert",
     "assume",
+    "emergency",
     "action",
     "place",
     "device",
@@ -120,6 +121,7 @@ impl Parser<'_> {
                 Item::Step(self.final_state(start)?)
             }
             "assume" | "assert" => Item::Property(self.property()?),
+            "emergency" => Item::Emergency(self.emergency()?),
             "action" => Item::Action(self.controlled_action(start)?),
             "place" => Item::Place(self.place()?),
             "device" => Item::Board(self.board()?),
@@ -426,7 +428,7 @@ impl Parser<'_> {
             "output" => {
                 let ty = self.optional_type()?;
                 let init = if self.eat(Kind::Equal) { Some(self.expr()?) } else { None };
-                DeclarationKind::Output { ty, init, registered, mealy }
+                DeclarationKind::Output { ty, init, registered, mealy, safe: self.safe_value()? }
             }
             "var" => self.variable()?,
             "const" => {
@@ -446,6 +448,24 @@ impl Parser<'_> {
             }
             _ => DeclarationKind::ExternAction { params: self.parameters()? },
         })
+    }
+
+    /// `safe on`, `safe 3`, on the line of its output; `on` and `off` are words for the two truth values here.
+    fn safe_value(&mut self) -> Parse<Option<Expr>> {
+        let is_transition =
+            matches!(self.kind(1), Kind::Colon | Kind::Arrow | Kind::Ampersand | Kind::Dot);
+        if self.word(0) != "safe" || self.peek(0).new_line || is_transition {
+            return Ok(None);
+        }
+        self.advance();
+        let span = self.here();
+        let value = match self.word(0) {
+            "on" => true,
+            "off" => false,
+            _ => return self.expr().map(Some),
+        };
+        self.advance();
+        Ok(Some(Expr::new(ExprKind::Bool(value), span)))
     }
 
     pub(crate) fn optional_type(&mut self) -> Parse<Type> {
@@ -590,6 +610,16 @@ impl Parser<'_> {
         Ok(Property { name, is_assumption, is_never, expr, meta })
     }
 
+    /// `emergency stop or not guard "label" req "R1"`
+    fn emergency(&mut self) -> Parse<Emergency> {
+        let start = self.advance().start;
+        let condition = self.expr()?;
+        let mut meta = Meta::default();
+        self.attributes(&mut meta)?;
+        meta.span = self.span_from(start);
+        Ok(Emergency { condition, meta })
+    }
+
     /// `place p2, m1.s3 on chip`
     pub(crate) fn place(&mut self) -> Parse<Place> {
         let start = self.advance().start;
@@ -688,7 +718,7 @@ impl DeclarationList<'_> {
         let value = if is_number { Expr::int(1) } else { Expr::bool(true) };
         match self.keyword {
             "input" => DeclarationKind::Input { ty, synchronous },
-            "output" => DeclarationKind::Output { ty, init: None, registered, mealy },
+            "output" => DeclarationKind::Output { ty, init: None, registered, mealy, safe: None },
             "var" => DeclarationKind::Var { ty, len: None, init: Vec::new() },
             "const" => DeclarationKind::Const { value },
             "event" => DeclarationKind::Event { internal },

@@ -98,7 +98,13 @@ impl Parser<'_> {
         };
         let kind = match keyword {
             "input" => DeclarationKind::Input { ty, synchronous: false },
-            "output" => DeclarationKind::Output { ty, init: None, registered: false, mealy: false },
+            "output" => DeclarationKind::Output {
+                ty,
+                init: None,
+                registered: false,
+                mealy: false,
+                safe: None,
+            },
             "var" => DeclarationKind::Var { ty, len: None, init: Vec::new() },
             "event" => DeclarationKind::Event { internal: false },
             _ => {

@@ -277,14 +277,26 @@ fn declaration(r: &mut Random) -> Declaration {
             let (registered, mealy) = (r.chance(20), r.chance(20));
             (
                 r.pick(&["R", "Z", "mealy"]),
-                DeclarationKind::Output { ty: Type::Bool, init: None, registered, mealy },
+                DeclarationKind::Output {
+                    ty: Type::Bool,
+                    init: None,
+                    registered,
+                    mealy,
+                    safe: r.some(20, |r| Expr::bool(r.chance(50))),
+                },
             )
         }
         4 => {
             let init = r.some(50, |r| number(r, 1));
             (
                 r.pick(NUMBERS),
-                DeclarationKind::Output { ty: int(), init, registered: false, mealy: false },
+                DeclarationKind::Output {
+                    ty: int(),
+                    init,
+                    registered: false,
+                    mealy: false,
+                    safe: r.some(30, |_| Expr::int(1)),
+                },
             )
         }
         5 => {
@@ -478,6 +490,7 @@ fn item(r: &mut Random, depth: usize) -> Item {
             priority: r.some(30, |_| 1),
             meta: meta(r),
         }),
+        14 if r.chance(20) => Item::Emergency(Emergency { condition: truth(r, 3), meta: meta(r) }),
         14 => Item::Property(Property {
             name: r.some(30, |r| name(r.pick(&["safe", "never"]))),
             is_assumption: r.chance(50),
@@ -512,8 +525,8 @@ fn library(r: &mut Random, chart: fn(&mut Random) -> Chart) -> Library {
                 *synchronous = false;
                 r.some(30, value)
             }
-            DeclarationKind::Output { init, registered, mealy, .. } => {
-                (*init, *registered, *mealy) = (None, false, false);
+            DeclarationKind::Output { init, registered, mealy, safe, .. } => {
+                (*init, *registered, *mealy, *safe) = (None, false, false, None);
                 None
             }
             DeclarationKind::Var { len, init, .. } => {

@@ -302,6 +302,10 @@ impl Writer<'_> {
                 self.simple(one.meta.span, &text);
             }
             Item::Action(action) => self.action(action),
+            Item::Emergency(emergency) => {
+                let text = self.text.emergency(emergency);
+                self.simple(emergency.meta.span, &text);
+            }
             Item::Property(property) => {
                 let text = self.text.property(property);
                 self.simple(property.meta.span, &text);
@@ -342,6 +346,7 @@ impl Writer<'_> {
             | Item::State(_)
             | Item::Use(_)
             | Item::Action(_)
+            | Item::Emergency(_)
             | Item::Property(_)
             | Item::Place(_)
             | Item::Board(_) => false,
@@ -709,7 +714,7 @@ fn class_of(item: &Item) -> Class {
     match item {
         Item::Setting(_) => Class::Setting,
         Item::Declaration(_) => Class::Declaration,
-        Item::Property(_) => Class::Property,
+        Item::Emergency(_) | Item::Property(_) => Class::Property,
         Item::Step(_) | Item::MacroStep(_) | Item::Use(_) => Class::Step,
         Item::Action(_) => Class::Action,
         Item::Transition(_) => Class::Transition,

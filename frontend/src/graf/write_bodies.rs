@@ -208,6 +208,7 @@ fn start_of(item: &Item) -> Span {
         Item::State(one) => one.step.meta.span,
         Item::Use(one) => one.meta.span,
         Item::Action(one) => one.meta.span,
+        Item::Emergency(one) => one.meta.span,
         Item::Property(one) => one.meta.span,
         Item::Place(one) => one.span,
         Item::Board(one) => one.span,

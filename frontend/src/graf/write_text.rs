@@ -1,11 +1,11 @@
 //! The pieces of a design as text on one line, with nothing of where they stand.
 
 use grafsynth_ir::chart::{
-    ActionHow, ArgumentValue, Block, Declaration, DeclarationKind, Expr, ForceOrder, Item,
-    MacroStep, Parameter, Place, Property, Setting, SettingKind, StepItem, StepItemKind, StepRole,
-    Stmt, StmtKind, Transition, Use,
+    ActionHow, ArgumentValue, Block, Declaration, DeclarationKind, Emergency, Expr, ForceOrder,
+    Item, MacroStep, Parameter, Place, Property, Setting, SettingKind, StepItem, StepItemKind,
+    StepRole, Stmt, StmtKind, Transition, Use,
 };
-use grafsynth_ir::expr::Type;
+use grafsynth_ir::expr::{ExprKind, Type};
 use grafsynth_ir::net::{Meta, Qualifier, Side, Verbatim};
 
 use super::items::{POLICIES, SCHEDULES};
@@ -23,10 +23,18 @@ impl Text {
         let mut out = names::name(&declaration.name.text, Position::Declared);
         match &declaration.kind {
             DeclarationKind::Input { ty, .. } => out.push_str(&type_suffix(*ty)),
-            DeclarationKind::Output { ty, init, .. } => {
+            DeclarationKind::Output { ty, init, safe, .. } => {
                 out.push_str(&type_suffix(*ty));
                 if let Some(init) = init {
                     out.push_str(&format!(" = {}", self.exprs.text(init)));
+                }
+                match safe.as_ref().map(|safe| (&safe.kind, safe)) {
+                    None => {}
+                    Some((ExprKind::Bool(true), _)) => out.push_str(" safe on"),
+                    Some((ExprKind::Bool(false), _)) => out.push_str(" safe off"),
+                    Some((_, safe)) => {
+                        out.push_str(&format!(" safe {}", self.exprs.text(safe)));
+                    }
                 }
             }
             DeclarationKind::Var { ty, len, init } => {
@@ -248,6 +256,11 @@ impl Text {
         format!("({})", arguments.join(", "))
     }
 
+    pub(crate) fn emergency(&self, emergency: &Emergency) -> String {
+        let condition = self.exprs.text(&emergency.condition);
+        format!("emergency {condition}{}", attributes(&emergency.meta))
+    }
+
     pub(crate) fn property(&self, property: &Property) -> String {
         let role = if property.is_assumption { "assume" } else { "assert" };
         let name = property.name.as_ref().map_or_else(String::new, |name| {
@@ -427,6 +440,7 @@ pub(crate) fn conditions(items: &[Item]) -> std::collections::BTreeSet<String> {
             | Item::State(_)
             | Item::Use(_)
             | Item::Action(_)
+            | Item::Emergency(_)
             | Item::Property(_)
             | Item::Place(_)
             | Item::Board(_) => None,

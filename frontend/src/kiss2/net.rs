@@ -41,6 +41,7 @@ pub fn net(machine: &Machine, name: &str) -> Net {
         .iter()
         .map(|output| {
             net.outputs.push(Output {
+                safe: None,
                 name: names.take(output, "y"),
                 ty: Type::Bool,
                 driver: Driver::Mealy(Vec::new()),

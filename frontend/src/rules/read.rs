@@ -344,6 +344,7 @@ impl Builder {
             Item::Setting(_)
             | Item::Declaration(_)
             | Item::Action(_)
+            | Item::Emergency(_)
             | Item::Property(_)
             | Item::Place(_)
             | Item::Board(_) => None,
@@ -497,6 +498,7 @@ impl Builder {
                 | Item::State(_)
                 | Item::Use(_)
                 | Item::Action(_)
+                | Item::Emergency(_)
                 | Item::Property(_)
                 | Item::Place(_)
                 | Item::Board(_)) => rest.push(item),
@@ -769,7 +771,13 @@ type Default = (fn(&SettingKind) -> bool, SettingKind);
 /// A Boolean input or output that only its list declares.
 fn plain(name: &Name, is_output: bool) -> Declaration {
     let kind = if is_output {
-        DeclarationKind::Output { ty: Type::Bool, init: None, registered: false, mealy: false }
+        DeclarationKind::Output {
+            ty: Type::Bool,
+            init: None,
+            registered: false,
+            mealy: false,
+            safe: None,
+        }
     } else {
         DeclarationKind::Input { ty: Type::Bool, synchronous: false }
     };

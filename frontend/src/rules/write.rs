@@ -116,6 +116,10 @@ impl Writer {
                         )),
                     }
                 }
+                Item::Emergency(emergency) => {
+                    self.text.exprs.signs = true;
+                    behind.push(self.text.emergency(emergency));
+                }
                 Item::Property(property) => {
                     self.text.exprs.signs = true;
                     behind.push(self.text.property(property));
@@ -491,9 +495,13 @@ fn is_plain(declaration: &Declaration, sub_rules: &BTreeMap<String, bool>) -> bo
         && req.is_empty()
         && match &declaration.kind {
             DeclarationKind::Input { ty: Type::Bool, synchronous: false } => true,
-            DeclarationKind::Output { ty: Type::Bool, init: None, registered: false, mealy } => {
-                !mealy || sub_rules.get(&declaration.name.text) == Some(&true)
-            }
+            DeclarationKind::Output {
+                ty: Type::Bool,
+                init: None,
+                registered: false,
+                mealy,
+                safe: None,
+            } => !mealy || sub_rules.get(&declaration.name.text) == Some(&true),
             DeclarationKind::Input { .. }
             | DeclarationKind::Output { .. }
             | DeclarationKind::Var { .. }

@@ -227,6 +227,7 @@ impl<'m> Builder<'m, '_> {
                     init: init.into_iter().next(),
                     registered: false,
                     mealy: false,
+                    safe: None,
                 },
                 Role::Variable => {
                     let len =
@@ -726,6 +727,7 @@ fn blocks_of<'s>(item: &'s Item, out: &mut Vec<&'s [Stmt]>) {
         | Item::MacroStep(_)
         | Item::Enclosing(_)
         | Item::Use(_)
+        | Item::Emergency(_)
         | Item::Property(_)
         | Item::Place(_)
         | Item::Board(_) => {}

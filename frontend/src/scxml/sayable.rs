@@ -80,6 +80,7 @@ fn transitions<'c>(items: &'c [Item], out: &mut Vec<&'c Transition>) {
             | Item::Enclosing(_)
             | Item::Use(_)
             | Item::Action(_)
+            | Item::Emergency(_)
             | Item::Property(_)
             | Item::Place(_)
             | Item::Board(_) => {}
@@ -216,6 +217,7 @@ fn names(items: &[Item], out: &mut BTreeSet<String>) {
             | Item::Enclosing(_)
             | Item::Use(_)
             | Item::Action(_)
+            | Item::Emergency(_)
             | Item::Property(_)
             | Item::Place(_)
             | Item::Board(_) => {}
@@ -252,6 +254,7 @@ fn delayed_items(items: &mut [Item], made: &BTreeMap<(String, u64), Made>) {
             | Item::Enclosing(_)
             | Item::Use(_)
             | Item::Action(_)
+            | Item::Emergency(_)
             | Item::Property(_)
             | Item::Place(_)
             | Item::Board(_) => {}
@@ -311,6 +314,7 @@ impl Outer {
                 | Item::Enclosing(_)
                 | Item::Use(_)
                 | Item::Action(_)
+                | Item::Emergency(_)
                 | Item::Property(_)
                 | Item::Place(_)
                 | Item::Board(_) => {}
@@ -383,6 +387,7 @@ impl Outer {
                 | Item::Enclosing(_)
                 | Item::Use(_)
                 | Item::Action(_)
+                | Item::Emergency(_)
                 | Item::Property(_)
                 | Item::Place(_)
                 | Item::Board(_)) => out.push(other),

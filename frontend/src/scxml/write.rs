@@ -337,6 +337,7 @@ impl<'c> Writer<'c> {
                 Item::Enclosing(one) => self.refuse("an enclosing step", one.step.name.span),
                 Item::Use(one) => self.refuse("an instance of a library chart", one.name.span),
                 Item::Action(one) => self.refuse("a controlled action", one.name.span),
+                Item::Emergency(one) => self.refuse("an emergency", one.meta.span),
                 Item::Property(one) => {
                     self.lose("a property is not in the document", one.meta.span)
                 }
@@ -475,7 +476,10 @@ impl<'c> Writer<'c> {
                     }
                     (*ty, vec![0], None, " g:role=\"input\"")
                 }
-                DeclarationKind::Output { ty, registered, mealy, .. } => {
+                DeclarationKind::Output { ty, registered, mealy, safe, .. } => {
+                    if safe.is_some() {
+                        self.lose(format!("the safe value of {name} is not in the document"), span);
+                    }
                     if *mealy {
                         self.refuse("a mealy output", span);
                     }
@@ -563,6 +567,7 @@ impl<'c> Writer<'c> {
             | Item::Enclosing(_)
             | Item::Use(_)
             | Item::Action(_)
+            | Item::Emergency(_)
             | Item::Property(_)
             | Item::Place(_)
             | Item::Board(_) => {}

@@ -37,6 +37,7 @@ pub(super) fn behaviour(lowering: &mut Lowering<'_>) {
                 }
             }
             Work::Declaration { .. }
+            | Work::Emergency { .. }
             | Work::Property { .. }
             | Work::Place { .. }
             | Work::Board { .. }

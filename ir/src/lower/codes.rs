@@ -109,4 +109,10 @@ codes! {
     COUNTED = "G0248", "counted step";
     /// An enclosed step is initial, and the step around it is not active after reset.
     INITIAL_INSIDE = "G0249", "initial step in an inactive enclosing step";
+    /// A safe value does not fit its output.
+    SAFE_VALUE = "G0251", "safe value";
+    /// Something that an emergency does not keep from happening.
+    BEYOND_EMERGENCY = "G0252", "beyond the emergency";
+    /// A design has one condition that forces all outputs.
+    EMERGENCY_TWICE = "G0253", "second emergency";
 }

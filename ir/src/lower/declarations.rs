@@ -1,4 +1,4 @@
-//! Pass `declarations`: initial values and the conditions of timers.
+//! Pass `declarations`: initial and safe values, and the conditions of timers.
 
 use super::codes;
 use super::context::{Lowering, Outcome, ScopeId, Symbol, Value};
@@ -6,7 +6,7 @@ use super::expand::Work;
 use super::expressions::Place;
 use super::roles::Role;
 use crate::chart::{DeclarationKind, Expr as Drawn};
-use crate::diag::Diagnostic;
+use crate::diag::{Code, Diagnostic};
 use crate::expr::Type;
 use crate::span::Name;
 
@@ -23,7 +23,13 @@ pub(super) fn declarations(lowering: &mut Lowering<'_>) {
                     lowering.net.vars[var].init = values;
                 }
             }
-            (DeclarationKind::Output { ty, init: Some(init), .. }, Symbol::Output(output)) => {
+            (DeclarationKind::Output { ty, init, safe, .. }, Symbol::Output(output)) => {
+                if let Some(safe) = safe
+                    && let Ok(value) = fixed_value(lowering, scope, &source.name, *ty, safe, &SAFE)
+                {
+                    lowering.net.outputs[output].safe = Some(value);
+                }
+                let Some(init) = init else { continue };
                 let values = initial_values(
                     lowering,
                     scope,
@@ -78,7 +84,7 @@ fn initial_values(
     n_elements: usize,
 ) -> Option<Vec<i64>> {
     let values: Vec<Outcome<i64>> =
-        init.iter().map(|value| initial_value(lowering, scope, name, ty, value)).collect();
+        init.iter().map(|value| fixed_value(lowering, scope, name, ty, value, &INITIAL)).collect();
     let values: Vec<i64> = values.into_iter().collect::<Outcome<_>>().ok()?;
     match values.as_slice() {
         [] => Some(vec![ty.saturate(0); n_elements]),
@@ -99,13 +105,24 @@ fn initial_values(
     }
 }
 
-fn initial_value(
+/// What a value that is known before the chart runs is called in messages.
+struct Called {
+    code: Code,
+    what: &'static str,
+}
+
+const INITIAL: Called = Called { code: codes::INITIAL_VALUE, what: "initial" };
+const SAFE: Called = Called { code: codes::SAFE_VALUE, what: "safe" };
+
+fn fixed_value(
     lowering: &mut Lowering<'_>,
     scope: ScopeId,
     name: &Name,
     ty: Type,
     drawn: &Drawn,
+    called: &Called,
 ) -> Outcome<i64> {
+    let what = called.what;
     let mistake = match (lowering.constant_value(scope, drawn)?, ty) {
         (Value::Bool(value), Type::Bool) => return Ok(i64::from(value)),
         (Value::Int(value @ (0 | 1)), Type::Bool) => return Ok(value),
@@ -113,18 +130,16 @@ fn initial_value(
             return Ok(value);
         }
         (Value::Int(value), Type::Int { lo, hi }) => {
-            format!("the initial value {value} of {name} is not within {lo}..{hi}")
+            format!("the {what} value {value} of {name} is not within {lo}..{hi}")
         }
         (Value::Int(_) | Value::Duration(_), Type::Bool) => {
-            format!("the initial value of {name} is `true` or `false`")
+            format!("the {what} value of {name} is `true` or `false`")
         }
         (Value::Bool(_) | Value::Duration(_), Type::Int { lo, hi }) => {
-            format!("the initial value of {name} is a number of {lo}..{hi}")
+            format!("the {what} value of {name} is a number of {lo}..{hi}")
         }
     };
     Err(lowering.report(
-        Diagnostic::error(codes::INITIAL_VALUE, mistake)
-            .at(drawn.span, "")
-            .at(name.span, "declared here"),
+        Diagnostic::error(called.code, mistake).at(drawn.span, "").at(name.span, "declared here"),
     ))
 }

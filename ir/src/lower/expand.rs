@@ -35,6 +35,7 @@ pub(super) enum Work<'a> {
     Reaction { scope: ScopeId, id: TransitionId, step: StepId, source: &'a chart::StepItem },
     Transition { scope: ScopeId, id: TransitionId, source: &'a chart::Transition },
     Action { scope: ScopeId, action: usize, source: &'a chart::Action },
+    Emergency { scope: ScopeId, source: &'a chart::Emergency },
     Property { scope: ScopeId, source: &'a chart::Property },
     Place { scope: ScopeId, source: &'a chart::Place },
     Board { scope: ScopeId, source: &'a chart::Board },
@@ -148,6 +149,7 @@ pub(super) fn part_priority(items: &[Item]) -> Option<u32> {
         | Item::State(_)
         | Item::Use(_)
         | Item::Action(_)
+        | Item::Emergency(_)
         | Item::Property(_)
         | Item::Place(_)
         | Item::Board(_) => None,
@@ -286,6 +288,9 @@ impl<'a> Expansion<'_, 'a> {
             Item::State(state) => self.state(scope, state),
             Item::Use(source) => self.instance(scope, source),
             Item::Action(source) => self.action(scope, source),
+            Item::Emergency(source) => {
+                self.lowering.work.push(Work::Emergency { scope, source });
+            }
             Item::Property(source) => {
                 self.lowering.work.push(Work::Property { scope, source });
             }
@@ -384,6 +389,7 @@ impl<'a> Expansion<'_, 'a> {
                     name,
                     ty: sane(*ty),
                     driver,
+                    safe: None,
                     registered,
                     meta,
                 }))
@@ -399,6 +405,7 @@ impl<'a> Expansion<'_, 'a> {
                     name,
                     ty,
                     driver,
+                    safe: None,
                     registered: false,
                     meta,
                 }))

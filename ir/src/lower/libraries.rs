@@ -78,6 +78,7 @@ pub(super) fn used(design: &Design) -> Vec<&Library> {
                 | Item::Transition(_)
                 | Item::MacroStep(_)
                 | Item::Action(_)
+                | Item::Emergency(_)
                 | Item::Property(_)
                 | Item::Place(_)
                 | Item::Board(_) => {}

@@ -8,10 +8,11 @@ use crate::diag::Diagnostic;
 use crate::expr::{CompareOp, Expr, ExprKind, Type};
 use crate::interval::{TICKS, net_type};
 use crate::net::{
-    Block, Driver, Enter, InputId, InputKind, Leaf, Net, Policy, PropertyLeaf, Step, StepId,
-    StepKind, StmtKind, TransitionId, TransitionKind, VarOrigin,
+    Block, Driver, Enter, InputId, InputKind, Leaf, Net, OutputId, Policy, PropertyLeaf, Step,
+    StepId, StepKind, StmtKind, TransitionId, TransitionKind, VarOrigin,
 };
 use crate::span::Span;
+use crate::walk::for_each_stmt;
 use std::collections::BTreeMap;
 
 /// All lints, in the order of the functions below; within one, in declaration order. Linear in the size of the net, but for sorting.
@@ -24,7 +25,31 @@ pub fn lints(net: &Net) -> Vec<Diagnostic> {
     no_way_out(net, &mut out);
     constants(net, &mut out);
     never_taken(net, &mut out);
+    beyond_emergency(net, &mut out);
     out
+}
+
+/// Extern actions that lists call: they are no levels, so there is nothing for an emergency to force.
+fn beyond_emergency(net: &Net, out: &mut Vec<Diagnostic>) {
+    let Some(emergency) = &net.emergency else { return };
+    let mut called: BTreeMap<OutputId, Span> = BTreeMap::new();
+    for_each_stmt(net, &mut |stmt| {
+        if let StmtKind::Call { output, .. } = stmt.kind {
+            called.entry(output).and_modify(|at| *at = (*at).min(stmt.span)).or_insert(stmt.span);
+        }
+    });
+    for (output, at) in called {
+        let name = &net.outputs[output].name;
+        out.push(
+            Diagnostic::warning(
+                codes::BEYOND_EMERGENCY,
+                format!("lists call {name} while the emergency holds, too"),
+            )
+            .at(at, "called here")
+            .at(emergency.meta.span, "forces outputs and what steps call while they are active")
+            .help("let a step carry the call, or ask for the condition in the list"),
+        );
+    }
 }
 
 /// Inputs, variables and timers that nothing mentions.
@@ -135,6 +160,7 @@ impl Mentions {
         for open in &net.unspecified {
             self.expr(&open.when);
         }
+        net.emergency.iter().for_each(|emergency| self.expr(&emergency.condition));
     }
 
     fn expr(&mut self, expr: &Expr<Leaf>) {

@@ -21,6 +21,7 @@ pub mod codes;
 mod context;
 mod counted;
 mod declarations;
+mod emergency;
 mod expand;
 mod expressions;
 mod finished;
@@ -69,6 +70,7 @@ const PIPELINE: &[(&str, Pass)] = &[
     ("statecharts", statechart::statecharts),
     ("forcing", forcing::forcing),
     ("beginnings", beginnings::beginnings),
+    ("emergency", emergency::emergency),
     ("properties", properties::properties),
     ("placement", placement::placement),
     ("limit", limit::limit),

@@ -38,6 +38,7 @@ pub(super) fn placement(lowering: &mut Lowering<'_>) {
             | Work::Reaction { .. }
             | Work::Transition { .. }
             | Work::Action { .. }
+            | Work::Emergency { .. }
             | Work::Property { .. }
             | Work::Shared { .. } => {}
         }

@@ -174,6 +174,7 @@ impl<'a> Collected<'a> {
             }
             Work::Declaration { .. }
             | Work::Reaction { .. }
+            | Work::Emergency { .. }
             | Work::Property { .. }
             | Work::Place { .. }
             | Work::Board { .. }

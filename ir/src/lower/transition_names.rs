@@ -49,6 +49,7 @@ pub(super) fn transition_names(lowering: &mut Lowering<'_>) {
             | Work::Step { .. }
             | Work::State { .. }
             | Work::Action { .. }
+            | Work::Emergency { .. }
             | Work::Property { .. }
             | Work::Place { .. }
             | Work::Board { .. }

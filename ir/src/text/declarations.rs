@@ -115,6 +115,7 @@ impl Parser<'_> {
             "force" => self.forcing()?,
             "assume" => self.property(PropertyRole::Assume)?,
             "assert" => self.property(PropertyRole::Assert)?,
+            "emergency" => self.emergency()?,
             "open" => self.open_cell()?,
             "macro" => {
                 let (name, meta) = self.head()?;
@@ -331,6 +332,7 @@ impl Parser<'_> {
         let (name, meta) = self.head()?;
         let ty = self.ty()?;
         let registered = self.eat("registered");
+        let safe = if self.eat("safe") { Some(self.integer()?) } else { None };
         let driver = if self.is("continuous") || self.is("mealy") {
             let is_mealy = self.eat("mealy");
             let _ = self.eat("continuous");
@@ -356,7 +358,7 @@ impl Parser<'_> {
         if matches!(driver, Driver::Stored(_) | Driver::Controlled(_)) {
             self.end_of_line()?;
         }
-        self.net_mut().outputs.push(Output { name, ty, driver, registered, meta });
+        self.net_mut().outputs.push(Output { name, ty, driver, safe, registered, meta });
         Ok(())
     }
 
@@ -666,6 +668,23 @@ impl Parser<'_> {
         self.expect("never")?;
         let never = self.expr()?;
         self.net_mut().properties.push(Property { name, role, never, meta });
+        Ok(())
+    }
+
+    fn emergency(&mut self) -> Result<(), Fail> {
+        let start = self.before();
+        let meta = self.meta(start)?;
+        self.expect("when")?;
+        let condition = self.expr()?;
+        if let Some(first) = self.net_mut().emergency.as_ref().map(|first| first.meta.span) {
+            self.told(
+                Diagnostic::error(codes::NET_SYNTAX, "a net has one emergency")
+                    .at(start, "again here")
+                    .at(first, "first here"),
+            );
+            return Err(Fail);
+        }
+        self.net_mut().emergency = Some(Emergency { condition, meta });
         Ok(())
     }
 

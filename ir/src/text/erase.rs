@@ -63,6 +63,10 @@ impl Net {
         for item in &mut net.forcings {
             item.span = Span::default();
         }
+        if let Some(item) = &mut net.emergency {
+            item.meta.span = Span::default();
+            expr(&mut item.condition);
+        }
         for item in &mut net.properties {
             item.meta.span = Span::default();
             expr(&mut item.never);

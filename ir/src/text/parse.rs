@@ -24,6 +24,7 @@ pub(super) const HEADS: &[&str] = &[
     "assume",
     "device",
     "edge",
+    "emergency",
     "events",
     "evolution",
     "final",

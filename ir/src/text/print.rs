@@ -256,6 +256,13 @@ impl Printer<'_> {
                 (self.step(drawn.entry), self.step(drawn.exit), self.steps(&drawn.steps));
             put!(self, " entry {entry} exit {exit} steps ({steps})\n");
         }
+        if let Some(emergency) = &net.emergency {
+            self.out.push_str("emergency");
+            self.meta(&emergency.meta);
+            self.out.push_str(" when ");
+            self.expr(&emergency.condition, 0);
+            self.out.push('\n');
+        }
         for property in &net.properties {
             self.out.push_str(match property.role {
                 PropertyRole::Assume => "assume",
@@ -342,6 +349,9 @@ impl Printer<'_> {
     fn output_item(&mut self, output: &Output) {
         self.head("output", &output.name.text, &output.meta);
         put!(self, " {}{}", ty(output.ty), if output.registered { " registered" } else { "" });
+        if let Some(safe) = output.safe {
+            put!(self, " safe {safe}");
+        }
         match &output.driver {
             Driver::Continuous(emissions) | Driver::Mealy(emissions) => {
                 let is_mealy = matches!(output.driver, Driver::Mealy(_));

@@ -163,6 +163,9 @@ impl<'a> Checker<'a> {
         for edge in net.edges.values() {
             self.condition(&edge.expr, Place::Quiet("the operand of an edge"));
         }
+        if let Some(emergency) = &net.emergency {
+            self.condition(&emergency.condition, Place::Quiet("an emergency"));
+        }
         for property in &net.properties {
             let place = match property.role {
                 PropertyRole::Assume => Place::Assume,

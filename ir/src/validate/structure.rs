@@ -479,6 +479,7 @@ impl Checker<'_> {
                 self.has(&net.outputs, output, open.when.span, "output");
             }
         }
+        self.emergency();
         for drawn in &net.macros {
             let (name, span) = (&drawn.name, drawn.name.span);
             for step in &drawn.steps {

@@ -339,6 +339,7 @@ pub(crate) fn net(seed: u64) -> Net {
             name: name(r),
             ty: ty(r),
             driver: driver(r),
+            safe: r.maybe(|r| r.pick(&[0, 1, -3, i64::MAX])),
             registered: r.flip(),
             meta: meta(r),
         }),
@@ -385,6 +386,7 @@ pub(crate) fn net(seed: u64) -> Net {
             },
             span: Span::default(),
         }),
+        emergency: r.maybe(|r| Emergency { condition: net_expr(r), meta: meta(r) }),
         properties: r.many(3, |r| Property {
             name: r.pick(NAMES).to_owned(),
             role: r.pick(&[PropertyRole::Assume, PropertyRole::Assert]),

@@ -34,7 +34,7 @@ fn input(text: &str) -> Input {
 }
 
 fn output(text: &str, ty: Type, driver: Driver) -> Output {
-    Output { name: name(text), ty, driver, registered: false, meta: Meta::default() }
+    Output { name: name(text), ty, driver, safe: None, registered: false, meta: Meta::default() }
 }
 
 fn step(text: &str, is_initial: bool) -> Step {

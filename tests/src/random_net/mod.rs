@@ -18,7 +18,7 @@ mod words;
 
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::net::{
-    ActionId, ActionUse, ControlledAction, Driver, Emission, Evolution, Expr, ExternCall, Input,
+    ActionId, ActionUse, ControlledAction, Driver, Emergency, Emission, Evolution, Expr, ExternCall, Input,
     InputId, InputKind, Leaf, Meta, Net, OpenCell, Output, OutputId, Param, Part, PartId, Policy,
     Property, PropertyLeaf, PropertyRole, Qualifier, SHARINGS, Schedule, SendSlot, Sharing, Step,
     StepId, StepKind, Task, Timer, Unspecified, Var, VarId, VarOrigin,
@@ -75,6 +75,8 @@ pub struct Features {
     pub externs: bool,
     pub unspecified: bool,
     pub assumptions: bool,
+    /// A condition that forces all outputs, and safe values for it. Drawn from numbers of its own: what else a net has is the same without.
+    pub emergency: bool,
 }
 
 impl Features {
@@ -116,6 +118,7 @@ impl Features {
             externs: true,
             unspecified: false,
             assumptions: true,
+            emergency: true,
         }
     }
 
@@ -214,6 +217,7 @@ impl Features {
             externs: false,
             unspecified: false,
             assumptions: false,
+            emergency: false,
         }
     }
 
@@ -503,6 +507,7 @@ impl<'f> Builder<'f> {
     fn output(&mut self, text: String, ty: Type, driver: Driver) -> OutputId {
         let registered = self.random.one_in(6);
         self.net.outputs.push(Output {
+            safe: None,
             name: name(text),
             ty,
             driver,
@@ -711,6 +716,42 @@ impl<'f> Builder<'f> {
             };
             self.net.unspecified.push(Unspecified { when, what });
         }
+        self.emergency();
+    }
+
+    fn emergency(&mut self) {
+        if !self.on.emergency || !self.net.unspecified.is_empty() {
+            return;
+        }
+        let apart = Random::new(self.random.clone().bits() ^ 0x5AFE);
+        let own = std::mem::replace(&mut self.random, apart);
+        if self.random.one_in(4) {
+            let ids: Vec<OutputId> = self.net.outputs.ids().collect();
+            for id in ids {
+                let output = &mut self.net.outputs[id];
+                output.registered = false;
+                let (lo, hi) = output.ty.bounds();
+                if !matches!(output.driver, Driver::Extern { .. }) && self.random.one_in(2) {
+                    output.safe = Some(self.random.between(lo, hi));
+                }
+            }
+            let mut condition = self.quiet_condition(2);
+            if self.asks_extern(&condition) {
+                condition = self.active_leaf();
+            }
+            self.net.emergency = Some(Emergency { condition, meta: Meta::default() });
+        }
+        self.random = own;
+    }
+
+    fn asks_extern(&self, condition: &Expr) -> bool {
+        let mut asks = false;
+        condition.for_each_leaf(&mut |leaf| {
+            if let Leaf::Input(input) = leaf {
+                asks |= self.net.inputs[*input].kind == InputKind::Extern;
+            }
+        });
+        asks
     }
 
     fn slot(&mut self, event: InputId) -> grafsynth_ir::net::SendId {
@@ -787,7 +828,7 @@ mod tests {
         let nets: Vec<Valid<Net>> = (0..600).map(|seed| random_net(seed, &everything)).collect();
         let count = |has: &dyn Fn(&Net) -> bool| nets.iter().filter(|net| has(net)).count();
         type Has<'h> = &'h dyn Fn(&Net) -> bool;
-        let expected: [(&str, Has<'_>); 16] = [
+        let expected: [(&str, Has<'_>); 17] = [
             ("edges", &|net| !net.edges.is_empty()),
             ("timers", &|net| !net.timers.is_empty()),
             ("arrays", &|net| net.vars.values().any(|var| var.len.is_some())),
@@ -806,6 +847,7 @@ mod tests {
             }),
             ("restart", &|net| net.transitions.values().any(|transition| transition.restart)),
             ("several parts", &|net| net.parts.len() > 1),
+            ("emergency", &|net| net.emergency.is_some()),
         ];
         for (what, has) in expected {
             assert!(count(has) >= 10, "{what}: {}", count(has));

@@ -239,6 +239,9 @@ fn rebuild(net: &Net, keep: &Keep) -> Net {
             Some(property)
         })
         .collect();
+    if let Some(emergency) = &mut new.emergency {
+        emergency.condition = expr(&emergency.condition);
+    }
     let unspecified = std::mem::take(&mut new.unspecified);
     new.unspecified = unspecified
         .into_iter()
@@ -481,6 +484,12 @@ fn drop_entry(net: &mut Net, mut at: usize) -> bool {
         *at -= list.len();
         false
     }
+    let one = usize::from(net.emergency.is_some());
+    if at < one {
+        net.emergency = None;
+        return true;
+    }
+    at -= one;
     drop_from(&mut net.forcings, &mut at)
         || drop_from(&mut net.properties, &mut at)
         || drop_from(&mut net.unspecified, &mut at)
@@ -559,6 +568,7 @@ fn conditions(net: &mut Net) -> Vec<&mut Expr> {
     all.extend(net.transitions.iter_mut().map(|(_, transition)| &mut transition.guard));
     all.extend(net.edges.iter_mut().map(|(_, edge)| &mut edge.expr));
     all.extend(net.timers.iter_mut().map(|(_, timer)| &mut timer.condition));
+    all.extend(net.emergency.iter_mut().map(|emergency| &mut emergency.condition));
     for (_, output) in net.outputs.iter_mut() {
         match &mut output.driver {
             Driver::Continuous(emissions) | Driver::Mealy(emissions) => {

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use grafsynth_ir::expr::CompareOp;
-use grafsynth_ir::net::{ActionId, Driver, Qualifier};
+use grafsynth_ir::net::{ActionId, Driver, Output, Qualifier};
 use grafsynth_ir::program::ActionPart;
 
 use super::aig::Lit;
@@ -186,8 +186,9 @@ impl Maker<'_> {
     pub(super) fn outputs(&mut self, state: &State) -> Vec<Vec<Lit>> {
         let net = self.net;
         let mut all = Vec::new();
+        let emergency = self.emergency(state);
         for (id, output) in net.outputs.iter() {
-            all.push(match &output.driver {
+            let code = match &output.driver {
                 Driver::Continuous(emissions) => vec![self.emitted(state, emissions)],
                 Driver::Mealy(_) => vec![Lit::FALSE],
                 Driver::Stored(var) => match state.vars[var.index()].first().cloned() {
@@ -199,19 +200,55 @@ impl Maker<'_> {
                 },
                 Driver::Controlled(action) => vec![state.q[action.index()]],
                 Driver::Extern { calls, .. } => {
+                    // Lists call whether or not the emergency holds.
+                    let mut asks = Vec::new();
                     let mut ways = self.calls.get(&id).cloned().unwrap_or_default();
                     for call in calls {
                         let condition = call
                             .condition
                             .as_ref()
                             .map_or(Lit::TRUE, |condition| self.flag(state, condition));
-                        ways.push(self.aig.and(state.active[call.step.index()], condition));
+                        asks.push(self.aig.and(state.active[call.step.index()], condition));
                     }
-                    vec![self.aig.or_all(ways)]
+                    let asks = self.aig.or_all(asks);
+                    ways.push(self.aig.and(asks, !emergency));
+                    all.push(vec![self.aig.or_all(ways)]);
+                    continue;
                 }
-            });
+            };
+            all.push(self.forced(output, code, emergency));
         }
         all
+    }
+
+    /// Whether the emergency holds in a state, with the inputs that are set.
+    pub(super) fn emergency(&mut self, state: &State) -> Lit {
+        let net = self.net;
+        match &net.emergency {
+            Some(emergency) => self.flag(state, &emergency.condition),
+            None => Lit::FALSE,
+        }
+    }
+
+    /// The code of an output, or that of its safe value where `emergency` is true.
+    pub(super) fn forced(&mut self, output: &Output, code: Vec<Lit>, emergency: Lit) -> Vec<Lit> {
+        if emergency == Lit::FALSE {
+            return code;
+        }
+        let (lo, bits) = (output.ty.bounds().0, output.ty.bits());
+        let safe = if output.ty.is_bool() {
+            vec![if output.safe_value() == 0 { Lit::FALSE } else { Lit::TRUE }]
+        } else {
+            Number::constant(output.safe_value()).code(&mut self.aig, lo, bits)
+        };
+        code.into_iter()
+            .zip(safe)
+            .map(|(bit, safe)| {
+                let kept = self.aig.and(bit, !emergency);
+                let set = self.aig.and(safe, emergency);
+                self.aig.or(kept, set)
+            })
+            .collect()
     }
 }
 

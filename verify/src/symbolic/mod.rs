@@ -603,27 +603,33 @@ pub(crate) fn never(
 /// need not reach as far as the property asks.
 fn over_state(net: &Net, property: &PropertyExpr) -> Option<Expr> {
     let mut has_time = false;
-    property.for_each_leaf(&mut |leaf| {
-        let time = matches!(
-            leaf,
-            PropertyLeaf::Net(Leaf::Elapsed(_) | Leaf::LastElapsed(_) | Leaf::Timer(_))
-        );
-        has_time |= time;
+    let is_time =
+        |leaf: &Leaf| matches!(leaf, Leaf::Elapsed(_) | Leaf::LastElapsed(_) | Leaf::Timer(_));
+    property.for_each_leaf(&mut |leaf| match leaf {
+        PropertyLeaf::Net(leaf) => has_time |= is_time(leaf),
+        PropertyLeaf::Output(_) => {
+            for emergency in net.emergency.iter() {
+                emergency.condition.for_each_leaf(&mut |leaf| has_time |= is_time(leaf));
+            }
+        }
     });
     if has_time {
         return None;
     }
     let leaf = |leaf: &PropertyLeaf, span| match leaf {
         PropertyLeaf::Net(leaf) => Ok(Expr::leaf(*leaf, span)),
-        PropertyLeaf::Output(output) => match &net.outputs[*output].driver {
-            Driver::Continuous(emissions) => Ok(Expr::or(emissions.iter().map(|emission| {
-                let active = Expr::leaf(Leaf::Active(emission.step), span);
-                Expr::and([active].into_iter().chain(emission.condition.clone()))
-            }))),
-            Driver::Stored(var) => Ok(Expr::leaf(Leaf::Var(*var), span)),
-            Driver::Controlled(action) => Ok(Expr::leaf(Leaf::Controlled(*action), span)),
-            Driver::Mealy(_) | Driver::Extern { .. } => Err(()),
-        },
+        PropertyLeaf::Output(id) => {
+            let value = match &net.outputs[*id].driver {
+                Driver::Continuous(emissions) => Expr::or(emissions.iter().map(|emission| {
+                    let active = Expr::leaf(Leaf::Active(emission.step), span);
+                    Expr::and([active].into_iter().chain(emission.condition.clone()))
+                })),
+                Driver::Stored(var) => Expr::leaf(Leaf::Var(*var), span),
+                Driver::Controlled(action) => Expr::leaf(Leaf::Controlled(*action), span),
+                Driver::Mealy(_) | Driver::Extern { .. } => return Err(()),
+            };
+            Ok(net.forced(*id, value))
+        }
     };
     let array = |leaf: &PropertyLeaf| match leaf {
         PropertyLeaf::Net(leaf) => Ok(*leaf),

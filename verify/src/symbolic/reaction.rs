@@ -494,7 +494,11 @@ impl<'n> Maker<'n> {
         let mut all = Vec::new();
         for (id, output) in net.outputs.iter() {
             if let Driver::Mealy(emissions) = &output.driver {
-                all.push((id, self.emitted(state, emissions)));
+                let value = self.emitted(state, emissions);
+                // With the state before the micro-step, as the output itself.
+                let emergency = self.emergency(state);
+                let forced = self.forced(output, vec![value], emergency);
+                all.extend(forced.into_iter().map(|lit| (id, lit)));
             }
         }
         all

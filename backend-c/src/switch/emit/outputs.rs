@@ -5,6 +5,7 @@ use super::read::{Place, Reader};
 use crate::Object;
 use crate::cexpr::{CExpr, Prec, c_expr};
 use crate::ctext::{Arm, Kind, Node};
+use crate::safe;
 use crate::switch::plan::Plan;
 use grafsynth_ir::net::{Driver, Expr, ExternCall, OutputId, StepId};
 use std::collections::{BTreeMap, BTreeSet};
@@ -16,6 +17,7 @@ impl Emit<'_> {
         let io = &self.names.io;
         let mut nodes = if mealy { Vec::new() } else { self.masks() };
         let mut by_step: BTreeMap<StepId, Vec<Node>> = BTreeMap::new();
+        let emergency = self.emergency();
         for (id, output) in net.outputs.iter() {
             let name = format!("out->{}", self.names.outputs[id]);
             let bit = io.output_bit(id).map(|bit| {
@@ -129,6 +131,10 @@ impl Emit<'_> {
                             .collect();
                         let statement = self.call(id, values);
                         let statement = self.node_in_step(statement);
+                        let condition = match &emergency {
+                            Some(holds) => CExpr::and([holds.clone().not(), condition]),
+                            None => condition,
+                        };
                         if by_case {
                             let text = self.in_step(&condition.text);
                             let list = by_step.entry(call.step).or_default();
@@ -148,6 +154,10 @@ impl Emit<'_> {
             }
         }
         nodes.extend(self.output_cases(by_step));
+        if let Some(holds) = &emergency {
+            let is_mealy = |id| matches!(net.outputs[id].driver, Driver::Mealy(_));
+            nodes.extend(safe::force(net, self.names, holds, |id| is_mealy(id) == mealy));
+        }
         if !mealy {
             for word in 0..self.names.io.output_words() {
                 let lit = self.names.io.lit(word);
@@ -155,6 +165,15 @@ impl Emit<'_> {
             }
         }
         nodes
+    }
+
+    /// The condition of the emergency, as the variables stand where outputs are computed.
+    fn emergency(&mut self) -> Option<CExpr> {
+        let emergency = self.net.emergency.as_ref()?;
+        let mut reader = Reader { emit: self, place: Place::Free };
+        let mut holds = c_expr(&emergency.condition, &mut reader);
+        holds.text = self.in_step(&holds.text);
+        Some(holds)
     }
 
     /// A continuous call: once, with the arguments of the first step that asks for it.

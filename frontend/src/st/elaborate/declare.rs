@@ -176,8 +176,13 @@ impl<'a> Elaborator<'a> {
                 self.flags.insert(key, name.text.clone());
             }
             let init = if is_flag { None } else { values.into_iter().next() };
-            let kind =
-                DeclarationKind::Output { ty: simple, init, registered: false, mealy: false };
+            let kind = DeclarationKind::Output {
+                ty: simple,
+                init,
+                registered: false,
+                mealy: false,
+                safe: None,
+            };
             self.items.push(Item::Declaration(Declaration { name, kind, meta }));
             return;
         }

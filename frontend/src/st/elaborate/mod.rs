@@ -713,6 +713,7 @@ impl<'a> Elaborator<'a> {
                 | Item::State(_)
                 | Item::Use(_)
                 | Item::Action(_)
+                | Item::Emergency(_)
                 | Item::Property(_)
                 | Item::Place(_)
                 | Item::Board(_) => None,

@@ -334,7 +334,13 @@ impl Elaborator<'_> {
             return Binding::Broken;
         };
         let kind = if is_top && var.section == Section::Output {
-            DeclarationKind::Output { ty, init: Some(init), registered: false, mealy: false }
+            DeclarationKind::Output {
+                ty,
+                init: Some(init),
+                registered: false,
+                mealy: false,
+                safe: None,
+            }
         } else {
             DeclarationKind::Var { ty, len: None, init: vec![init] }
         };

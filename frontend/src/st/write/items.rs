@@ -331,6 +331,7 @@ impl<'a> Maker<'a> {
                 Item::Use(one) => {
                     self.cannot(format!("library charts: {}", one.name), one.name.span);
                 }
+                Item::Emergency(one) => self.cannot("an emergency", one.meta.span),
                 Item::Property(one) => self.lose("a property", one.meta.span),
                 Item::Place(one) => self.lose("a wish about the partition", one.span),
                 Item::Board(one) => self.lose("device and pins", one.span),
@@ -477,6 +478,7 @@ impl<'a> Maker<'a> {
                 | Item::Enclosing(_)
                 | Item::State(_)
                 | Item::Use(_)
+                | Item::Emergency(_)
                 | Item::Property(_)
                 | Item::Place(_)
                 | Item::Board(_) => {}
@@ -505,7 +507,10 @@ impl<'a> Maker<'a> {
                 self.cannot(format!("mealy outputs: {}", declaration.name), span);
                 return None;
             }
-            DeclarationKind::Output { ty, init, registered, .. } => {
+            DeclarationKind::Output { ty, init, registered, safe, .. } => {
+                if safe.is_some() {
+                    self.lose(format!("the safe value of {}", declaration.name), span);
+                }
                 if *registered {
                     self.lose(format!("that {} is registered", declaration.name), span);
                 }

@@ -84,6 +84,7 @@ pub(super) fn longest(chart: &Chart) -> u64 {
             | Item::Enclosing(_)
             | Item::State(_)
             | Item::Use(_)
+            | Item::Emergency(_)
             | Item::Property(_)
             | Item::Place(_)
             | Item::Board(_) => {}

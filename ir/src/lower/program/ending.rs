@@ -6,7 +6,7 @@ use super::{Builder, cell, temp, when};
 use crate::arena::IdMap;
 use crate::expr::{ArithOp, CompareOp, Expr as GenericExpr, ExprKind, Type};
 use crate::net::{
-    ActionId, ControlledAction, Driver, Emission, ExternCall, OutputId, PartId, Qualifier,
+    ActionId, ControlledAction, Driver, Emission, ExternCall, Output, OutputId, PartId, Qualifier,
 };
 use crate::program::{ActionPart, CellId, Expr, Leaf, Origin, Stmt, TempRole};
 use crate::simplify::simplify;
@@ -28,6 +28,20 @@ fn dt() -> Expr {
 
 fn at_least(id: CellId, ticks: u32) -> Expr {
     Expr::compare(CompareOp::Ge, cell(id), Expr::int(i64::from(ticks)))
+}
+
+/// The value of an output, which is the safe one while the emergency holds.
+fn forced(value: Expr, output: &Output, emergency: Option<&Expr>) -> Expr {
+    let Some(emergency) = emergency.cloned() else { return value };
+    let safe = output.safe_value();
+    simplify(&match output.ty {
+        Type::Bool if safe == 0 => Expr::and([emergency.not(), value]),
+        Type::Bool => Expr::or([emergency, value]),
+        Type::Int { .. } => GenericExpr::new(
+            ExprKind::Select(Box::new(emergency), Box::new(Expr::int(safe)), Box::new(value)),
+            Span::default(),
+        ),
+    })
 }
 
 /// What of ACTION_CONTROL a qualifier brings.
@@ -67,7 +81,11 @@ impl Builder<'_> {
         let net = self.net;
         for (id, action) in net.actions.iter() {
             let has_final_scan = net.settings.final_scan && !action.body.is_empty();
-            if self.needs.controlled[id] || has_final_scan || net.settings.policy.is_statechart() {
+            // What an emergency forces on a chip stands behind a flip-flop, so that the pin is a function of what is there after the clock.
+            let is_forced = net.emergency.is_some()
+                && net.outputs.values().any(|output| output.driver == Driver::Controlled(id));
+            let statechart = net.settings.policy.is_statechart();
+            if self.needs.controlled[id] || has_final_scan || statechart || is_forced {
                 let q = self.new_cell(action.name.text.clone(), Type::Bool, Origin::ActionQ(id));
                 self.action_q[id] = Some(q);
             }
@@ -128,9 +146,14 @@ impl Builder<'_> {
     /// Mealy outputs: evaluated before the micro-step; at reset, with the others.
     pub(super) fn mealy_outputs(&mut self, out: &mut Vec<Stmt>) -> Mealy {
         let mut mealy = Mealy::new();
-        for (id, output) in self.net.outputs.iter() {
+        let net = self.net;
+        if !net.outputs.values().any(|output| matches!(output.driver, Driver::Mealy(_))) {
+            return mealy;
+        }
+        let emergency = self.emergency(out);
+        for (id, output) in net.outputs.iter() {
             if let Driver::Mealy(emissions) = &output.driver {
-                let value = self.emitted(emissions);
+                let value = forced(self.emitted(emissions), output, emergency.as_ref());
                 let value = self.named(output.name.text.clone(), TempRole::Helper, value, out);
                 mealy.insert(id, value);
             }
@@ -423,6 +446,8 @@ impl Builder<'_> {
         out: &mut Vec<Stmt>,
     ) {
         let net = self.net;
+        let emergency = self.emergency(out);
+        let force = |value: Expr, output: &Output| forced(value, output, emergency.as_ref());
         for (id, output) in net.outputs.iter() {
             match &output.driver {
                 Driver::Continuous(emissions) => {
@@ -445,7 +470,7 @@ impl Builder<'_> {
                     }
                     let kept = held.iter().map(|(_, held)| cell(*held));
                     let value = Expr::or([self.emitted(emissions)].into_iter().chain(kept));
-                    out.push(Stmt::Output(id, simplify(&value)));
+                    out.push(Stmt::Output(id, force(simplify(&value), output)));
                 }
                 Driver::Mealy(_) => {
                     out.push(Stmt::Output(
@@ -453,11 +478,28 @@ impl Builder<'_> {
                         mealy.get(&id).cloned().unwrap_or_else(|| Expr::bool(false)),
                     ));
                 }
-                Driver::Stored(var) => out.push(Stmt::Output(id, cell(self.var[*var]))),
-                Driver::Controlled(action) => out.push(Stmt::Output(id, q[*action].clone())),
-                Driver::Extern { calls, .. } => self.continuous_call(id, calls, out),
+                Driver::Stored(var) => {
+                    out.push(Stmt::Output(id, force(cell(self.var[*var]), output)));
+                }
+                Driver::Controlled(action) => {
+                    out.push(Stmt::Output(id, force(q[*action].clone(), output)));
+                }
+                Driver::Extern { calls, .. } => {
+                    let mut list = Vec::new();
+                    self.continuous_call(id, calls, &mut list);
+                    let calls = emergency.clone().map_or_else(|| Expr::bool(true), Expr::not);
+                    when(calls, list, out);
+                }
             }
         }
+    }
+
+    /// Whether the emergency holds, as the state is now; none in a net without one.
+    fn emergency(&mut self, out: &mut Vec<Stmt>) -> Option<Expr> {
+        let emergency = self.net.emergency.as_ref()?;
+        let holds = self.read(&emergency.condition);
+        let holds = self.named("emergency", TempRole::Helper, holds, out);
+        (!holds.is_false()).then_some(holds)
     }
 
     /// Some step that carries it is active and its condition holds.

@@ -161,6 +161,7 @@ fn for_each_expr(net: &Net, visit: &mut impl FnMut(&Expr)) {
             Driver::Stored(_) | Driver::Controlled(_) => {}
         }
     }
+    net.emergency.iter().for_each(|emergency| visit(&emergency.condition));
     net.timers.values().for_each(|timer| visit(&timer.condition));
     for action in net.actions.values() {
         action.uses.iter().filter_map(|one| one.condition.as_ref()).for_each(&mut *visit);

@@ -89,7 +89,7 @@ pub(super) fn output(text: &str) -> Item {
     output_of(text, Type::Bool, false)
 }
 pub(super) fn output_of(text: &str, ty: Type, mealy: bool) -> Item {
-    declare(text, DeclarationKind::Output { ty, init: None, registered: false, mealy })
+    declare(text, DeclarationKind::Output { ty, init: None, registered: false, mealy, safe: None })
 }
 pub(super) fn int(lo: i64, hi: i64) -> Type {
     Type::Int { lo, hi }

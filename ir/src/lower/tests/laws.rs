@@ -163,7 +163,13 @@ fn any_library(text: &'static str) -> impl Strategy<Value = Library> {
     let kinds = [
         DeclarationKind::Input { ty: Type::Bool, synchronous: false },
         DeclarationKind::Input { ty: int(0, 9), synchronous: false },
-        DeclarationKind::Output { ty: Type::Bool, init: None, registered: false, mealy: false },
+        DeclarationKind::Output {
+            ty: Type::Bool,
+            init: None,
+            registered: false,
+            mealy: false,
+            safe: None,
+        },
         DeclarationKind::Var { ty: int(0, 9), len: None, init: vec![] },
         DeclarationKind::Event { internal: false },
         DeclarationKind::Const { value: v("3") },

@@ -1,0 +1,46 @@
+//! Pass `emergency`: the one condition that forces all outputs to their safe values (semantics §3.8).
+
+use super::codes;
+use super::context::Lowering;
+use super::expand::Work;
+use super::expressions::Place;
+use crate::diag::Diagnostic;
+use crate::net::{self, Emergency};
+
+/// After `roles`, which say what can be read. What a net with an emergency must not have is for [`crate::validate`] to say.
+pub(super) fn emergency(lowering: &mut Lowering<'_>) {
+    let mut first = None;
+    for index in 0..lowering.work.len() {
+        let Work::Emergency { scope, source } = lowering.work[index] else { continue };
+        let span = source.meta.span;
+        if lowering.scopes[scope].parent.is_some() || lowering.scopes[scope].is_instance {
+            lowering.report(
+                Diagnostic::error(
+                    codes::DECLARED_INSIDE,
+                    "an emergency belongs to the chart, not to a body in it",
+                )
+                .at(span, "")
+                .help("move it to the top of the chart: it speaks of all outputs"),
+            );
+            continue;
+        }
+        let place = Place::level(scope, "an emergency");
+        let condition = lowering.condition::<net::Leaf>(&source.condition, &place);
+        let Some(first) = first else {
+            first = Some(span);
+            if let Ok(condition) = condition {
+                lowering.net.emergency = Some(Emergency { condition, meta: source.meta.clone() });
+            }
+            continue;
+        };
+        lowering.report(
+            Diagnostic::error(
+                codes::EMERGENCY_TWICE,
+                "a design has one emergency, since it forces all outputs of all charts",
+            )
+            .at(span, "again here")
+            .at(first, "first here")
+            .help("join the conditions with `or`"),
+        );
+    }
+}

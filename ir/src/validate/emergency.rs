@@ -1,0 +1,73 @@
+//! Safe values and the condition that forces them (invariant 32).
+
+use super::Checker;
+use crate::codes;
+use crate::diag::Diagnostic;
+use crate::net::{Driver, InputKind, Leaf};
+
+impl Checker<'_> {
+    /// What would keep an emergency from forcing every output at once, and safe values that no output can have.
+    pub(super) fn emergency(&mut self) {
+        let net = self.net;
+        for output in net.outputs.values() {
+            let Some(safe) = output.safe else { continue };
+            let (name, span) = (&output.name, output.name.span);
+            if matches!(output.driver, Driver::Extern { .. }) {
+                let message = format!("the extern action `{name}` has a safe value");
+                let help = "an emergency does not call it; that is all it can do";
+                self.report_with_help(codes::BAD_INIT, span, message, help);
+            } else if output.ty.saturate(safe) != safe {
+                let message = format!("the safe value {safe} of `{name}` is outside its type");
+                self.report(codes::BAD_INIT, span, message);
+            }
+        }
+        let Some(emergency) = &net.emergency else { return };
+        let span = emergency.meta.span;
+        let mut asked = Vec::new();
+        emergency.condition.for_each_leaf(&mut |leaf| {
+            if let Leaf::Input(id) = leaf
+                && let Some(input) = net.inputs.get(*id)
+                && input.kind == InputKind::Extern
+            {
+                asked.push(&input.name);
+            }
+        });
+        asked.dedup();
+        for name in asked {
+            self.out.push(
+                Diagnostic::error(
+                    codes::EMERGENCY,
+                    format!("the emergency asks the extern condition `{name}`"),
+                )
+                .at(emergency.condition.span, "")
+                .at(name.span, "declared here")
+                .help("make it an input: what forces outputs must not wait for a function"),
+            );
+        }
+        for output in net.outputs.values().filter(|output| output.registered) {
+            let name = &output.name;
+            self.out.push(
+                Diagnostic::error(
+                    codes::EMERGENCY,
+                    format!(
+                        "the output `{name}` is registered, so nothing can force it between clocks"
+                    ),
+                )
+                .at(name.span, "declared here")
+                .at(span, "forces all outputs")
+                .help("drop `registered`"),
+            );
+        }
+        if let Some(open) = net.unspecified.first() {
+            self.out.push(
+                Diagnostic::error(
+                    codes::EMERGENCY,
+                    "a net with an emergency has cells that are left open",
+                )
+                .at(span, "")
+                .at(open.when.span, "what an output is here, nobody says")
+                .help("close the open cells, or leave the emergency out"),
+            );
+        }
+    }
+}
