@@ -86,7 +86,10 @@ pub fn burn_coded(
     device: Option<&str>,
     n_vectors: Option<usize>,
 ) -> Result<Burned, Vec<Diagnostic>> {
-    let wishes = EmitOptions { dont_cares: true, ..pipeline::emit_options(net, device, None) };
+    let wishes = EmitOptions {
+        dont_cares: pipeline::may_be_free(net),
+        ..pipeline::emit_options(net, device, None)
+    };
     let choice = EncodingChoice::Auto;
     let coded = coding::code(net, facts, circuit, choice, false, Dialect::Palasm, &wishes);
     let mut burned = burn_as(net, &coding::emitted(&coded, false), &wishes, None, n_vectors)?;
@@ -196,7 +199,7 @@ pub(crate) fn build(
     built: &mut Built,
 ) {
     let wishes = EmitOptions {
-        dont_cares: options.dont_cares,
+        dont_cares: pipeline::may_be_free(net) && options.dont_cares,
         keep: options.keep_pins.clone(),
         ..pipeline::emit_options(net, options.device.as_deref(), None)
     };
@@ -232,6 +235,7 @@ pub(crate) fn build(
         Line::open(&name, "read back; not proved, as asked")
     };
     line.text += &said(&burned, &name);
+    pipeline::say_emergency(&mut line, net, &read_back, options);
     if let Some(said) = pipeline::codes_and_dont_cares(&coded, logic, &wishes) {
         line.text = format!("{}; {said}", line.text);
     }

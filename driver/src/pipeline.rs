@@ -35,7 +35,7 @@ pub use grafsynth_logic::BusyMode;
 use grafsynth_logic::EncodeOptions;
 use grafsynth_logic::recode::Encoding;
 use grafsynth_sim::{InputRow, Row, Simulator, Stimulus};
-use grafsynth_verify::Limits;
+use grafsynth_verify::{Dominance, Limits};
 
 /// What the user chose.
 #[derive(Debug, Clone, Default)]
@@ -410,7 +410,7 @@ fn equations(
         Dialect::Verilog | Dialect::Blif => false,
     };
     let wishes = EmitOptions {
-        dont_cares: options.dont_cares && is_flat,
+        dont_cares: may_be_free(net) && options.dont_cares && is_flat,
         keep: options.keep_pins.clone(),
         ..emit_options(net, options.device.as_deref(), None)
     };
@@ -462,6 +462,7 @@ fn equations(
     } else {
         Line::open(&name, "read back; not proved, as asked")
     };
+    say_emergency(&mut line, net, &through.read_back, options);
     if let Some(said) = codes_and_dont_cares(&coded, logic, &emit_options) {
         line.text = format!("{}; {said}", line.text);
     }
@@ -579,6 +580,26 @@ pub(crate) fn say_safe(line: &mut Line, logic: &Logic, read_back: &Logic) {
         }
     };
     line.text = format!("{}; {said}", line.text);
+}
+
+/// Whether functions may be anything in states that are not reached. In a design with an emergency they may not, or what is proved of its pins would
+/// hold in reachable states only.
+pub(crate) fn may_be_free(net: &Net) -> bool {
+    net.emergency.is_none()
+}
+
+/// Says of a circuit whether the emergency dominates in every state of what was read back; if it does not, the line is refuted.
+pub(crate) fn say_emergency(line: &mut Line, net: &Net, read_back: &Logic, options: &BuildOptions) {
+    if !options.prove {
+        return;
+    }
+    let Some(found) = grafsynth_verify::dominates(net, read_back, &options.limits) else { return };
+    line.outcome = line.outcome.max(match found {
+        Dominance::Proved { .. } => Outcome::Proved,
+        Dominance::Open(_) => Outcome::Open,
+        Dominance::Refuted { .. } => Outcome::Refuted,
+    });
+    line.text = format!("{}; {found}", line.text);
 }
 
 /// What a line says of codes and don't-cares; nothing where each step has its flip-flop and each function is what it is everywhere.

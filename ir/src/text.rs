@@ -121,6 +121,7 @@ const RESERVED: &[&str] = &[
     "device",
     "edge",
     "else",
+    "emergency",
     "fall",
     "false",
     "force",

@@ -42,6 +42,9 @@ fn mangled_texts_give_findings() {
         let r = &mut Random::new(seed);
         let mut bytes = text::print(&random_net::net(seed % 200)).into_bytes();
         for _ in 0..=r.below(4) {
+            if bytes.is_empty() {
+                break;
+            }
             let at = r.below(bytes.len() as u64) as usize;
             let to = (at + 1 + r.below(40) as usize).min(bytes.len());
             match r.below(5) {

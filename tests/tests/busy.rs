@@ -51,7 +51,7 @@ fn difference(net: &Valid<Net>, logic: &Logic, seed: u64) -> Option<Difference> 
 
 /// Runs random stable nets of these policies; how many of them became circuits with `busy`.
 fn check(policies: Vec<Policy>, total: u64) -> u64 {
-    let features = Features { policies, ..Features::everything() };
+    let features = Features { policies, emergency: false, ..Features::everything() };
     let (mut n_clocked, mut n_stable, mut n_faults) = (0, 0, 0);
     for seed in 0..total {
         let net = random_net(seed, &features);
@@ -453,7 +453,11 @@ fn the_form_follows_the_proof_and_the_size() {
 fn as_many_rounds_as_proved_and_no_fewer() {
     use Policy::{InnerFirst, OuterFirst};
     let total = rounds(150, 1_200);
-    let features = Features { policies: vec![InnerFirst, OuterFirst], ..Features::everything() };
+    let features = Features {
+        policies: vec![InnerFirst, OuterFirst],
+        emergency: false,
+        ..Features::everything()
+    };
     let limits = Limits { pairs: 3_000, states: 300, ..Limits::default() };
     let (mut n_proved, mut n_refuted) = (0, 0);
     for seed in 0..total {

@@ -1,8 +1,9 @@
 //! What the chart must guarantee, and whether its assumptions leave anything.
 
+use grafsynth_ir::expr::{CompareOp, Type};
 use grafsynth_ir::facts::Proof;
-use grafsynth_ir::net::{Net, Property, PropertyRole};
-use grafsynth_ir::{Diagnostic, Valid};
+use grafsynth_ir::net::{Driver, Leaf, Net, Property, PropertyExpr, PropertyLeaf, PropertyRole};
+use grafsynth_ir::{Diagnostic, Valid, validate};
 use grafsynth_sim::{Simulator, Stimulus, breaks_assumption};
 
 use crate::alphabet::{Alphabet, NoAlphabet};
@@ -45,6 +46,52 @@ pub enum Outcome {
     },
     /// It could not be found out, and why.
     Open(String),
+}
+
+/// The net with one more `assert`, the last: never does the emergency hold while an output is not safe. The net itself where it has no emergency.
+///
+/// Mealy outputs are forced by the condition as it stood before the micro-step, so the property speaks of them only where the condition asks for inputs alone.
+#[must_use]
+pub fn with_emergency(net: &Valid<Net>) -> Valid<Net> {
+    let Some(emergency) = &net.emergency else { return net.clone() };
+    let mut over_inputs = true;
+    emergency.condition.for_each_leaf(&mut |leaf| over_inputs &= matches!(leaf, Leaf::Input(_)));
+    let span = emergency.meta.span;
+    let is_unsafe = net.outputs.iter().filter_map(|(id, output)| {
+        let value = PropertyExpr::leaf(PropertyLeaf::Output(id), span);
+        let safe = output.safe_value();
+        match &output.driver {
+            Driver::Mealy(_) if !over_inputs => None,
+            Driver::Extern { .. } => None,
+            Driver::Continuous(_)
+            | Driver::Mealy(_)
+            | Driver::Stored(_)
+            | Driver::Controlled(_) => Some(match output.ty {
+                Type::Bool if safe == 0 => value,
+                Type::Bool => value.not(),
+                Type::Int { .. } => {
+                    PropertyExpr::compare(CompareOp::Ne, value, PropertyExpr::int(safe))
+                }
+            }),
+        }
+    });
+    let is_unsafe = PropertyExpr::or(is_unsafe);
+    let leaf = |leaf: &Leaf| PropertyLeaf::Net(*leaf);
+    let holds: Result<PropertyExpr, ()> = emergency
+        .condition
+        .try_map(&mut |one: &Leaf, span| Ok(PropertyExpr::leaf(leaf(one), span)), &mut |one, _| {
+            Ok(leaf(one))
+        });
+    let Ok(holds) = holds else { return net.clone() };
+    let mut more = Net::clone(net);
+    more.properties.push(Property {
+        name: "emergency".to_owned(),
+        role: PropertyRole::Assert,
+        never: PropertyExpr::and([holds, is_unsafe]),
+        meta: emergency.meta.clone(),
+    });
+    // A property that reads what its place may read; should validation ever think otherwise, the chart's own ones remain.
+    validate(more).unwrap_or_else(|_| net.clone())
 }
 
 /// Decides every `assert` of the net, in order.

@@ -229,6 +229,12 @@ impl Parser<'_> {
             | "synchronous" | "assert" | "assume" | "action" | "place" | "device" | "use"
             | "in" | "conflict" | "evolution" | "schedule" | "fire" | "assign" | "actions"
             | "events" | "shared" => then_name,
+            // No item of a body either, but what is said of it shall not be about an action of that name.
+            "emergency" => {
+                then_name
+                    && !matches!(next, "for" | "after")
+                    && !super::steps::QUALIFIERS.iter().any(|(word, ..)| *word == next)
+            }
             "initial" => matches!(next, "step" | "macro" | "enclosing" | "state" | "parallel"),
             "final" => matches!(next, "state" | "scan"),
             "entry" | "exit" => matches!(next, "step" | "entry" | "exit" | "enclosing"),

@@ -490,7 +490,6 @@ fn item(r: &mut Random, depth: usize) -> Item {
             priority: r.some(30, |_| 1),
             meta: meta(r),
         }),
-        14 if r.chance(20) => Item::Emergency(Emergency { condition: truth(r, 3), meta: meta(r) }),
         14 => Item::Property(Property {
             name: r.some(30, |r| name(r.pick(&["safe", "never"]))),
             is_assumption: r.chance(50),
@@ -575,6 +574,10 @@ pub(crate) fn design(r: &mut Random) -> Design {
         let kind = DeclarationKind::Var { ty: int(), len: Some(4), init: Vec::new() };
         items.push(Item::Declaration(Declaration { name: name("v"), kind, meta: Meta::default() }));
         items.extend(r.list(14, |r| item(r, 3)));
+        if r.chance(20) {
+            let emergency = Emergency { condition: truth(r, 3), meta: meta(r) };
+            items.push(Item::Emergency(emergency));
+        }
         Chart {
             name: name(r.pick(&["truck", "chart", "é", "1"])),
             span: Span::default(),

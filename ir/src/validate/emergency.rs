@@ -16,7 +16,7 @@ impl Checker<'_> {
                 let message = format!("the extern action `{name}` has a safe value");
                 let help = "an emergency does not call it; that is all it can do";
                 self.report_with_help(codes::BAD_INIT, span, message, help);
-            } else if output.ty.saturate(safe) != safe {
+            } else if matches!(output.ty.bounds(), (lo, hi) if safe < lo || safe > hi) {
                 let message = format!("the safe value {safe} of `{name}` is outside its type");
                 self.report(codes::BAD_INIT, span, message);
             }

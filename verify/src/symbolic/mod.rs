@@ -13,6 +13,7 @@
 
 mod aig;
 mod codes;
+mod dominance;
 mod ending;
 mod forcing;
 mod image;
@@ -37,6 +38,7 @@ use crate::equiv::{Binding, Certificate, Method, Shown, Verdict, What};
 use crate::exclusive::net_expr;
 use crate::explore::Ticks;
 use crate::limits::Limits;
+pub use dominance::{Dominance, dominates};
 pub(crate) use reach::{Reached, reach};
 
 use aig::{Aig, Lit};

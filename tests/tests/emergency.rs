@@ -1,0 +1,148 @@
+//! An emergency dominates: proved over every state of a circuit, and a circuit in which it does not is found out.
+
+use grafsynth_backend_pld::Dialect;
+use grafsynth_driver::pipeline;
+use grafsynth_driver::run::{logic_trace, net_trace};
+use grafsynth_ir::logic::{Logic, Node, NodeId, PinRole};
+use grafsynth_ir::net::{Driver, Net, StmtKind};
+use grafsynth_ir::walk::for_each_stmt;
+use grafsynth_ir::{FileId, Valid, validate};
+use grafsynth_sim::Stimulus;
+use grafsynth_tests::random_net::{Features, random_net};
+use grafsynth_tests::rounds;
+use grafsynth_verify::{Dominance, Limits, dominates, facts};
+
+/// Two steps, an output that is safe on and one that is safe off, and an emergency on inputs, a step's time and a number.
+const PRESS: &str = "net press
+part press level 1
+input stop bool
+input go bool
+output close bool continuous
+    emit down
+output brake bool safe 1 continuous
+    emit up
+output level int 0..5 safe 3 stored level
+var level int 0..5 stored = 0
+step up in press initial
+step down in press
+    entry { level := level + 1 }
+transition t1 in press up -> down when go
+transition t2 in press down -> up when not go
+emergency when stop or down.t >= 3 or level = 5
+";
+
+fn net(text: &str) -> Valid<Net> {
+    let (net, found) = grafsynth_ir::text::parse(FileId(0), text);
+    validate(net.unwrap_or_else(|| panic!("{found:?}"))).unwrap()
+}
+
+fn circuit(net: &Valid<Net>) -> Option<Logic> {
+    pipeline::logic(net, &facts(net, &Limits::default())).ok()
+}
+
+#[test]
+fn every_text_of_a_circuit_is_proved_over_all_states() {
+    let net = net(PRESS);
+    let logic = circuit(&net).unwrap();
+    for dialect in Dialect::ALL {
+        let options = pipeline::emit_options(&net, None, None);
+        let back = pipeline::through(&logic, dialect, &options).unwrap().read_back;
+        match dominates(&net, &back, &Limits::default()) {
+            Some(Dominance::Proved { pins, flops }) => {
+                // close, brake and three bits of level; two steps, three bits of level, three of the time.
+                assert_eq!((pins, flops), (5, 8), "{}", dialect.name());
+            }
+            other => panic!("{}: {other:?}", dialect.name()),
+        }
+    }
+}
+
+/// The circuit with one pin showing something else.
+fn with_pin(logic: &Logic, pin: usize, change: impl Fn(&mut Logic, NodeId) -> NodeId) -> Logic {
+    let mut changed = logic.clone();
+    let id = changed.outputs.ids().nth(pin).unwrap();
+    let value = changed.outputs[id].value;
+    changed.outputs[id].value = change(&mut changed, value);
+    changed
+}
+
+#[test]
+fn a_pin_that_is_not_forced_is_found_out() {
+    let plain = net(&PRESS.replace("emergency when", "// emergency when"));
+    let net = net(PRESS);
+    let limits = Limits::default();
+    // The circuit that knows of no emergency has no flip-flops for a time that only the condition asks for.
+    let (forced, free) = (circuit(&net).unwrap(), circuit(&plain).unwrap());
+    assert!(matches!(dominates(&net, &free, &limits), Some(Dominance::Open(_))));
+    let short = self::net(&PRESS.replace(" or down.t >= 3 or level = 5", ""));
+    assert!(matches!(dominates(&short, &free, &limits), Some(Dominance::Refuted { .. })));
+    for pin in 0..forced.outputs.len() {
+        let inverted = with_pin(&forced, pin, |logic, value| logic.nodes.push(Node::Not(value)));
+        let found = dominates(&net, &inverted, &limits);
+        assert!(matches!(found, Some(Dominance::Refuted { .. })), "pin {pin}: {found:?}");
+        let mut clocked = forced.clone();
+        let id = clocked.outputs.ids().nth(pin).unwrap();
+        clocked.outputs[id].registered = Some(false);
+        let found = dominates(&net, &clocked, &limits);
+        assert!(matches!(found, Some(Dominance::Open(_))), "pin {pin}: {found:?}");
+    }
+}
+
+/// A pin that is wrong in a state that no reaction makes: both steps at once. Equality with the net does not see it; dominance does.
+#[test]
+fn states_that_are_never_reached_count() {
+    let net = net(PRESS);
+    let logic = circuit(&net).unwrap();
+    let close = (logic.outputs.values())
+        .position(|output| matches!(output.role, PinRole::Output(id, _) if id.index() == 0))
+        .unwrap();
+    let wrong = with_pin(&logic, close, |logic, value| {
+        let steps: Vec<NodeId> =
+            logic.flops.ids().take(2).map(|flop| logic.nodes.push(Node::Flop(flop))).collect();
+        let both = logic.nodes.push(Node::And(steps));
+        logic.nodes.push(Node::Or(vec![value, both]))
+    });
+    let facts = facts(&net, &Limits::default());
+    let same = grafsynth_verify::equiv(&net, &facts, &wrong, &Limits::default());
+    assert!(matches!(same, grafsynth_verify::Verdict::Proved(_)), "{same:?}");
+    let found = dominates(&net, &wrong, &Limits::default());
+    assert!(matches!(found, Some(Dominance::Refuted { .. })), "{found:?}");
+}
+
+/// Random nets: rows in which the condition holds show safe values; circuits of them are proved, and are equal to them with their emergency at work.
+#[test]
+fn emergencies_of_random_nets_dominate() {
+    let (mut n_circuits, mut n_open) = (0, 0);
+    for seed in 0..rounds(150, 3_000) {
+        let features = if seed % 2 == 0 { Features::chip() } else { Features::everything() };
+        let net = random_net(seed, &features);
+        if net.emergency.is_none() {
+            continue;
+        }
+        let property = grafsynth_verify::with_emergency(&net);
+        assert_eq!(property.properties.len(), net.properties.len() + 1, "seed {seed}");
+        let last = property.properties.last().unwrap();
+        let mut simulator = grafsynth_sim::Simulator::new(&property);
+        let stimulus = Stimulus::random(&net, 60, seed, 1);
+        assert!(!simulator.is_violated(last), "seed {seed}, row 0");
+        for row in stimulus.rows() {
+            simulator.step(&row);
+            assert!(!simulator.is_violated(last), "seed {seed}");
+        }
+        let mut calls = false;
+        for_each_stmt(&net, &mut |stmt| calls |= matches!(stmt.kind, StmtKind::Call { .. }));
+        let Some(logic) = circuit(&net) else { continue };
+        n_circuits += 1;
+        match dominates(&net, &logic, &Limits::default()) {
+            Some(Dominance::Proved { .. }) => {}
+            Some(Dominance::Open(_)) => n_open += 1,
+            other => panic!("seed {seed}: {other:?}"),
+        }
+        let is_mealy = net.outputs.values().any(|it| matches!(it.driver, Driver::Mealy(_)));
+        if seed % 4 == 0 && !calls && !is_mealy {
+            let got = logic_trace(&net, &logic, &stimulus).unwrap();
+            assert!(grafsynth_sim::compare(&net_trace(&net, &stimulus), &got).is_none());
+        }
+    }
+    assert!(n_circuits > 10 && n_open * 4 <= n_circuits, "{n_circuits} circuits, {n_open} open");
+}

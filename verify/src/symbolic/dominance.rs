@@ -1,0 +1,380 @@
+//! Does the emergency dominate? In every state whatsoever of a circuit, reached or not, and under every input, assumed or not: where the condition holds each
+//! output pin has its safe value.
+//!
+//! Nothing is assumed, not even that the flip-flops hold a code: that is what tells this proof from the equality with the net, which speaks of reachable
+//! states. The condition is read from the net and evaluated over the flip-flops that hold what it asks for. Only where it asks for a number whose code no value
+//! has, nobody can say whether it holds. Calls that lists make are no levels, and are left out (semantics §3.8).
+
+use std::collections::BTreeMap;
+
+use grafsynth_ir::expr::{ArithOp, CompareOp, Expr as GenericExpr, ExprKind, Type};
+use grafsynth_ir::logic::{FlopBit, Logic, PinRole, shown_by};
+use grafsynth_ir::net::{Driver, Expr, Leaf, Net, StepId, StmtKind};
+use grafsynth_ir::program::Origin;
+use grafsynth_ir::walk::for_each_stmt;
+
+use super::aig::{Aig, Lit};
+use super::import;
+use super::number::Number;
+use super::state::Value;
+use crate::limits::Limits;
+
+/// What is known of an emergency in a circuit.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Dominance {
+    /// It dominates.
+    Proved {
+        /// Output pins that it forces.
+        pins: usize,
+        /// Flip-flops, none of whose values is excluded.
+        flops: usize,
+    },
+    /// It does not.
+    Refuted {
+        /// A pin that has another value than its safe one.
+        pin: String,
+        /// The inputs and flip-flops that are 1 there, by name.
+        set: Vec<String>,
+    },
+    /// It could not be found out, and why.
+    Open(String),
+}
+
+impl std::fmt::Display for Dominance {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Dominance::Proved { pins, flops } => write!(
+                f,
+                "emergency proved to dominate: {pins} pins safe in every state of {flops} flip-flops, under every input"
+            ),
+            Dominance::Refuted { pin, set } => write!(
+                f,
+                "emergency does not dominate: pin `{pin}` is not safe where these are 1: {}",
+                if set.is_empty() { "none".to_owned() } else { set.join(" ") }
+            ),
+            Dominance::Open(why) => write!(f, "emergency not proved to dominate: {why}"),
+        }
+    }
+}
+
+/// The proof, for a circuit whose pins and flip-flops know their roles; none for a net without an emergency.
+#[must_use]
+pub fn dominates(net: &Net, logic: &Logic, limits: &Limits) -> Option<Dominance> {
+    let emergency = net.emergency.as_ref()?;
+    Some(match prove(net, &emergency.condition, logic, limits) {
+        Ok(settled) => settled,
+        Err(why) => Dominance::Open(why),
+    })
+}
+
+/// A circuit over free flip-flops and inputs.
+struct Circuit<'n> {
+    net: &'n Net,
+    aig: Aig,
+    inputs: BTreeMap<(usize, u32), Lit>,
+    bits: BTreeMap<(Origin, u32, u32), Lit>,
+    active: BTreeMap<StepId, Vec<Origin>>,
+    /// Of each number that the condition asks for, that its code is that of a value.
+    within: Vec<Lit>,
+    /// A tick passes with the coming clock.
+    tick: Lit,
+    /// Times are read as after Latch: mealy outputs are (semantics §3.9, L2).
+    is_latched: bool,
+}
+
+fn prove(net: &Net, condition: &Expr, logic: &Logic, limits: &Limits) -> Result<Dominance, String> {
+    let mut aig = Aig::new();
+    let mut names: BTreeMap<Lit, &str> = BTreeMap::new();
+    let mut pins = Vec::new();
+    let mut inputs = BTreeMap::new();
+    let mut tick = Lit::FALSE;
+    for pin in logic.inputs.values() {
+        let lit = aig.variable();
+        names.insert(lit, &pin.name);
+        if let PinRole::Input(input, bit) = pin.role {
+            inputs.insert((input.index(), bit), lit);
+        }
+        if pin.role == PinRole::Tick {
+            tick = aig.or(tick, lit);
+        }
+        pins.push(lit);
+    }
+    let flops: Vec<Lit> = logic.flops.values().map(|_| aig.variable()).collect();
+    names.extend(flops.iter().copied().zip(logic.flops.values().map(|flop| flop.name.as_str())));
+    let nodes = import(&mut aig, logic, &flops, &pins);
+    let mut bits = BTreeMap::new();
+    let mut hold = |holds: &FlopBit, lit: Lit| {
+        bits.insert((holds.origin, holds.element, holds.bit), lit.negate_if(holds.inverted));
+    };
+    for (flop, lit) in logic.flops.values().zip(&flops) {
+        flop.holds.iter().for_each(|holds| hold(holds, *lit));
+    }
+    for decoded in &logic.decoded {
+        hold(&decoded.holds, nodes[decoded.node.index()]);
+    }
+    let shown = shown_by(net, |origin| bits.contains_key(&(origin, 0, 0)));
+    let active = shown.iter().map(|(step, origins)| (step, origins.clone())).collect();
+    let mut circuit =
+        Circuit { net, aig, inputs, bits, active, within: Vec::new(), tick, is_latched: false };
+    let holds = circuit.holds(condition, false)?;
+    let is_mealy = logic.outputs.values().any(|output| output.mealy);
+    let holds_before = if is_mealy { circuit.holds(condition, true)? } else { holds };
+    let mut aig = circuit.aig;
+    let mut called = Vec::new();
+    for_each_stmt(net, &mut |stmt| {
+        if let StmtKind::Call { output, .. } = stmt.kind {
+            called.push(output);
+        }
+    });
+    let mut forced = 0;
+    for pin in logic.outputs.values() {
+        let PinRole::Output(id, bit) = pin.role else { continue };
+        let output = &net.outputs[id];
+        let is_call = matches!(output.driver, Driver::Extern { .. });
+        if is_call && called.contains(&id) {
+            continue;
+        }
+        if pin.registered.is_some() {
+            return Err(format!("a flip-flop drives pin `{}`", pin.name));
+        }
+        let safe = if is_call {
+            false
+        } else {
+            output.safe_value().abs_diff(output.ty.bounds().0) >> bit.min(63) & 1 == 1
+        };
+        forced += 1;
+        let value = nodes[pin.value.index()];
+        let holds = if pin.mealy { holds_before } else { holds };
+        let wrong = aig.and(holds, value.negate_if(safe));
+        if wrong == Lit::FALSE {
+            continue;
+        }
+        let rank = |_: Lit| 0;
+        let found = match aig.satisfy(&[wrong], &[], limits.conflicts.min(200)) {
+            Some(found) => Some(found),
+            None => match aig.satisfiable_by_diagram(&[wrong], &[], rank, limits.bdd_nodes / 4) {
+                Some(false) => Some(None),
+                Some(true) | None => aig.satisfy(&[wrong], &[], limits.conflicts),
+            },
+        };
+        match found {
+            Some(None) => {}
+            Some(Some(set)) => {
+                let set = set.iter().filter_map(|lit| names.get(lit)).map(ToString::to_string);
+                return Ok(Dominance::Refuted { pin: pin.name.clone(), set: set.collect() });
+            }
+            None => return Err(format!("the solver gave up at pin `{}`", pin.name)),
+        }
+    }
+    Ok(Dominance::Proved { pins: forced, flops: logic.flops.len() })
+}
+
+impl Circuit<'_> {
+    /// The condition, where each number that it asks for has the code of a value.
+    fn holds(&mut self, condition: &Expr, is_latched: bool) -> Result<Lit, String> {
+        self.is_latched = is_latched;
+        self.within.clear();
+        let holds = self.flag(condition)?;
+        let within = std::mem::take(&mut self.within);
+        Ok(self.aig.and_all([holds].into_iter().chain(within)))
+    }
+
+    fn flag(&mut self, expr: &Expr) -> Result<Lit, String> {
+        Ok(self.value(expr)?.flag())
+    }
+
+    fn number(&mut self, expr: &Expr) -> Result<Number, String> {
+        Ok(self.value(expr)?.number())
+    }
+
+    fn value(&mut self, expr: &Expr) -> Result<Value, String> {
+        Ok(match &expr.kind {
+            ExprKind::Bool(value) => Value::Flag(Lit::constant(*value)),
+            ExprKind::Int(value) => Value::Number(Number::constant(*value)),
+            ExprKind::Leaf(leaf) => self.leaf(leaf)?,
+            ExprKind::Element(leaf, index) => self.element(leaf, index)?,
+            ExprKind::Not(a) => Value::Flag(!self.flag(a)?),
+            ExprKind::And(all) => {
+                let all = all.iter().map(|one| self.flag(one)).collect::<Result<Vec<_>, _>>()?;
+                Value::Flag(self.aig.and_all(all))
+            }
+            ExprKind::Or(all) => {
+                let all = all.iter().map(|one| self.flag(one)).collect::<Result<Vec<_>, _>>()?;
+                Value::Flag(self.aig.or_all(all))
+            }
+            ExprKind::Compare(op, a, b) => match (self.value(a)?, self.value(b)?) {
+                (Value::Number(a), Value::Number(b)) => {
+                    Value::Flag(Number::compare(&mut self.aig, *op, &a, &b))
+                }
+                (Value::Flag(a), Value::Flag(b)) => {
+                    let (a, b) = (self.of_flag(a), self.of_flag(b));
+                    Value::Flag(Number::compare(&mut self.aig, *op, &a, &b))
+                }
+                (Value::Number(_), Value::Flag(_)) | (Value::Flag(_), Value::Number(_)) => {
+                    unreachable!("validation types comparisons")
+                }
+            },
+            ExprKind::Neg(a) => {
+                let a = self.number(a)?;
+                Value::Number(a.negate(&mut self.aig))
+            }
+            ExprKind::Arith(op, a, b) => {
+                let (a, b) = (self.number(a)?, self.number(b)?);
+                Value::Number(Number::arith(&mut self.aig, *op, &a, &b))
+            }
+            ExprKind::Select(c, a, b) => {
+                let c = self.flag(c)?;
+                match (self.value(a)?, self.value(b)?) {
+                    (Value::Flag(a), Value::Flag(b)) => Value::Flag(self.aig.ite(c, a, b)),
+                    (Value::Number(a), Value::Number(b)) => {
+                        Value::Number(Number::select(&mut self.aig, c, &a, &b))
+                    }
+                    (Value::Number(_), Value::Flag(_)) | (Value::Flag(_), Value::Number(_)) => {
+                        unreachable!("validation types selections")
+                    }
+                }
+            }
+        })
+    }
+
+    fn of_flag(&mut self, flag: Lit) -> Number {
+        Number::from_code(&mut self.aig, &[flag], 0)
+    }
+
+    /// The code that a piece of state holds; a single possible value needs no flip-flop.
+    fn code(&self, origin: Origin, element: u32, n_bits: u32) -> Result<Vec<Lit>, String> {
+        let lit = |bit| self.bits.get(&(origin, element, bit)).copied();
+        (0..n_bits)
+            .map(|bit| lit(bit).ok_or_else(|| "no flip-flop holds what it asks for".to_owned()))
+            .collect()
+    }
+
+    /// A time. Its cap lies above all that it is compared with, so one more tick beyond it makes no difference.
+    fn time(&mut self, origin: Origin, runs: Lit) -> Result<Value, String> {
+        let now = self.counter(origin)?;
+        if !self.is_latched {
+            return Ok(now);
+        }
+        let one = Number::constant(1);
+        let later = Number::arith(&mut self.aig, ArithOp::Add, &now.number(), &one);
+        let grows = self.aig.and(self.tick, runs);
+        Ok(Value::Number(Number::select(&mut self.aig, grows, &later, &now.number())))
+    }
+
+    /// A counter: as many bits as the circuit has for it.
+    fn counter(&mut self, origin: Origin) -> Result<Value, String> {
+        let n_bits = (0..64).take_while(|bit| self.bits.contains_key(&(origin, 0, *bit))).count();
+        if n_bits == 0 {
+            return Err("no flip-flop holds a time that it asks for".to_owned());
+        }
+        let code = self.code(origin, 0, u32::try_from(n_bits).unwrap_or(0))?;
+        Ok(Value::Number(Number::from_code(&mut self.aig, &code, 0)))
+    }
+
+    fn is_active(&mut self, step: StepId) -> Result<Lit, String> {
+        let origins = self.active.get(&step).cloned().unwrap_or_default();
+        if origins.is_empty() {
+            return Err(format!("no flip-flop shows step `{}`", self.net.steps[step].name));
+        }
+        let lits: Vec<Lit> =
+            origins.iter().filter_map(|origin| self.bits.get(&(*origin, 0, 0)).copied()).collect();
+        Ok(self.aig.and_all(lits))
+    }
+
+    fn of_type(&mut self, ty: Type, code: &[Lit]) -> Value {
+        if ty.is_bool() {
+            Value::Flag(code.first().copied().unwrap_or(Lit::FALSE))
+        } else {
+            let (lo, hi) = ty.bounds();
+            let number = Number::from_code(&mut self.aig, code, lo);
+            let op = CompareOp::Le;
+            let fits = Number::compare(&mut self.aig, op, &number, &Number::constant(hi));
+            self.within.push(fits);
+            Value::Number(number)
+        }
+    }
+
+    fn leaf(&mut self, leaf: &Leaf) -> Result<Value, String> {
+        let net = self.net;
+        Ok(match *leaf {
+            Leaf::Input(id) => {
+                let input = &net.inputs[id];
+                let pins = (0..input.ty.bits()).map(|bit| {
+                    self.inputs.get(&(id.index(), bit)).copied().ok_or_else(|| {
+                        format!("no pin carries input `{}`, which it asks for", input.name)
+                    })
+                });
+                let code = pins.collect::<Result<Vec<_>, _>>()?;
+                self.of_type(input.ty, &code)
+            }
+            Leaf::Var(var) => {
+                let ty = net.vars[var].ty;
+                let code = self.code(Origin::Var(var), 0, ty.bits())?;
+                self.of_type(ty, &code)
+            }
+            Leaf::Active(step) => Value::Flag(self.is_active(step)?),
+            Leaf::TasksDone(step) => {
+                let active = self.is_active(step)?;
+                let n_tasks = net.steps[step].tasks.len();
+                if n_tasks == 0 {
+                    return Ok(Value::Flag(active));
+                }
+                let index = self.counter(Origin::TaskIndex(step))?.number();
+                let last = Number::constant(i64::try_from(n_tasks).unwrap_or(i64::MAX));
+                let op = CompareOp::Eq;
+                let done = Number::compare(&mut self.aig, op, &index, &last);
+                Value::Flag(self.aig.and(active, done))
+            }
+            Leaf::Elapsed(step) => {
+                let runs = self.is_active(step)?;
+                self.time(Origin::Elapsed(step), runs)?
+            }
+            Leaf::LastElapsed(step) => {
+                let runs = self.is_active(step)?;
+                self.time(Origin::LastElapsed(step), runs)?
+            }
+            Leaf::Timer(timer) => {
+                let runs = self.code(Origin::TimerCondition(timer), 0, 1)?;
+                self.time(Origin::Timer(timer), runs.first().copied().unwrap_or(Lit::FALSE))?
+            }
+            Leaf::Controlled(action) => {
+                let code = self.code(Origin::ActionQ(action), 0, 1)?;
+                self.of_type(Type::Bool, &code)
+            }
+            Leaf::Rise(_) | Leaf::Fall(_) | Leaf::Fireable(_) => {
+                unreachable!("validation keeps edges and receptivities out of an emergency")
+            }
+        })
+    }
+
+    fn element(&mut self, leaf: &Leaf, index: &GenericExpr<Leaf>) -> Result<Value, String> {
+        let Leaf::Var(var) = *leaf else {
+            unreachable!("only variables have elements");
+        };
+        let data = &self.net.vars[var];
+        let (ty, len) = (data.ty, data.len.unwrap_or(1));
+        let index = self.number(index)?;
+        let mut found = None;
+        for element in 0..len {
+            let code = self.code(Origin::Var(var), element, ty.bits())?;
+            let here = self.of_type(ty, &code);
+            let number = Number::constant(i64::from(element));
+            let op = CompareOp::Eq;
+            let is_here = Number::compare(&mut self.aig, op, &index, &number);
+            found = Some(match (here, found) {
+                (here, None) => here,
+                (Value::Flag(here), Some(Value::Flag(other))) => {
+                    Value::Flag(self.aig.ite(is_here, here, other))
+                }
+                (Value::Number(here), Some(Value::Number(other))) => {
+                    Value::Number(Number::select(&mut self.aig, is_here, &here, &other))
+                }
+                (Value::Flag(_), Some(Value::Number(_)))
+                | (Value::Number(_), Some(Value::Flag(_))) => {
+                    unreachable!("elements have one type")
+                }
+            });
+        }
+        found.ok_or_else(|| "it asks for an array without elements".to_owned())
+    }
+}
