@@ -11,8 +11,8 @@ mod states;
 use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::chart::{
-    Action, Board, Chart, Declaration, DeclarationKind, Design, Emergency, Expr, Item, Path, Place, Property,
-    Setting, SettingKind, StepItem,
+    Action, Board, Chart, Declaration, DeclarationKind, Design, Emergency, Expr, Item, Path, Place,
+    Property, Setting, SettingKind, StepItem,
 };
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::expr::{ExprKind, Type};

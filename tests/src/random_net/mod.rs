@@ -18,10 +18,10 @@ mod words;
 
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::net::{
-    ActionId, ActionUse, ControlledAction, Driver, Emergency, Emission, Evolution, Expr, ExternCall, Input,
-    InputId, InputKind, Leaf, Meta, Net, OpenCell, Output, OutputId, Param, Part, PartId, Policy,
-    Property, PropertyLeaf, PropertyRole, Qualifier, SHARINGS, Schedule, SendSlot, Sharing, Step,
-    StepId, StepKind, Task, Timer, Unspecified, Var, VarId, VarOrigin,
+    ActionId, ActionUse, ControlledAction, Driver, Emergency, Emission, Evolution, Expr,
+    ExternCall, Input, InputId, InputKind, Leaf, Meta, Net, OpenCell, Output, OutputId, Param,
+    Part, PartId, Policy, Property, PropertyLeaf, PropertyRole, Qualifier, SHARINGS, Schedule,
+    SendSlot, Sharing, Step, StepId, StepKind, Task, Timer, Unspecified, Var, VarId, VarOrigin,
 };
 use grafsynth_ir::sharing::{Accesses, separate};
 use grafsynth_ir::{Name, Span, Valid, validate};
