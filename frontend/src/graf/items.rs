@@ -315,13 +315,15 @@ impl Parser<'_> {
             "shared" => {
                 let sharing = self.choice("way to share", &SHARINGS)?;
                 let mut names = Vec::new();
-                while self.is_name(0) && !self.peek(0).new_line {
-                    let path = self.path("a variable")?;
-                    self.keep(&mut names, path);
-                    if self.kind(0) != Kind::Comma {
-                        break;
+                if self.is_name_beside(0) {
+                    loop {
+                        // After a comma the list goes on, on the next line too.
+                        let path = self.path("a variable")?;
+                        self.keep(&mut names, path);
+                        if !self.eat(Kind::Comma) {
+                            break;
+                        }
                     }
-                    self.advance();
                 }
                 SettingKind::Shared(sharing, names)
             }

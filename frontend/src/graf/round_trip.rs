@@ -124,6 +124,13 @@ fn the_truck_in_its_canonical_form() {
 }
 
 #[test]
+fn a_list_of_what_is_shared_goes_on_after_a_comma() {
+    let text = "chart c {\n    var a, step\n    shared allow a, # c1\n    step\n\n    enclosing step p1 {\n        step q\n    }\n}\n";
+    let once = check_format(text);
+    assert!(once.contains("shared allow a, step"), "{once}");
+}
+
+#[test]
 fn comments_and_long_lines_in_their_canonical_form() {
     let text = "# heading
    # two
