@@ -10,8 +10,8 @@ use grafsynth_ir::interval::type_of;
 use grafsynth_ir::lower::program::{ProgramOptions, program};
 use grafsynth_ir::names::{C, Namer};
 use grafsynth_ir::net::{
-    self, Block, Driver, Emission, Enter, Evolution, ForcingOrder, InputKind, Meta, Net, Policy,
-    Qualifier, Schedule, StepKind, StmtKind, TransitionKind, VarOrigin, Verbatim,
+    self, Block, Driver, Emission, Enter, Evolution, ForcingOrder, InputKind, Meta, Net, Output,
+    Policy, Qualifier, Schedule, StepKind, StmtKind, TransitionKind, VarOrigin, Verbatim,
 };
 use grafsynth_ir::program::{self, Origin, Program, ResetEffect};
 use serde_json::{Value, json};
@@ -97,6 +97,7 @@ pub fn json(net: &Valid<Net>) -> Result<Value, Vec<Diagnostic>> {
             "ident": ident,
             "type": ty(output.ty),
             "driver": driver(&output.driver),
+            "safe": safe(output),
         }), &output.meta)).collect::<Vec<_>>(),
         "vars": net.vars.iter().zip(&idents.vars).map(|((id, var), ident)| with_meta(json!({
             "name": var.name.text,
@@ -192,6 +193,9 @@ pub fn json(net: &Valid<Net>) -> Result<Value, Vec<Diagnostic>> {
                 ForcingOrder::Hold => json!("hold"),
             },
         })).collect::<Vec<_>>(),
+        "emergency": net.emergency.as_ref().map(|it| with_meta(json!({
+            "condition": condition(&it.condition),
+        }), &it.meta)),
         "macros": net.macros.iter().map(|it| with_meta(json!({
             "name": it.name.text,
             "steps": indices(&it.steps),
@@ -300,6 +304,16 @@ fn driver(driver: &Driver) -> Value {
                 "args": it.arguments.iter().map(condition).collect::<Vec<_>>(),
             })).collect::<Vec<_>>(),
         }),
+    }
+}
+
+/// What the output has while the emergency holds, declared or not; null for functions, which are not called then.
+fn safe(output: &Output) -> Value {
+    match output.driver {
+        Driver::Extern { .. } => Value::Null,
+        Driver::Continuous(_) | Driver::Mealy(_) | Driver::Stored(_) | Driver::Controlled(_) => {
+            value(output.ty, output.safe_value())
+        }
     }
 }
 
