@@ -12,7 +12,8 @@ use grafsynth_tests::random_net::{Features, random_net};
 use grafsynth_tests::rounds;
 use grafsynth_verify::{Dominance, Limits, dominates, facts};
 
-/// Two steps, an output that is safe on and one that is safe off, and an emergency on inputs, a step's time and a number.
+/// Two steps, an output that is safe on and one that is safe off, and an emergency on inputs, a step's time and a number. Its flip-flops and outputs are
+/// the ten that a GAL22V10 holds, since one dialect is for GALs only.
 const PRESS: &str = "net press
 part press level 1
 input stop bool
@@ -21,14 +22,14 @@ output close bool continuous
     emit down
 output brake bool safe 1 continuous
     emit up
-output level int 0..5 safe 3 stored level
-var level int 0..5 stored = 0
+output level int 0..3 safe 2 stored level
+var level int 0..3 stored = 0
 step up in press initial
 step down in press
     entry { level := level + 1 }
 transition t1 in press up -> down when go
 transition t2 in press down -> up when not go
-emergency when stop or down.t >= 3 or level = 5
+emergency when stop or down.t >= 2 or level = 3
 ";
 
 fn net(text: &str) -> Valid<Net> {
@@ -49,9 +50,9 @@ fn every_text_of_a_circuit_is_proved_over_all_states() {
         let back = pipeline::through(&logic, dialect, &options).unwrap().read_back;
         match dominates(&net, &back, &Limits::default()) {
             Some(Dominance::Proved { pins, flops }) => {
-                // close, brake and three bits of level; two steps, three bits of level, three of the time.
-                assert_eq!(pins, 5, "{}", dialect.name());
-                assert!(flops >= 8, "{}: {flops}", dialect.name());
+                // close, brake and two bits of level; two steps, two bits of level, two of the time.
+                assert_eq!(pins, 4, "{}", dialect.name());
+                assert_eq!(flops, 6, "{}: {flops}", dialect.name());
             }
             other => panic!("{}: {other:?}", dialect.name()),
         }
@@ -75,7 +76,7 @@ fn a_pin_that_is_not_forced_is_found_out() {
     // The circuit that knows of no emergency has no flip-flops for a time that only the condition asks for.
     let (forced, free) = (circuit(&net).unwrap(), circuit(&plain).unwrap());
     assert!(matches!(dominates(&net, &free, &limits), Some(Dominance::Open(_))));
-    let short = self::net(&PRESS.replace(" or down.t >= 3 or level = 5", ""));
+    let short = self::net(&PRESS.replace(" or down.t >= 2 or level = 3", ""));
     assert!(matches!(dominates(&short, &free, &limits), Some(Dominance::Refuted { .. })));
     for pin in 0..forced.outputs.len() {
         let inverted = with_pin(&forced, pin, |logic, value| logic.nodes.push(Node::Not(value)));
@@ -110,12 +111,26 @@ fn states_that_are_never_reached_count() {
     assert!(matches!(found, Some(Dominance::Refuted { .. })), "{found:?}");
 }
 
+/// What a circuit can have, on few steps and with small numbers.
+fn small() -> Features {
+    Features {
+        max_steps: 4,
+        tasks: false,
+        history: false,
+        sends: false,
+        several_parts: false,
+        ..Features::chip()
+    }
+}
+
 /// Random nets: rows in which the condition holds show safe values; circuits of them are proved, and are equal to them with their emergency at work.
 #[test]
 fn emergencies_of_random_nets_dominate() {
     let (mut n_circuits, mut n_open) = (0, 0);
-    for seed in 0..rounds(150, 3_000) {
-        let features = if seed % 2 == 0 { Features::chip() } else { Features::everything() };
+    for seed in 0..rounds(150, 1_000) {
+        // Half of them are small and of few kinds, so that circuits of them are quickly found.
+        let is_small = seed % 2 == 0;
+        let features = if is_small { small() } else { Features::everything() };
         let net = random_net(seed, &features);
         if net.emergency.is_none() {
             continue;
@@ -132,12 +147,15 @@ fn emergencies_of_random_nets_dominate() {
         }
         let mut calls = false;
         for_each_stmt(&net, &mut |stmt| calls |= matches!(stmt.kind, StmtKind::Call { .. }));
+        if !is_small {
+            continue;
+        }
         let Some(logic) = circuit(&net) else { continue };
         n_circuits += 1;
         match dominates(&net, &logic, &Limits::default()) {
             Some(Dominance::Proved { .. }) => {}
             Some(Dominance::Open(_)) => n_open += 1,
-            other => panic!("seed {seed}: {other:?}"),
+            other => panic!("seed {seed}: {other:?}\n{}", grafsynth_tests::readable(&net)),
         }
         let is_mealy = net.outputs.values().any(|it| matches!(it.driver, Driver::Mealy(_)));
         if seed % 4 == 0 && !calls && !is_mealy {

@@ -101,6 +101,7 @@ fn grafcet_charts_as_tables_do_what_the_net_does() {
         timers: true,
         integers: true,
         stored_outputs: true,
+        emergency: true,
         ..Features::plain()
     };
     agree(&features, rounds(20, 240), rounds(400, 10_000));
@@ -119,6 +120,7 @@ fn statecharts_as_tables_do_what_the_net_does() {
         events: true,
         edges: true,
         stored_outputs: true,
+        emergency: true,
         reactions: true,
         several_parts: true,
         history: true,
@@ -140,11 +142,66 @@ fn statecharts_as_bstate_and_btrans_do_what_the_net_does() {
         events: true,
         edges: true,
         stored_outputs: true,
+        emergency: true,
         reactions: true,
         history: true,
         ..Features::plain()
     };
     agree_as(&features, Style::Btrans, "btrans", rounds(20, 240), rounds(1000, 20_000));
+}
+
+/// An emergency over steps, a time and a number, and outputs that are safe on, off and at a number: in each layout of tables.
+#[test]
+fn an_emergency_forces_the_outputs_of_tables() {
+    if tools::c_compiler().is_none() {
+        println!("skipped: no C compiler is here");
+        return;
+    }
+    let text = "chart press {
+    conflict outer-first
+    evolution stable
+    tick 1 ms
+    input stop, go
+    output close
+    output brake safe on
+    output level: int 0..5 = 0 safe 3
+    emergency stop or down.t >= 3 ms or level = 5
+    initial state up { brake; entry { level := 1 } }
+    state down { close; entry { level := level + 4 } }
+    up -> down when go
+    down -> up when not go
+}
+";
+    let net = chart("press.graf", text);
+    assert!(net.emergency.is_some());
+    for (style, shape) in [
+        (Style::Engine, "engine"),
+        (Style::Program, "engine with a program"),
+        (Style::Btrans, "btrans"),
+    ] {
+        let package = packed(&net, Options { style, ..Options::default() });
+        let package = package.unwrap_or_else(|why| panic!("{shape}: {why}"));
+        assert_eq!(package.style, shape);
+        let program = c::compile_text(&multi_harness(&[(&net, &package)]), &["-O1"])
+            .unwrap_or_else(|why| panic!("{shape}: {why}"));
+        for seed in 0..5 {
+            let stimulus = Stimulus::random(&net, ROWS, seed, 3);
+            let input = c::lines(&net, &stimulus);
+            let folder = program.folder.path();
+            let run = tools::run(
+                &program.path,
+                &["0"],
+                folder,
+                input.as_bytes(),
+                Duration::from_secs(60),
+            )
+            .unwrap_or_else(|why| panic!("{shape}: {why:?}"));
+            assert!(run.is_success, "{shape}: {}", run.stderr);
+            let got = c::parse(&net, &run.stdout).unwrap_or_else(|why| panic!("{shape}: {why:?}"));
+            let found = compare(&net_trace(&net, &stimulus), &got);
+            assert!(found.is_none(), "{shape}, seed {seed}: {found:?}");
+        }
+    }
 }
 
 /// The same on small machines, the real objects: tables and byte code. Those that do not fit are not counted.

@@ -411,7 +411,7 @@ pub(crate) fn program(net: &Net, names: &Names, options: &Options) -> Tabled<CPr
     for edge in net.edges.values() {
         rules.fresh(&edge.expr)?;
     }
-    for output in net.outputs.values() {
+    for (id, output) in net.outputs.iter() {
         let value = match &output.driver {
             Driver::Continuous(emissions) => lit(emissions),
             Driver::Stored(var) => Expr::leaf(Leaf::Var(*var), output.meta.span),
@@ -419,7 +419,7 @@ pub(crate) fn program(net: &Net, names: &Names, options: &Options) -> Tabled<CPr
             Driver::Controlled(_) => return refuse("a controlled action", output.meta.span),
             Driver::Extern { .. } => return refuse("an extern action", output.meta.span),
         };
-        rules.fresh(&value)?;
+        rules.fresh(&net.forced(id, value))?;
     }
     let mut tables = Tables::new(names);
     let mut remembered = 0;
