@@ -589,7 +589,12 @@ pub(crate) fn may_be_free(net: &Net) -> bool {
 }
 
 /// Says of a circuit whether the emergency dominates in every state of what was read back; if it does not, the line is refuted.
-pub(crate) fn say_emergency(line: &mut Line, net: &Net, read_back: &Logic, options: &BuildOptions) {
+pub(crate) fn say_emergency(
+    line: &mut Line,
+    net: &Valid<Net>,
+    read_back: &Logic,
+    options: &BuildOptions,
+) {
     if !options.prove {
         return;
     }

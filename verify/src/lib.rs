@@ -35,9 +35,9 @@ pub use explore::Ticks;
 pub use facts::{facts, structural_facts};
 pub use limits::Limits;
 pub use lints::{lints, lints_with};
-pub use waiting::{Wait, Waiting, waiting};
 pub use properties::{Outcome, PropertyVerdict, check_assumption, properties, with_emergency};
 pub use symbolic::{Dominance, dominates};
+pub use waiting::{Wait, Waiting, waiting};
 
 #[cfg(test)]
 mod testing;

@@ -7,8 +7,10 @@
 
 use std::collections::BTreeMap;
 
+use grafsynth_ir::Valid;
 use grafsynth_ir::expr::{ArithOp, CompareOp, Expr as GenericExpr, ExprKind, Type};
 use grafsynth_ir::logic::{FlopBit, Logic, PinRole, shown_by};
+use grafsynth_ir::lower::program::{ProgramOptions, program};
 use grafsynth_ir::net::{Driver, Expr, Leaf, Net, StepId, StmtKind};
 use grafsynth_ir::program::Origin;
 use grafsynth_ir::walk::for_each_stmt;
@@ -59,7 +61,7 @@ impl std::fmt::Display for Dominance {
 
 /// The proof, for a circuit whose pins and flip-flops know their roles; none for a net without an emergency.
 #[must_use]
-pub fn dominates(net: &Net, logic: &Logic, limits: &Limits) -> Option<Dominance> {
+pub fn dominates(net: &Valid<Net>, logic: &Logic, limits: &Limits) -> Option<Dominance> {
     let emergency = net.emergency.as_ref()?;
     Some(match prove(net, &emergency.condition, logic, limits) {
         Ok(settled) => settled,
@@ -74,6 +76,8 @@ struct Circuit<'n> {
     inputs: BTreeMap<(usize, u32), Lit>,
     bits: BTreeMap<(Origin, u32, u32), Lit>,
     active: BTreeMap<StepId, Vec<Origin>>,
+    /// The largest value of each counter.
+    caps: BTreeMap<Origin, i64>,
     /// Of each number that the condition asks for, that its code is that of a value.
     within: Vec<Lit>,
     /// A tick passes with the coming clock.
@@ -82,7 +86,12 @@ struct Circuit<'n> {
     is_latched: bool,
 }
 
-fn prove(net: &Net, condition: &Expr, logic: &Logic, limits: &Limits) -> Result<Dominance, String> {
+fn prove(
+    net: &Valid<Net>,
+    condition: &Expr,
+    logic: &Logic,
+    limits: &Limits,
+) -> Result<Dominance, String> {
     let mut aig = Aig::new();
     let mut names: BTreeMap<Lit, &str> = BTreeMap::new();
     let mut pins = Vec::new();
@@ -114,8 +123,18 @@ fn prove(net: &Net, condition: &Expr, logic: &Logic, limits: &Limits) -> Result<
     }
     let shown = shown_by(net, |origin| bits.contains_key(&(origin, 0, 0)));
     let active = shown.iter().map(|(step, origins)| (step, origins.clone())).collect();
-    let mut circuit =
-        Circuit { net, aig, inputs, bits, active, within: Vec::new(), tick, is_latched: false };
+    let caps = caps(net)?;
+    let mut circuit = Circuit {
+        net,
+        aig,
+        inputs,
+        bits,
+        active,
+        caps,
+        within: Vec::new(),
+        tick,
+        is_latched: false,
+    };
     let holds = circuit.holds(condition, false)?;
     let is_mealy = logic.outputs.values().any(|output| output.mealy);
     let holds_before = if is_mealy { circuit.holds(condition, true)? } else { holds };
@@ -167,6 +186,13 @@ fn prove(net: &Net, condition: &Expr, logic: &Logic, limits: &Limits) -> Result<
         }
     }
     Ok(Dominance::Proved { pins: forced, flops: logic.flops.len() })
+}
+
+/// The largest value of each counter that a reaction of the net has.
+fn caps(net: &Valid<Net>) -> Result<BTreeMap<Origin, i64>, String> {
+    let program = program(net, &ProgramOptions::default())
+        .map_err(|_| "no bounded program says what its counters hold".to_owned())?;
+    Ok(program.cells.values().map(|cell| (cell.origin, cell.ty.bounds().1)).collect())
 }
 
 impl Circuit<'_> {
@@ -249,7 +275,8 @@ impl Circuit<'_> {
             .collect()
     }
 
-    /// A time. Its cap lies above all that it is compared with, so one more tick beyond it makes no difference.
+    /// A time. Its cap lies above all that it is compared with, so one more tick beyond it makes no difference. What a tick makes of a code above the cap,
+    /// which no time has, nobody can say.
     fn time(&mut self, origin: Origin, runs: Lit) -> Result<Value, String> {
         let now = self.counter(origin)?;
         if !self.is_latched {
@@ -258,6 +285,12 @@ impl Circuit<'_> {
         let one = Number::constant(1);
         let later = Number::arith(&mut self.aig, ArithOp::Add, &now.number(), &one);
         let grows = self.aig.and(self.tick, runs);
+        if let Some(cap) = self.caps.get(&origin).copied() {
+            let (op, cap) = (CompareOp::Gt, Number::constant(cap));
+            let beyond = Number::compare(&mut self.aig, op, &now.number(), &cap);
+            let lost = self.aig.and(grows, beyond);
+            self.within.push(!lost);
+        }
         Ok(Value::Number(Number::select(&mut self.aig, grows, &later, &now.number())))
     }
 
