@@ -34,7 +34,7 @@ emergency when stop or down.t >= 2 or level = 3
 
 fn net(text: &str) -> Valid<Net> {
     let (net, found) = grafsynth_ir::text::parse(FileId(0), text);
-    validate(net.unwrap_or_else(|| panic!("{found:?}"))).unwrap()
+    validate(net.unwrap_or_else(|| panic!("{found:?}"))).expect("a net of the test is valid")
 }
 
 fn circuit(net: &Valid<Net>) -> Option<Logic> {
@@ -62,7 +62,7 @@ fn every_text_of_a_circuit_is_proved_over_all_states() {
 /// The circuit with one pin showing something else.
 fn with_pin(logic: &Logic, pin: usize, change: impl Fn(&mut Logic, NodeId) -> NodeId) -> Logic {
     let mut changed = logic.clone();
-    let id = changed.outputs.ids().nth(pin).unwrap();
+    let id = changed.outputs.ids().nth(pin).expect("a circuit has this pin");
     let value = changed.outputs[id].value;
     changed.outputs[id].value = change(&mut changed, value);
     changed
