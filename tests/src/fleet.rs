@@ -134,7 +134,7 @@ pub fn features(seed: u64, style: Style, max_steps: usize) -> Features {
 /// Charts until `wanted` of them are carried.
 ///
 /// # Panics
-/// Where the style carries less than one in [`PATIENCE`].
+/// Where the style carries less than one in `PATIENCE`.
 #[must_use]
 pub fn draw(style: Style, wanted: u64) -> Drawn {
     let mut drawn = Drawn::default();
