@@ -234,6 +234,8 @@ pub struct Package {
     interface: header::Interface,
     /// Where the style was chosen for a machine: what was tried.
     pub tried: Vec<cost::Candidate>,
+    /// How often a bound counts the loop over micro-steps; none where there is no such loop.
+    pub rounds: Option<cost::Rounds>,
     /// What the analysis of `NAME.c` needs to know beside it.
     marks: ctext::Marks,
 }
@@ -316,7 +318,7 @@ pub fn emit(
         }
         Style::Auto | Style::Switch | Style::Tables => {
             let shaped = if net.settings.policy.is_statechart() {
-                statechart::program(net, &names, options)
+                statechart::program(net, facts, &names, options)
             } else {
                 switch::program(net, facts, &names, options).map_err(statechart::Failure::Refused)
             };
@@ -348,7 +350,7 @@ pub fn emit(
     };
     let program = match shaped {
         Some(program) => program,
-        None => match bits::program(net, &names, options) {
+        None => match bits::program(net, facts, &names, options) {
             Ok(program) => program,
             Err(errors) => {
                 diagnostics.extend(errors);
@@ -359,7 +361,18 @@ pub fn emit(
     let style = program.style;
     let image = program.engine.as_ref().map(|it| it.image.clone()).unwrap_or_default();
     let (files, interface, marks) = header::lay_out(net, &names, program, options);
-    Ok(Package { files, style, reason, diagnostics, image, interface, tried: Vec::new(), marks })
+    let rounds = cost::rounds(net, facts);
+    Ok(Package {
+        files,
+        style,
+        reason,
+        diagnostics,
+        image,
+        interface,
+        tried: Vec::new(),
+        rounds,
+        marks,
+    })
 }
 
 /// Functions of the user's library whose names C does not allow as they are.

@@ -1,7 +1,7 @@
 //! What is known of a net beyond its text. `grafsynth-verify` finds facts; back ends use only those that are marked proved.
 
 use crate::arena::IdMap;
-use crate::net::{Step, StepId, TransitionId};
+use crate::net::{Evolution, Net, Step, StepId, TransitionId};
 
 /// All facts of one net.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -30,6 +30,21 @@ pub struct Facts {
     pub single_pending: Option<Proved<bool>>,
     /// What was not found out, and why: for reports.
     pub open: Vec<String>,
+}
+
+impl Facts {
+    /// The most rounds of the evolution of one reaction that are proved: checks, the one that finds nothing to fire among them. None for charts without
+    /// evolution, and where nothing was proved. Outside statecharts a bound on the micro-steps is one on the rounds too, with one more.
+    #[must_use]
+    pub fn most_rounds(&self, net: &Net) -> Option<Proved<u32>> {
+        let Evolution::Stable { .. } = net.settings.evolution else { return None };
+        let of_depth = self
+            .stable_depth
+            .as_ref()
+            .filter(|_| !net.settings.policy.is_statechart())
+            .map(|depth| Proved { value: depth.value.saturating_add(1), by: depth.by });
+        self.rounds.clone().into_iter().chain(of_depth).min_by_key(|rounds| rounds.value)
+    }
 }
 
 /// A value with the way it was found out.

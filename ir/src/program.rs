@@ -35,6 +35,8 @@ pub struct Program {
     pub reset_fault: bool,
     /// The reaction.
     pub body: Vec<Stmt>,
+    /// What the loop of an evolution asks before each round, which is one check; none where a reaction is a single check.
+    pub evolution: Option<TempId>,
 }
 
 /// A call or text of the reset.

@@ -151,6 +151,45 @@ fn bounds_are_tight_on_cells_and_rings() {
     }
 }
 
+/// A chart that evolves until it is stable is bounded by the depth that is proved, in every style that carries it, and no reaction goes deeper.
+#[test]
+fn a_proved_depth_bounds_stable_charts() {
+    let oven = include_str!("../../examples/microwave/oven.graf");
+    let cascade = "chart cascade {
+        evolution stable
+        input a, b, c
+        output R
+        initial step s0  step s1 { R }  step s2  step s3 { R }  step s4
+        s0 -> s1 when a   s1 -> s2 when b   s2 -> s3 when c   s3 -> s4 when not a   s4 -> s0 when not b
+    }";
+    for (name, text, styles, proved, most) in [
+        ("oven", oven, &[Style::Switch, Style::Bits][..], 8, 20.0),
+        ("cascade", cascade, &[Style::Switch, Style::Bits][..], 4, 8.0),
+    ] {
+        let net = grafsynth_tests::chart("a.graf", text);
+        let facts = facts_of(&net);
+        for style in styles {
+            let options = Options { style: *style, ..Options::default() };
+            let package = emit(&net, &facts, &options).expect("it is emitted");
+            let rounds = package.rounds.clone().expect("it evolves");
+            assert_eq!(rounds.proved.map(|it| it.0), Some(proved), "{name}");
+            let unproved = emit(&net, &Facts::default(), &options);
+            for machine in cost::MACHINES {
+                let bound = cost::bound(&package, machine).expect("it is understood");
+                if let Ok(unproved) = &unproved {
+                    assert_eq!(unproved.rounds.as_ref().expect("it evolves").proved, None);
+                    let wide = cost::bound(unproved, machine).expect("it is understood");
+                    assert!(wide.step > bound.step, "{name}: {} {}", wide.step, bound.step);
+                }
+            }
+            for meter in meters() {
+                let ratio = on_machine(&*meter, name, &net, &options, 500).expect("it fits");
+                assert!(ratio <= most, "{name}: {ratio:.2}");
+            }
+        }
+    }
+}
+
 /// Rings of 10 by 3: on microcontrollers a jump is cheaper than a row of a table, on the host the other way round. Where text is to be small it is the table everywhere.
 #[test]
 fn the_style_follows_the_machine() {

@@ -14,6 +14,8 @@ use crate::names::{Names, namer};
 use crate::times::{Ticks, count_type, unsigned};
 use crate::{Object, Options};
 use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::expr::ExprKind;
+use grafsynth_ir::facts::Facts;
 use grafsynth_ir::lower::program::{ProgramOptions, marked_program, program as reaction_program};
 use grafsynth_ir::names::Namer;
 use grafsynth_ir::net::{
@@ -35,6 +37,7 @@ pub(crate) const NODES_PER_TRANSITION: usize = 16;
 /// What no reaction program can be made of.
 pub(crate) fn program(
     net: &Valid<Net>,
+    facts: &Facts,
     names: &Names,
     options: &Options,
 ) -> Result<CProgram, Vec<Diagnostic>> {
@@ -49,6 +52,7 @@ pub(crate) fn program(
     let main = cut(&program.body, limit, &mut bodies);
     let homes = homes(&program, &main, &bodies);
     let mut emit = Emit::new(net, names, &program, homes, names.member_namer());
+    emit.proved_rounds = facts.most_rounds(net).map(|rounds| rounds.value.into());
     Ok(emit.program(&main, &bodies))
 }
 
@@ -75,6 +79,8 @@ pub(crate) struct Emit<'a> {
     pub(crate) function: usize,
     /// Loops so far, to name their counters.
     loops: usize,
+    /// The most rounds of the evolution where that is proved: what its loop is counted with, not what it goes by.
+    pub(crate) proved_rounds: Option<u64>,
     /// Some reaction may leave a fault.
     pub(crate) sets_fault: bool,
     /// Temps whose only value turned out to be a constant.
@@ -121,6 +127,7 @@ impl<'a> Emit<'a> {
             is_split: false,
             function: 0,
             loops: 0,
+            proved_rounds: None,
             sets_fault: net.settings.evolution != Evolution::Single
                 && (program.reset_fault || program.body.iter().any(gives_fault)),
             constants: BTreeMap::new(),
@@ -375,9 +382,10 @@ impl<'a> Emit<'a> {
                     nodes.extend(calls::either(condition, then, otherwise));
                 }
                 Piece::Repeat(limit, condition, body) => {
+                    let most = self.most_rounds(condition);
                     let condition = self.expr(condition);
                     let body = self.pieces(body, calls);
-                    nodes.extend(self.repeat(*limit, &condition, body));
+                    nodes.extend(self.repeat(*limit, &condition, body, most));
                 }
                 Piece::Function(index) => nodes.extend(calls.get(*index).map(Node::line)),
             }
@@ -442,9 +450,10 @@ impl<'a> Emit<'a> {
                 nodes.extend(calls::either(condition, then, otherwise));
             }
             Stmt::Repeat { limit, condition, body } => {
+                let most = self.most_rounds(condition);
                 let condition = self.expr(condition);
                 let body = self.statements(body);
-                nodes.extend(self.repeat(*limit, &condition, body));
+                nodes.extend(self.repeat(*limit, &condition, body, most));
             }
             Stmt::Output(output, value) => {
                 let active = self.carriers(*output, value);
@@ -475,7 +484,21 @@ impl<'a> Emit<'a> {
         }
     }
 
-    pub(crate) fn repeat(&mut self, limit: u32, condition: &CExpr, body: Vec<Node>) -> Vec<Node> {
+    /// What is proved of the loop that asks this.
+    fn most_rounds(&self, condition: &Expr) -> Option<u64> {
+        let again = self.program.evolution?;
+        let is_evolution = matches!(condition.kind, ExprKind::Leaf(Leaf::Temp(it)) if it == again);
+        self.proved_rounds.filter(|_| is_evolution)
+    }
+
+    /// A loop that goes `limit` rounds at most, and no more than `most` of them where that is proved.
+    pub(crate) fn repeat(
+        &mut self,
+        limit: u32,
+        condition: &CExpr,
+        body: Vec<Node>,
+        most: Option<u64>,
+    ) -> Vec<Node> {
         if condition.is_false() || limit == 0 {
             return Vec::new();
         }
@@ -492,13 +515,9 @@ impl<'a> Emit<'a> {
         } else {
             format!("({counter} < {bound}) && {}", condition.within(Prec::Unary))
         };
-        vec![
-            Kind::Block(vec![Arm::new(
-                format!("for ({ty} {counter} = 0; {question}; ++{counter})"),
-                body,
-            )])
-            .into(),
-        ]
+        let head = format!("for ({ty} {counter} = 0; {question}; ++{counter})");
+        let arm = Arm { at_most: most, ..Arm::new(head, body) };
+        vec![Kind::Block(vec![arm]).into()]
     }
 
     pub(crate) fn expr(&mut self, expr: &Expr) -> CExpr {

@@ -2,7 +2,7 @@
 //!
 //! [`bound`] reads the text that was emitted (not the chart: what is not in the text costs nothing) with the types that it declares, and adds up what each operation
 //! costs on a [`Machine`] whose constants are data. Where paths part the dearer one counts: the arm of an `if`, the case of a `switch`, every operand of `&&`. Loops have
-//! bounds: a constant in their condition, or one that the emitter marks (`ctext::Arm::at_most`) with its reason. There is no recursion, so a call costs what
+//! bounds: a constant in their condition, or one that the emitter marks (`ctext::Arm::at_most`) with its reason; a loop over micro-steps goes as often as is proved ([`Rounds`]). There is no recursion, so a call costs what
 //! its function costs, and functions come after their callees. What is not understood is an error of ours ([`NotUnderstood`]), never 0.
 //!
 //! The compiler is free to do better; what it can do worse (registers that run short, merged tails) is within the constants, which tests on simulated machines check: a measured
@@ -14,7 +14,7 @@ mod cortex_m3;
 mod i8051;
 mod machine;
 mod memory;
-
+mod rounds;
 mod syntax;
 mod tokens;
 mod tree;
@@ -24,6 +24,8 @@ mod x86_64;
 pub(crate) use choice::emit_best;
 pub use choice::{Candidate, Goal};
 pub use machine::{Machine, Op, Widths};
+pub use rounds::Rounds;
+pub(crate) use rounds::rounds;
 pub use walk::Place;
 
 use crate::ctext::Marks;

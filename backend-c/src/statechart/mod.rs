@@ -33,6 +33,7 @@ use crate::times::{count_type, unsigned};
 use crate::{Object, Options};
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::expr::{CompareOp, Type};
+use grafsynth_ir::facts::Facts;
 use grafsynth_ir::lower::program::{Pieces, pieces};
 use grafsynth_ir::names::Namer;
 use grafsynth_ir::net::{Enter, Evolution, HistoryId, InputId, Net, StepId, Transition};
@@ -55,6 +56,7 @@ pub(crate) enum Failure {
 /// What the net uses that the style does not carry, and what no reaction program can be made of.
 pub(crate) fn program(
     net: &Valid<Net>,
+    facts: &Facts,
     names: &Names,
     options: &Options,
 ) -> Result<CProgram, Failure> {
@@ -88,6 +90,7 @@ pub(crate) fn program(
     let memories = memories(net, &plan, &mut members);
     let mut statements = Statements::new(net, names, &analysed, homes, members);
     statements.is_split = true;
+    statements.proved_rounds = facts.most_rounds(net).map(|rounds| rounds.value.into());
     statements.sets_fault = net.settings.evolution != Evolution::Single
         && (pieces.program.reset_fault || analysed.body.iter().any(gives_fault));
     let mut emit = Emit {
@@ -381,6 +384,7 @@ impl Emit<'_> {
     /// The loop of checks.
     fn evolution(&mut self, moves: Option<text::Function>) -> Vec<Node> {
         let pieces = self.pieces;
+        let most = self.statements.proved_rounds;
         let again = self.statements.expr(&pieces.again);
         let mut body = self.statements.statements(&pieces.check);
         let idle = self.statements.statements(&pieces.idle);
@@ -388,7 +392,7 @@ impl Emit<'_> {
         let Some(moves) = moves else {
             body.extend(idle);
             body.extend(calls::either(again.clone().not(), renew, Vec::new()));
-            return self.statements.repeat(pieces.rounds, &again, body);
+            return self.statements.repeat(pieces.rounds, &again, body, most);
         };
         let is_full = self.statements.expr(&pieces.is_full);
         body.push(Node::line(format!("const bool is_full = {};", is_full.text)));
@@ -414,7 +418,7 @@ impl Emit<'_> {
         );
         let renewed = CExpr::or([CExpr::condition("fires", Prec::Atom), again.clone().not()]);
         body.extend(calls::either(renewed, renew, Vec::new()));
-        self.statements.repeat(pieces.rounds, &again, body)
+        self.statements.repeat(pieces.rounds, &again, body, most)
     }
 
     // --- declarations ----------------------------------------------------------------------------------------------------------------------

@@ -3,6 +3,8 @@
 use super::{Subject, table::Table};
 use grafsynth_backend_c::cost::{self, Bound, Machine};
 use grafsynth_backend_c::{Object, Package, Style};
+use grafsynth_ir::facts::Proof;
+use grafsynth_ir::net::PropertyRole;
 use std::collections::BTreeMap;
 
 /// The most rows of a path: what is left out is cheap.
@@ -70,6 +72,7 @@ pub(super) fn write(subject: &Subject<'_>) -> Option<String> {
         }
     }
     text += &table.text();
+    text += &rounds(subject, package);
     for it in &subject.built.measured {
         if let Some(machine) = cost::machine(it.machine) {
             let stack = it.stack.map_or_else(String::new, |n| format!(", {n} B of stack"));
@@ -119,6 +122,40 @@ fn style(package: &Package) -> String {
         }
     }
     format!("{}\n", table.text())
+}
+
+/// How often the loop over micro-steps was counted, and what that rests on.
+fn rounds(subject: &Subject<'_>, package: &Package) -> String {
+    let Some(rounds) = &package.rounds else { return String::new() };
+    let net = subject.net;
+    let micro_steps = |n: u32| format!("{n} micro-step{}", if n == 1 { "" } else { "s" });
+    match rounds.proved {
+        Some((checks, by)) => {
+            let by = match by {
+                Proof::Explicit => "all states were enumerated",
+                Proof::Symbolic => "from a decision diagram of all states",
+                Proof::Structural => "from the structure",
+                Proof::Induction => "by induction",
+            };
+            let assumed = net.settings.events_exclusive
+                || net.properties.iter().any(|it| it.role == PropertyRole::Assume);
+            let while_it_holds =
+                if assumed { ", as long as what the chart assumes holds" } else { "" };
+            format!(
+                "\nThe loop over micro-steps is counted {checks} times, the check that finds nothing among them: it is proved that no reaction takes more ({by}){while_it_holds}. \
+                 The chart would allow {}.\n",
+                micro_steps(rounds.limit)
+            )
+        }
+        None => {
+            let why = rounds.open.as_ref().map_or_else(String::new, |why| format!(": {why}"));
+            let each = if net.settings.policy.is_statechart() { " for each event" } else { "" };
+            format!(
+                "\nThe loop over micro-steps is counted up to the limit of the chart, {}{each}, because no smaller number is proved{why}.\n",
+                micro_steps(rounds.limit)
+            )
+        }
+    }
 }
 
 /// The time of a bound at the clock of the machine.

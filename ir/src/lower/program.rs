@@ -128,7 +128,8 @@ fn program_with(
         return Err(builder.findings);
     }
     let temps = std::mem::take(&mut builder.temps);
-    let mut program = Program { body, temps, ..Program::default() };
+    let evolution = builder.evolution;
+    let mut program = Program { body, temps, evolution, ..Program::default() };
     with_reset(builder, net, &mut program);
     Ok(if options.prune { prune::prune(program) } else { program })
 }
@@ -177,6 +178,8 @@ struct Builder<'a> {
     /// Reset is being made: no edges, no events.
     reset: bool,
     marks: Option<&'a Marks>,
+    /// What the loop of the evolution asks.
+    evolution: Option<TempId>,
 
     step: IdMap<Step, CellId>,
     elapsed: IdMap<Step, Option<CellId>>,
@@ -293,6 +296,7 @@ impl<'a> Builder<'a> {
             temps: Arena::new(),
             reset: false,
             marks: None,
+            evolution: None,
             step,
             elapsed,
             last_elapsed,

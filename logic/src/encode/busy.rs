@@ -589,6 +589,8 @@ impl<'a> Maker<'a> {
             reset_outputs: self.program.reset_outputs.clone(),
             reset_fault: self.program.reset_fault,
             body,
+            // Each micro-step has a clock of its own.
+            evolution: None,
         };
         Stepwise { program, registers }
     }

@@ -280,7 +280,10 @@ impl Encoder<'_> {
         // What is proved of the rounds is said of the outermost loop that moves the situation; loops inside it settle conflicts, and one beside it
         // orders what is due; they have bounds of their own.
         let is_evolution = depth == 0 && self.moves(body);
-        let rounds = limit.min(self.proved_rounds().filter(|_| is_evolution).unwrap_or(limit));
+        let rounds = match self.facts.most_rounds(self.net).filter(|_| is_evolution) {
+            Some(proved) => limit.min(proved.value),
+            None => limit,
+        };
         for _ in 0..rounds {
             let Some(goes_on) = self.eval_bool(condition, false) else { return };
             if self.builder.as_constant(goes_on) == Some(false) || self.overflow.is_some() {
@@ -288,16 +291,6 @@ impl Encoder<'_> {
             }
             self.branch(goes_on, None, body, &[], depth);
         }
-    }
-
-    /// A proved bound on the rounds of the evolution. Outside statecharts one on the micro-steps is one on the rounds, and one more: the last one may
-    /// find that nothing fires.
-    fn proved_rounds(&self) -> Option<u32> {
-        let Evolution::Stable { .. } = self.net.settings.evolution else { return None };
-        let of_depth = self.facts.stable_depth.as_ref().map(|depth| depth.value.saturating_add(1));
-        let of_depth = of_depth.filter(|_| !self.net.settings.policy.is_statechart());
-        let of_rounds = self.facts.rounds.as_ref().map(|rounds| rounds.value);
-        of_rounds.into_iter().chain(of_depth).min()
     }
 
     /// Some step may be stored.

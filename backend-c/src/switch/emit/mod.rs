@@ -15,7 +15,7 @@ use crate::calls;
 use crate::cexpr::{CExpr, Helpers, Prec, c_expr, storage};
 use crate::consts::{self, Effect};
 use crate::cprogram::{CProgram, Member, mentions, with_unused, without_unused};
-use crate::ctext::{Kind, Node, comment_text};
+use crate::ctext::{Arm, Kind, Node, comment_text};
 use crate::names::Names;
 use crate::times::{Ticks, count_type, unsigned};
 use crate::{Object, Options, trace};
@@ -647,7 +647,11 @@ impl<'a> Emit<'a> {
         }
         let mut nodes = vec![
             Node::line(format!("{counter} rounds = 0;")),
-            Node::block(format!("while ((rounds < {bound}) && {call})"), round),
+            Kind::Block(vec![Arm {
+                at_most: facts.stable_depth.as_ref().map(|depth| depth.value.into()),
+                ..Arm::new(format!("while ((rounds < {bound}) && {call})"), round)
+            }])
+            .into(),
         ];
         if self.fault_possible(facts) {
             nodes.push(Node::line("self->fault = false;"));

@@ -104,6 +104,7 @@ impl Builder<'_> {
         step.push(Stmt::Set(count, Expr::new(one_more, Span::default())));
         body.push(Stmt::If(temp(again), step, Vec::new()));
         self.renew_edges(&mut body);
+        self.evolution = Some(again);
         out.push(Stmt::Repeat { limit: limit.saturating_add(1), condition: temp(again), body });
         out.push(Stmt::Fault(temp(fault)));
     }

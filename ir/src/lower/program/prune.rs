@@ -129,7 +129,8 @@ fn rebuilt(
 ) -> Program {
     let (renamed, cells, temps) = renaming(&program, keep_cell, keep_temp);
     let body = renamed.list(program.body);
-    Program { cells, temps, body, ..program }
+    let evolution = program.evolution.and_then(|again| renamed.temps[again]);
+    Program { cells, temps, body, evolution, ..program }
 }
 
 fn renaming(

@@ -175,6 +175,7 @@ impl Builder<'_> {
         self.renew_edges(&mut renew);
         when(Expr::or([any, temp(again).not()]), renew, &mut body);
         let limit = self.most_rounds(limit);
+        self.evolution = Some(again);
         out.push(Stmt::Repeat { limit, condition: temp(again), body });
     }
 
