@@ -139,14 +139,14 @@ static uint32_t gs_bytes(uint32_t bits)
 }
 
 /* The bytes of bits that live within a reaction, before the transitions chosen. */
-static uint32_t gs_marks(GS_ROM uint8_t *image)
+static uint32_t gs_marks(GS_ROM uint8_t *image) GS_ON_STACK
 {
     const uint32_t states = gs_count(image, GS_STATES);
     const uint32_t histories = gs_count(image, GS_HISTORIES);
     return gs_bytes((uint32_t)gs_count(image, GS_TRANSITIONS) + (3U * states) + (3U * histories));
 }
 
-static bool gs_has_room(GS_ROM uint8_t *image, const gs_room_t *room)
+static bool gs_has_room(GS_ROM uint8_t *image, const gs_room_t *room) GS_ON_STACK
 {
     const uint32_t bits = (uint32_t)gs_count(image, GS_STATES) + gs_count(image, GS_CASES) + (2U * (uint32_t)gs_count(image, GS_EDGES));
     const uint32_t values = (uint32_t)gs_count(image, GS_VARS) + gs_count(image, GS_TIMERS);
@@ -389,7 +389,7 @@ static bool gs_histories_are_good(GS_ROM uint8_t *image)
     return good;
 }
 
-static bool gs_rest_is_good(GS_ROM uint8_t *image)
+static bool gs_rest_is_good(GS_ROM uint8_t *image) GS_ON_STACK
 {
     bool good = true;
     for (uint16_t v = 0U; good && (v < gs_count(image, GS_VARS)); ++v) {
@@ -410,7 +410,7 @@ static bool gs_rest_is_good(GS_ROM uint8_t *image)
     return good;
 }
 
-static bool gs_sections_are_good(GS_ROM uint8_t *image, uint16_t length)
+static bool gs_sections_are_good(GS_ROM uint8_t *image, uint16_t length) GS_ON_STACK
 {
     bool good = true;
     for (uint8_t section = 0U; good && (section < GS_N_SECTIONS); ++section) {
@@ -499,7 +499,7 @@ static void gs_clear_marks(gs_run_t *run)
     run->chosen = 0U;
 }
 
-static uint16_t gs_chosen(const gs_run_t *run, uint16_t at)
+static uint16_t gs_chosen(const gs_run_t *run, uint16_t at) GS_ON_STACK
 {
     const uint16_t place = (uint16_t)(gs_marks(run->image) + (2U * (uint32_t)at));
     const uint16_t low = run->work[place];
@@ -507,7 +507,7 @@ static uint16_t gs_chosen(const gs_run_t *run, uint16_t at)
     return (uint16_t)(low | (uint16_t)(high << 8));
 }
 
-static void gs_set_chosen(gs_run_t *run, uint16_t at, uint16_t transition)
+static void gs_set_chosen(gs_run_t *run, uint16_t at, uint16_t transition) GS_ON_STACK
 {
     const uint16_t place = (uint16_t)(gs_marks(run->image) + (2U * (uint32_t)at));
     run->work[place] = (uint8_t)(transition & 0xFFU);
@@ -516,7 +516,7 @@ static void gs_set_chosen(gs_run_t *run, uint16_t at, uint16_t transition)
 
 /* --- expressions and lists ---------------------------------------------------------------------------------------------------------------- */
 
-static void gs_store(const gs_run_t *run, uint16_t var, int32_t value)
+static void gs_store(const gs_run_t *run, uint16_t var, int32_t value) GS_ON_STACK
 {
     const uint16_t row = gs_row(run->image, GS_VARS, var, GS_VAR_ROW);
     const int32_t lo = gs_i32(run->image, (uint16_t)(row + 4U));
@@ -705,7 +705,7 @@ static void gs_add(gs_run_t *run, uint16_t list)
 }
 
 /* A history that is entered stands for what it recorded, or for its default. */
-static void gs_enter_history(gs_run_t *run, uint16_t history)
+static void gs_enter_history(gs_run_t *run, uint16_t history) GS_ON_STACK
 {
     const uint16_t row = gs_row(run->image, GS_HISTORIES, history, GS_HISTORY_ROW);
     const uint16_t first = gs_u16(run->image, (uint16_t)(row + 2U));
@@ -741,7 +741,7 @@ static void gs_enter_histories(gs_run_t *run)
     }
 }
 
-static void gs_record_histories(gs_run_t *run)
+static void gs_record_histories(gs_run_t *run) GS_ON_STACK
 {
     for (uint16_t h = 0U; h < gs_count(run->image, GS_HISTORIES); ++h) {
         const uint16_t row = gs_row(run->image, GS_HISTORIES, h, GS_HISTORY_ROW);
@@ -821,7 +821,7 @@ static bool gs_lies_in(const gs_run_t *run, uint16_t state, uint16_t outer)
 }
 
 /* Takes a transition, or not: it replaces those that leave the same states if it comes before all of them. */
-static void gs_take(gs_run_t *run, uint16_t transition)
+static void gs_take(gs_run_t *run, uint16_t transition) GS_ON_STACK
 {
     GS_ROM uint8_t *image = run->image;
     const bool inner = image[GS_AT_KIND] == GS_INNER;
@@ -933,7 +933,7 @@ static bool gs_evolve_chart(gs_run_t *run, bool reset)
 }
 
 /* Which transitions of a net fire: all that can, or the first of those that share a step. */
-static bool gs_check_net(gs_run_t *run)
+static bool gs_check_net(gs_run_t *run) GS_ON_STACK
 {
     const bool competes = run->image[GS_AT_KIND] == GS_PRIORITY;
     bool any = false;
@@ -1012,7 +1012,7 @@ static bool gs_evolve_net(gs_run_t *run)
 /* --- reactions ---------------------------------------------------------------------------------------------------------------------------- */
 
 /* What is asked for an edge is over inputs alone, so it stands for the whole reaction. */
-static void gs_compare_edges(gs_run_t *run)
+static void gs_compare_edges(gs_run_t *run) GS_ON_STACK
 {
     for (uint16_t e = 0U; e < gs_count(run->image, GS_EDGES); ++e) {
         gs_put(run->bits, gs_now_bit(run, e), gs_run(run, gs_cell(run->image, GS_EDGES, e, 2U, 0U)) != 0);
@@ -1020,14 +1020,14 @@ static void gs_compare_edges(gs_run_t *run)
     run->fresh = true;
 }
 
-static void gs_renew_edges(gs_run_t *run)
+static void gs_renew_edges(gs_run_t *run) GS_ON_STACK
 {
     for (uint16_t e = 0U; e < gs_count(run->image, GS_EDGES); ++e) {
         gs_put(run->bits, gs_edge_bit(run, e), gs_bit(run->bits, gs_now_bit(run, e)));
     }
 }
 
-static void gs_give_outputs(gs_run_t *run)
+static void gs_give_outputs(gs_run_t *run) GS_ON_STACK
 {
     run->fresh = false;
     for (uint16_t o = 0U; o < gs_count(run->image, GS_OUTPUTS); ++o) {

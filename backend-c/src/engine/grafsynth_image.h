@@ -23,6 +23,13 @@
 #define GS_INLINE static inline
 #endif
 
+/* sdcc gives what a function computes with addresses of its own among the 128 bytes inside an 8051; functions that compute much put it on the stack instead. */
+#if defined(__SDCC_mcs51)
+#define GS_ON_STACK __reentrant
+#else
+#define GS_ON_STACK
+#endif
+
 /* What a check says. */
 #define GS_OK 0U
 #define GS_SHORT 1U     /* fewer bytes than an image has, or than its length says */

@@ -289,7 +289,7 @@ uint8_t gp_check(GS_ROM uint8_t *image, uint16_t size, const gp_room_t *room)
 /* --- arithmetic --------------------------------------------------------------------------------------------------------------------------- */
 
 /* Two's complement, wherever the bits come from. */
-static int64_t gp_signed(uint64_t value)
+static int64_t gp_signed(uint64_t value) GS_ON_STACK
 {
     int64_t result;
     if ((value >> 63) == 0U) {
@@ -301,14 +301,14 @@ static int64_t gp_signed(uint64_t value)
     return result;
 }
 
-static uint64_t gp_magnitude(int64_t value)
+static uint64_t gp_magnitude(int64_t value) GS_ON_STACK
 {
     return (value < 0) ? ((uint64_t)0U - (uint64_t)value) : (uint64_t)value;
 }
 
 /* sdcc for the 8051 adds, shifts and compares such numbers, but its library has no more. */
 #if defined(__SDCC_mcs51)
-static uint64_t gp_mul(uint64_t a, uint64_t b)
+static uint64_t gp_mul(uint64_t a, uint64_t b) GS_ON_STACK
 {
     uint64_t x = a;
     uint64_t y = b;
@@ -323,7 +323,7 @@ static uint64_t gp_mul(uint64_t a, uint64_t b)
     return sum;
 }
 
-static uint64_t gp_div(uint64_t a, uint64_t b, bool wants_rest)
+static uint64_t gp_div(uint64_t a, uint64_t b, bool wants_rest) GS_ON_STACK
 {
     uint64_t quotient = a;
     uint64_t rest = 0U;
@@ -340,12 +340,12 @@ static uint64_t gp_div(uint64_t a, uint64_t b, bool wants_rest)
     return wants_rest ? rest : quotient;
 }
 #else
-static uint64_t gp_mul(uint64_t a, uint64_t b)
+static uint64_t gp_mul(uint64_t a, uint64_t b) GS_ON_STACK
 {
     return a * b;
 }
 
-static uint64_t gp_div(uint64_t a, uint64_t b, bool wants_rest)
+static uint64_t gp_div(uint64_t a, uint64_t b, bool wants_rest) GS_ON_STACK
 {
     uint64_t value;
     if (wants_rest) {
@@ -358,7 +358,7 @@ static uint64_t gp_div(uint64_t a, uint64_t b, bool wants_rest)
 #endif
 
 /* Toward zero; the rest has the sign of the dividend. What has no answer gives 0. */
-static int64_t gp_divide(int64_t a, int64_t b, bool wants_rest)
+static int64_t gp_divide(int64_t a, int64_t b, bool wants_rest) GS_ON_STACK
 {
     int64_t value = 0;
     if (b != 0) {
@@ -370,12 +370,12 @@ static int64_t gp_divide(int64_t a, int64_t b, bool wants_rest)
     return value;
 }
 
-static int64_t gp_truth(bool value)
+static int64_t gp_truth(bool value) GS_ON_STACK
 {
     return value ? 1 : 0;
 }
 
-static int64_t gp_two(uint8_t op, int64_t a, int64_t b)
+static int64_t gp_two(uint8_t op, int64_t a, int64_t b) GS_ON_STACK
 {
     int64_t value = 0;
     switch (op) {
@@ -432,7 +432,7 @@ static uint16_t gp_row(uint16_t cell)
 }
 
 /* An element of a cell; 0 for what it does not have. */
-static int64_t gp_get(const gp_run_t *run, uint16_t cell, int64_t index)
+static int64_t gp_get(const gp_run_t *run, uint16_t cell, int64_t index) GS_ON_STACK
 {
     const uint16_t row = gp_row(cell);
     const uint16_t first = gs_u16(run->image, row);
@@ -444,7 +444,7 @@ static int64_t gp_get(const gp_run_t *run, uint16_t cell, int64_t index)
 }
 
 /* The nearest value in the range of the cell. */
-static void gp_set(const gp_run_t *run, uint16_t cell, int64_t index, int64_t value)
+static void gp_set(const gp_run_t *run, uint16_t cell, int64_t index, int64_t value) GS_ON_STACK
 {
     const uint16_t row = gp_row(cell);
     const uint16_t first = gs_u16(run->image, row);
@@ -463,7 +463,7 @@ static void gp_set(const gp_run_t *run, uint16_t cell, int64_t index, int64_t va
     }
 }
 
-static int32_t gp_narrow(int64_t value)
+static int32_t gp_narrow(int64_t value) GS_ON_STACK
 {
     int32_t kept;
     if (value < (int64_t)INT32_MIN) {
@@ -478,7 +478,7 @@ static int32_t gp_narrow(int64_t value)
 
 /* --- running ------------------------------------------------------------------------------------------------------------------------------ */
 
-static int64_t gp_leaf(const gp_run_t *run, uint8_t op, uint16_t at)
+static int64_t gp_leaf(const gp_run_t *run, uint8_t op, uint16_t at) GS_ON_STACK
 {
     GS_ROM uint8_t *image = run->image;
     int64_t value = 0;
@@ -517,7 +517,7 @@ static int64_t gp_leaf(const gp_run_t *run, uint8_t op, uint16_t at)
 }
 
 /* What puts something away: the value and, below it, the index of an element. */
-static void gp_put_away(gp_run_t *run, uint8_t op, uint16_t number, int64_t value, int64_t index)
+static void gp_put_away(gp_run_t *run, uint8_t op, uint16_t number, int64_t value, int64_t index) GS_ON_STACK
 {
     switch (op) {
     case GP_OP_SET_BIT:
@@ -547,7 +547,7 @@ static void gp_put_away(gp_run_t *run, uint8_t op, uint16_t number, int64_t valu
 }
 
 /* The condition of a part that is held, and what a loop does at its ends. */
-static void gp_turn(gp_run_t *run, uint8_t op, uint16_t operand)
+static void gp_turn(gp_run_t *run, uint8_t op, uint16_t operand) GS_ON_STACK
 {
     GS_ROM uint8_t *image = run->image;
     const bool holds = (run->depth > 0U) && (run->stack[run->depth - 1U] != 0);
