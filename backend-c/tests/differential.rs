@@ -6,8 +6,6 @@
     reason = "tests try the text on real compilers and say what they skip"
 )]
 
-mod support;
-
 use std::io::Write as _;
 use std::process::{Command, Stdio};
 
@@ -15,8 +13,9 @@ use grafsynth_backend_c::{Io, Options, Package, Style, emit, multi_harness};
 use grafsynth_ir::Valid;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::{Net, Policy};
-use support::random_net::{Flavour, random_net};
-use support::*;
+
+use crate::support::random_net::{Flavour, random_net};
+use crate::support::*;
 
 /// Runs all nets in one program for each style, and compares.
 fn agree(tag: &str, nets: &[(Valid<Net>, Facts)], styles: &[Style]) -> Vec<&'static str> {

@@ -5,12 +5,11 @@
 )]
 #![allow(clippy::print_stdout, reason = "tests say what they measured")]
 
-mod support;
-
 use std::time::Instant;
 
 use grafsynth_backend_c::{Options, Package, Style, emit};
-use support::*;
+
+use crate::support::*;
 
 /// A program that measures a reaction with all inputs 1.
 fn bench(folder: &Folder, package: &Package, name: &str) -> f64 {
@@ -105,6 +104,6 @@ fn ten_thousand_steps_are_emitted_at_once() {
         let seconds = start.elapsed().as_secs_f64();
         let bytes: usize = package.files.iter().map(|file| file.text.len()).sum();
         println!("{name} {}: {seconds:.3} s, {bytes} bytes", package.style);
-        assert!(seconds < 6.0, "{seconds} s even without optimisation");
+        assert!(seconds < 15.0, "{seconds} s even without optimisation, and beside other tests");
     }
 }

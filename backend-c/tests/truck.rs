@@ -2,10 +2,9 @@
 
 #![allow(clippy::print_stdout, reason = "tests say what they measured")]
 
-mod support;
-
 use grafsynth_backend_c::{Io, Options, emit};
-use support::*;
+
+use crate::support::*;
 
 #[test]
 fn the_text_of_the_truck() {
@@ -40,9 +39,9 @@ fn the_truck_compiles_everywhere_and_is_small() {
 
 #[test]
 fn odd_charts_compile_everywhere_too() {
+    use crate::support::random_net::{Flavour, random_net};
     use grafsynth_backend_c::Style;
     use grafsynth_ir::net::Policy;
-    use support::random_net::{Flavour, random_net};
     let flavour =
         Flavour { policy: Policy::Priority, stable: true, lists: true, forks: true, times: true };
     for (seed, style, io) in

@@ -1,10 +1,9 @@
 //! The text form carries every net, valid or not, and no text brings the parser down.
 
-mod random_net;
-
 use grafsynth_ir::net::Net;
 use grafsynth_ir::{FileId, text};
-use random_net::Random;
+
+use crate::random_net::{self, Random};
 
 fn parsed(text: &str) -> Net {
     let (net, findings) = text::parse(FileId(0), text);

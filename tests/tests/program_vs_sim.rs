@@ -1,6 +1,6 @@
 //! The reaction program of a net against the simulator: two readings of `docs/semantics.md` that share no code must show the same rows.
 //!
-//! `PROGRAM_NETS=20000 cargo test -p grafsynth-tests --test program_vs_sim` runs more; `PROGRAM_SEED=77` runs one net and says how it differs.
+//! `PROGRAM_NETS=20000 cargo test -p grafsynth-tests program_vs_sim::` runs more; `PROGRAM_SEED=77` runs one net and says how it differs.
 
 #![allow(clippy::disallowed_methods, reason = "how many nets are run is asked of the environment")]
 

@@ -1,15 +1,5 @@
 //! The two proofs of equivalence against each other, on random nets and on circuits that were spoiled on purpose.
 
-#[path = "../../tests/src/random_net/mod.rs"]
-#[allow(
-    dead_code,
-    unused_imports,
-    unreachable_pub,
-    unfulfilled_lint_expectations,
-    reason = "shared with the differential tests; not all of it is used here"
-)]
-mod random_net;
-
 use grafsynth_ir::Valid;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::logic::{Logic, Node};
@@ -22,7 +12,8 @@ use grafsynth_logic::{EncodeOptions, encode};
 use grafsynth_sim::{Simulator, Stimulus, breaks_assumption};
 use grafsynth_verify::equiv::{by_enumeration, by_induction};
 use grafsynth_verify::{Limits, Verdict, structural_facts};
-use random_net::{Features, random_net};
+
+use crate::random_net::{Features, random_net};
 
 fn limits() -> Limits {
     Limits {

@@ -1,15 +1,5 @@
 //! Reachable situations as a decision diagram: the same answers as enumeration where both can be had, and answers where only the diagram can.
 
-#[path = "../../tests/src/random_net/mod.rs"]
-#[allow(
-    dead_code,
-    unused_imports,
-    unreachable_pub,
-    unfulfilled_lint_expectations,
-    reason = "shared with the differential tests; not all of it is used here"
-)]
-mod random_net;
-
 use std::collections::BTreeMap;
 
 use grafsynth_frontend::graf;
@@ -19,7 +9,8 @@ use grafsynth_ir::lower::lower;
 use grafsynth_ir::net::{Evolution, Leaf, Net, Property, PropertyExpr, PropertyLeaf, PropertyRole};
 use grafsynth_ir::{FileId, Span, Valid, validate};
 use grafsynth_verify::{Limits, Outcome, Ticks, facts, properties};
-use random_net::{Features, random_net};
+
+use crate::random_net::{Features, random_net};
 
 fn enumerated(net: &Valid<Net>) -> Option<Facts> {
     let limits = Limits { pairs: 30_000, rows_per_state: 1024, image_work: 0, ..Limits::default() };

@@ -1,0 +1,6 @@
+//! The emitted C before real compilers: golden text, random nets, and large charts.
+
+mod differential;
+mod scale;
+mod support;
+mod truck;

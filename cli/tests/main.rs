@@ -1,0 +1,5 @@
+//! The program itself, started as a user starts it.
+
+mod cases;
+mod packages;
+mod pages;

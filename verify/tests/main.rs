@@ -1,0 +1,16 @@
+//! The proofs against each other and against enumeration, and the pages of the findings.
+
+mod agreement;
+mod pages;
+mod reach;
+mod scale;
+
+#[path = "../../tests/src/random_net/mod.rs"]
+#[allow(
+    dead_code,
+    unused_imports,
+    unreachable_pub,
+    unfulfilled_lint_expectations,
+    reason = "shared with the differential tests; not all of it is used here"
+)]
+mod random_net;
