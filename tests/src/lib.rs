@@ -2,6 +2,7 @@
 //!
 //! With `GRAFSYNTH_DEEP=1` in the environment the large counts are run, with `GRAFSYNTH_DEEP=8` an eighth of them; `scripts/test --deep` sets it.
 
+pub mod facts_watch;
 pub mod fleet;
 pub mod large_chart;
 pub mod random_c;

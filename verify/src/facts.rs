@@ -161,14 +161,19 @@ fn explicit_facts(net: &Valid<Net>, limits: &Limits, facts: &mut Facts) {
     let mut unstable = at_reset.row().fault;
     let mut most = Most::default();
     let mut touched = IdMap::filled(&net.steps, false);
-    let (states, ended) = explore::<()>(net, limits, Ticks::Any, &mut |_, seen| {
-        for transition in seen.simulator.fired() {
+    // Reset is a reaction too: a statechart runs to completion in it.
+    let mut note = |simulator: &Simulator<'_>| {
+        for transition in simulator.fired() {
             fired[*transition] = true;
             // A transient step is active between two micro-steps only.
             entered(&net.transitions[*transition]).for_each(|step| touched[step] = true);
         }
+        most.note(simulator);
+    };
+    note(&at_reset);
+    let (states, ended) = explore::<()>(net, limits, Ticks::Any, &mut |_, seen| {
+        note(seen.simulator);
         unstable |= seen.row.fault;
-        most.note(seen.simulator);
         None
     });
     match ended {
@@ -217,8 +222,7 @@ fn explicit_facts(net: &Valid<Net>, limits: &Limits, facts: &mut Facts) {
         facts.single_pending = if !raises_anything(net) {
             Some(Proved { value: true, by: Proof::Structural })
         } else {
-            (!unstable && most.internal.max(at_reset.longest_internal()) <= 1)
-                .then_some(Proved { value: true, by: Proof::Explicit })
+            (!unstable && most.internal <= 1).then_some(Proved { value: true, by: Proof::Explicit })
         };
     }
 }
@@ -267,6 +271,9 @@ fn symbolic_facts(net: &Valid<Net>, limits: &Limits, facts: &mut Facts) -> Resul
         by: Proof::Symbolic,
         sets: None,
     });
+    // The diagram begins after reset, which is a reaction too.
+    let at_reset = Simulator::new(net);
+    at_reset.fired().iter().for_each(|transition| reached.fires[transition.index()] = true);
     let mut seen = IdMap::filled(&net.steps, false);
     for (transition, _) in net.transitions.values().zip(&reached.fires).filter(|(_, fires)| **fires)
     {
@@ -288,8 +295,8 @@ fn symbolic_facts(net: &Valid<Net>, limits: &Limits, facts: &mut Facts) -> Resul
     match net.settings.evolution {
         Evolution::Single => symbolic_components(net, &mut reached, facts)?,
         Evolution::Stable { .. } => {
-            facts.stable_depth =
-                reached.depth.map(|depth| Proved { value: depth.max(1), by: Proof::Symbolic });
+            let depth = reached.depth.map(|depth| depth.max(at_reset.micro_steps()).max(1));
+            facts.stable_depth = depth.map(|value| Proved { value, by: Proof::Symbolic });
         }
     }
     Ok(())

@@ -1,0 +1,291 @@
+//! What is proved of a net is true of every run of it, and a judge that knows nothing of the proofs would see it if it were not; large irregular charts
+//! are covered by sequential components.
+
+#![allow(clippy::print_stdout, reason = "tests say what they counted")]
+
+use grafsynth_ir::Valid;
+use grafsynth_ir::facts::{Facts, Proof};
+use grafsynth_ir::net::Net;
+use grafsynth_sim::{Random, Stimulus};
+use grafsynth_tests::facts_watch::refuted;
+use grafsynth_tests::random_net::{Features, random_net};
+use grafsynth_tests::{chart, in_parallel, readable, rounds};
+use grafsynth_verify::{Limits, facts, structural_facts};
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write as _;
+
+const ROWS: usize = 80;
+
+fn limits() -> Limits {
+    Limits { pairs: 20_000, states: 2_000, ..Limits::default() }
+}
+
+/// By structure, by enumeration and by decision diagrams, over everything that a net can be.
+#[test]
+fn no_run_speaks_against_what_was_proved() {
+    let seeds: Vec<u64> = (0..rounds(150, 10_000)).collect();
+    let proofs = in_parallel(&seeds, |seed| {
+        let net = random_net(*seed, &Features::everything().some(*seed));
+        let found = facts(&net, &limits());
+        for part in 0..3 {
+            let stimulus =
+                Stimulus::random(&net, ROWS, seed ^ part << 40, [1, 3, 300][part as usize]);
+            if let Some(why) = refuted(&net, &found, &stimulus) {
+                panic!("seed {seed}: {why}\n{}", readable(&net));
+            }
+        }
+        found.components.iter().map(|component| component.by).collect::<Vec<Proof>>()
+    });
+    let mut counted = BTreeMap::new();
+    proofs.into_iter().flatten().for_each(|by| *counted.entry(by).or_insert(0) += 1);
+    println!("components by proof: {counted:?}");
+    for by in [Proof::Structural, Proof::Explicit] {
+        assert!(counted.get(&by).is_some_and(|n| *n > 5), "{counted:?}");
+    }
+}
+
+/// One thing of the facts made wrong, where the facts have such a thing.
+fn mutated(mut facts: Facts, net: &Net, kind: usize, random: &mut Random) -> Option<Facts> {
+    let n_components = facts.components.len();
+    match kind {
+        // Two components as one, though each has an active step of its own.
+        0 => {
+            let always: Vec<usize> =
+                (0..n_components).filter(|at| facts.components[*at].always).collect();
+            let [first, .., last] = always[..] else { return None };
+            let more = facts.components[last].steps.clone();
+            facts.components[first].steps.extend(more);
+        }
+        // A component without one of its steps, and still always active.
+        1 => {
+            let at = (0..n_components)
+                .find(|at| facts.components[*at].always && facts.components[*at].steps.len() > 1)?;
+            let steps = &mut facts.components[at].steps;
+            steps.remove(random.below(steps.len()));
+        }
+        // One step more.
+        2 => {
+            let at = (0..n_components).find(|at| facts.components[*at].always)?;
+            let inside = facts.components[at].steps.clone();
+            let outside: Vec<_> = net.steps.ids().filter(|step| !inside.contains(step)).collect();
+            facts.components[at].steps.push(*random.pick(&outside)?);
+        }
+        // A component that may be empty never is.
+        3 => facts.components.iter_mut().find(|component| !component.always)?.always = true,
+        // An invariant that counts another number.
+        4 => facts.invariants.first_mut()?.count += 1,
+        // An active step, and a transition that fires, that never do.
+        5 => {
+            let steps: Vec<_> = net.steps.ids().collect();
+            let step = *random.pick(&steps)?;
+            (!facts.unreachable_steps.contains(&step)).then_some(())?;
+            facts.unreachable_steps.push(step);
+        }
+        6 => {
+            let transitions: Vec<_> = net.transitions.ids().collect();
+            let transition = *random.pick(&transitions)?;
+            (!facts.dead_transitions.contains(&transition)).then_some(())?;
+            facts.dead_transitions.push(transition);
+        }
+        // Depths that are one too small.
+        7 => {
+            let depth = facts.stable_depth.as_mut().filter(|depth| depth.value > 1)?;
+            depth.value -= 1;
+        }
+        8 => {
+            let checks = facts.rounds.as_mut().filter(|checks| checks.value > 1)?;
+            checks.value -= 1;
+        }
+        // A situation that is not among those that are reached.
+        9 => {
+            let sets = facts.reach.as_mut()?.sets.as_mut().filter(|sets| sets.len() > 1)?;
+            sets.remove(random.below(sets.len()));
+        }
+        _ => return None,
+    }
+    Some(facts)
+}
+
+/// Wrong facts are found out by running: the judge of the other tests is awake, and facts say no less than the truth. (A wrong fact may survive a short run,
+/// and a step more in a component may do no harm, so it is enough that most of them fall.)
+#[test]
+fn wrong_facts_are_refuted() {
+    const KINDS: usize = 10;
+    let seeds: Vec<u64> = (0..rounds(200, 4_000)).collect();
+    let outcomes = in_parallel(&seeds, |seed| {
+        let features = Features { max_steps: 6, ..Features::everything().some(*seed) };
+        let net = random_net(*seed, &features);
+        let found = facts(&net, &limits());
+        let mut random = Random::new(*seed);
+        let mut outcomes = [None; KINDS];
+        for (kind, outcome) in outcomes.iter_mut().enumerate() {
+            *outcome = mutated(found.clone(), &net, kind, &mut random).map(|wrong| {
+                (0..4).any(|part| {
+                    let stimulus = Stimulus::random(&net, ROWS, seed ^ part << 40, 3);
+                    refuted(&net, &wrong, &stimulus).is_some()
+                })
+            });
+        }
+        outcomes
+    });
+    for kind in 0..KINDS {
+        let made: Vec<bool> = outcomes.iter().filter_map(|outcomes| outcomes[kind]).collect();
+        let n_refuted = made.iter().filter(|is_refuted| **is_refuted).count();
+        println!("kind {kind}: {n_refuted} of {} refuted", made.len());
+        assert!(made.len() >= 5, "kind {kind} was made {} times only", made.len());
+        assert!(2 * n_refuted > made.len(), "kind {kind}: {n_refuted} of {}", made.len());
+    }
+}
+
+/// Processes that go round, branch, fork within themselves, and meet each other: what nested blocks do not reduce.
+struct Irregular {
+    random: Random,
+    steps: Vec<String>,
+    /// The first step of each process.
+    initial: Vec<String>,
+    /// Preceding steps, following steps.
+    moves: Vec<(Vec<String>, Vec<String>)>,
+    /// Moves with one step on each side, by process.
+    simple: Vec<Vec<usize>>,
+}
+
+impl Irregular {
+    /// About `n_steps` steps in processes of `size` steps, with a meeting of two or three of them for every `meetings` steps.
+    fn new(seed: u64, n_steps: usize, size: usize, meetings: usize) -> Self {
+        let mut it = Irregular {
+            random: Random::new(seed),
+            steps: Vec::new(),
+            initial: Vec::new(),
+            moves: Vec::new(),
+            simple: Vec::new(),
+        };
+        while it.steps.len() < n_steps {
+            it.process(size);
+        }
+        let n_processes = it.simple.len();
+        let mut is_gone = vec![false; it.moves.len()];
+        for _ in 0..n_steps / meetings {
+            let n_partners = 2 + usize::from(it.random.one_in(4));
+            let first = it.random.below(n_processes);
+            let mut partners: Vec<usize> = (0..n_partners)
+                .map(|other| (first + other * (1 + it.random.below(5))) % n_processes)
+                .collect();
+            partners.sort_unstable();
+            partners.dedup();
+            let chosen: Vec<usize> = partners
+                .iter()
+                .filter_map(|process| {
+                    let at = it.random.below(it.simple[*process].len().max(1));
+                    (at < it.simple[*process].len()).then(|| it.simple[*process].swap_remove(at))
+                })
+                .collect();
+            let mut meeting = (Vec::new(), Vec::new());
+            for number in chosen {
+                is_gone[number] = true;
+                meeting.0.extend(it.moves[number].0.clone());
+                meeting.1.extend(it.moves[number].1.clone());
+            }
+            if !meeting.0.is_empty() {
+                it.moves.push(meeting);
+                is_gone.push(false);
+            }
+        }
+        let mut is_gone = is_gone.into_iter();
+        it.moves.retain(|_| !is_gone.next().unwrap_or_default());
+        it
+    }
+
+    fn step(&mut self) -> String {
+        self.steps.push(format!("s{}", self.steps.len()));
+        self.steps[self.steps.len() - 1].clone()
+    }
+
+    fn process(&mut self, size: usize) {
+        let first = self.step();
+        self.initial.push(first.clone());
+        let (mut line, mut last, mut simple) = (vec![first.clone()], first.clone(), Vec::new());
+        let whole = self.steps.len() + 1 + self.random.below(size.max(2));
+        while self.steps.len() < whole {
+            if self.random.one_in(6) {
+                last = self.fork(&last, 0);
+            } else {
+                let next = self.step();
+                simple.push(self.moves.len());
+                self.moves.push((vec![last], vec![next.clone()]));
+                last = next;
+            }
+            line.push(last.clone());
+        }
+        self.moves.push((vec![last], vec![first]));
+        // Ways across, there and back.
+        for _ in 0..line.len() / 3 {
+            let (from, to) = (self.random.below(line.len()), self.random.below(line.len()));
+            simple.push(self.moves.len());
+            self.moves.push((vec![line[from].clone()], vec![line[to].clone()]));
+        }
+        self.simple.push(simple);
+    }
+
+    /// Branches that begin after `from`; the step after they have joined.
+    fn fork(&mut self, from: &str, depth: usize) -> String {
+        let starts: Vec<String> = (0..2 + self.random.below(2)).map(|_| self.step()).collect();
+        self.moves.push((vec![from.to_owned()], starts.clone()));
+        let mut ends = Vec::new();
+        for start in starts {
+            let mut last = start;
+            for _ in 0..self.random.below(4) {
+                if depth < 3 && self.random.one_in(4) {
+                    last = self.fork(&last, depth + 1);
+                } else {
+                    let next = self.step();
+                    self.moves.push((vec![last], vec![next.clone()]));
+                    last = next;
+                }
+            }
+            ends.push(last);
+        }
+        let join = self.step();
+        self.moves.push((ends, vec![join.clone()]));
+        join
+    }
+
+    fn net(&mut self) -> Valid<Net> {
+        let mut text =
+            "chart irregular {\n    evolution single\n    conflict priority\n    input ".to_owned();
+        text += &(0..16).map(|n| format!("x{n}")).collect::<Vec<_>>().join(", ");
+        let initial: BTreeSet<&String> = self.initial.iter().collect();
+        for step in &self.steps {
+            let word = if initial.contains(step) { "initial step" } else { "step" };
+            write!(text, "\n    {word} {step}").unwrap();
+        }
+        for (from, to) in &self.moves {
+            let (a, b) = (self.random.below(16), self.random.below(16));
+            let guard =
+                if self.random.one_in(2) { format!("x{a}") } else { format!("x{a} or not x{b}") };
+            write!(text, "\n    {} -> {} when {guard}", from.join(" & "), to.join(" & ")).unwrap();
+        }
+        chart("irregular.graf", &(text + "\n}\n"))
+    }
+}
+
+/// Charts of 1000 steps that are no nested blocks: every step is in a component, and a long run agrees.
+#[test]
+fn large_irregular_charts_are_covered() {
+    let shapes: Vec<(u64, usize, usize)> = (0..rounds(4, 60))
+        .flat_map(|seed| [(seed, 8, 4), (seed, 40, 12), (seed, 150, 8), (seed, 1_000, 50)])
+        .collect();
+    let _: Vec<()> = in_parallel(&shapes, |(seed, size, meetings)| {
+        let net = Irregular::new(*seed, 1_000, *size, *meetings).net();
+        let found = structural_facts(&net);
+        let n_covered = found.component_of.iter().flat_map(|map| map.values()).flatten().count();
+        let always = found.components.iter().filter(|component| component.always).count();
+        assert_eq!(n_covered, net.steps.len(), "seed {seed}");
+        println!(
+            "seed {seed}, processes of {size}, a meeting for every {meetings} steps: {} steps in {} components, {always} of them always active",
+            net.steps.len(),
+            found.components.len()
+        );
+        let stimulus = Stimulus::random(&net, 300, *seed, 1);
+        assert_eq!(refuted(&net, &found, &stimulus), None, "seed {seed}");
+    });
+}
