@@ -12,7 +12,6 @@ use grafsynth_tests::random_net::{Features, random_net};
 use grafsynth_tests::{chart, in_parallel, readable, rounds};
 use grafsynth_verify::{Limits, facts, structural_facts};
 use std::collections::{BTreeMap, BTreeSet};
-use std::fmt::Write as _;
 
 const ROWS: usize = 80;
 
@@ -256,13 +255,13 @@ impl Irregular {
         let initial: BTreeSet<&String> = self.initial.iter().collect();
         for step in &self.steps {
             let word = if initial.contains(step) { "initial step" } else { "step" };
-            write!(text, "\n    {word} {step}").unwrap();
+            text += &format!("\n    {word} {step}");
         }
         for (from, to) in &self.moves {
             let (a, b) = (self.random.below(16), self.random.below(16));
             let guard =
                 if self.random.one_in(2) { format!("x{a}") } else { format!("x{a} or not x{b}") };
-            write!(text, "\n    {} -> {} when {guard}", from.join(" & "), to.join(" & ")).unwrap();
+            text += &format!("\n    {} -> {} when {guard}", from.join(" & "), to.join(" & "));
         }
         chart("irregular.graf", &(text + "\n}\n"))
     }
