@@ -28,6 +28,9 @@ pub const PACKAGE_REFUSED: Code =
 /// The layout of seed 002 lacks columns for what the chart uses.
 pub const BTRANS_REFUSED: Code =
     Code { id: "G0620", title: "the tables of states and transitions cannot carry this chart" };
+/// A shape whose state variables have no ranges of their own.
+pub const SAFE_STATE_REFUSED: Code =
+    Code { id: "G0630", title: "the safe state cannot watch this shape of C" };
 /// All of them.
 pub const ALL: &[Code] = &[
     STYLE_REFUSED,
@@ -39,4 +42,5 @@ pub const ALL: &[Code] = &[
     TRACE_REFUSED,
     PACKAGE_REFUSED,
     BTRANS_REFUSED,
+    SAFE_STATE_REFUSED,
 ];

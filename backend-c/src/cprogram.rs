@@ -3,9 +3,10 @@
 use crate::Object;
 use crate::cexpr::Helpers;
 use crate::ctext::{Arm, Kind, Node};
+use crate::safe::Range;
 use crate::times::Ticks;
 use grafsynth_ir::IdMap;
-use grafsynth_ir::net::{Step, VarId};
+use grafsynth_ir::net::{Step, StepId, VarId};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// A member of the instance structure.
@@ -48,6 +49,10 @@ pub(crate) struct CProgram {
     pub(crate) helpers: Helpers,
     /// What a chart has that an engine interprets.
     pub(crate) engine: Option<Engine>,
+    /// What the members of the instance can hold, those that are no single bits; empty where an engine keeps them.
+    pub(crate) ranges: Vec<Range>,
+    /// Steps that have a bit of their own, so that nothing but a proof keeps two of them apart.
+    pub(crate) one_bit: BTreeSet<StepId>,
 }
 
 /// What the files of a chart have that an engine interprets, beside what all have.

@@ -6,9 +6,10 @@ use crate::ctext::{Kind, Marks, Node, Writer};
 use crate::gate;
 use crate::names::{Names, is_extern};
 use crate::times::Ticks;
-use crate::trace;
 use crate::{File, Io, Object, Options};
+use crate::{safe, trace};
 use grafsynth_ir::expr::Type;
+use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::{InputKind, MacroStep, Net, StepKind, VarOrigin};
 
 /// What a caller of the emitted functions must know: the harness is written from it.
@@ -25,6 +26,8 @@ pub(crate) struct Interface {
     pub(crate) gate: bool,
     /// The places of the trace ring.
     pub(crate) trace: Option<u16>,
+    /// A reaction looks at the state variables first.
+    pub(crate) safe_state: bool,
 }
 
 impl Interface {
@@ -51,6 +54,7 @@ impl Interface {
 /// The files of a chart.
 pub(crate) fn lay_out(
     net: &Net,
+    facts: &Facts,
     names: &Names,
     mut program: CProgram,
     options: &Options,
@@ -69,7 +73,12 @@ pub(crate) fn lay_out(
         // A chart without a state has nothing that could be quiet.
         gate: options.gate && !program.instance.is_empty(),
         trace: options.trace,
+        // Nor could its memory be damaged.
+        safe_state: options.safe_state && !program.instance.is_empty(),
     };
+    if interface.safe_state {
+        safe::watch(facts, &interface, &mut program);
+    }
     if interface.gate {
         program.instance.extend(gate::members(&interface));
         program.init.push(Node::line("self->gate = 0U;"));
@@ -125,6 +134,9 @@ impl Layout<'_> {
         }
         if self.interface.gate {
             text.push_str(", gate");
+        }
+        if self.interface.safe_state {
+            text.push_str(", safe state");
         }
         if let Some(places) = self.interface.trace {
             text.push_str(&format!(", trace {places}"));
@@ -377,11 +389,16 @@ impl Layout<'_> {
     fn stop(&self, nodes: &mut Vec<Node>) {
         let i = self.interface;
         let safe = |id| self.net.outputs[id].safe_value();
+        let any_safe = self.net.outputs.values().any(|output| output.safe.is_some());
+        if i.has_out && (i.safe_state || any_safe || self.net.emergency.is_some()) {
+            nodes.extend(safe::before_init(self.net, self.names));
+        }
         let mut body = self.names.io.constants(self.net, &self.names.outputs, safe);
-        if i.has_instance {
+        if i.safe_state {
+            body.push(safe::stop());
+        } else if i.has_instance {
             body.push(Node::line("(void)self;"));
         }
-        let any_safe = self.net.outputs.values().any(|output| output.safe.is_some());
         nodes.push(Node::comment(if any_safe {
             "Gives all outputs their safe values. The chart stands still until the next init."
         } else {
@@ -394,6 +411,9 @@ impl Layout<'_> {
         );
         nodes.push(Node::function(head, body));
         nodes.push(Node::blank());
+        if i.safe_state {
+            nodes.extend(safe::stopped(self.names));
+        }
     }
 
     fn getters(&self, nodes: &mut Vec<Node>) {

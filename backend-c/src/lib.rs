@@ -132,6 +132,8 @@ pub struct Options {
     pub io: Io,
     /// The quiescence gate: a reaction on the inputs and the `dt` of the last one returns at once where that one left the instance as it was.
     pub gate: bool,
+    /// The safe state: a reaction looks at the state variables first; where one holds what it never does, the outputs are safe from then on.
+    pub safe_state: bool,
     /// The places of the trace ring in the instance, at most [`trace::MAX_PLACES`]; none for no ring at all.
     pub trace: Option<u16>,
     /// What all global names begin with, in place of the chart's name, made a C identifier where it is none; also the names of the files.
@@ -152,6 +154,7 @@ impl Default for Options {
             goal: cost::Goal::Speed,
             io: Io::Members,
             gate: false,
+            safe_state: false,
             trace: None,
             prefix: None,
             callbacks: false,
@@ -269,6 +272,10 @@ pub fn emit(
         diagnostics.push(refusal);
         return Err(diagnostics);
     }
+    if let Some(refusal) = safe::refusal(net, options) {
+        diagnostics.push(refusal);
+        return Err(diagnostics);
+    }
     let mut reason = String::new();
     let shaped = match options.style {
         Style::Bits => None,
@@ -360,7 +367,7 @@ pub fn emit(
     };
     let style = program.style;
     let image = program.engine.as_ref().map(|it| it.image.clone()).unwrap_or_default();
-    let (files, interface, marks) = header::lay_out(net, &names, program, options);
+    let (files, interface, marks) = header::lay_out(net, facts, &names, program, options);
     let rounds = cost::rounds(net, facts);
     Ok(Package {
         files,

@@ -78,6 +78,7 @@ impl Names {
             .into_iter()
             .chain(options.gate.then_some(MEMBERS_OF_GATE).into_iter().flatten())
             .chain(options.trace.is_some().then_some(crate::trace::MEMBER))
+            .chain(options.safe_state.then_some(crate::safe::MEMBER))
             .collect();
         own.iter().for_each(|word| members.reserve(word));
         if options.io == Io::Words {
@@ -216,6 +217,7 @@ const ENUMERATORS: &[&str] = &[
     "PORT_H",
     "RING_SIZE",
     "ROM",
+    "SAFE_OUT",
     "USER_H",
     "WATCHDOG",
 ];

@@ -1,13 +1,43 @@
-//! Safe values of outputs in C: at a stop, and while the emergency of the chart holds (semantics §3.8).
+//! Safe values of outputs in C: before the first reaction, at a stop, while the emergency of the chart holds (semantics §3.8), and where memory was damaged.
 //!
 //! A reaction computes its outputs as if there were no emergency, and gives the safe values over them at its end: nothing comes behind that could undo it.
+//!
+//! # The safe state
+//! With [`Options::safe_state`] a reaction first asks whether the instance can be as it is: each state variable, timer, number and Boolean is within the values
+//! that a reaction can leave in it, and of the steps of a component that are bits at most one is active, exactly one where that is proved. If not, the outputs
+//! are safe, the hook `NAME_BAD_STATE` is called once, and the chart stands still until the next `init`. Nothing is said of damage that leaves a state which
+//! the chart could be in: range and cover are all that the instance alone can tell.
+//!
+//! | `intact` | meaning |
+//! |---|---|
+//! | 0xA5 | `init` was called, and no reaction has found damage |
+//! | 0x5A | stopped, by `NAME_stop` or because damage was found: all bits differ, so no disturbed bit leads from one to the other |
+//! | else | damage in this byte, or a chart before its first `init`: memory that was never written does not run |
+//!
+//! The check costs what its comparisons cost. Members whose largest value is one less than a power of two are joined by `|` and compared at once: a bit above
+//! that power is in the union when it is in one of them. It reads the instance as volatile, so that no compiler takes for granted what it wrote there itself;
+//! that also keeps it from rebuilding the reaction around what it would know of the state (which made the text of one chart a third larger on an AVR).
 
 use crate::Object;
 use crate::calls::constant;
 use crate::cexpr::CExpr;
+use crate::cprogram::{CProgram, Member};
 use crate::ctext::Node;
+use crate::header::Interface;
 use crate::names::{Names, is_extern};
+use crate::times::{count_type, unsigned};
+use crate::{Options, codes};
+use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::facts::{Component, Facts};
 use grafsynth_ir::net::{Net, OutputId};
+use std::collections::BTreeMap;
+
+/// The member that says whether the chart runs.
+pub(crate) const MEMBER: &str = "intact";
+/// Its value after `init`.
+const INTACT: &str = "0xA5U";
+/// Its value in a chart that stands still.
+const STOPPED: &str = "0x5AU";
 
 /// Gives the outputs that `which` names their safe values: members, and bits of the words that a reaction collects in locals.
 pub(crate) fn force(
@@ -62,4 +92,263 @@ pub(crate) fn force(
         return Vec::new();
     }
     crate::calls::either(holds.clone(), body, Vec::new())
+}
+
+/// The values that a member of the instance can hold: those of each element.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Range {
+    /// The member's name in the instance.
+    pub(crate) name: String,
+    /// Its C type.
+    pub(crate) ty: &'static str,
+    /// First and one behind the last of the elements of an array; none for no array.
+    pub(crate) elements: Option<(u32, u32)>,
+    /// The least value.
+    pub(crate) lo: i64,
+    /// The largest.
+    pub(crate) hi: i64,
+}
+
+impl Range {
+    /// That of a member that is no array.
+    pub(crate) fn of(name: String, ty: &'static str, lo: i64, hi: i64) -> Self {
+        Range { name, ty, elements: None, lo, hi }
+    }
+
+    /// The largest value, if that of a union of such members tells whether one of them is above it.
+    fn union(&self) -> Option<(&'static str, i64)> {
+        let (least, largest) = bounds(self.ty);
+        let is_mask = self.hi >= 0 && (self.hi + 1) & self.hi == 0;
+        let ty = if self.ty == "bool" { "uint8_t" } else { self.ty };
+        (least == 0 && self.lo == 0 && self.hi < largest && is_mask).then_some((ty, self.hi))
+    }
+
+    /// The member, or its element at `index`, as a number.
+    fn value(&self, index: &str) -> String {
+        let place = match self.elements {
+            Some(_) => format!("self->{}[{index}]", self.name),
+            None => format!("self->{}", self.name),
+        };
+        // A `bool` that is neither 0 nor 1 must not be read as what it claims to be.
+        if self.ty == "bool" { format!("*(const volatile uint8_t *)&{place}") } else { place }
+    }
+
+    /// The conditions under which `value` is none of it; none where the type holds nothing else.
+    fn broken(&self, value: &str) -> Vec<String> {
+        let (least, largest) = bounds(self.ty);
+        let literal = |value: i64| {
+            if least == 0 { unsigned(value) } else { CExpr::int(value).text }
+        };
+        let below = (self.lo > least).then(|| format!("{value} < {}", literal(self.lo)));
+        let above = (self.hi < largest).then(|| match self.hi {
+            0 if least == 0 => format!("{value} != 0U"),
+            hi => format!("{value} > {}", literal(hi)),
+        });
+        below.into_iter().chain(above).collect()
+    }
+}
+
+/// The least and the largest value of an integer type of C; `bool` as the byte that it is in memory.
+fn bounds(ty: &str) -> (i64, i64) {
+    match ty {
+        "bool" | "uint8_t" => (0, 0xff),
+        "int8_t" => (-0x80, 0x7f),
+        "int16_t" => (-0x8000, 0x7fff),
+        "uint16_t" => (0, 0xffff),
+        "int32_t" => (i64::from(i32::MIN), i64::from(i32::MAX)),
+        "uint32_t" => (0, i64::from(u32::MAX)),
+        _ => (i64::MIN, i64::MAX),
+    }
+}
+
+/// Why the safe state can't watch what was asked for.
+pub(crate) fn refusal(net: &Net, options: &Options) -> Option<Diagnostic> {
+    let engine = match options.style {
+        crate::Style::Engine => "the table engine",
+        crate::Style::Program => "the program engine",
+        crate::Style::Btrans => "the engine of states and transitions",
+        crate::Style::Auto | crate::Style::Switch | crate::Style::Tables | crate::Style::Bits => {
+            return None;
+        }
+    };
+    let message = format!(
+        "the safe state does not watch {engine}, whose instance is bits and numbers that only its tables tell apart"
+    );
+    options.safe_state.then(|| {
+        Diagnostic::error(codes::SAFE_STATE_REFUSED, message)
+            .at(net.name.span, "asked for this chart")
+            .help("build it as `c`, or leave out `--safe-state`")
+    })
+}
+
+/// Adds the check to a program: the function `NAME_intact`, the member, and its value at the end of `init`.
+pub(crate) fn watch(facts: &Facts, interface: &Interface, program: &mut CProgram) {
+    let prefix = &interface.names.prefix;
+    if let Some(places) = interface.trace {
+        let last = i64::from(places.max(1)) - 1;
+        let member = |name| format!("{}.{name}", crate::trace::MEMBER);
+        program.ranges.push(Range::of(member("next"), "uint16_t", 0, last));
+        program.ranges.push(Range::of(member("begins"), "bool", 0, 1));
+    }
+    if interface.gate {
+        program.ranges.push(Range::of("gate".to_owned(), "uint8_t", 0, 2));
+    }
+    let mut body = vec![leave(&format!("self->{MEMBER} != {INTACT}"))];
+    body.extend(of_ranges(&program.ranges));
+    for (number, component) in facts.components.iter().enumerate() {
+        body.extend(of_component(component, number, program));
+    }
+    body.push(Node::line("return true;"));
+    program.functions.push(Node::comment(
+        "Whether every state variable holds a value that a reaction can leave in it.",
+    ));
+    program.functions.push(Node::function(
+        format!("static bool {prefix}_intact(const volatile {prefix}_t *self)"),
+        body,
+    ));
+    program.functions.push(Node::blank());
+    program.instance.push(Member {
+        declaration: format!("uint8_t {MEMBER}"),
+        note: format!("{INTACT} while the chart runs, {STOPPED} when it was stopped"),
+        objects: Vec::new(),
+    });
+    program.init.push(Node::line(format!("self->{MEMBER} = {INTACT};")));
+}
+
+fn leave(condition: &str) -> Node {
+    Node::when(condition, vec![Node::line("return false;")])
+}
+
+/// The questions whether members hold what they can. Each expression reads one member once: they are volatile there.
+fn of_ranges(ranges: &[Range]) -> Vec<Node> {
+    let mut unions: BTreeMap<(&'static str, i64), Vec<String>> = BTreeMap::new();
+    let mut nodes = Vec::new();
+    let mut loops = Vec::new();
+    for range in ranges {
+        let elements = match range.elements {
+            None => vec![String::new()],
+            Some((first, behind)) if behind - first <= 4 => {
+                (first..behind).map(|at| at.to_string()).collect()
+            }
+            Some((first, behind)) => {
+                loops.extend(of_elements(range, first, behind));
+                continue;
+            }
+        };
+        for index in elements {
+            let value = range.value(&index);
+            match range.union() {
+                Some(union) => unions.entry(union).or_default().push(value),
+                None => nodes.extend(range.broken(&value).iter().map(|it| leave(it))),
+            }
+        }
+    }
+    for ((ty, hi), values) in unions {
+        let range = Range::of(String::new(), ty, 0, hi);
+        match values.as_slice() {
+            [only] => nodes.extend(range.broken(only).iter().map(|it| leave(it))),
+            [first, others @ ..] => {
+                let all = format!("all_{hi}");
+                nodes.push(Node::line(format!("{ty} {all} = {first};")));
+                nodes.extend(
+                    others.iter().map(|it| Node::line(format!("{all} = ({ty})({all} | {it});"))),
+                );
+                nodes.extend(range.broken(&all).iter().map(|it| leave(it)));
+            }
+            [] => {}
+        }
+    }
+    nodes.extend(loops);
+    nodes
+}
+
+/// The same for many elements of an array.
+fn of_elements(range: &Range, first: u32, behind: u32) -> Option<Node> {
+    let counter = count_type(i64::from(behind));
+    let [from, to] = [first, behind].map(|it| unsigned(i64::from(it)));
+    let head = format!("for ({counter} i = {from}; i < {to}; ++i)");
+    let questions: Vec<Node> = range.broken(&range.value("i")).iter().map(|it| leave(it)).collect();
+    (!questions.is_empty()).then(|| Node::block(head, questions))
+}
+
+/// The question whether the bits of a component are those of one of its steps.
+fn of_component(component: &Component, number: usize, program: &CProgram) -> Vec<Node> {
+    let steps = component.steps.iter().filter(|step| program.one_bit.contains(step));
+    let bits: Vec<&String> = steps.map(|step| &program.active[*step]).collect();
+    let exactly_one = component.always && bits.len() == component.steps.len();
+    if bits.is_empty() || bits.len() == 1 && !exactly_one {
+        return Vec::new();
+    }
+    if let ([only], true) = (bits.as_slice(), exactly_one) {
+        return vec![leave(&format!("!{only}"))];
+    }
+    let count = if number == 0 { "active".to_owned() } else { format!("active_{}", number + 1) };
+    let most = i64::try_from(bits.len()).unwrap_or(i64::MAX);
+    let mut nodes = vec![Node::line(format!("{} {count} = 0U;", count_type(most)))];
+    nodes.extend(bits.iter().map(|bit| Node::when(bit, vec![Node::line(format!("++{count};"))])));
+    nodes.push(leave(&format!("{count} {} 1U", if exactly_one { "!=" } else { ">" })));
+    nodes
+}
+
+/// What stands in front of a reaction.
+pub(crate) fn guard(net: &Net, names: &Names) -> Node {
+    let mut body = names.io.constants(net, &names.outputs, |id| net.outputs[id].safe_value());
+    let found = vec![
+        Node::line(format!("self->{MEMBER} = {STOPPED};")),
+        Node::line(format!("{}_BAD_STATE(self);", names.upper)),
+    ];
+    body.push(Node::when(&format!("self->{MEMBER} != {STOPPED}"), found));
+    body.push(Node::line("return;"));
+    Node::when(&format!("!{}_intact(self)", names.prefix), body)
+}
+
+/// What a stop does beside the outputs.
+pub(crate) fn stop() -> Node {
+    Node::line(format!("self->{MEMBER} = {STOPPED};"))
+}
+
+/// `NAME_stopped`, of the header.
+pub(crate) fn stopped(names: &Names) -> Vec<Node> {
+    let prefix = &names.prefix;
+    vec![
+        Node::comment(
+            "Whether the chart stands still: before init, after a stop, or since memory was found damaged. Its reactions give the safe outputs then.",
+        ),
+        Node::function(
+            format!("static inline bool {prefix}_stopped(const {prefix}_t *self)"),
+            vec![Node::line(format!("return self->{MEMBER} != {INTACT};"))],
+        ),
+        Node::blank(),
+    ]
+}
+
+/// The safe outputs without an instance: as the first value of a variable, and given by a function.
+pub(crate) fn before_init(net: &Net, names: &Names) -> Vec<Node> {
+    let io = &names.io;
+    let mut words = vec![0u32; io.output_words()];
+    let mut members = Vec::new();
+    for (id, output) in net.outputs.iter().filter(|(_, output)| !is_extern(output)) {
+        let safe = output.safe_value();
+        match io.output_bit(id) {
+            Some(bit) => {
+                words[bit / io.output_bits()] |= u32::from(safe != 0) << (bit % io.output_bits());
+            }
+            None => members.push(constant(safe, output.ty)),
+        }
+    }
+    let words: Vec<String> = words.into_iter().map(|word| io.output_mask(word)).collect();
+    let bits = (!words.is_empty()).then(|| format!("{{ {} }}", words.join(", ")));
+    let all: Vec<String> = bits.into_iter().chain(members).collect();
+    let (prefix, upper) = (&names.prefix, &names.upper);
+    vec![
+        Node::comment(
+            "The safe outputs for the time before init: the first value of a variable, and a function that gives them.",
+        ),
+        Node::directive(format!("#define {upper}_SAFE_OUT {{ {} }}", all.join(", "))),
+        Node::function(
+            format!("static inline void {prefix}_safe({prefix}_out_t *out)"),
+            io.constants(net, &names.outputs, |id| net.outputs[id].safe_value()),
+        ),
+        Node::blank(),
+    ]
 }

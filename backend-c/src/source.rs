@@ -5,6 +5,7 @@ use crate::cprogram::mentions;
 use crate::ctext::{Arm, Kind, Marks, Node, Writer};
 use crate::gate;
 use crate::header::{Layout, shown};
+use crate::safe;
 use crate::{File, Object};
 
 impl Layout<'_> {
@@ -36,6 +37,9 @@ impl Layout<'_> {
             init,
         ));
         nodes.push(Node::blank());
+        if i.safe_state {
+            step.insert(0, safe::guard(self.net, self.names));
+        }
         let step = self.with_unused(step, true, true);
         if i.gate {
             nodes.extend(gate::functions(i, &gate::same(self.net, i), step));

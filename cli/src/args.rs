@@ -266,6 +266,9 @@ pub(crate) struct Build {
     /// C: return at once from a reaction that would change nothing: same inputs and `dt` as the last, which changed nothing.
     #[arg(long)]
     pub(crate) gate: bool,
+    /// C: look at the state variables before each reaction; where one holds what it never does, the outputs are safe until the next `init`.
+    #[arg(long)]
+    pub(crate) safe_state: bool,
     /// C: keep the last N transitions that fired, with the number of their reaction, in the instance; `grafsynth trace` reads them.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=8192))]
     pub(crate) trace: Option<u16>,

@@ -1,10 +1,18 @@
-/* Reactions between marks in GPIOR0: 1 begins one, 2 ends it, 4 ends a series, 3 ends the program. */
+/* Reactions between marks in GPIOR0: 1 begins one, 2 ends it, 4 ends a series, 3 ends the program. REACT(inputs) is what is measured, if no plain reaction. */
+#include <avr/interrupt.h>
 #include <avr/io.h>
 #include HEADER
+
+#ifndef REACT
+#define REACT(inputs) TYPE(step)(&self, inputs, &out)
+#endif
 
 static TYPE(t) self;
 static TYPE(in_t) in;
 static TYPE(out_t) out;
+#ifdef WITH_RING
+static TYPE(ring_t) ring;
+#endif
 static uint32_t seed = 12345;
 
 int main(void)
@@ -18,18 +26,18 @@ int main(void)
             in.bits[i] = (uint8_t)(seed >> 24);
         }
         GPIOR0 = 1;
-        TYPE(step)(&self, &in, &out);
+        REACT(&in);
         GPIOR0 = 2;
     }
     GPIOR0 = 4;
     for (i = 0; i < sizeof in.bits; i++) {
         in.bits[i] = 0;
     }
-    TYPE(step)(&self, &in, &out);
-    TYPE(step)(&self, &in, &out);
+    REACT(&in);
+    REACT(&in);
     for (k = 0; k < 1000; k++) {
         GPIOR0 = 1;
-        TYPE(step)(&self, &in, &out);
+        REACT(&in);
         GPIOR0 = 2;
     }
     GPIOR0 = 4;

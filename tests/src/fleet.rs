@@ -79,11 +79,12 @@ pub fn options(seed: u64, style: Style) -> Options {
         // Now and then so few that every chart is split into functions.
         max_transitions: [200, 200, 1, 3][random.below(4)],
         prefix: Some(format!("n{seed}")),
+        safe_state: random.one_in(3),
         ..Options::default()
     }
 }
 
-/// The chart in C with these options, without those that are refused by name: gate, trace and words are no matter of the style.
+/// The chart in C with these options, without those that are refused by name.
 ///
 /// # Errors
 /// Why the style does not carry the chart.
@@ -102,6 +103,7 @@ pub fn emitted(net: &Valid<Net>, mut options: Options) -> Result<(Package, Optio
         match error.map(|it| it.code.id) {
             _ if options.trace.is_some() && why.contains("trace ring") => options.trace = None,
             Some("G0605") if options.gate => options.gate = false,
+            Some("G0630") if options.safe_state => options.safe_state = false,
             Some("G0601") if options.style == Style::Auto || options.style == Style::Bits => {
                 panic!("every valid net can be said in C: {found:?}\n{}", readable(net))
             }
@@ -339,6 +341,7 @@ pub const PROPERTIES: &[(&str, Has)] = &[
     ("final states", |it| has_kind(&it.net, StepKind::Final)),
     ("words", |it| it.options.io == Io::Words),
     ("gate", |it| it.options.gate),
+    ("safe state", |it| it.options.safe_state),
     ("trace", |it| it.options.trace.is_some()),
     ("callbacks", |it| it.options.callbacks),
     ("split functions", |it| it.options.max_transitions < 200),

@@ -25,7 +25,8 @@ fn options(seed: u64) -> Options {
     let style = [Style::Auto, Style::Bits, Style::Switch, Style::Tables][(seed % 4) as usize];
     let io = if seed.is_multiple_of(3) { Io::Words } else { Io::Members };
     let trace = (seed % 7 == 3).then_some(8);
-    Options { style, io, trace, gate: seed % 7 == 5, ..Options::default() }
+    let safe_state = seed % 5 == 2;
+    Options { style, io, trace, safe_state, gate: seed % 7 == 5, ..Options::default() }
 }
 
 /// Every text that we emit is understood, on every machine: in all styles, with and without what can be asked for beside.

@@ -11,6 +11,7 @@ use crate::cexpr::{CExpr, Class, Helpers, Prec, Scope, c_expr, saturated, storag
 use crate::cprogram::{CProgram, Member, mentions, without_unused};
 use crate::ctext::{Arm, Kind, Node};
 use crate::names::{Names, namer};
+use crate::safe::Range;
 use crate::times::{Ticks, count_type, unsigned};
 use crate::{Object, Options};
 use grafsynth_ir::diag::Diagnostic;
@@ -236,10 +237,30 @@ impl<'a> Emit<'a> {
             step,
             helpers: self.helpers.clone(),
             engine: None,
+            ranges: self.ranges(),
+            one_bit: self.one_bit(),
         }
     }
 
     // --- declarations ----------------------------------------------------------------------------------------------------------------------
+
+    /// What the members can hold; Booleans are single bits but for arrays.
+    pub(crate) fn ranges(&self) -> Vec<Range> {
+        let here = self.program.cells.iter().filter(|(id, _)| !self.elsewhere.contains_key(id));
+        here.filter(|(_, cell)| !cell.ty.is_bool() || cell.len.is_some())
+            .map(|(id, cell)| {
+                let (lo, hi) = cell.ty.bounds();
+                let whole = Range::of(self.cells[id].clone(), storage(cell.ty), lo, hi);
+                Range { elements: cell.len.map(|len| (0, len)), ..whole }
+            })
+            .collect()
+    }
+
+    /// Steps that are single bits of the instance.
+    pub(crate) fn one_bit(&self) -> BTreeSet<StepId> {
+        let here = self.step_cells.iter().filter(|(_, cell)| !self.elsewhere.contains_key(cell));
+        here.map(|(step, _)| *step).collect()
+    }
 
     pub(crate) fn instance(&self, fault: bool) -> Vec<Member> {
         let mut members: Vec<(usize, Member)> = Vec::new();

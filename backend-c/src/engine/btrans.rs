@@ -852,6 +852,8 @@ fn emit(
         init: with_unused(&parameters, run(true)),
         step: run(false),
         helpers: Helpers::default(),
+        ranges: Vec::new(),
+        one_bit: std::collections::BTreeSet::new(),
         engine: Some(Engine {
             files: &FILES,
             include: "grafsynth_btrans.h",

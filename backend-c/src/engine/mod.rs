@@ -684,6 +684,8 @@ fn emit(net: &Net, names: &Names, room: &Room, ticks: Option<Ticks>, lines: &[Li
         init: vec![Node::line(format!("{prefix}_start(self, {prefix}_tables{hand});"))],
         step,
         helpers: crate::cexpr::Helpers::default(),
+        ranges: Vec::new(),
+        one_bit: std::collections::BTreeSet::new(),
         engine: Some(Engine {
             files: &FILES,
             include: "grafsynth_engine.h",

@@ -309,6 +309,8 @@ fn emit(
         init: vec![Node::line(format!("{prefix}_start(self, {prefix}_tables{hand});"))],
         step,
         helpers,
+        ranges: Vec::new(),
+        one_bit: std::collections::BTreeSet::new(),
         engine: Some(Engine {
             files: &FILES,
             include: "grafsynth_program.h",

@@ -28,6 +28,7 @@ use crate::cexpr::{CExpr, Prec};
 use crate::cprogram::{CProgram, Member, mentions, without_unused};
 use crate::ctext::{Arm, Kind, Node};
 use crate::names::Names;
+use crate::safe::Range;
 use crate::switch::Refusal;
 use crate::times::{count_type, unsigned};
 use crate::{Object, Options};
@@ -221,8 +222,10 @@ fn fires(net: &Net, names: &Names) -> IdMap<Transition, String> {
 /// Names of functions after the prefix.
 fn function_namer(net: &Net, names: &Names) -> Namer {
     let mut namer = names.suffix_namer();
-    for word in ["init", "step", "stop", "fault", "move", "t", "in_t", "out_t", "scan_t", "notify"]
-    {
+    for word in [
+        "init", "step", "stop", "fault", "move", "t", "in_t", "out_t", "scan_t", "notify", "safe",
+        "stopped", "intact",
+    ] {
         namer.reserve(word);
     }
     for (id, _) in net.steps.iter() {
@@ -378,6 +381,8 @@ impl Emit<'_> {
             step,
             helpers: self.statements.helpers.clone(),
             engine: None,
+            ranges: self.ranges(),
+            one_bit: self.statements.one_bit(),
         }
     }
 
@@ -454,6 +459,27 @@ impl Emit<'_> {
         }
         wide.extend(narrow);
         wide
+    }
+
+    /// What the members can hold.
+    fn ranges(&self) -> Vec<Range> {
+        let range = |lo: i64, count: usize, name: &String| {
+            let hi = i64::try_from(count).unwrap_or(i64::MAX);
+            Range::of(name.clone(), count_type(hi), lo, hi)
+        };
+        let mut ranges = Vec::new();
+        for (region, variable) in self.plan.regions.iter().zip(&self.variables) {
+            if let Some(variable) = variable {
+                let least = i64::from(region.is_always);
+                ranges.push(range(least, region.terminals.len(), variable));
+            }
+        }
+        for (region, name) in self.memories.values().flatten() {
+            let count = self.plan.regions.get(*region).map_or(1, |it| it.terminals.len());
+            ranges.push(range(0, count, name));
+        }
+        ranges.extend(self.statements.ranges());
+        ranges
     }
 
     /// The values of the state variables.

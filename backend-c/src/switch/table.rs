@@ -13,6 +13,7 @@ use crate::cexpr::{CExpr, Prec};
 use crate::cprogram::Member;
 use crate::ctext::{Arm, Kind, Node};
 use crate::names::Names;
+use crate::safe::Range;
 use crate::times::count_type;
 use crate::{Object, Options, Style};
 use grafsynth_ir::expr::{Expr as GenericExpr, ExprKind};
@@ -235,6 +236,24 @@ impl Tables {
                 }
             })
             .collect()
+    }
+
+    /// What the members can hold: neighbours of as many steps are one range.
+    pub(super) fn ranges(&self, plan: &Plan) -> Vec<Range> {
+        let mut ranges = Vec::new();
+        for bank in &self.banks {
+            let ty = bank.state_type(plan);
+            let last = |machine: &usize| len(plan.machines[*machine].values()) - 1;
+            let mut first = 0_u32;
+            for alike in bank.machines.chunk_by(|a, b| last(a) == last(b)) {
+                let behind = first + u32::try_from(alike.len()).unwrap_or(u32::MAX);
+                let hi = alike.first().map_or(0, last);
+                let whole = Range::of(bank.member.clone(), ty, 0, hi);
+                ranges.push(Range { elements: Some((first, behind)), ..whole });
+                first = behind;
+            }
+        }
+        ranges
     }
 
     /// Row types and tables.

@@ -98,6 +98,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
                 _ => grafsynth_backend_c::Io::Members,
             },
             gate: arguments.gate,
+            safe_state: arguments.safe_state,
             trace: arguments.trace,
             callbacks: arguments.callbacks,
             source,

@@ -17,6 +17,7 @@ use crate::consts::{self, Effect};
 use crate::cprogram::{CProgram, Member, mentions, with_unused, without_unused};
 use crate::ctext::{Arm, Kind, Node, comment_text};
 use crate::names::Names;
+use crate::safe::Range;
 use crate::times::{Ticks, count_type, unsigned};
 use crate::{Object, Options, trace};
 use grafsynth_ir::IdMap;
@@ -168,6 +169,8 @@ impl<'a> Emit<'a> {
             step,
             helpers: self.helpers.clone(),
             engine: None,
+            ranges: self.ranges(fault_possible),
+            one_bit: BTreeSet::new(),
         }
     }
 
@@ -305,6 +308,33 @@ impl<'a> Emit<'a> {
             ));
         }
         members
+    }
+
+    /// What the members can hold.
+    fn ranges(&self, fault: bool) -> Vec<Range> {
+        let mut ranges = self.tables.ranges(self.plan);
+        for (index, machine) in self.plan.machines.iter().enumerate() {
+            if !self.tables.holds(index) {
+                let last = i64::try_from(machine.values()).unwrap_or(i64::MAX) - 1;
+                let name = self.vars[index].clone();
+                ranges.push(Range::of(name, Self::state_type(machine), 0, last));
+            }
+            if let Some(cap) = machine.timer_cap {
+                ranges.push(Range::of(self.timers[index].clone(), count_type(cap), 0, cap));
+            }
+        }
+        for (id, var) in self.net.vars.iter() {
+            let (lo, hi) = var.ty.bounds();
+            let whole = Range::of(self.names.vars[id].clone(), storage(var.ty), lo, hi);
+            ranges.push(Range { elements: var.len.map(|len| (0, len)), ..whole });
+        }
+        for edge in &self.edges {
+            ranges.push(Range::of(self.names.edges[*edge].clone(), "bool", 0, 1));
+        }
+        if fault {
+            ranges.push(Range::of("fault".to_owned(), "bool", 0, 1));
+        }
+        ranges
     }
 
     fn enumerators(&self) -> Vec<Node> {
