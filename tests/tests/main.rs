@@ -11,6 +11,7 @@ mod controllers;
 mod drawn_again;
 mod emergency;
 mod engines;
+mod facts;
 mod frame;
 mod hostile;
 mod iec;
