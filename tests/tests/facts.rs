@@ -16,7 +16,7 @@ use std::collections::{BTreeMap, BTreeSet};
 const ROWS: usize = 80;
 
 fn limits() -> Limits {
-    Limits { pairs: 20_000, states: 2_000, ..Limits::default() }
+    Limits { pairs: 4_000, states: 500, image_work: 200_000, ..Limits::default() }
 }
 
 /// By structure, by enumeration and by decision diagrams, over everything that a net can be.
