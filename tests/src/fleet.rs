@@ -194,6 +194,23 @@ impl Compiler {
         })
     }
 
+    /// What watches every number: clang's check of integers, which also stops at a conversion that nobody wrote and that changes a value, and at a shift that
+    /// loses bits. Sums of unsigned numbers may run over where that is meant, in generators of hashes and indices of rings. It stops by a signal, which needs no library of the compiler's. None without clang.
+    #[must_use]
+    pub fn exact() -> Option<Self> {
+        let path = tools::find(&["clang"])?;
+        let flags = vec![
+            "-std=c99",
+            "-O0",
+            "-g",
+            "-fsanitize=integer",
+            "-fno-sanitize=unsigned-integer-overflow",
+            "-fsanitize-trap=all",
+        ];
+        let compiler = Compiler { path, flags };
+        compiler.program("int main(void) { return 0; }").is_ok().then_some(compiler)
+    }
+
     /// The host's compiler, and nothing else.
     #[must_use]
     pub fn plain() -> Option<Self> {

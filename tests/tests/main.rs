@@ -25,6 +25,7 @@ mod open_cells;
 mod packages;
 mod program_vs_sim;
 mod regions;
+mod safe_state;
 mod scxml;
 mod simulator_laws;
 mod strict;

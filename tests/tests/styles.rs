@@ -27,6 +27,21 @@ fn agree(style: Style, few: u64, many: u64) {
     check(&drawn, UNIT, &compiler);
 }
 
+/// No conversion that nobody wrote changes a number, in any style.
+#[test]
+fn numbers_stay_what_they_are() {
+    let Some(compiler) = Compiler::exact() else {
+        assert!(std::env::var_os("CI").is_none(), "clang is missing, and CI must have it");
+        println!("skipped: clang with its check of integers is not here");
+        return;
+    };
+    for style in
+        [Style::Switch, Style::Tables, Style::Bits, Style::Engine, Style::Program, Style::Auto]
+    {
+        check(&draw(style, rounds(2, 20)), UNIT, &compiler);
+    }
+}
+
 #[test]
 fn the_best_style_does_what_the_net_does() {
     agree(Style::Auto, 5, 1000);
