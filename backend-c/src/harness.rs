@@ -17,24 +17,9 @@ use grafsynth_ir::net::{Driver, InputKind, Net, StepId, VarOrigin};
 /// A `main` for one chart; compile it together with the package's `NAME.c` (and without `NAME_user.c`, whose functions it brings).
 #[must_use]
 pub fn harness(net: &Valid<Net>, package: &Package) -> String {
-    let prefix = &package.interface.names.prefix;
-    let mut nodes = vec![
-        Node::comment(format!("{}: runs the chart and prints its trace.", net.name)),
-        Node::directive(format!("#include \"{prefix}.h\"")),
-    ];
-    if has_library(package) {
-        nodes.push(Node::directive(format!("#include \"{prefix}_user.h\"")));
-    }
-    nodes.extend(common());
+    let mut nodes = heading(net, package, "runs the chart and prints its trace");
     nodes.extend(bench(net, &package.interface, false));
-    nodes.push(Node::function(
-        "int main(void)",
-        vec![
-            Node::line("bench_unused();"),
-            Node::line(format!("{prefix}_run();")),
-            Node::line("return 0;"),
-        ],
-    ));
+    nodes.push(main_of(package));
     Writer::write(&nodes).0
 }
 
@@ -45,28 +30,38 @@ pub fn harness(net: &Valid<Net>, package: &Package) -> String {
 /// What `step` leaves in the output structure is not carried over: an output that `step` does not write would show.
 #[must_use]
 pub fn explorer(net: &Valid<Net>, package: &Package) -> String {
+    let mut nodes = heading(net, package, "answers for single reactions");
+    if package.interface.has_instance {
+        nodes.push(Kind::Verbatim(instances(&package.interface.names.prefix)).into());
+    }
+    nodes.extend(bench(net, &package.interface, true));
+    nodes.push(main_of(package));
+    Writer::write(&nodes).0
+}
+
+/// What the program is for, the headers of the package, and what all programs need.
+fn heading(net: &Net, package: &Package, what: &str) -> Vec<Node> {
     let prefix = &package.interface.names.prefix;
     let mut nodes = vec![
-        Node::comment(format!("{}: answers for single reactions.", net.name)),
+        Node::comment(format!("{}: {what}.", net.name)),
         Node::directive(format!("#include \"{prefix}.h\"")),
     ];
     if has_library(package) {
         nodes.push(Node::directive(format!("#include \"{prefix}_user.h\"")));
     }
     nodes.extend(common());
-    if package.interface.has_instance {
-        nodes.push(Kind::Verbatim(instances(prefix)).into());
-    }
-    nodes.extend(bench(net, &package.interface, true));
-    nodes.push(Node::function(
+    nodes
+}
+
+fn main_of(package: &Package) -> Node {
+    Node::function(
         "int main(void)",
         vec![
             Node::line("bench_unused();"),
-            Node::line(format!("{prefix}_run();")),
+            Node::line(format!("{}_run();", package.interface.names.prefix)),
             Node::line("return 0;"),
         ],
-    ));
-    Writer::write(&nodes).0
+    )
 }
 
 /// The table of instances seen so far, open addressing with linear probing.

@@ -23,6 +23,7 @@
 
 mod bits;
 mod calls;
+mod carriers;
 mod cexpr;
 pub mod codes;
 mod consts;

@@ -11,7 +11,7 @@ use grafsynth_ir::lower::program::{ProgramOptions, program};
 use grafsynth_ir::names::{C, Namer};
 use grafsynth_ir::net::{
     self, Block, Driver, Emission, Enter, Evolution, ForcingOrder, InputKind, Meta, Net, Output,
-    Policy, Qualifier, Schedule, StepKind, StmtKind, TransitionKind, VarOrigin, Verbatim,
+    Policy, Schedule, StepKind, StmtKind, TransitionKind, VarOrigin, Verbatim,
 };
 use grafsynth_ir::program::{self, Origin, Program, ResetEffect};
 use serde_json::{Value, json};
@@ -168,7 +168,7 @@ pub fn json(net: &Valid<Net>) -> Result<Value, Vec<Diagnostic>> {
             "duration": action.duration,
             "uses": action.uses.iter().map(|it| json!({
                 "step": it.step.index(),
-                "qualifier": qualifier(it.qualifier),
+                "qualifier": it.qualifier.letters(),
                 "condition": it.condition.as_ref().map(condition),
             })).collect::<Vec<_>>(),
             "body": block(&action.body),
@@ -267,22 +267,6 @@ fn enters(enters: &[Enter]) -> Vec<Value> {
         Enter::History(history) => json!({ "history": history.index() }),
     };
     enters.iter().map(one).collect()
-}
-
-fn qualifier(qualifier: Qualifier) -> &'static str {
-    match qualifier {
-        Qualifier::N => "N",
-        Qualifier::R => "R",
-        Qualifier::S => "S",
-        Qualifier::L => "L",
-        Qualifier::D => "D",
-        Qualifier::P => "P",
-        Qualifier::P0 => "P0",
-        Qualifier::P1 => "P1",
-        Qualifier::SD => "SD",
-        Qualifier::DS => "DS",
-        Qualifier::SL => "SL",
-    }
 }
 
 fn driver(driver: &Driver) -> Value {

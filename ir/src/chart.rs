@@ -155,6 +155,20 @@ pub enum Item {
     Board(Board),
 }
 
+impl Item {
+    /// The setting, if it is one.
+    #[must_use]
+    pub fn as_setting(&self) -> Option<&Setting> {
+        if let Item::Setting(setting) = self { Some(setting) } else { None }
+    }
+
+    /// The declaration, if it is one.
+    #[must_use]
+    pub fn as_declaration(&self) -> Option<&Declaration> {
+        if let Item::Declaration(declaration) = self { Some(declaration) } else { None }
+    }
+}
+
 /// A setting with its place.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Setting {

@@ -497,6 +497,30 @@ pub struct Step {
 }
 
 impl Step {
+    /// A leaf with nothing in it, inactive after reset and in no other step.
+    #[must_use]
+    pub fn new(name: Name, part: PartId) -> Self {
+        Step {
+            name,
+            part,
+            is_initial: false,
+            kind: StepKind::Leaf,
+            parent: None,
+            activation_link: false,
+            hidden: false,
+            priority: None,
+            entry: Block::new(),
+            exit: Block::new(),
+            initial_content: Block::new(),
+            code: Vec::new(),
+            tasks: Vec::new(),
+            budget: 0,
+            locks: Vec::new(),
+            done_event: None,
+            meta: Meta::default(),
+        }
+    }
+
     /// The tasks that one reaction runs, one range after the other: a step halts between them. Where they end follows from costs and budget alone.
     #[must_use]
     pub fn chunks(&self) -> Vec<std::ops::Range<usize>> {
@@ -706,6 +730,26 @@ pub enum Qualifier {
     SD,
     DS,
     SL,
+}
+
+impl Qualifier {
+    /// The standard's letters.
+    #[must_use]
+    pub const fn letters(self) -> &'static str {
+        match self {
+            Qualifier::N => "N",
+            Qualifier::R => "R",
+            Qualifier::S => "S",
+            Qualifier::L => "L",
+            Qualifier::D => "D",
+            Qualifier::P => "P",
+            Qualifier::P0 => "P0",
+            Qualifier::P1 => "P1",
+            Qualifier::SD => "SD",
+            Qualifier::DS => "DS",
+            Qualifier::SL => "SL",
+        }
+    }
 }
 
 /// A slot that holds one pending send of an event.

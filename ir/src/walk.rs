@@ -4,22 +4,7 @@ use crate::net::{Block, Driver, Expr, Net, Stmt, StmtKind};
 
 /// Calls `visit` with every expression of the net but those of properties.
 pub fn for_each_expr(net: &Net, visit: &mut impl FnMut(&Expr)) {
-    for output in net.outputs.values() {
-        match &output.driver {
-            Driver::Continuous(emissions) | Driver::Mealy(emissions) => {
-                emissions
-                    .iter()
-                    .filter_map(|emission| emission.condition.as_ref())
-                    .for_each(&mut *visit);
-            }
-            Driver::Extern { calls, .. } => {
-                for call in calls {
-                    call.condition.iter().chain(&call.arguments).for_each(&mut *visit);
-                }
-            }
-            Driver::Stored(_) | Driver::Controlled(_) => {}
-        }
-    }
+    net.outputs.values().for_each(|output| for_each_in_driver(&output.driver, visit));
     net.emergency.iter().for_each(|emergency| visit(&emergency.condition));
     net.timers.values().for_each(|timer| visit(&timer.condition));
     net.edges.values().for_each(|edge| visit(&edge.expr));
@@ -39,6 +24,22 @@ pub fn for_each_expr(net: &Net, visit: &mut impl FnMut(&Expr)) {
     }
     net.histories.values().for_each(|history| for_each_in_block(&history.default_content, visit));
     net.unspecified.iter().for_each(|open| visit(&open.when));
+}
+
+/// Calls `visit` with the conditions of an output, and with the arguments of its calls.
+pub fn for_each_in_driver(driver: &Driver, visit: &mut impl FnMut(&Expr)) {
+    match driver {
+        Driver::Continuous(emissions) | Driver::Mealy(emissions) => {
+            let conditions = emissions.iter().filter_map(|emission| emission.condition.as_ref());
+            conditions.for_each(visit);
+        }
+        Driver::Extern { calls, .. } => {
+            for call in calls {
+                call.condition.iter().chain(&call.arguments).for_each(&mut *visit);
+            }
+        }
+        Driver::Stored(_) | Driver::Controlled(_) => {}
+    }
 }
 
 /// Calls `visit` with every expression of a list, those in both branches of an `if` too.

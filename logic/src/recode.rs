@@ -271,35 +271,7 @@ fn apply(logic: &Logic, plans: &[Plan]) -> Logic {
             }
         }
     }
-    let mut images: BTreeMap<NodeId, NodeId> = BTreeMap::new();
-    let mut open: Vec<(Function, NodeId)> = Vec::new();
-    for (id, node) in logic.nodes.iter() {
-        let image = match node {
-            Node::Flop(flop) => match (kept.get(flop), active.get(flop)) {
-                (Some(&flop), _) => builder.flop(flop),
-                (None, Some(&node)) => node,
-                (None, None) => unreachable!("a flip-flop is kept or coded"),
-            },
-            Node::Const(_)
-            | Node::Input(_)
-            | Node::Not(_)
-            | Node::And(_)
-            | Node::Or(_)
-            | Node::Xor(..)
-            | Node::Mux(..) => builder.put(map_operands(node, |operand| images[&operand])),
-        };
-        images.insert(id, image);
-    }
-    for (id, flop) in logic.flops.iter() {
-        if let Some(&new) = kept.get(&id) {
-            builder.logic.flops[new].next = images[&flop.next];
-            open.extend(
-                logic
-                    .open_where(Function::Next(id))
-                    .map(|when| (Function::Next(new), images[&when])),
-            );
-        }
-    }
+    let (images, mut open) = carry_over(&mut builder, logic, &kept, &active);
     for (plan, data) in plans.iter().enumerate() {
         // A bit is free where all steps of the group are.
         let free = common(&mut builder, logic, &data.members, &images);
@@ -352,6 +324,43 @@ fn apply(logic: &Logic, plans: &[Plan]) -> Logic {
     prune(builder.logic)
 }
 
+/// The nodes of the old circuit in the new one, and where the flip-flops that are `kept` may take anything; their next values are set. Every other
+/// flip-flop is read as the node that stands for it in `active`.
+fn carry_over(
+    builder: &mut Builder,
+    logic: &Logic,
+    kept: &BTreeMap<FlopId, FlopId>,
+    active: &BTreeMap<FlopId, NodeId>,
+) -> (BTreeMap<NodeId, NodeId>, Vec<(Function, NodeId)>) {
+    let mut images: BTreeMap<NodeId, NodeId> = BTreeMap::new();
+    for (id, node) in logic.nodes.iter() {
+        let image = match node {
+            Node::Flop(flop) => match (kept.get(flop), active.get(flop)) {
+                (Some(&flop), _) => builder.flop(flop),
+                (None, Some(&node)) => node,
+                (None, None) => unreachable!("a flip-flop is kept or coded"),
+            },
+            Node::Const(_)
+            | Node::Input(_)
+            | Node::Not(_)
+            | Node::And(_)
+            | Node::Or(_)
+            | Node::Xor(..)
+            | Node::Mux(..) => builder.put(map_operands(node, |operand| images[&operand])),
+        };
+        images.insert(id, image);
+    }
+    let mut open = Vec::new();
+    for (id, flop) in logic.flops.iter() {
+        if let Some(&new) = kept.get(&id) {
+            builder.logic.flops[new].next = images[&flop.next];
+            let own = logic.open_where(Function::Next(id));
+            open.extend(own.map(|when| (Function::Next(new), images[&when])));
+        }
+    }
+    (images, open)
+}
+
 /// Where all of these flip-flops may take anything.
 fn common(
     builder: &mut Builder,
@@ -394,15 +403,14 @@ pub fn flatten(
     builder.logic.name = logic.name.clone();
     builder.logic.inputs = logic.inputs.clone();
     let nothing = builder.constant(false);
-    let place: BTreeMap<FlopId, usize> =
-        steps.iter().enumerate().map(|(at, step)| (*step, at)).collect();
+    let coded: BTreeSet<FlopId> = steps.iter().copied().collect();
     let starts = |situation: &Vec<bool>| {
         steps.iter().zip(situation).all(|(&step, &is_active)| logic.flops[step].init == is_active)
     };
     let mut of_situations = Vec::new();
     let mut kept: BTreeMap<FlopId, FlopId> = BTreeMap::new();
     for (id, flop) in logic.flops.iter() {
-        if !place.contains_key(&id) {
+        if !coded.contains(&id) {
             kept.insert(id, builder.logic.flops.push(Flop { next: nothing, ..flop.clone() }));
         } else if of_situations.is_empty() {
             for (at, situation) in situations.iter().enumerate() {
@@ -419,43 +427,15 @@ pub fn flatten(
     if of_situations.iter().filter(|&&flop| builder.logic.flops[flop].init).count() != 1 {
         return None;
     }
-    let mut active = Vec::new();
-    for at in 0..steps.len() {
+    let mut active: BTreeMap<FlopId, NodeId> = BTreeMap::new();
+    for (at, &step) in steps.iter().enumerate() {
         let where_active: Vec<NodeId> = (of_situations.iter().zip(situations))
             .filter(|(_, situation)| situation[at])
             .map(|(&flop, _)| builder.flop(flop))
             .collect();
-        active.push(builder.or(where_active));
+        active.insert(step, builder.or(where_active));
     }
-    let mut images: BTreeMap<NodeId, NodeId> = BTreeMap::new();
-    let mut open: Vec<(Function, NodeId)> = Vec::new();
-    for (id, node) in logic.nodes.iter() {
-        let image = match node {
-            Node::Flop(flop) => match (kept.get(flop), place.get(flop)) {
-                (Some(&flop), _) => builder.flop(flop),
-                (None, Some(&at)) => active[at],
-                (None, None) => unreachable!("a flip-flop is kept or a step's"),
-            },
-            Node::Const(_)
-            | Node::Input(_)
-            | Node::Not(_)
-            | Node::And(_)
-            | Node::Or(_)
-            | Node::Xor(..)
-            | Node::Mux(..) => builder.put(map_operands(node, |operand| images[&operand])),
-        };
-        images.insert(id, image);
-    }
-    for (id, flop) in logic.flops.iter() {
-        if let Some(&new) = kept.get(&id) {
-            builder.logic.flops[new].next = images[&flop.next];
-            open.extend(
-                logic
-                    .open_where(Function::Next(id))
-                    .map(|when| (Function::Next(new), images[&when])),
-            );
-        }
-    }
+    let (images, mut open) = carry_over(&mut builder, logic, &kept, &active);
     let free = common(&mut builder, logic, steps, &images);
     open.extend(of_situations.iter().map(|flop| (Function::Next(*flop), free)));
     for (&flop, situation) in of_situations.iter().zip(situations) {
@@ -468,12 +448,12 @@ pub fn flatten(
         let next = builder.and(literals);
         builder.logic.flops[flop].next = next;
     }
-    for (at, &step) in steps.iter().enumerate() {
+    for &step in steps {
         if let Some(holds) = logic.flops[step].holds {
             builder.logic.decoded.push(Decoded {
                 name: logic.flops[step].name.clone(),
                 holds,
-                node: active[at],
+                node: active[&step],
             });
         }
     }

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::Diagnostic;
 use grafsynth_ir::expr::ExprKind;
-use grafsynth_ir::net::{Expr, InputId, Leaf, Net, Qualifier, StepId};
+use grafsynth_ir::net::{Expr, InputId, Leaf, Net, StepId};
 use serde::{Deserialize, Serialize};
 
 use crate::codes;
@@ -219,16 +219,16 @@ fn key(net: &Net, cell: Cell) -> Option<String> {
         Cell::Task(id) => format!("task index of {}", step(id)),
         Cell::ActionQ(action) => format!("action {} Q", net.actions[action].name),
         Cell::Latch(action, which) => {
-            format!("action {} {}_FF", net.actions[action].name, qualifier(which))
+            format!("action {} {}_FF", net.actions[action].name, which.letters())
         }
         Cell::ActionTimer(action, which) => {
-            format!("action {} {}_TON", net.actions[action].name, qualifier(which))
+            format!("action {} {}_TON", net.actions[action].name, which.letters())
         }
         Cell::ActionTimerHeld(action, which) => {
-            format!("action {} {}_TON held", net.actions[action].name, qualifier(which))
+            format!("action {} {}_TON held", net.actions[action].name, which.letters())
         }
         Cell::Old(action, which) => {
-            format!("action {} {}_old", net.actions[action].name, qualifier(which))
+            format!("action {} {}_old", net.actions[action].name, which.letters())
         }
         Cell::Raised(event) => format!("raised {}", net.inputs[event].name),
         Cell::Slot(send) => format!("send {}", net.sends[send].name),
@@ -243,22 +243,6 @@ fn key(net: &Net, cell: Cell) -> Option<String> {
             format!("held {} {}", net.outputs[output].name, net.parts[part].name)
         }
     })
-}
-
-fn qualifier(which: Qualifier) -> &'static str {
-    match which {
-        Qualifier::N => "N",
-        Qualifier::R => "R",
-        Qualifier::S => "S",
-        Qualifier::L => "L",
-        Qualifier::D => "D",
-        Qualifier::P => "P",
-        Qualifier::P0 => "P0",
-        Qualifier::P1 => "P1",
-        Qualifier::SD => "SD",
-        Qualifier::DS => "DS",
-        Qualifier::SL => "SL",
-    }
 }
 
 /// An edge operand has no name; its text in prefix form, with names, stands for it.

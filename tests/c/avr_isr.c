@@ -1,8 +1,6 @@
 /* A chart that runs in a timer's interrupt of an ATmega1284P, beside a main program that gives inputs, posts events and reads outputs at random phases. GPIOR2 tells
  * it to stop; then it sends its counts to GPIOR0, four bytes each, low byte first. */
-#include <avr/interrupt.h>
-#include <avr/io.h>
-#include <avr/sleep.h>
+#include "avr_main.h"
 
 #ifndef NO_LOCK
 #define HANDED_ENTER_CRITICAL() const uint8_t sreg = SREG; cli()
@@ -29,14 +27,6 @@ ISR(PCINT3_vect)
     noise = (uint16_t)(noise * 25173U + 13849U);
 }
 
-static void send(uint32_t value)
-{
-    for (uint8_t i = 0U; i < 4U; ++i) {
-        GPIOR0 = (uint8_t)value;
-        value >>= 8;
-    }
-}
-
 int main(void)
 {
     uint32_t posted = 0U;
@@ -45,12 +35,7 @@ int main(void)
     uint32_t torn_out = 0U;
     uint32_t torn_self = 0U;
     uint16_t level = 0U;
-    TCCR0A = _BV(WGM01);
-    OCR0A = 250U;
-    TIMSK0 = _BV(OCIE0A);
-    TCCR0B = _BV(CS01);
-    PCMSK3 = _BV(PCINT26);
-    PCICR = _BV(PCIE3);
+    start(250U, _BV(CS01));
     handed_init(&chart, &out);
     sei();
     while (GPIOR2 == 0U) {
@@ -89,8 +74,5 @@ int main(void)
     send(torn_out);
     send(torn_self);
     send(n_scans);
-    sleep_enable();
-    for (;;) {
-        sleep_cpu();
-    }
+    end();
 }

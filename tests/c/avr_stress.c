@@ -1,8 +1,6 @@
 /* A chart beside interrupts on an ATmega1284P: a timer writes a number of two bytes and posts an event, a pin change posts another.
  * GPIOR2 tells it to stop; then it empties the ring and sends its counts to GPIOR0, four bytes each, low byte first. */
-#include <avr/interrupt.h>
-#include <avr/io.h>
-#include <avr/sleep.h>
+#include "avr_main.h"
 
 #ifndef NO_LOCK
 #define STRESS_ENTER_CRITICAL() const uint8_t sreg = SREG; cli()
@@ -41,22 +39,9 @@ ISR(PCINT3_vect)
     }
 }
 
-static void send(uint32_t value)
-{
-    for (uint8_t i = 0U; i < 4U; ++i) {
-        GPIOR0 = (uint8_t)value;
-        value >>= 8;
-    }
-}
-
 int main(void)
 {
-    TCCR0A = _BV(WGM01);
-    OCR0A = 100U;
-    TIMSK0 = _BV(OCIE0A);
-    TCCR0B = _BV(CS01);
-    PCMSK3 = _BV(PCINT26);
-    PCICR = _BV(PCIE3);
+    start(100U, _BV(CS01));
     stress_init(&chart, &out);
     sei();
     while (GPIOR2 == 0U) {
@@ -75,8 +60,5 @@ int main(void)
     send(n_lost);
     send(lost);
     send(watchdog);
-    sleep_enable();
-    for (;;) {
-        sleep_cpu();
-    }
+    end();
 }

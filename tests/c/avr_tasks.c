@@ -1,8 +1,6 @@
 /* Tasks with budgets in clock cycles on an ATmega1284P, beside a timer and a pin change. GPIOR1 tells the host what runs: 0x10 + k a task begins, 0x20 + k it ends,
  * 1 and 2 an interrupt begins (timer, pin), 3 one ends, 0x40 a reaction's tasks are over. GPIOR2 tells it to stop; then it sends its counts to GPIOR0. */
-#include <avr/interrupt.h>
-#include <avr/io.h>
-#include <avr/sleep.h>
+#include "avr_main.h"
 
 #define WORK_ENTER_CRITICAL() const uint8_t sreg = SREG; cli()
 #define WORK_EXIT_CRITICAL() SREG = sreg
@@ -65,22 +63,9 @@ void filter(uint16_t value)
     }
 }
 
-static void send(uint32_t value)
-{
-    for (uint8_t i = 0U; i < 4U; ++i) {
-        GPIOR0 = (uint8_t)value;
-        value >>= 8;
-    }
-}
-
 int main(void)
 {
-    TCCR0A = _BV(WGM01);
-    OCR0A = 60U;
-    TIMSK0 = _BV(OCIE0A);
-    TCCR0B = _BV(CS01) | _BV(CS00);
-    PCMSK3 = _BV(PCINT26);
-    PCICR = _BV(PCIE3);
+    start(60U, _BV(CS01) | _BV(CS00));
     work_init(&chart, &out);
     sei();
     while (GPIOR2 == 0U) {
@@ -98,8 +83,5 @@ int main(void)
     send(n_edges);
     send(n_lost);
     send(watchdog);
-    sleep_enable();
-    for (;;) {
-        sleep_cpu();
-    }
+    end();
 }

@@ -1,20 +1,10 @@
-/* Drives avr_tasks.c: edges on PD2 at random phases for a number of cycles, gaps from GAP_LO up to GAP_HI cycles. Prints a line with the edges raised, the cycles and
- * what the firmware counted; a line for each task: how often it ran, its longest run without interrupts inside, its longest with them and how many those were, the most
- * interrupts inside; a line for the interrupts: the longest from a pin's edge to its handler's body, the longest body, what one took from a task; and a line for the
- * step: in how many reactions its tasks ran, and the longest time of its tasks in one, interrupts left out. */
-#include <simavr/avr_ioport.h>
-#include <simavr/sim_avr.h>
-#include <simavr/sim_elf.h>
-#include <simavr/sim_io.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
+/* Drives avr_tasks.c. After the line of counts it prints a line for each task: how often it ran, its longest run without interrupts inside, its longest with
+ * them and how many those were, the most interrupts inside; a line for the interrupts: the longest from a pin's edge to its handler's body, the longest body,
+ * what one took from a task; and a line for the step: in how many reactions its tasks ran, and the longest time of its tasks in one, interrupts left out. */
+#include "avr_host.h"
 
 #define TASKS 8U
 
-static uint32_t counts[8];
-static unsigned n_bytes;
 static uint64_t begun;
 static unsigned inside;
 static uint64_t raised_at;
@@ -31,16 +21,6 @@ static struct {
 static uint64_t step_own;
 static uint64_t longest_step;
 static uint64_t budget_runs;
-
-static void take(struct avr_t *avr, avr_io_addr_t address, uint8_t value, void *parameter)
-{
-    (void)parameter;
-    avr->data[address] = value;
-    if (n_bytes < 32U) {
-        counts[n_bytes / 4U] |= (uint32_t)value << (8U * (n_bytes % 4U));
-        ++n_bytes;
-    }
-}
 
 static void mark(struct avr_t *avr, avr_io_addr_t address, uint8_t value, void *parameter)
 {
@@ -96,48 +76,12 @@ static void mark(struct avr_t *avr, avr_io_addr_t address, uint8_t value, void *
 
 int main(int argc, char **argv)
 {
-    elf_firmware_t firmware;
-    memset(&firmware, 0, sizeof firmware);
-    if (argc != 5 || elf_read_firmware(argv[1], &firmware) != 0) {
-        return 2;
-    }
-    const uint64_t limit = strtoull(argv[2], NULL, 10);
-    const uint64_t lo = strtoull(argv[3], NULL, 10);
-    const uint64_t hi = strtoull(argv[4], NULL, 10);
-    avr_t *avr = avr_make_mcu_by_name("atmega1284p");
+    avr_t *avr = board(argc, argv);
     if (avr == NULL) {
         return 2;
     }
-    avr_init(avr);
-    avr->frequency = 16000000U;
-    avr_load_firmware(avr, &firmware);
-    avr_register_io_write(avr, 0x3e, take, NULL);
     avr_register_io_write(avr, 0x4a, mark, NULL);
-    avr_irq_t *pin = avr_io_getirq(avr, AVR_IOCTL_IOPORT_GETIRQ('D'), 2);
-    uint64_t random = 88172645463325252U;
-    uint64_t next = 20000U;
-    uint32_t n_edges = 0U;
-    int state = cpu_Running;
-    while (state != cpu_Done && state != cpu_Crashed) {
-        if (avr->cycle >= next && avr->cycle < limit) {
-            ++n_edges;
-            raised_at = avr->cycle;
-            avr_raise_irq(pin, n_edges & 1U);
-            random ^= random << 13;
-            random ^= random >> 7;
-            random ^= random << 17;
-            next = avr->cycle + lo + random % (hi - lo + 1U);
-        }
-        if (avr->cycle >= limit + 10000U) {
-            avr->data[0x4b] = 1U;
-        }
-        state = avr_run(avr);
-    }
-    printf("%u %llu", n_edges, (unsigned long long)avr->cycle);
-    for (unsigned i = 0; i < 8U; ++i) {
-        printf(" %u", counts[i]);
-    }
-    printf("\n");
+    const int answer = drive(avr, argv, &raised_at);
     for (unsigned task = 1U; task < TASKS; ++task) {
         if (tasks[task].runs != 0U) {
             printf("task %u %llu %llu %llu %u %u\n", task, (unsigned long long)tasks[task].runs,
@@ -155,5 +99,5 @@ int main(int argc, char **argv)
     printf("interrupts %llu %llu %llu\n", (unsigned long long)longest_latency, (unsigned long long)longest_isr,
            (unsigned long long)per_interrupt);
     printf("step %llu %llu\n", (unsigned long long)budget_runs, (unsigned long long)longest_step);
-    return state == cpu_Done && n_bytes == 32U ? 0 : 1;
+    return answer;
 }

@@ -76,10 +76,13 @@ fn run_avr(
 ) -> String {
     let mut arguments =
         vec!["-mmcu=atmega1284p", "-std=gnu99", "-Os", "-Wall", "-Wextra", "-o", "a.elf"];
+    let headers = concat!("-I", env!("CARGO_MANIFEST_DIR"), "/c");
+    arguments.push(headers);
     arguments.extend(sources);
     arguments.extend(flags);
     compile(folder, "avr-gcc", &arguments);
-    let host = c::compile_with(host, &["-O1"], &["-lsimavr", "-lelf"]).expect("it is compiled");
+    let host = c::compile_with(host, &["-O1", headers], &["-lsimavr", "-lelf"])
+        .expect("the host is compiled");
     let numbers = [cycles, gap.0, gap.1].map(|it| it.to_string());
     let arguments = ["a.elf", &numbers[0], &numbers[1], &numbers[2]];
     let run = tools::run(&host.path, &arguments, folder.path(), b"", LIMIT).expect("it ends");

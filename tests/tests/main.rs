@@ -36,3 +36,28 @@ mod templates;
 mod trace_ring;
 mod verilog_tools;
 mod worst_case;
+
+/// A file of tests that no `main.rs` names would neither be compiled nor missed.
+#[test]
+#[allow(clippy::disallowed_methods, reason = "tests read files")]
+fn every_file_of_tests_is_a_module_of_its_program() {
+    use std::fs;
+    use std::path::Path;
+
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let mut n_programs = 0;
+    for krate in fs::read_dir(root).expect("the workspace") {
+        let folder = krate.expect("an entry").path().join("tests");
+        let Ok(main) = fs::read_to_string(folder.join("main.rs")) else { continue };
+        n_programs += 1;
+        for file in fs::read_dir(&folder).expect("a folder of tests") {
+            let path = file.expect("an entry").path();
+            let name = path.file_stem().expect("a name").to_string_lossy();
+            if path.extension().is_some_and(|it| it == "rs") && name != "main" {
+                let named = main.lines().any(|line| line == format!("mod {name};"));
+                assert!(named, "{} is in no program", path.display());
+            }
+        }
+    }
+    assert!(n_programs > 1, "{n_programs} programs of tests");
+}

@@ -22,6 +22,7 @@ pub mod equiv;
 pub mod exclusive;
 mod explore;
 mod facts;
+mod guards;
 mod limits;
 mod lints;
 mod properties;

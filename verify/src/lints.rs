@@ -4,16 +4,14 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::facts::{Facts, Proof};
-use grafsynth_ir::net::{
-    Evolution, Expr, Leaf, Net, Policy, StepId, StepKind, TransitionId, TransitionKind,
-};
-use grafsynth_ir::program_run::evaluate;
+use grafsynth_ir::net::{Evolution, Net, Policy, StepId, StepKind, TransitionId, TransitionKind};
 use grafsynth_ir::{Diagnostic, Span, Valid};
 use grafsynth_sim::{InputRow, Noticed, Simulator, Situation, State, Stimulus, Writer};
 
 use crate::codes;
 use crate::exclusive::{Overlap, compatible_pairs};
 use crate::explore::{Ended, States, Ticks, explore};
+use crate::guards::{holds, is_enabled, reads_inputs_only};
 use crate::limits::Limits;
 use crate::properties::check_assumption;
 
@@ -147,7 +145,7 @@ impl<'n> Search<'n> {
                 for (id, transition) in net.transitions.iter() {
                     if transition.kind == TransitionKind::Move
                         && transition.requires == [overlap.step]
-                        && reads_inputs_only(net, &transition.guard)
+                        && reads_inputs_only(net, transition)
                     {
                         rivals.insert(id);
                     }
@@ -198,9 +196,10 @@ impl<'n> Search<'n> {
                     fires: !fired.is_empty(),
                 };
                 for (bit, rival) in self.rivals.iter().enumerate() {
+                    let data = &net.transitions[*rival];
                     if fired.contains(rival) {
                         edge.won |= 1 << bit;
-                    } else if is_fireable(net, *rival, situation, seen.input) {
+                    } else if is_enabled(data, situation) && holds(data, situation, seen.input) {
                         edge.lost |= 1 << bit;
                     }
                 }
@@ -549,49 +548,6 @@ fn shown(net: &Net, stimulus: &Stimulus) -> String {
         n if n <= ROWS => format!(" (after the rows {})", rows.join("; ")),
         n => format!(" (after {n} rows, beginning {})", rows.join("; ")),
     }
-}
-
-fn reads_inputs_only(net: &Net, guard: &Expr) -> bool {
-    let mut only = true;
-    guard.for_each_leaf(&mut |leaf| match leaf {
-        Leaf::Input(input) => only &= !net.inputs[*input].kind.is_event(),
-        Leaf::Active(_) => {}
-        Leaf::Var(_)
-        | Leaf::Elapsed(_)
-        | Leaf::LastElapsed(_)
-        | Leaf::TasksDone(_)
-        | Leaf::Timer(_)
-        | Leaf::Rise(_)
-        | Leaf::Fall(_)
-        | Leaf::Fireable(_)
-        | Leaf::Controlled(_) => only = false,
-    });
-    only
-}
-
-fn is_fireable(
-    net: &Net,
-    transition: TransitionId,
-    situation: &Situation,
-    input: &InputRow,
-) -> bool {
-    let data = &net.transitions[transition];
-    let value = &mut |leaf: &Leaf, _: i64| match leaf {
-        Leaf::Input(id) => input.value(*id),
-        Leaf::Active(step) => i64::from(situation.contains(*step)),
-        Leaf::Var(_)
-        | Leaf::Elapsed(_)
-        | Leaf::LastElapsed(_)
-        | Leaf::TasksDone(_)
-        | Leaf::Timer(_)
-        | Leaf::Rise(_)
-        | Leaf::Fall(_)
-        | Leaf::Fireable(_)
-        | Leaf::Controlled(_) => 0,
-    };
-    data.events.is_empty()
-        && data.requires.iter().all(|step| situation.contains(*step))
-        && evaluate(&data.guard, value) != 0
 }
 
 #[cfg(test)]

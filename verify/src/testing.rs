@@ -3,8 +3,7 @@
 
 use grafsynth_ir::expr::{Expr, Type};
 use grafsynth_ir::net::{
-    Enter, Input, InputKind, Leaf, Net, Part, PartId, Step, StepId, StepKind, Transition,
-    TransitionKind,
+    Enter, Input, InputKind, Leaf, Net, Part, PartId, Step, StepId, Transition, TransitionKind,
 };
 use grafsynth_ir::span::{Name, Span};
 use grafsynth_ir::{Valid, validate};
@@ -14,25 +13,7 @@ pub(crate) fn name(text: &str) -> Name {
 }
 
 pub(crate) fn step(text: &str) -> Step {
-    Step {
-        name: name(text),
-        part: PartId::from_index(0),
-        is_initial: false,
-        kind: StepKind::Leaf,
-        parent: None,
-        activation_link: false,
-        hidden: false,
-        priority: None,
-        entry: Vec::new(),
-        exit: Vec::new(),
-        initial_content: Vec::new(),
-        code: Vec::new(),
-        tasks: Vec::new(),
-        locks: Vec::new(),
-        budget: 0,
-        done_event: None,
-        meta: Default::default(),
-    }
+    Step::new(name(text), PartId::from_index(0))
 }
 
 pub(crate) fn find(net: &Net, text: &str) -> StepId {

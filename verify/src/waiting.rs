@@ -9,8 +9,7 @@
 //! Under `priority-age` (semantics §4, after seed 004) the bound exists among equal P where each following step is entered by the competitors alone.
 
 use grafsynth_ir::Valid;
-use grafsynth_ir::net::{Evolution, Expr, Leaf, Net, Policy, TransitionId, TransitionKind};
-use grafsynth_ir::program_run::evaluate;
+use grafsynth_ir::net::{Evolution, Net, Policy, TransitionId, TransitionKind};
 use grafsynth_sim::{InputRow, Simulator, Stimulus};
 use petgraph::algo::tarjan_scc;
 use petgraph::graph::{DiGraph, NodeIndex};
@@ -18,6 +17,7 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use crate::alphabet::Alphabet;
 use crate::explore::{Ended, States, Ticks, explore};
+use crate::guards::{holds, is_enabled, reads_inputs_only};
 use crate::limits::Limits;
 use crate::relevance::{Inputs, Relevance};
 
@@ -114,32 +114,11 @@ fn rivals(net: &Net) -> Vec<TransitionId> {
         .into_values()
         .filter(|together| together.len() > 1)
         .flatten()
-        .filter(|id| net.transitions[*id].events.is_empty())
-        .filter(|id| reads_inputs_only(net, &net.transitions[*id].guard))
+        .filter(|id| reads_inputs_only(net, &net.transitions[*id]))
         .collect();
     found.sort_unstable();
     found.truncate(MOST_RIVALS);
     found
-}
-
-fn reads_inputs_only(net: &Net, guard: &Expr) -> bool {
-    let mut only = true;
-    guard.for_each_leaf(&mut |leaf| {
-        only &= match leaf {
-            Leaf::Input(input) => !net.inputs[*input].kind.is_event(),
-            Leaf::Active(_) => true,
-            Leaf::Var(_)
-            | Leaf::Elapsed(_)
-            | Leaf::LastElapsed(_)
-            | Leaf::TasksDone(_)
-            | Leaf::Timer(_)
-            | Leaf::Rise(_)
-            | Leaf::Fall(_)
-            | Leaf::Fireable(_)
-            | Leaf::Controlled(_) => false,
-        };
-    });
-    only
 }
 
 /// All reactions of a net.
@@ -182,24 +161,13 @@ impl<'n> Search<'n> {
                 let mut edge = Edge { from, to, row: at, lost: 0, won: 0, held: 0 };
                 for (bit, rival) in rivals.iter().enumerate() {
                     let data = &net.transitions[*rival];
-                    let holds = evaluate(&data.guard, &mut |leaf: &Leaf, _: i64| match leaf {
-                        Leaf::Input(input) => row.value(*input),
-                        Leaf::Active(step) => i64::from(state.situation().contains(*step)),
-                        Leaf::Var(_)
-                        | Leaf::Elapsed(_)
-                        | Leaf::LastElapsed(_)
-                        | Leaf::TasksDone(_)
-                        | Leaf::Timer(_)
-                        | Leaf::Rise(_)
-                        | Leaf::Fall(_)
-                        | Leaf::Fireable(_)
-                        | Leaf::Controlled(_) => 0,
-                    }) != 0;
+                    let situation = state.situation();
+                    let holds = holds(data, situation, row);
                     let fires = simulator.fired().contains(rival);
-                    let enabled = data.requires.iter().all(|it| state.situation().contains(*it));
+                    let enabled = is_enabled(data, situation);
                     edge.won |= u32::from(fires) << bit;
                     let is_served =
-                        crate::exclusive::entered(data).any(|it| state.situation().contains(it));
+                        crate::exclusive::entered(data).any(|it| situation.contains(it));
                     edge.held |= u32::from(holds && !is_served) << bit;
                     edge.lost |= u32::from(holds && enabled && !fires) << bit;
                 }

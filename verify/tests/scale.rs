@@ -6,7 +6,7 @@ use grafsynth_ir::facts::Facts;
 use grafsynth_ir::lower::program::{ProgramOptions, program};
 use grafsynth_ir::net::{
     Driver, Emission, Enter, Input, InputId, InputKind, Leaf, Net, Output, Part, PartId, Step,
-    StepId, StepKind, Transition, TransitionKind,
+    StepId, Transition, TransitionKind,
 };
 use grafsynth_ir::span::{Name, Span};
 use grafsynth_ir::{Valid, validate};
@@ -35,25 +35,7 @@ fn cells(n: usize) -> Valid<Net> {
         })
         .collect();
     let step = |net: &mut Net, text: String, is_initial: bool, part: PartId| {
-        net.steps.push(Step {
-            name: name(text),
-            part,
-            is_initial,
-            kind: StepKind::Leaf,
-            parent: None,
-            activation_link: false,
-            hidden: false,
-            priority: None,
-            entry: Vec::new(),
-            exit: Vec::new(),
-            initial_content: Vec::new(),
-            code: Vec::new(),
-            tasks: Vec::new(),
-            locks: Vec::new(),
-            budget: 0,
-            done_event: None,
-            meta: Default::default(),
-        })
+        net.steps.push(Step { is_initial, ..Step::new(name(text), part) })
     };
     let all: Vec<[StepId; 8]> = (0..n)
         .map(|cell| {

@@ -7,6 +7,7 @@
 pub(crate) mod homes;
 
 use crate::calls::{self, Callee};
+use crate::carriers::carriers;
 use crate::cexpr::{CExpr, Class, Helpers, Prec, Scope, c_expr, saturated, storage};
 use crate::cprogram::{CProgram, Member, mentions, without_unused};
 use crate::ctext::{Arm, Kind, Node};
@@ -20,7 +21,7 @@ use grafsynth_ir::facts::Facts;
 use grafsynth_ir::lower::program::{ProgramOptions, marked_program, program as reaction_program};
 use grafsynth_ir::names::Namer;
 use grafsynth_ir::net::{
-    Driver, Evolution, InputId, InputKind, Leaf as NetLeaf, Net, OutputId, StepId, TransitionId,
+    Evolution, InputId, InputKind, Leaf as NetLeaf, Net, OutputId, StepId, TransitionId,
 };
 use grafsynth_ir::program::{
     Cell, CellId, Expr, Leaf, Origin, Program, ResetEffect, Stmt, Temp, TempId, TempRole,
@@ -583,18 +584,7 @@ impl<'a> Emit<'a> {
 
     /// Some step that carries the output with a condition is active.
     fn carriers(&self, output: OutputId, value: &Expr) -> Vec<CExpr> {
-        let mut reads = false;
-        value.for_each_leaf(&mut |leaf| reads |= matches!(leaf, Leaf::Input(_)));
-        let steps: Vec<StepId> = match &self.net.outputs[output].driver {
-            Driver::Continuous(emissions) | Driver::Mealy(emissions) if reads => {
-                emissions.iter().filter(|it| it.condition.is_some()).map(|it| it.step).collect()
-            }
-            Driver::Continuous(_)
-            | Driver::Mealy(_)
-            | Driver::Stored(_)
-            | Driver::Controlled(_)
-            | Driver::Extern { .. } => Vec::new(),
-        };
+        let steps = carriers(self.net, output, value);
         if steps.is_empty() {
             return Vec::new();
         }

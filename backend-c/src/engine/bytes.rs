@@ -9,6 +9,7 @@
 
 use super::image::narrow;
 use crate::calls::is_c;
+use crate::carriers::carriers;
 use crate::switch::Refusal;
 use grafsynth_ir::expr::{ArithOp, CompareOp, ExprKind, Type};
 use grafsynth_ir::interval::type_of;
@@ -776,18 +777,7 @@ impl<'a> Coder<'a> {
 
     /// Some step that carries the output with a condition is active.
     fn carriers(&self, output: OutputId, value: &Expr) -> Expr {
-        let mut reads = false;
-        value.for_each_leaf(&mut |leaf| reads |= matches!(leaf, Leaf::Input(_)));
-        let steps: Vec<StepId> = match &self.net.outputs[output].driver {
-            Driver::Continuous(emissions) | Driver::Mealy(emissions) if reads => {
-                emissions.iter().filter(|it| it.condition.is_some()).map(|it| it.step).collect()
-            }
-            Driver::Continuous(_)
-            | Driver::Mealy(_)
-            | Driver::Stored(_)
-            | Driver::Controlled(_)
-            | Driver::Extern { .. } => Vec::new(),
-        };
+        let steps = carriers(self.net, output, value);
         if steps.is_empty() {
             return Expr::bool(true);
         }

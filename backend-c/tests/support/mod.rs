@@ -87,25 +87,7 @@ impl Build {
     }
 
     pub(crate) fn step(&mut self, text: &str, is_initial: bool) -> StepId {
-        self.net.steps.push(Step {
-            name: name(text),
-            part: PartId::from_index(0),
-            is_initial,
-            kind: StepKind::Leaf,
-            parent: None,
-            activation_link: false,
-            hidden: false,
-            priority: None,
-            entry: vec![],
-            exit: vec![],
-            initial_content: vec![],
-            code: vec![],
-            tasks: vec![],
-            locks: Vec::new(),
-            budget: 0,
-            done_event: None,
-            meta: Meta::default(),
-        })
+        self.net.steps.push(Step { is_initial, ..Step::new(name(text), PartId::from_index(0)) })
     }
 
     pub(crate) fn transition(

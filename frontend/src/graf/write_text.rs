@@ -424,27 +424,9 @@ fn one_line_code(verbatim: &Verbatim) -> String {
 pub(crate) fn conditions(items: &[Item]) -> std::collections::BTreeSet<String> {
     items
         .iter()
-        .filter_map(|item| match item {
-            Item::Declaration(Declaration {
-                name,
-                kind: DeclarationKind::ExternCondition { .. },
-                ..
-            }) => Some(name.text.clone()),
-            Item::Declaration(_)
-            | Item::Setting(_)
-            | Item::Step(_)
-            | Item::Transition(_)
-            | Item::Macro(_)
-            | Item::MacroStep(_)
-            | Item::Enclosing(_)
-            | Item::State(_)
-            | Item::Use(_)
-            | Item::Action(_)
-            | Item::Emergency(_)
-            | Item::Property(_)
-            | Item::Place(_)
-            | Item::Board(_) => None,
-        })
+        .filter_map(Item::as_declaration)
+        .filter(|one| matches!(one.kind, DeclarationKind::ExternCondition { .. }))
+        .map(|one| one.name.text.clone())
         .collect()
 }
 
@@ -553,20 +535,9 @@ pub(crate) fn code(verbatim: &Verbatim) -> String {
     }
 }
 
+/// The standard's letters, but for the pulse, which has a word.
 pub(crate) fn qualifier_word(qualifier: Qualifier) -> &'static str {
-    match qualifier {
-        Qualifier::N => "N",
-        Qualifier::R => "R",
-        Qualifier::S => "S",
-        Qualifier::L => "L",
-        Qualifier::D => "D",
-        Qualifier::P => "pulse",
-        Qualifier::P0 => "P0",
-        Qualifier::P1 => "P1",
-        Qualifier::SD => "SD",
-        Qualifier::DS => "DS",
-        Qualifier::SL => "SL",
-    }
+    if qualifier == Qualifier::P { "pulse" } else { qualifier.letters() }
 }
 
 pub(crate) fn setting_text(setting: &Setting) -> String {

@@ -5,7 +5,7 @@ use super::{Machine, Row, Trit};
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::net::{
     Driver, Emission, Enter, Expr, Input, InputId, InputKind, Leaf, Meta, Net, OpenCell, Output,
-    Part, Step, StepId, StepKind, Transition, TransitionKind, Unspecified,
+    Part, Step, StepId, Transition, TransitionKind, Unspecified,
 };
 use grafsynth_ir::span::{Name, Span};
 use std::collections::{BTreeMap, BTreeSet};
@@ -60,23 +60,9 @@ pub fn net(machine: &Machine, name: &str) -> Net {
             let mut step_name = names.take(&state.name, "s");
             step_name.span = state.span;
             net.steps.push(Step {
-                name: step_name,
-                part,
                 is_initial: index == machine.initial,
-                kind: StepKind::Leaf,
-                parent: None,
-                activation_link: false,
-                hidden: false,
-                priority: None,
-                entry: Vec::new(),
-                exit: Vec::new(),
-                initial_content: Vec::new(),
-                code: Vec::new(),
-                tasks: Vec::new(),
-                locks: Vec::new(),
-                budget: 0,
-                done_event: None,
                 meta: Meta { span: state.span, ..Meta::default() },
+                ..Step::new(step_name, part)
             })
         })
         .collect();

@@ -124,35 +124,20 @@ fn enclosed_scope(
 
 /// The `priority n` of a chart or body.
 pub(super) fn part_priority(items: &[Item]) -> Option<u32> {
-    items.iter().find_map(|item| match item {
-        Item::Setting(setting) => match setting.kind {
-            SettingKind::Priority(priority) => Some(priority),
-            SettingKind::Tick(_)
-            | SettingKind::Conflict(_)
-            | SettingKind::EvolutionSingle
-            | SettingKind::EvolutionStable(_)
-            | SettingKind::Schedule(_)
-            | SettingKind::FireOne(_)
-            | SettingKind::AssignSimultaneous(_)
-            | SettingKind::ActionsIec
-            | SettingKind::FinalScan
-            | SettingKind::Queue(_)
-            | SettingKind::EventsExclusive
-            | SettingKind::Shared(..) => None,
-        },
-        Item::Declaration(_)
-        | Item::Step(_)
-        | Item::Transition(_)
-        | Item::Macro(_)
-        | Item::MacroStep(_)
-        | Item::Enclosing(_)
-        | Item::State(_)
-        | Item::Use(_)
-        | Item::Action(_)
-        | Item::Emergency(_)
-        | Item::Property(_)
-        | Item::Place(_)
-        | Item::Board(_) => None,
+    items.iter().filter_map(Item::as_setting).find_map(|setting| match setting.kind {
+        SettingKind::Priority(priority) => Some(priority),
+        SettingKind::Tick(_)
+        | SettingKind::Conflict(_)
+        | SettingKind::EvolutionSingle
+        | SettingKind::EvolutionStable(_)
+        | SettingKind::Schedule(_)
+        | SettingKind::FireOne(_)
+        | SettingKind::AssignSimultaneous(_)
+        | SettingKind::ActionsIec
+        | SettingKind::FinalScan
+        | SettingKind::Queue(_)
+        | SettingKind::EventsExclusive
+        | SettingKind::Shared(..) => None,
     })
 }
 
@@ -165,29 +150,6 @@ fn unused_macros(lowering: &mut Lowering<'_>) {
                 .at(name.span, "")
                 .help(format!("use it with `macro step m1 = {name}`, or remove it")),
         );
-    }
-}
-
-/// A step without anything in it.
-fn plain_step(name: Name, part: PartId, kind: StepKind, meta: crate::net::Meta) -> Step {
-    Step {
-        name,
-        part,
-        is_initial: false,
-        kind,
-        parent: None,
-        activation_link: false,
-        hidden: false,
-        priority: None,
-        entry: Vec::new(),
-        exit: Vec::new(),
-        initial_content: Vec::new(),
-        code: Vec::new(),
-        tasks: Vec::new(),
-        locks: Vec::new(),
-        budget: 0,
-        done_event: None,
-        meta,
     }
 }
 
@@ -528,7 +490,7 @@ impl<'a> Expansion<'_, 'a> {
         }
         let name = self.lowering.full_name(scope, &source.name);
         let place = &self.lowering.scopes[scope];
-        let mut step = plain_step(name, place.part, kind, source.meta.clone());
+        let mut step = Step { kind, meta: source.meta.clone(), ..Step::new(name, place.part) };
         step.parent = place.inside;
         step.activation_link = source.activation_link;
         let is_initial = source.role == StepRole::Initial && !self.lowering.is_statechart();

@@ -2,7 +2,6 @@
 
 use super::lexer::Kind;
 use super::parse::{Fail, HEADS, Parser};
-use super::print::qualifier;
 use crate::codes;
 use crate::diag::{Diagnostic, nearest};
 use crate::expr::{Expr as GenericExpr, Type};
@@ -598,7 +597,7 @@ impl Parser<'_> {
             } else {
                 let span = self.here();
                 let step = self.step_ref()?;
-                let Some(found) = QUALIFIERS.into_iter().find(|each| self.is(qualifier(*each)))
+                let Some(found) = QUALIFIERS.into_iter().find(|each| self.is(each.letters()))
                 else {
                     return self.unexpected("a qualifier such as `N` or `SD`");
                 };

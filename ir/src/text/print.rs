@@ -214,7 +214,7 @@ impl Printer<'_> {
             self.head("action", &action.name.text, &action.meta);
             put!(self, " duration {}\n", action.duration);
             for of in &action.uses {
-                put!(self, "    use {} {}", self.step(of.step), qualifier(of.qualifier));
+                put!(self, "    use {} {}", self.step(of.step), of.qualifier.letters());
                 self.condition("if", of.condition.as_ref());
             }
             self.list("body", &action.body);
@@ -730,22 +730,5 @@ fn ty(ty: Type) -> String {
     match ty {
         Type::Bool => "bool".to_owned(),
         Type::Int { lo, hi } => format!("int {lo}..{hi}"),
-    }
-}
-
-/// The standard's letters.
-pub(super) fn qualifier(qualifier: Qualifier) -> &'static str {
-    match qualifier {
-        Qualifier::N => "N",
-        Qualifier::R => "R",
-        Qualifier::S => "S",
-        Qualifier::L => "L",
-        Qualifier::D => "D",
-        Qualifier::P => "P",
-        Qualifier::P0 => "P0",
-        Qualifier::P1 => "P1",
-        Qualifier::SD => "SD",
-        Qualifier::DS => "DS",
-        Qualifier::SL => "SL",
     }
 }

@@ -38,25 +38,7 @@ fn output(text: &str, ty: Type, driver: Driver) -> Output {
 }
 
 fn step(text: &str, is_initial: bool) -> Step {
-    Step {
-        name: name(text),
-        part: Id::from_index(0),
-        is_initial,
-        kind: StepKind::Leaf,
-        parent: None,
-        activation_link: false,
-        hidden: false,
-        priority: None,
-        entry: vec![],
-        exit: vec![],
-        initial_content: vec![],
-        code: vec![],
-        tasks: vec![],
-        locks: Vec::new(),
-        budget: 0,
-        done_event: None,
-        meta: Meta::default(),
-    }
+    Step { is_initial, ..Step::new(name(text), Id::from_index(0)) }
 }
 
 fn transition(text: &str, from: usize, to: usize, guard: usize) -> Transition {

@@ -284,25 +284,7 @@ pub fn name(text: impl Into<String>) -> Name {
 /// A plain step with nothing in it.
 #[must_use]
 pub fn step(text: impl Into<String>, part: PartId, is_initial: bool) -> Step {
-    Step {
-        name: name(text),
-        part,
-        is_initial,
-        kind: StepKind::Leaf,
-        parent: None,
-        activation_link: false,
-        hidden: false,
-        priority: None,
-        entry: Vec::new(),
-        exit: Vec::new(),
-        initial_content: Vec::new(),
-        code: Vec::new(),
-        tasks: Vec::new(),
-        locks: Vec::new(),
-        budget: 0,
-        done_event: None,
-        meta: Meta::default(),
-    }
+    Step { is_initial, ..Step::new(name(text), part) }
 }
 
 struct Builder<'f> {

@@ -700,25 +700,8 @@ impl<'a> Elaborator<'a> {
         let text = format!("chart c {{ {} }}", setting.text);
         let parsed = crate::graf::parse(setting.span.file, &text);
         let charts = parsed.design.map(|design| design.charts).unwrap_or_default();
-        let items = charts.into_iter().flat_map(|chart| chart.items);
-        let found: Vec<SettingKind> = items
-            .filter_map(|item| match item {
-                Item::Setting(setting) => Some(setting.kind),
-                Item::Declaration(_)
-                | Item::Step(_)
-                | Item::Transition(_)
-                | Item::Macro(_)
-                | Item::MacroStep(_)
-                | Item::Enclosing(_)
-                | Item::State(_)
-                | Item::Use(_)
-                | Item::Action(_)
-                | Item::Emergency(_)
-                | Item::Property(_)
-                | Item::Place(_)
-                | Item::Board(_) => None,
-            })
-            .collect();
+        let settings = charts.iter().flat_map(|chart| &chart.items).filter_map(Item::as_setting);
+        let found: Vec<SettingKind> = settings.map(|setting| setting.kind.clone()).collect();
         if !parsed.diagnostics.is_empty() || found.len() != 1 {
             self.report(
                 Diagnostic::error(

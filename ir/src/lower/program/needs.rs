@@ -3,10 +3,10 @@
 use crate::arena::{Id, IdMap};
 use crate::expr::{Expr as GenericExpr, ExprKind};
 use crate::net::{
-    Block, ControlledAction, Driver, EdgeOperand, Expr, Input, Leaf, Net, PropertyLeaf, Step,
-    StmtKind, Timer, Transition,
+    Block, ControlledAction, EdgeOperand, Expr, Input, Leaf, Net, PropertyLeaf, Step, StmtKind,
+    Timer, Transition,
 };
-use crate::walk::for_each_in_block;
+use crate::walk::{for_each_in_block, for_each_in_driver};
 
 /// The uses.
 #[derive(Debug, Clone)]
@@ -145,22 +145,7 @@ fn for_each_expr(net: &Net, visit: &mut impl FnMut(&Expr)) {
     for transition in net.transitions.values() {
         visit(&transition.guard);
     }
-    for output in net.outputs.values() {
-        match &output.driver {
-            Driver::Continuous(emissions) | Driver::Mealy(emissions) => {
-                emissions
-                    .iter()
-                    .filter_map(|emission| emission.condition.as_ref())
-                    .for_each(&mut *visit);
-            }
-            Driver::Extern { calls, .. } => {
-                for call in calls {
-                    call.condition.iter().chain(&call.arguments).for_each(&mut *visit);
-                }
-            }
-            Driver::Stored(_) | Driver::Controlled(_) => {}
-        }
-    }
+    net.outputs.values().for_each(|output| for_each_in_driver(&output.driver, visit));
     net.emergency.iter().for_each(|emergency| visit(&emergency.condition));
     net.timers.values().for_each(|timer| visit(&timer.condition));
     for action in net.actions.values() {
