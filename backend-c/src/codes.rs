@@ -31,6 +31,9 @@ pub const BTRANS_REFUSED: Code =
 /// A shape whose state variables have no ranges of their own.
 pub const SAFE_STATE_REFUSED: Code =
     Code { id: "G0630", title: "the safe state cannot watch this shape of C" };
+/// What a task does can't be counted.
+pub const TASK_NOT_COUNTED: Code =
+    Code { id: "G0635", title: "the cost of a task cannot be counted" };
 /// All of them.
 pub const ALL: &[Code] = &[
     STYLE_REFUSED,
@@ -43,4 +46,5 @@ pub const ALL: &[Code] = &[
     PACKAGE_REFUSED,
     BTRANS_REFUSED,
     SAFE_STATE_REFUSED,
+    TASK_NOT_COUNTED,
 ];

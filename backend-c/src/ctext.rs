@@ -4,6 +4,7 @@
 //! [`crate::switch`], [`crate::bits`] and [`crate::header`]; the writer only indents, places comments and keeps the provenance of each line.
 
 use crate::Object;
+use grafsynth_ir::net::StepId;
 
 /// A piece of a file.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -66,11 +67,20 @@ pub(crate) struct Arm {
     pub(crate) body: Vec<Node>,
     /// For a loop whose head does not say so: the most rounds, with a reason at the place that states it.
     pub(crate) at_most: Option<u64>,
+    /// For an `if` that runs a task: the step, and which of its tasks.
+    pub(crate) task: Option<(StepId, usize)>,
 }
 
 impl Arm {
     pub(crate) fn new(head: impl Into<String>, body: Vec<Node>) -> Self {
-        Arm { head: head.into(), note: String::new(), objects: Vec::new(), body, at_most: None }
+        Arm {
+            head: head.into(),
+            note: String::new(),
+            objects: Vec::new(),
+            body,
+            at_most: None,
+            task: None,
+        }
     }
 
     /// The same loop with the most rounds that it goes.
@@ -183,6 +193,8 @@ pub(crate) fn comment_text(text: &str) -> String {
 pub(crate) struct Marks {
     /// Lines of loops with the most rounds that these go.
     pub(crate) loops: Vec<(u32, u64)>,
+    /// Lines of `if`s that run a task: the step, and which of its tasks.
+    pub(crate) tasks: Vec<(u32, StepId, usize)>,
     /// First and last lines of text of the user.
     pub(crate) user: Vec<(u32, u32)>,
 }
@@ -272,6 +284,9 @@ impl Writer {
             self.put(&format!("{open}{} {{", arm.head), note, &objects);
             if let Some(rounds) = arm.at_most {
                 self.marks.loops.push((self.line, rounds));
+            }
+            if let Some((step, task)) = arm.task {
+                self.marks.tasks.push((self.line, step, task));
             }
             // The cases of a `switch` stand at its own indent.
             if arm.head.starts_with("switch") {

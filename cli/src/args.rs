@@ -107,6 +107,10 @@ pub(crate) struct Input {
     /// A board file: device, pins and places. `NAME.board` beside the chart is read by itself.
     #[arg(long, value_name = "FILE")]
     pub(crate) board: Option<String>,
+    /// The machine that C is for, `avr`, `cortex-m3`, `8051` or `host`: tasks that declare no cost have the one that its cost model counts; `build` takes of the styles that
+    /// carry the chart the one with the cheapest worst case there.
+    #[arg(long = "for", value_name = "MACHINE")]
+    pub(crate) machine: Option<String>,
     #[command(flatten)]
     pub(crate) c: COptions,
 }
@@ -254,9 +258,6 @@ pub(crate) struct Build {
     /// C: `auto`, `switch`, `tables`, `bits` or `engine`.
     #[arg(long, value_name = "STYLE", default_value = "auto")]
     pub(crate) style: String,
-    /// C: the machine that it is for, `avr`, `cortex-m3`, `8051` or `host`: of the styles that carry the chart the one with the cheapest worst case there.
-    #[arg(long = "for", value_name = "MACHINE")]
-    pub(crate) machine: Option<String>,
     /// C, with `--for`: what is to be small, the time of the dearest reaction (among equals the text) or the text.
     #[arg(long, value_name = "WHAT", value_parser = ["speed", "size"], default_value = "speed", requires = "machine")]
     pub(crate) optimise: String,

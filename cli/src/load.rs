@@ -3,6 +3,7 @@
 use crate::args::{Global, Input};
 use crate::files;
 use crate::render::{self, MessageFormat, Style};
+use grafsynth_backend_c::cost;
 use grafsynth_driver::format::Format;
 use grafsynth_driver::libraries::{self, LibraryText};
 use grafsynth_driver::read::{self, Design, NetDesign, ReadLimits, Texts};
@@ -92,7 +93,13 @@ impl Session {
             Some(name) => Some(Format::named(name).ok_or_else(|| unknown_format(name))?),
         };
         let main = self.text(&input.file)?;
-        let mut texts = Texts { main, format, c: input.c.options(), ..Texts::default() };
+        let mut texts = Texts {
+            main,
+            format,
+            c: input.c.options(),
+            machine: machine(input.machine.as_deref())?,
+            ..Texts::default()
+        };
         if let Some(board) = &input.board {
             texts.board = Some(self.text(board)?);
         } else if let Some(beside) = companion(&input.file, "board") {
@@ -170,6 +177,7 @@ impl Session {
             from: None,
             assert: Vec::new(),
             board: None,
+            machine: None,
             c: crate::args::COptions::default(),
         })
     }
@@ -195,4 +203,17 @@ fn companion(path: &str, extension: &str) -> Option<String> {
     let beside = Path::new(path).with_extension(extension);
     (beside != Path::new(path) && files::exists(&beside))
         .then(|| beside.to_string_lossy().into_owned())
+}
+
+/// The machine that C is for.
+pub(crate) fn machine(name: Option<&str>) -> Result<Option<&'static cost::Machine>, Stop> {
+    let Some(name) = name else { return Ok(None) };
+    cost::machine(name).map(Some).ok_or_else(|| {
+        let known = || cost::MACHINES.iter().map(|machine| machine.name);
+        let near = grafsynth_ir::diag::nearest(name, known())
+            .map(|near| format!(", did you mean `{near}`?"))
+            .unwrap_or_default();
+        let known: Vec<&str> = known().collect();
+        Stop::Usage(format!("no machine is called `{name}`{near} (there are {})", known.join(", ")))
+    })
 }

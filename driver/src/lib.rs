@@ -32,4 +32,5 @@ pub mod run;
 pub mod source;
 pub mod state_table;
 pub mod target;
+pub mod task_costs;
 pub mod template;

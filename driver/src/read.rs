@@ -5,6 +5,8 @@ use crate::format::Format;
 use crate::libraries::{self, LibraryText};
 use crate::logic::LogicDesign;
 use crate::source::Sources;
+use crate::task_costs::{self, Counted};
+use grafsynth_backend_c::cost::Machine;
 use grafsynth_backend_pld::Dialect;
 use grafsynth_backend_pld::codes::{NOT_PLACED, TAKEN_AS};
 use grafsynth_ir::diag::any_error;
@@ -29,6 +31,8 @@ pub struct NetDesign {
     pub chart: Option<chart::Design>,
     /// As it runs.
     pub net: Valid<Net>,
+    /// Which tasks cost what a model says.
+    pub counted: Option<Counted>,
     /// C text that defines the extern functions of a chart that was read from C.
     pub library: Option<String>,
 }
@@ -48,6 +52,8 @@ pub struct Texts {
     pub properties: Vec<FileId>,
     /// How a design in C becomes a chart.
     pub c: COptions,
+    /// The machine whose cost model says what tasks cost that declare none.
+    pub machine: Option<&'static Machine>,
 }
 
 /// Limits of the front ends.
@@ -331,11 +337,15 @@ fn chart_design(
             chart.items.extend(board.places.into_iter().map(chart::Item::Place));
         }
     }
-    let (net, more) = lower::lower(&design);
+    let (net, more, counted) = task_costs::lower(&design, texts.machine);
     // After an error of the reader the design lacks what was not read: warnings about what is left would speak of that.
     let is_whole = !any_error(found);
     found.extend(more.into_iter().filter(|finding| is_whole || finding.is_error()));
-    with_properties(sources, texts, limits, Some(design), net?, found)
+    let mut design = with_properties(sources, texts, limits, Some(design), net?, found)?;
+    if let Design::Net(design) = &mut design {
+        design.counted = counted;
+    }
+    Some(design)
 }
 
 fn with_properties(
@@ -347,7 +357,7 @@ fn with_properties(
     found: &mut Vec<Diagnostic>,
 ) -> Option<Design> {
     if texts.properties.is_empty() {
-        return Some(Design::Net(Box::new(NetDesign { chart, net, library: None })));
+        return Some(Design::Net(Box::new(NetDesign { chart, net, counted: None, library: None })));
     }
     let (properties, more) = read_properties(sources, texts, limits, &net);
     found.extend(more);
@@ -357,7 +367,9 @@ fn with_properties(
         validate(net)
     });
     match net {
-        Ok(net) => Some(Design::Net(Box::new(NetDesign { chart, net, library: None }))),
+        Ok(net) => {
+            Some(Design::Net(Box::new(NetDesign { chart, net, counted: None, library: None })))
+        }
         Err(more) => {
             found.extend(more);
             None

@@ -14,7 +14,7 @@ pub struct Measured {
     pub init: u64,
     /// The dearest `NAME_step`.
     pub step: u64,
-    /// The most bytes of stack of either, the return address among them; none where it is not looked at.
+    /// The most bytes of stack of either, the return address among them; none on a Cortex-M3 where functions of the user are called, whose stack can't be told from it.
     pub stack: Option<u64>,
     /// Reactions that were measured.
     pub reactions: u64,
@@ -209,7 +209,8 @@ impl Meter for AvrMeter {
 }
 
 /// Measures a Cortex-M3, in instructions: each reaction is run again and again from the same instance, and the timer of the processor, which under qemu's `-icount shift=0` counts one
-/// for 40 instructions, tells how many it takes; an empty function with the same arguments is subtracted. Stack is not looked at, and functions of the user count as empty ones.
+/// for 40 instructions, tells how many it takes; an empty function with the same arguments is subtracted. For the stack, the memory below the stack pointer is painted before one more call, and what is no longer painted
+/// after it was used: a word that a function reserves and never writes is not seen. Functions of the user count as empty ones.
 #[derive(Debug, Default)]
 pub struct ArmMeter;
 
@@ -223,8 +224,11 @@ fn arm_port(prefix: &str, has_instance: bool) -> String {
     let count = format!(
         r#"static uint32_t bench_worst;
 static uint32_t bench_first;
+static uint32_t bench_stack;
 __attribute__((noinline)) static void bench_empty() {{ __asm__ volatile("" ::: "memory"); }}
 #define BENCH_TIMER (*(volatile uint32_t *)0xE000E018U)
+/* Bytes that are painted: more than any chart needs. */
+#define BENCH_DEEP 8192U
 #define BENCH_COUNT(call, none, into) do {{ \
     {save} \
     const uint32_t begin = BENCH_TIMER; \
@@ -234,6 +238,15 @@ __attribute__((noinline)) static void bench_empty() {{ __asm__ volatile("" ::: "
     const uint32_t end = BENCH_TIMER; \
     const uint32_t n = ((middle - end) & 0xFFFFFFU) - ((begin - middle) & 0xFFFFFFU) + 2U; \
     if (n > into) {{ into = n; }} \
+    {restore} \
+    uint32_t top; \
+    __asm__ volatile("mov %0, sp" : "=r"(top) : : "memory"); \
+    volatile uint32_t *at = (volatile uint32_t *)(top - BENCH_DEEP); \
+    while (at != (volatile uint32_t *)top) {{ *at++ = 0xA5A5A5A5U; }} \
+    call; \
+    at = (volatile uint32_t *)(top - BENCH_DEEP); \
+    while ((at != (volatile uint32_t *)top) && (*at == 0xA5A5A5A5U)) {{ ++at; }} \
+    if (top - (uint32_t)at > bench_stack) {{ bench_stack = top - (uint32_t)at; }} \
 }} while (0)
 #define {prefix}_step(...) BENCH_COUNT({prefix}_step(__VA_ARGS__), bench_empty(__VA_ARGS__), bench_worst)
 #define {prefix}_init(...) BENCH_COUNT({prefix}_init(__VA_ARGS__), bench_empty(__VA_ARGS__), bench_first)
@@ -246,6 +259,9 @@ static void bench_end(void)
     }}
     for (uint32_t k = 0U; k < 4U; ++k) {{
         bench_emit((uint8_t)(bench_worst >> (8U * k)));
+    }}
+    for (uint32_t k = 0U; k < 4U; ++k) {{
+        bench_emit((uint8_t)(bench_stack >> (8U * k)));
     }}
 "#
     );
@@ -268,6 +284,7 @@ impl Meter for ArmMeter {
             grafsynth_backend_c::emit(job.net, job.facts, options).map_err(EngineError::Refused)?;
         let header = package.files.first().ok_or_else(|| EngineError::Refused(Vec::new()))?;
         let prefix = header.name.trim_end_matches(".h").to_owned();
+        let calls_user = package.files.iter().any(|file| file.name.ends_with("_user.h"));
         let has_instance = header.text.contains(&format!("}} {prefix}_t;"));
         let piece = Piece { job: *job, options: options.clone() };
         let bench = Bench::new(&[piece], &arm_port(&prefix, has_instance))?;
@@ -294,11 +311,11 @@ impl Meter for ArmMeter {
             let bytes = answer.get(at..at + 4)?;
             Some(bytes.iter().rev().fold(0_u64, |all, byte| all << 8 | u64::from(*byte)))
         };
-        match (run.is_success, number(0), number(4)) {
-            (true, Some(init), Some(step)) => Ok(Measured {
+        match (run.is_success, number(0), number(4), number(8)) {
+            (true, Some(init), Some(step), Some(stack)) => Ok(Measured {
                 init,
                 step,
-                stack: None,
+                stack: (!calls_user).then_some(stack),
                 reactions: job.stimulus.len() as u64,
                 text: text_bytes(&sections.stdout),
             }),

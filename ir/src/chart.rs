@@ -377,12 +377,12 @@ pub enum StepItemKind {
     Priority(u32),
     /// `budget 200`.
     Budget(u32),
-    /// `task ramp cost 80 { .. }`.
+    /// `task ramp cost 80 { .. }`, or `task ramp { .. }`.
     Task {
         /// Its name.
         name: Name,
-        /// Declared cost.
-        cost: u32,
+        /// Declared cost; without one the cost model of the machine that is asked for says it.
+        cost: Option<u32>,
         /// What it does.
         body: Block,
     },

@@ -4,6 +4,9 @@
 
 use grafsynth_backend_c::cost::{self, Bound, Goal, Machine};
 use grafsynth_backend_c::{Io, Options, Style, emit};
+use grafsynth_driver::read::{Design, NetDesign, ReadLimits, Texts};
+use grafsynth_driver::source::Sources;
+use grafsynth_driver::task_costs::Counted;
 use grafsynth_engines::measure::{Measured, Meter, meters as meters_here};
 use grafsynth_engines::{EngineError, Job, tools};
 use grafsynth_ir::Valid;
@@ -48,6 +51,11 @@ fn every_random_chart_has_a_bound() {
                 }
             };
             assert!(bound.step > 0 && bound.init > 0 && bound.stack > 0, "seed {seed}");
+            // A scan is one reaction at least, and the one in an interrupt has neither watchdog nor sleep.
+            if let (Some(scan), Some(isr)) = (bound.scan, bound.scan_isr) {
+                assert!(scan.time >= isr.time && isr.time >= bound.step, "seed {seed}");
+                assert!(scan.stack >= isr.stack && isr.stack >= bound.stack, "seed {seed}");
+            }
             // The path is what the bound is made of.
             let path: u64 = bound.path.iter().map(|place| place.time).sum();
             let call = u64::from(machine.call.time);
@@ -188,6 +196,177 @@ fn a_proved_depth_bounds_stable_charts() {
                 assert!(ratio <= most, "{name}: {ratio:.2}");
             }
         }
+    }
+}
+
+/// RAM is exact: instance, inputs, outputs and ring are as large as the compiler makes them, and beside them a chart has no memory.
+#[test]
+fn ram_is_what_the_compiler_makes_of_it() {
+    let avr = ("avr", "avr", &["-mmcu=atmega1284p", "-std=gnu99", "-Os"][..]);
+    let arm =
+        ("cortex-m3", "arm-none-eabi", &["-mcpu=cortex-m3", "-mthumb", "-std=c99", "-Os"][..]);
+    for (name, triple, flags) in [avr, arm] {
+        let tool = |end: &str| tools::find(&[format!("{triple}-{end}").as_str()]);
+        let (Some(gcc), Some(nm), Some(size)) = (tool("gcc"), tool("nm"), tool("size")) else {
+            println!("skipped: {triple}-gcc is not here");
+            continue;
+        };
+        let machine = cost::machine(name).expect("it is there");
+        let mut compared = 0;
+        for seed in 0..rounds(8, 100) {
+            let net = random_net(seed, &Features::everything());
+            let Ok(package) = emit(&net, &facts_of(&net), &options(seed)) else { continue };
+            let bound = cost::bound(&package, machine).expect("it is understood");
+            let folder = tempfile::tempdir().expect("a folder");
+            for file in &package.files {
+                std::fs::write(folder.path().join(&file.name), &file.text).expect("it is written");
+            }
+            let header = &package.files[0];
+            let prefix = header.name.trim_end_matches(".h");
+            let texts: String = package.files.iter().map(|file| file.text.as_str()).collect();
+            let mut own = format!("#include \"{prefix}.h\"\n#include \"{prefix}_port.h\"\n");
+            for end in ["t", "in_t", "out_t", "ring_t"] {
+                if texts.contains(&format!("}} {prefix}_{end};")) {
+                    own += &format!("char own_{end}[sizeof({prefix}_{end})];\n");
+                }
+            }
+            std::fs::write(folder.path().join("own.c"), own).expect("it is written");
+            let source = format!("{prefix}.c");
+            let run = |program: &Path, arguments: &[&str]| {
+                let run =
+                    tools::run(program, arguments, folder.path(), b"", Duration::from_secs(60));
+                let run = run.expect("it starts");
+                assert!(run.is_success, "seed {seed}: {}", run.stderr);
+                String::from_utf8_lossy(&run.stdout).into_owned()
+            };
+            for (from, to) in [("own.c", "own.o"), (source.as_str(), "chart.o")] {
+                run(&gcc, &[flags, &["-fno-common", "-c", "-o", to, from]].concat());
+            }
+            let symbols = run(&nm, &["-S", "-t", "d", "own.o"]);
+            let bytes = |end: &str| -> u64 {
+                let name = format!("own_{end}");
+                let line = symbols.lines().find(|line| line.ends_with(&format!(" {name}")));
+                let size = line.and_then(|line| line.split_whitespace().nth(1));
+                size.map_or(0, |size| size.parse().expect("a number"))
+            };
+            assert_eq!(bound.instance, bytes("t"), "seed {seed}, {name}");
+            assert_eq!(bound.io, bytes("in_t") + bytes("out_t"), "seed {seed}, {name}");
+            assert_eq!(bound.ring, bytes("ring_t"), "seed {seed}, {name}");
+            let sections = run(&size, &["-A", "chart.o"]);
+            for line in sections.lines() {
+                let words: Vec<&str> = line.split_whitespace().collect();
+                if let [".data" | ".bss", size, ..] = words[..] {
+                    assert_eq!(size, "0", "seed {seed}, {name}: {line}");
+                }
+            }
+            compared += 1;
+        }
+        assert!(compared >= 4, "{name}: {compared}");
+    }
+}
+
+/// A task that declares no cost costs what the model says, and that is never less than what it takes: the dearest reaction with the task is dearer by no more than its cost.
+#[test]
+fn a_task_takes_no_more_than_the_model_says() {
+    let meters = meters();
+    for body in [
+        "sum := (sum + n / 7) mod 32749",
+        "if n > 500 { sum := n * 3 - sum; m := m + 1 } else { sum := sum * n }",
+        "m := m * m mod 1000; big := big * 17 + n; R := m > 500",
+    ] {
+        let chart = |task: &str| {
+            format!(
+                "chart work {{
+                    conflict priority
+                    input n: int 0..65535
+                    output R
+                    var sum: int 0..65535 = 0  var m: int 0..999 = 5  var big: int 0..2000000000 = 1
+                    initial step s {{ budget 100000; {task} }}
+                    s -> s when s.done restart
+                }}"
+            )
+        };
+        for meter in &meters {
+            let machine = cost::machine(meter.machine()).expect("it is there");
+            let (with, counted) = read_for(&chart(&format!("task t {{ {body} }}")), machine);
+            let counted = counted.expect("the task declares no cost");
+            assert_eq!((counted.machine.name, counted.places.len()), (machine.name, 1));
+            let model = u64::from(with.steps.values().next().expect("a step").tasks[0].cost);
+            // The same chart that does nothing there but to pass the turn on.
+            let (without, counted) = read_for(&chart("task t cost 1 { sum := sum }"), machine);
+            assert_eq!(counted, None);
+            let dearest = |net: &Valid<Net>| {
+                on_machine(&**meter, "task", net, &Options::default(), 300).expect("it fits");
+                let stimulus = Stimulus::random(net, 300, 7, 3);
+                let job = Job { net, facts: &facts_of(net), stimulus: &stimulus };
+                meter.run(&job, &Options::default()).expect("it runs").step
+            };
+            let (with, without) = (dearest(&with), dearest(&without));
+            println!("{}: {body}: {model} for {}", machine.name, with.saturating_sub(without));
+            assert!(with > without, "{body} takes no time");
+            assert!(model >= with - without, "{body}: {model} for {}", with - without);
+            assert!(model <= 6 * (with - without), "{body}: {model} for {}", with - without);
+        }
+    }
+}
+
+/// Costs decide where a step halts, and so what of its variables is buffered; what that takes is in the costs, and a budget that is too small for one is an error.
+#[test]
+fn counted_costs_decide_where_a_step_halts() {
+    let chart = |budget: u32| {
+        format!(
+            "chart work {{
+                shared buffer sum
+                input n: int 0..65535
+                var sum: int 0..65535 = 0
+                initial step s {{
+                    budget {budget}
+                    task a {{ sum := sum + n }}
+                    task b {{ sum := sum mod 1000 }}
+                    task c cost 7 {{ sum := sum + 1 }}
+                }}
+                initial step r  step q
+                r -> q when sum = 3
+            }}"
+        )
+    };
+    let avr = cost::machine("avr").expect("it is there");
+    let costs = |net: &Valid<Net>| -> Vec<u32> {
+        net.steps.values().flat_map(|step| step.tasks.iter().map(|task| task.cost)).collect()
+    };
+    let (at_once, _) = read_for(&chart(60_000), avr);
+    let (halting, _) = read_for(&chart(900), avr);
+    let (few, more) = (costs(&at_once), costs(&halting));
+    let first = |net: &Valid<Net>| net.steps.values().next().expect("a step").clone();
+    assert_eq!((first(&at_once).chunks().len(), first(&halting).chunks().len()), (1, 2));
+    assert!(more[0] > few[0], "the copy costs something: {few:?} {more:?}");
+    assert_eq!((few[2], more[2]), (7, 7), "declared is declared");
+    let m3 = cost::machine("cortex-m3").expect("it is there");
+    let (other, _) = read_for(&chart(60_000), m3);
+    assert!(costs(&other)[0] < few[0], "another machine, another cost");
+    let found = read(&chart(20), Some(avr)).1;
+    assert!(found.iter().any(|it| it.code.id == "G0224"), "{found:#?}");
+    let found = read(&chart(20), None).1;
+    assert_eq!(found.iter().filter(|it| it.code.id == "G0254").count(), 2, "{found:#?}");
+}
+
+/// A chart for a machine.
+fn read_for(text: &str, machine: &'static Machine) -> (Valid<Net>, Option<Counted>) {
+    let (design, found) = read(text, Some(machine));
+    let design = design.unwrap_or_else(|| panic!("{found:#?}"));
+    (design.net, design.counted)
+}
+
+fn read(
+    text: &str,
+    machine: Option<&'static Machine>,
+) -> (Option<NetDesign>, Vec<grafsynth_ir::Diagnostic>) {
+    let mut sources = Sources::default();
+    let main = sources.add("a.graf", text);
+    let texts = Texts { main, machine, ..Texts::default() };
+    match grafsynth_driver::read::read(&sources, &texts, ReadLimits::default()) {
+        (Some(Design::Net(design)), found) => (Some(*design), found),
+        (Some(Design::Logic(_)) | None, found) => (None, found),
     }
 }
 

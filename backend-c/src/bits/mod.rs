@@ -16,7 +16,7 @@ use crate::safe::Range;
 use crate::times::{Ticks, count_type, unsigned};
 use crate::{Object, Options};
 use grafsynth_ir::diag::Diagnostic;
-use grafsynth_ir::expr::ExprKind;
+use grafsynth_ir::expr::{CompareOp, ExprKind};
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::lower::program::{ProgramOptions, marked_program, program as reaction_program};
 use grafsynth_ir::names::Namer;
@@ -32,6 +32,16 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// The nodes of expressions that count as much as one transition when functions are filled.
 pub(crate) const NODES_PER_TRANSITION: usize = 16;
+
+/// Says of an `if` that it runs a task.
+fn as_task(mut nodes: Vec<Node>, task: Option<(StepId, usize)>) -> Vec<Node> {
+    if let Some(Kind::Block(arms)) = nodes.first_mut().map(|node| &mut node.kind)
+        && let Some(arm) = arms.first_mut()
+    {
+        arm.task = task;
+    }
+    nodes
+}
 
 /// The net in this style.
 ///
@@ -398,10 +408,11 @@ impl<'a> Emit<'a> {
                 Piece::Whole(statement) => self.statement(statement, &mut nodes),
                 Piece::If(condition, then, otherwise) => {
                     nodes.extend(self.ask(&[condition], &[]));
+                    let task = self.task_of(condition);
                     let condition = self.expr(condition);
                     let then = self.pieces(then, calls);
                     let otherwise = self.pieces(otherwise, calls);
-                    nodes.extend(calls::either(condition, then, otherwise));
+                    nodes.extend(as_task(calls::either(condition, then, otherwise), task));
                 }
                 Piece::Repeat(limit, condition, body) => {
                     let most = self.most_rounds(condition);
@@ -466,10 +477,11 @@ impl<'a> Emit<'a> {
             }
             Stmt::If(condition, then, otherwise) => {
                 nodes.extend(self.ask(&[condition], &[]));
+                let task = self.task_of(condition);
                 let condition = self.expr(condition);
                 let then = self.statements(then);
                 let otherwise = self.statements(otherwise);
-                nodes.extend(calls::either(condition, then, otherwise));
+                nodes.extend(as_task(calls::either(condition, then, otherwise), task));
             }
             Stmt::Repeat { limit, condition, body } => {
                 let most = self.most_rounds(condition);
@@ -503,6 +515,25 @@ impl<'a> Emit<'a> {
                     nodes.push(Node::line(format!("self->fault = {};", value.text)));
                 }
             }
+        }
+    }
+
+    /// The task that runs where this holds: of a step with tasks, the one whose turn it is.
+    fn task_of(&self, condition: &Expr) -> Option<(StepId, usize)> {
+        let of = |expr: &Expr| {
+            let ExprKind::Compare(CompareOp::Eq, left, right) = &expr.kind else { return None };
+            let (ExprKind::Leaf(Leaf::Cell(cell)), ExprKind::Int(at)) = (&left.kind, &right.kind)
+            else {
+                return None;
+            };
+            let Origin::TaskIndex(step) = self.program.cells[*cell].origin else { return None };
+            let at = usize::try_from(*at).ok()?;
+            (at < self.net.steps[step].tasks.len()).then_some((step, at))
+        };
+        if let ExprKind::And(parts) = &condition.kind {
+            parts.iter().find_map(of)
+        } else {
+            of(condition)
         }
     }
 

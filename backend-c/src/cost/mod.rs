@@ -16,6 +16,7 @@ mod machine;
 mod memory;
 mod rounds;
 mod syntax;
+mod tasks;
 mod tokens;
 mod tree;
 mod walk;
@@ -26,10 +27,12 @@ pub use choice::{Candidate, Goal};
 pub use machine::{Machine, Op, Widths};
 pub use rounds::Rounds;
 pub(crate) use rounds::rounds;
+pub use tasks::{is_counted, tasks};
 pub use walk::Place;
 
 use crate::ctext::Marks;
 use crate::{Object, Package};
+use grafsynth_ir::net::StepId;
 use std::fmt;
 
 /// The machines whose constants are known.
@@ -85,6 +88,34 @@ pub struct Bound {
     pub text: u64,
     /// The path that costs `step`: its places in the order of execution.
     pub path: Vec<Place>,
+    /// The most of `NAME_scan`, with as many reactions as the ring of `NAME_port.h` has places; none where there is no such function.
+    pub scan: Option<ScanBound>,
+    /// The same of `NAME_scan_isr`.
+    pub scan_isr: Option<ScanBound>,
+    /// What each task takes at most, in the order of the text.
+    pub tasks: Vec<TaskBound>,
+}
+
+/// The most that a whole scan takes, from the call to the return; without what the macros of `NAME_port.h` are defined as (critical sections, watchdog, idle: nothing by default).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ScanBound {
+    /// In the machine's unit; without functions and text of the user.
+    pub time: u64,
+    /// The most calls of functions of the user.
+    pub user_calls: u64,
+    /// Bytes of stack, as in [`Bound::stack`].
+    pub stack: u64,
+}
+
+/// What a task takes at most, the question whether it is its turn among it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TaskBound {
+    /// The step that it belongs to.
+    pub step: StepId,
+    /// Which of the tasks of the step, from 0.
+    pub task: usize,
+    /// In the machine's unit; without functions and text of the user.
+    pub time: u64,
 }
 
 /// The bound of a package.
@@ -121,5 +152,5 @@ fn of_texts<'a>(
     }
     reader.read(source, true, &marks.user)?;
     let unit = syntax::parse(&reader.finish(), machine.int_bits)?;
-    walk::bound(&unit, machine, prefix, &marks.loops, map)
+    walk::bound(&unit, machine, prefix, marks, map)
 }

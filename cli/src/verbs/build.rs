@@ -88,7 +88,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
         device: arguments.device.clone(),
         c: grafsynth_backend_c::Options {
             style,
-            machine: machine(arguments.machine.as_deref())?,
+            machine: crate::load::machine(arguments.input.machine.as_deref())?,
             goal: match arguments.optimise.as_str() {
                 "size" => cost::Goal::Size,
                 _ => cost::Goal::Speed,
@@ -163,6 +163,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
         built.measured = measured(session, net, &facts, &options, &targets);
     }
     if arguments.report {
+        built.counted = design.counted.clone();
         let page = report::page(net, &facts, &built, &session.sources, &limits);
         built.files.extend(page);
     }
@@ -172,19 +173,6 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
         Exit::Open
     } else {
         Exit::Done
-    })
-}
-
-/// The machine that C is for.
-fn machine(name: Option<&str>) -> Result<Option<&'static cost::Machine>, Stop> {
-    let Some(name) = name else { return Ok(None) };
-    cost::machine(name).map(Some).ok_or_else(|| {
-        let known = || cost::MACHINES.iter().map(|machine| machine.name);
-        let near = grafsynth_ir::diag::nearest(name, known())
-            .map(|near| format!(", did you mean `{near}`?"))
-            .unwrap_or_default();
-        let known: Vec<&str> = known().collect();
-        Stop::Usage(format!("no machine is called `{name}`{near} (there are {})", known.join(", ")))
     })
 }
 
@@ -244,6 +232,7 @@ fn earlier_pins(session: &mut Session, path: &str) -> Result<Vec<(String, u32)>,
         from: None,
         assert: Vec::new(),
         board: None,
+        machine: None,
         c: crate::args::COptions::default(),
     };
     let (design, found) = session.design(&earlier)?;

@@ -160,6 +160,7 @@ fn with_other(
         from: None,
         assert: Vec::new(),
         board: None,
+        machine: arguments.input.machine.clone(),
         c: crate::args::COptions::default(),
     };
     let (other, found) = session.design(&input)?;

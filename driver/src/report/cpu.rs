@@ -30,7 +30,7 @@ pub struct Measured {
 pub(super) fn write(subject: &Subject<'_>) -> Option<String> {
     let package = subject.built.packages.first()?;
     let mut text = style(package);
-    let mut first: Option<(&Machine, Bound)> = None;
+    let mut bounds: Vec<(&Machine, Bound)> = Vec::new();
     let mut table = Table::new([
         "Machine",
         "Reaction at most",
@@ -43,6 +43,8 @@ pub(super) fn write(subject: &Subject<'_>) -> Option<String> {
         "Ring",
         "Text, about",
     ]);
+    let mut scans =
+        Table::new(["Machine", "`NAME_scan` at most", "`NAME_scan_isr`", "Time", "Stack"]);
     for machine in cost::MACHINES.iter().filter(|machine| machine.is_bounded) {
         let bound = match cost::bound(package, machine) {
             Ok(bound) => bound,
@@ -67,11 +69,30 @@ pub(super) fn write(subject: &Subject<'_>) -> Option<String> {
             if bound.ring == 0 { String::new() } else { format!("{} B", bound.ring) },
             format!("{} B", bound.text),
         ]);
-        if first.is_none() {
-            first = Some((machine, bound));
+        if let Some(scan) = bound.scan {
+            let isr = bound.scan_isr.map_or_else(String::new, |it| it.time.to_string());
+            let yours = if scan.user_calls > 0 {
+                format!(" + {} of your functions", scan.user_calls)
+            } else {
+                String::new()
+            };
+            scans.row([
+                machine.about.to_owned(),
+                format!("{} {}{yours}", scan.time, machine.unit),
+                isr,
+                time(scan.time, machine),
+                format!("{} B", scan.stack),
+            ]);
         }
+        bounds.push((machine, bound));
     }
     text += &table.text();
+    if !scans.is_empty() {
+        text += &format!(
+            "\nA whole scan beside interrupts, with as many reactions as the event ring has places:\n\n{}",
+            scans.text()
+        );
+    }
     text += &rounds(subject, package);
     for it in &subject.built.measured {
         if let Some(machine) = cost::machine(it.machine) {
@@ -82,8 +103,9 @@ pub(super) fn write(subject: &Subject<'_>) -> Option<String> {
             );
         }
     }
-    if let Some((machine, bound)) = first {
-        text += &path(subject, package, machine, &bound);
+    text += &tasks(subject, &bounds);
+    if let Some((machine, bound)) = bounds.first() {
+        text += &path(subject, package, machine, bound);
     }
     Some(text)
 }
@@ -122,6 +144,42 @@ fn style(package: &Package) -> String {
         }
     }
     format!("{}\n", table.text())
+}
+
+/// What each task costs, who says so, and what the models say of it.
+fn tasks(subject: &Subject<'_>, bounds: &[(&Machine, Bound)]) -> String {
+    let net = subject.net;
+    if net.steps.values().all(|step| step.tasks.is_empty()) {
+        return String::new();
+    }
+    let counted = subject.built.counted.as_ref();
+    let mut heads = vec!["Step".to_owned(), "Budget".to_owned(), "Task".to_owned()];
+    heads.extend(["Cost".to_owned(), "From".to_owned()]);
+    heads.extend(bounds.iter().map(|(machine, _)| format!("{} on {}", machine.unit, machine.name)));
+    let mut table = Table::of(heads);
+    for (id, step) in net.steps.iter() {
+        for (at, task) in step.tasks.iter().enumerate() {
+            let from = match counted.filter(|it| it.places.contains(&task.meta.span)) {
+                Some(counted) => format!("the model of {}", counted.machine.name),
+                None => "declared".to_owned(),
+            };
+            let budget =
+                if step.budget == u32::MAX { "none".to_owned() } else { step.budget.to_string() };
+            let mut row = vec![step.name.text.clone(), budget, task.name.text.clone()];
+            row.extend([task.cost.to_string(), from]);
+            let calls = if cost::is_counted(net, &task.body) { "" } else { " + yours" };
+            row.extend(bounds.iter().map(|(_, bound)| {
+                let of_task = |it: &&cost::TaskBound| it.step == id && it.task == at;
+                bound
+                    .tasks
+                    .iter()
+                    .find(of_task)
+                    .map_or_else(|| "not known".to_owned(), |it| format!("{}{calls}", it.time))
+            }));
+            table.add(&row);
+        }
+    }
+    format!("\nTasks, with what each takes at most:\n\n{}", table.text())
 }
 
 /// How often the loop over micro-steps was counted, and what that rests on.

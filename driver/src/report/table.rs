@@ -11,9 +11,19 @@ impl Table {
         Table { rows: vec![head.iter().map(|title| (*title).to_owned()).collect()] }
     }
 
+    /// An empty table with as many columns as there are titles.
+    pub(super) fn of(head: Vec<String>) -> Self {
+        Table { rows: vec![head] }
+    }
+
+    /// Adds a row of as many cells as there are.
+    pub(super) fn add(&mut self, cells: &[String]) {
+        self.rows.push(cells.iter().map(|cell| inline(cell)).collect());
+    }
+
     /// Adds a row; what is missing at its end is empty.
     pub(super) fn row<const N: usize>(&mut self, cells: [String; N]) {
-        self.rows.push(cells.iter().map(|cell| inline(cell)).collect());
+        self.add(&cells);
     }
 
     /// Gives the last row this cell as it stands: text of ours, which may have signs of Markdown.

@@ -281,7 +281,8 @@ impl Writer<'_> {
         items.extend(reactions);
         for task in &step.tasks {
             let list = self.block(&task.body, body);
-            let kind = StepItemKind::Task { name: task.name.clone(), cost: task.cost, body: list };
+            let kind =
+                StepItemKind::Task { name: task.name.clone(), cost: Some(task.cost), body: list };
             items.push(StepItem { kind, span: task.meta.span });
         }
         items.extend(

@@ -245,7 +245,11 @@ fn step_item(r: &mut Random) -> StepItem {
         }
         12 => StepItemKind::Priority(u32::try_from(r.below(5)).unwrap()),
         13 => StepItemKind::Budget(200),
-        14 => StepItemKind::Task { name: name("ramp"), cost: 80, body: block(r, 1) },
+        14 => StepItemKind::Task {
+            name: name("ramp"),
+            cost: (r.below(3) > 0).then_some(80),
+            body: block(r, 1),
+        },
         _ => match r.below(4) {
             0 => StepItemKind::Code(Verbatim {
                 language: "c".to_owned(),

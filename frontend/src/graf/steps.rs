@@ -210,8 +210,11 @@ impl Parser<'_> {
             "task" if self.is_name_beside(1) => {
                 self.advance();
                 let name = self.name("the name of the task")?;
-                self.expect_word("cost")?;
-                let cost = self.count("the cost of the task")?;
+                let cost = if self.eat_word("cost") {
+                    Some(self.count("the cost of the task")?)
+                } else {
+                    None
+                };
                 StepItemKind::Task { name, cost, body: self.block("the task")? }
             }
             "code"

@@ -169,7 +169,8 @@ impl Text {
             StepItemKind::Priority(value) => format!("priority {value}"),
             StepItemKind::Budget(value) => format!("budget {value}"),
             StepItemKind::Task { name, cost, .. } => {
-                format!("task {} cost {cost}", names::name(&name.text, Position::Anywhere))
+                let cost = cost.map_or_else(String::new, |cost| format!(" cost {cost}"));
+                format!("task {}{cost}", names::name(&name.text, Position::Anywhere))
             }
             StepItemKind::Code(verbatim) => code(verbatim),
             StepItemKind::Force { target, order } => {

@@ -50,6 +50,7 @@ pub(super) fn behaviour(lowering: &mut Lowering<'_>) {
 fn step<'a>(lowering: &mut Lowering<'a>, scope: ScopeId, id: StepId, source: &'a chart::Step) {
     let mut budget: Option<(u32, Span)> = None;
     let mut tasks: Vec<Task> = Vec::new();
+    let mut unknown: Vec<&Name> = Vec::new();
     for item in &source.body {
         match &item.kind {
             StepItemKind::Entry(block) => {
@@ -90,7 +91,14 @@ fn step<'a>(lowering: &mut Lowering<'a>, scope: ScopeId, id: StepId, source: &'a
                 }
                 let body = lowering.block(scope, ListKind::Task, body);
                 let meta = Meta { span: item.span, ..Meta::default() };
-                tasks.push(Task { name: name.clone(), cost: *cost, body, meta });
+                if cost.is_none() {
+                    lowering.undeclared.insert(item.span);
+                }
+                let cost = cost.or_else(|| lowering.costs.of(item.span));
+                if cost.is_none() {
+                    unknown.push(name);
+                }
+                tasks.push(Task { name: name.clone(), cost: cost.unwrap_or(0), body, meta });
             }
             StepItemKind::Code(code) => lowering.net.steps[id].code.push(code.clone()),
             // Actions belong to outputs, priorities to `expand`, reactions to work of their own, forcing to its pass.
@@ -112,6 +120,19 @@ fn step<'a>(lowering: &mut Lowering<'a>, scope: ScopeId, id: StepId, source: &'a
             );
         }
         return;
+    }
+    if let Some((number, span)) = budget {
+        for name in unknown {
+            lowering.report(
+                Diagnostic::error(
+                    codes::TASK_WITHOUT_COST,
+                    format!("the cost of task {name} is not known, and its step {} has a budget of {number}", source.name),
+                )
+                .at(name.span, "says no cost")
+                .at(span, "the budget")
+                .help("write `cost N` behind its name, or name the machine whose cost model is to say it: `--for avr`"),
+            );
+        }
     }
     // Without a budget nothing bounds what a step may run (semantics §6).
     let limit = budget.map_or(u32::MAX, |(number, _)| number);

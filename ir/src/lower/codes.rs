@@ -59,6 +59,8 @@ codes! {
     NEVER_FITS = "G0223", "assignment that never fits";
     /// A task costs more than its step may use.
     BUDGET = "G0224", "task above its budget";
+    /// A step has a budget, and nothing says what one of its tasks costs.
+    TASK_WITHOUT_COST = "G0254", "task without a cost";
     /// A task holds assignments and calls only.
     TASK_BODY = "G0225", "statement that a task cannot hold";
     /// An initial value does not fit its declaration.

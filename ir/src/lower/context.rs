@@ -4,6 +4,7 @@ use super::expand::Work;
 use super::libraries::Bound;
 use super::roles::{Role, Use};
 use super::statechart::Tree;
+use super::task_costs::TaskCosts;
 use crate::chart::{self, Design};
 use crate::diag::Diagnostic;
 use crate::expr::Expr;
@@ -196,6 +197,10 @@ pub(super) struct FlatNames {
 #[derive(Debug)]
 pub(super) struct Lowering<'a> {
     pub(super) design: &'a Design,
+    /// What tasks cost that declare none.
+    pub(super) costs: TaskCosts,
+    /// Tasks that declare no cost.
+    pub(super) undeclared: BTreeSet<Span>,
     pub(super) net: Net,
     pub(super) found: Findings,
     pub(super) scopes: Vec<Scope<'a>>,
@@ -271,6 +276,8 @@ impl<'a> Lowering<'a> {
     pub(super) fn new(design: &'a Design) -> Self {
         Lowering {
             design,
+            costs: TaskCosts::default(),
+            undeclared: BTreeSet::new(),
             net: Net::default(),
             found: Findings::default(),
             scopes: Vec::new(),

@@ -118,6 +118,7 @@ pub(super) fn unused(lowering: &mut Lowering<'_>) {
         let Some(alone) = alone(design, library) else { continue };
         // Only this one is looked at: those that it uses stand in the list themselves.
         let mut one = Lowering::new(&alone);
+        one.costs = lowering.costs.clone();
         super::all_passes(&mut one);
         for finding in one.found.list {
             if finding.is_error() {

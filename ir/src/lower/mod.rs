@@ -39,6 +39,7 @@ mod settings;
 mod sharing;
 mod statechart;
 mod statements;
+mod task_costs;
 mod times;
 mod transition_names;
 
@@ -47,12 +48,15 @@ mod tests;
 
 pub use finished::{board, properties};
 pub use libraries::alone;
+pub use task_costs::TaskCosts;
 
 use crate::chart::Design;
 use crate::diag::{Diagnostic, any_error};
 use crate::net::Net;
+use crate::span::Span;
 use crate::validate::{Valid, validate};
 use context::Lowering;
+use std::collections::BTreeSet;
 
 /// A pass adds its share to the net.
 type Pass = fn(&mut Lowering<'_>);
@@ -88,20 +92,38 @@ pub fn passes() -> impl Iterator<Item = &'static str> {
 /// There is a net exactly if no finding is an error. The same design gives the same net and the same findings in the same order.
 #[must_use]
 pub fn lower(design: &Design) -> (Option<Valid<Net>>, Vec<Diagnostic>) {
-    let (net, mut findings) = run(design, PIPELINE);
+    let lowered = lower_with(design, &TaskCosts::default());
+    (lowered.net, lowered.found)
+}
+
+/// What [`lower_with`] gives.
+#[derive(Debug, Clone)]
+pub struct Lowered {
+    /// The net; there is one exactly if no finding is an error.
+    pub net: Option<Valid<Net>>,
+    /// The findings.
+    pub found: Vec<Diagnostic>,
+    /// The places of the tasks that declare no cost: the [`crate::net::Meta::span`] of the tasks that they became.
+    pub undeclared: BTreeSet<Span>,
+}
+
+/// As [`lower`], with costs of tasks that declare none.
+#[must_use]
+pub fn lower_with(design: &Design, costs: &TaskCosts) -> Lowered {
+    let (net, mut found, undeclared) = run(design, costs, PIPELINE);
     // A file of library charts alone is a good file, and nothing runs.
-    if any_error(&findings) || design.charts.is_empty() {
-        return (None, findings);
+    if any_error(&found) || design.charts.is_empty() {
+        return Lowered { net: None, found, undeclared };
     }
     match validate(net) {
         Ok(net) => {
-            findings.extend(lints::lints(&net));
-            (Some(net), findings)
+            found.extend(lints::lints(&net));
+            Lowered { net: Some(net), found, undeclared }
         }
         // Whatever a pass does not look for itself; the breach has its place in the source.
         Err(breaches) => {
-            findings.extend(breaches);
-            (None, findings)
+            found.extend(breaches);
+            Lowered { net: None, found, undeclared }
         }
     }
 }
@@ -124,18 +146,24 @@ fn all_passes(lowering: &mut Lowering<'_>) {
     }
 }
 
-fn run(design: &Design, pipeline: &[(&str, Pass)]) -> (Net, Vec<Diagnostic>) {
+fn run(
+    design: &Design,
+    costs: &TaskCosts,
+    pipeline: &[(&str, Pass)],
+) -> (Net, Vec<Diagnostic>, BTreeSet<Span>) {
     let mut lowering = Lowering::new(design);
+    lowering.costs = costs.clone();
     for (_, pass) in pipeline {
         pass(&mut lowering);
     }
     libraries::duplicates(&mut lowering);
     libraries::unused(&mut lowering);
     if lowering.macros.iter().all(|one| one.is_used) {
-        return (lowering.net, lowering.found.list);
+        return (lowering.net, lowering.found.list, lowering.undeclared);
     }
     // What nothing uses is in no net, but its mistakes are mistakes: they are found in a second lowering that expands each unused macro once.
     let mut second = Lowering::new(design);
+    second.costs = costs.clone();
     second.expand_unused = true;
     for (_, pass) in pipeline {
         pass(&mut second);
@@ -145,5 +173,5 @@ fn run(design: &Design, pipeline: &[(&str, Pass)]) -> (Net, Vec<Diagnostic>) {
             lowering.found.add(finding);
         }
     }
-    (lowering.net, lowering.found.list)
+    (lowering.net, lowering.found.list, lowering.undeclared)
 }

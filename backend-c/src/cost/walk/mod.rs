@@ -13,10 +13,12 @@ pub use trace::Place;
 use self::frame::{Frame, is_one_return};
 use self::trace::Tracer;
 use super::NotUnderstood;
+use super::TaskBound;
 use super::machine::{Machine, Op, Widths};
 use super::memory::size;
 use super::tree::{Expr, Function, Kind, Stmt, Type, Unit};
 use crate::Object;
+use crate::ctext::Marks;
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
@@ -112,7 +114,9 @@ struct Walker<'a> {
     unit: &'a Unit,
     machine: &'a Machine,
     /// Loop bounds that the emitter states, by line.
-    marks: &'a [(u32, u64)],
+    marks: &'a Marks,
+    /// What each task costs that was met.
+    tasks: Vec<TaskBound>,
     by_name: BTreeMap<Rc<str>, usize>,
     /// Functions of the header that are one expression.
     small: BTreeMap<&'a str, &'a Function>,
@@ -136,18 +140,18 @@ struct Walker<'a> {
     calls: Vec<usize>,
 }
 
-/// The bound of a whole chart.
-pub(super) fn bound(
-    unit: &Unit,
-    machine: &Machine,
-    prefix: &str,
-    marks: &[(u32, u64)],
-    map: &[(u32, Vec<Object>)],
-) -> Result<super::Bound, NotUnderstood> {
+/// All functions that these need, looked at.
+fn walked<'a>(
+    unit: &'a Unit,
+    machine: &'a Machine,
+    marks: &'a Marks,
+    roots: &[String],
+) -> Result<Walker<'a>, NotUnderstood> {
     let mut walker = Walker {
         unit,
         machine,
         marks,
+        tasks: Vec::new(),
         by_name: BTreeMap::new(),
         small: unit
             .functions
@@ -169,7 +173,7 @@ pub(super) fn bound(
         cost: Cost::default(),
         calls: Vec::new(),
     };
-    let functions = needed(unit, machine, prefix)?;
+    let functions = needed(unit, machine, roots)?;
     for function in &functions {
         for (name, n) in Frame::calls_of(unit, machine, &function.body) {
             *walker.sites.entry(name).or_default() += n;
@@ -183,6 +187,23 @@ pub(super) fn bound(
             walker.text = before;
         }
     }
+    Ok(walker)
+}
+
+/// The bound of a whole chart.
+pub(super) fn bound(
+    unit: &Unit,
+    machine: &Machine,
+    prefix: &str,
+    marks: &Marks,
+    map: &[(u32, Vec<Object>)],
+) -> Result<super::Bound, NotUnderstood> {
+    let named = |ends: &[&str]| -> Vec<String> {
+        ends.iter().map(|end| format!("{prefix}_{end}")).collect()
+    };
+    let walker = walked(unit, machine, marks, &named(&["init", "step"]))?;
+    // The scan lies in the header, and is text only where it is called: it is looked at by itself.
+    let scanning = walked(unit, machine, marks, &named(&["scan_isr", "scan"]))?;
     let tables = unit.globals.values().map(|it| size(unit, machine, &it.ty)).sum::<u64>();
     let find = |end: &str| {
         let name = format!("{prefix}_{end}");
@@ -198,6 +219,15 @@ pub(super) fn bound(
         unit.types.get(&*name).map_or(0, |ty| size(unit, machine, ty))
     };
     let call = Cost { time: u64::from(machine.call.time), user: 0 };
+    let scan = |end: &str| {
+        let name = format!("{prefix}_{end}");
+        let summary = scanning.summaries.get(*scanning.by_name.get(&*name)?)?;
+        Some(super::ScanBound {
+            time: summary.cost.plus(call).time,
+            user_calls: summary.cost.user,
+            stack: summary.stack,
+        })
+    };
     let mut path = Vec::new();
     let mut tracer = Tracer { walker: &walker, map, path: &mut path };
     tracer.function(step, 1, &[]);
@@ -213,25 +243,25 @@ pub(super) fn bound(
         ring: of_type("ring_t"),
         text: walker.text + tables,
         path,
+        scan: scan("scan"),
+        scan_isr: scan("scan_isr"),
+        tasks: walker.tasks,
     })
 }
 
-/// The functions that a reaction and a reset need, callees first.
+/// The functions that these need, callees first.
 fn needed<'a>(
     unit: &'a Unit,
     machine: &Machine,
-    prefix: &str,
+    roots: &[String],
 ) -> Result<Vec<&'a Function>, NotUnderstood> {
     let by_name: BTreeMap<&str, usize> =
         unit.functions.iter().enumerate().map(|(at, it)| (&*it.name, at)).collect();
     let mut order = Vec::new();
     // 0 not met, 1 on the way, 2 done.
     let mut met = vec![0_u8; unit.functions.len()];
-    let mut stack: Vec<(usize, bool)> = ["init", "step"]
-        .iter()
-        .filter_map(|end| by_name.get(format!("{prefix}_{end}").as_str()))
-        .map(|at| (*at, false))
-        .collect();
+    let mut stack: Vec<(usize, bool)> =
+        roots.iter().filter_map(|name| by_name.get(name.as_str())).map(|at| (*at, false)).collect();
     while let Some((at, is_done)) = stack.pop() {
         let Some(function) = unit.functions.get(at) else { continue };
         if is_done {
@@ -564,6 +594,13 @@ impl Walker<'_> {
             }
         }
         let flow = info.flow;
+        if let (Kind::If(..), Ok(at)) =
+            (&stmt.kind, self.marks.tasks.binary_search_by_key(&stmt.line, |(line, ..)| *line))
+            && let Some((_, step, task)) = self.marks.tasks.get(at)
+        {
+            let time = flow.on[NEXT].unwrap_or_default().time;
+            self.tasks.push(TaskBound { step: *step, task: *task, time });
+        }
         if let Some(place) = self.infos.get_mut(stmt.id) {
             *place = Some(info);
         }
@@ -574,9 +611,10 @@ impl Walker<'_> {
     fn rounds(&self, stmt: &Stmt, condition: Option<&Expr>, body: &[Stmt]) -> Option<u64> {
         let marked = self
             .marks
+            .loops
             .binary_search_by_key(&stmt.line, |(line, _)| *line)
             .ok()
-            .and_then(|at| self.marks.get(at))
+            .and_then(|at| self.marks.loops.get(at))
             .map(|(_, n)| *n);
         let counted = condition.and_then(|condition| self.counted(stmt, condition, body));
         match (marked, counted) {

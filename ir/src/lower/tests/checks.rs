@@ -245,7 +245,9 @@ fn assignments_and_calls_fit_their_targets() {
 
 #[test]
 fn tasks_fit_their_budget() {
-    let task = |text: &str, cost, body| item(StepItemKind::Task { name: name(text), cost, body });
+    let task = |text: &str, cost, body| {
+        item(StepItemKind::Task { name: name(text), cost: Some(cost), body })
+    };
     let body = vec![
         item(StepItemKind::Budget(100)),
         task("small", 80, vec![]),

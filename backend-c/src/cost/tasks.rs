@@ -1,0 +1,83 @@
+//! What tasks cost: the model's answer where a chart declares none (semantics §6).
+
+use super::{Machine, TaskBound, bound};
+use crate::codes::TASK_NOT_COUNTED;
+use crate::{Io, Options, emit};
+use grafsynth_ir::Valid;
+use grafsynth_ir::diag::{Diagnostic, any_error};
+use grafsynth_ir::facts::Facts;
+use grafsynth_ir::net::{Block, Net, StmtKind, Task};
+use std::collections::BTreeMap;
+
+/// What each task of a net takes at most on a machine: the dearer of what it takes with inputs and outputs as members and as words, so that it does not depend on
+/// how the chart is built. `asked` says which tasks are looked at.
+///
+/// # Errors
+/// A task that is asked for and calls functions of the user or holds code of the user, which no model knows; what can't be emitted.
+pub fn tasks(
+    net: &Valid<Net>,
+    machine: &Machine,
+    asked: &dyn Fn(&Task) -> bool,
+) -> Result<Vec<TaskBound>, Vec<Diagnostic>> {
+    let mut found = Vec::new();
+    for step in net.steps.values() {
+        for task in step.tasks.iter().filter(|task| asked(task)) {
+            if let Some(what) = unknown(net, &task.body) {
+                let message = format!("the cost of task {} can't be counted: it {what}", task.name);
+                found.push(
+                    Diagnostic::error(TASK_NOT_COUNTED, message)
+                        .at(task.name.span, "says no cost")
+                        .help("write `cost N` behind its name: what you measured, in the unit of the machine"),
+                );
+            }
+        }
+    }
+    if !found.is_empty() {
+        return Err(found);
+    }
+    let mut most: BTreeMap<(usize, usize), TaskBound> = BTreeMap::new();
+    for io in [Io::Members, Io::Words] {
+        let package = emit(net, &Facts::default(), &Options { io, ..Options::default() })?;
+        if any_error(&package.diagnostics) {
+            return Err(package.diagnostics);
+        }
+        let bound = bound(&package, machine).map_err(|why| {
+            vec![
+                Diagnostic::error(TASK_NOT_COUNTED, format!("tasks can't be counted: {why}"))
+                    .at(net.name.span, "its tasks")
+                    .help("write `cost N` behind the name of each task"),
+            ]
+        })?;
+        for task in bound.tasks {
+            let entry = most.entry((task.step.index(), task.task)).or_insert(task);
+            entry.time = entry.time.max(task.time);
+        }
+    }
+    Ok(most.into_values().filter(|it| is_asked(net, it, asked)).collect())
+}
+
+fn is_asked(net: &Net, it: &TaskBound, asked: &dyn Fn(&Task) -> bool) -> bool {
+    net.steps[it.step].tasks.get(it.task).is_some_and(asked)
+}
+
+/// Everything in a list is counted: there is no function and no text of the user in it.
+#[must_use]
+pub fn is_counted(net: &Net, block: &Block) -> bool {
+    unknown(net, block).is_none()
+}
+
+/// What in a list no model knows the cost of.
+fn unknown(net: &Net, block: &Block) -> Option<String> {
+    block.iter().find_map(|stmt| match &stmt.kind {
+        StmtKind::Call { output, .. } => {
+            Some(format!("calls `{}`, a function of yours", net.outputs[*output].name))
+        }
+        StmtKind::Code(_) => Some("holds code of yours".to_owned()),
+        StmtKind::If { then, otherwise, .. } => {
+            unknown(net, then).or_else(|| unknown(net, otherwise))
+        }
+        StmtKind::Assign { .. } | StmtKind::Raise(_) | StmtKind::Send(_) | StmtKind::Cancel(_) => {
+            None
+        }
+    })
+}

@@ -1,0 +1,65 @@
+//! Costs of tasks that declare none (semantics §6): the lowering asks for numbers, and the cost model of the C back end has them.
+//!
+//! What a task takes is found in the C of the net that it is in, and that net depends on the costs: they decide where a step halts, and so which of its variables are buffered or locked. The
+//! costs begin at 0 and only grow, net by net, until the model says nothing new.
+
+use grafsynth_backend_c::codes::TASK_NOT_COUNTED;
+use grafsynth_backend_c::cost::{self, Machine};
+use grafsynth_ir::chart::Design;
+use grafsynth_ir::lower::{Lowered, TaskCosts, lower_with};
+use grafsynth_ir::net::Net;
+use grafsynth_ir::{Diagnostic, Span, Valid};
+use std::collections::BTreeSet;
+
+/// What the tasks of a net without declared costs cost, and where that comes from.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Counted {
+    /// The machine of the model.
+    pub machine: &'static Machine,
+    /// The tasks that declare no cost, by their place.
+    pub places: BTreeSet<Span>,
+}
+
+/// Nets that are tried before costs count as growing for ever.
+const ROUNDS: usize = 16;
+
+/// The net of a design; tasks without a declared cost get it from the model of the machine, where one was named.
+pub(crate) fn lower(
+    design: &Design,
+    machine: Option<&'static Machine>,
+) -> (Option<Valid<Net>>, Vec<Diagnostic>, Option<Counted>) {
+    let plain = lower_with(design, &TaskCosts::default());
+    let Some(machine) = machine.filter(|_| !plain.undeclared.is_empty()) else {
+        return (plain.net, plain.found, None);
+    };
+    let mut costs = TaskCosts { otherwise: Some(0), ..TaskCosts::default() };
+    for _ in 0..ROUNDS {
+        let Lowered { net, mut found, undeclared } = lower_with(design, &costs);
+        let Some(net) = net else { return (None, found, None) };
+        let asked = |task: &grafsynth_ir::net::Task| undeclared.contains(&task.meta.span);
+        let counted = match cost::tasks(&net, machine, &asked) {
+            Ok(counted) => counted,
+            Err(more) => {
+                found.extend(more);
+                return (None, found, None);
+            }
+        };
+        let mut has_grown = false;
+        for it in counted {
+            let Some(task) = net.steps[it.step].tasks.get(it.task) else { continue };
+            let time = u32::try_from(it.time).unwrap_or(u32::MAX);
+            let known = costs.known.entry(task.meta.span).or_insert(0);
+            has_grown |= time > *known;
+            *known = time.max(*known);
+        }
+        if !has_grown {
+            return (Some(net), found, Some(Counted { machine, places: undeclared }));
+        }
+    }
+    let message =
+        format!("the costs of tasks grow with what they decide, after {ROUNDS} rounds still");
+    let found = Diagnostic::error(TASK_NOT_COUNTED, message)
+        .at(design.charts.first().map_or_else(Span::default, |chart| chart.name.span), "its tasks")
+        .help("write `cost N` behind the names of the tasks that share variables");
+    (None, vec![found], None)
+}
