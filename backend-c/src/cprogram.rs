@@ -60,6 +60,8 @@ pub(crate) struct CProgram {
 pub(crate) struct Engine {
     /// The engine's own files, the same for every chart, headers first.
     pub(crate) files: &'static [(&'static str, &'static str)],
+    /// The most instructions of a program that one reaction interprets, where it is one.
+    pub(crate) instructions: Option<u64>,
     /// That of them which the chart's header includes.
     pub(crate) include: &'static str,
     /// What the header says before the instance.

@@ -11,6 +11,7 @@ use crate::cexpr::storage;
 use crate::ctext::{Arm, Kind, Node, Writer};
 use crate::header::{Interface, shown};
 use crate::names::library;
+use crate::told;
 use grafsynth_ir::Valid;
 use grafsynth_ir::net::{Driver, InputKind, Net, StepId, VarOrigin};
 
@@ -253,6 +254,13 @@ static void bench_end_of_line(void)
     }
 }
 
+static void bench_wrong(const char *what)
+{
+    fputs(what, stderr);
+    fputc('\n', stderr);
+    exit(4);
+}
+
 static void bench_print(int64_t value)
 {
     char digits[24];
@@ -292,7 +300,7 @@ static void bench_add(bench_calls_t *calls, int64_t value, char joint)
 }
 "#;
     // Not every chart calls all of them.
-    let uses = "static void bench_unused(void)\n{\n    (void)bench_number;\n    (void)bench_end_of_line;\n    (void)bench_print;\n    (void)bench_add;\n}\n";
+    let uses = "static void bench_unused(void)\n{\n    (void)bench_number;\n    (void)bench_end_of_line;\n    (void)bench_print;\n    (void)bench_add;\n    (void)bench_wrong;\n}\n";
     vec![
         Kind::Verbatim(text.to_string()).into(),
         Kind::Verbatim(uses.to_string()).into(),
@@ -401,7 +409,9 @@ fn bench(net: &Net, interface: &Interface, explore: bool) -> Vec<Node> {
         round.push(Node::line(format!("{calls}.count = 0;")));
         round.push(Node::line(format!("{calls}.length = 0;")));
     }
+    round.extend(told::before(net, interface));
     round.push(Node::line(format!("{prefix}_step({});", arguments(interface, true))));
+    round.extend(told::after(net, interface));
     body.push(Node::block("for (;;)", round));
     if let (Some(_), false) = (interface.trace, explore) {
         body.extend(crate::trace::dump(&interface.names));
@@ -475,16 +485,7 @@ fn stand_ins(net: &Net, interface: &Interface) -> Vec<Node> {
         nodes.push(Node::line(format!("static bench_calls_t {calls};")));
         nodes.push(Node::function(format!("void {name}({list})"), body));
     }
-    if interface.callbacks && interface.has_instance {
-        nodes.push(Node::function(
-            format!("void {prefix}_activated({prefix}_step_t step, bool active)"),
-            vec![Node::line("(void)step;"), Node::line("(void)active;")],
-        ));
-        nodes.push(Node::function(
-            format!("void {prefix}_enabled({prefix}_transition_t transition)"),
-            vec![Node::line("(void)transition;")],
-        ));
-    }
+    nodes.extend(told::functions(net, interface));
     nodes
 }
 

@@ -46,6 +46,7 @@ mod source;
 mod statechart;
 mod switch;
 mod times;
+mod told;
 pub mod trace;
 
 pub use harness::{explorer, harness, multi_harness};
@@ -238,6 +239,8 @@ pub struct Package {
     interface: header::Interface,
     /// Where the style was chosen for a machine: what was tried.
     pub tried: Vec<cost::Candidate>,
+    /// For a chart as a program that an engine interprets: the most of its instructions that one reaction runs, with the proved rounds of the evolution.
+    pub instructions: Option<u64>,
     /// How often a bound counts the loop over micro-steps; none where there is no such loop.
     pub rounds: Option<cost::Rounds>,
     /// What the analysis of `NAME.c` needs to know beside it.
@@ -303,7 +306,7 @@ pub fn emit(
                 Ok(program) => Some(program),
                 Err(why) => {
                     reason = why;
-                    match engine::program::program(net, &names, options) {
+                    match engine::program::program(net, facts, &names, options) {
                         Ok(program) => Some(program),
                         Err(engine::program::Failure::Errors(errors)) => {
                             diagnostics.extend(errors);
@@ -368,6 +371,7 @@ pub fn emit(
     };
     let style = program.style;
     let image = program.engine.as_ref().map(|it| it.image.clone()).unwrap_or_default();
+    let instructions = program.engine.as_ref().and_then(|it| it.instructions);
     let (files, interface, marks) = header::lay_out(net, facts, &names, program, options);
     let rounds = cost::rounds(net, facts);
     Ok(Package {
@@ -378,6 +382,7 @@ pub fn emit(
         image,
         interface,
         tried: Vec::new(),
+        instructions,
         rounds,
         marks,
     })

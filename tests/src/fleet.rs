@@ -107,7 +107,7 @@ pub fn emitted(net: &Valid<Net>, mut options: Options) -> Result<(Package, Optio
             Some("G0601") if options.style == Style::Auto || options.style == Style::Bits => {
                 panic!("every valid net can be said in C: {found:?}\n{}", readable(net))
             }
-            Some("G0601" | "G0606") => return Err(why),
+            Some("G0601" | "G0606" | "G0620") => return Err(why),
             _ => panic!("{found:?}\n{}", readable(net)),
         }
     }
@@ -117,6 +117,24 @@ pub fn emitted(net: &Valid<Net>, mut options: Options) -> Result<(Package, Optio
 /// variables and tables carry of Grafcet, which they would hardly ever meet by chance.
 #[must_use]
 pub fn features(seed: u64, style: Style, max_steps: usize) -> Features {
+    if style == Style::Btrans {
+        // A layout for statecharts: what it has columns for.
+        return Features {
+            policies: vec![Policy::InnerFirst, Policy::OuterFirst],
+            single: false,
+            stable: true,
+            max_steps,
+            timers: true,
+            integers: true,
+            events: true,
+            edges: true,
+            stored_outputs: true,
+            emergency: true,
+            reactions: true,
+            history: true,
+            ..Features::plain()
+        };
+    }
     let all = Features { max_steps, ..Features::program() };
     match seed % 3 {
         0 if style != Style::Engine => all,

@@ -68,6 +68,11 @@ fn the_table_engine_does_what_the_net_does() {
 }
 
 #[test]
+fn states_and_transitions_as_tables_do_what_the_net_does() {
+    agree(Style::Btrans, 5, 1000);
+}
+
+#[test]
 fn byte_code_does_what_the_net_does() {
     agree(Style::Program, 5, 1000);
 }

@@ -257,6 +257,52 @@ fn every_chart_as_a_program_does_what_the_net_does() {
     agree_as(&Features::everything(), Style::Program, shape, wanted, wanted);
 }
 
+/// How many instructions of a program a reaction runs is counted beforehand: the engine, made to count, never runs more, and on straight code as many.
+#[test]
+fn a_program_runs_no_more_instructions_than_counted() {
+    if tools::c_compiler().is_none() {
+        println!("skipped: no C compiler is here");
+        return;
+    }
+    let (fetch, begin) = (
+        "        const uint8_t op = run->image[run->at];\n",
+        "void gp_begin(gp_run_t *run, bool reset)\n{\n",
+    );
+    let (mut nearest, mut ran) = (0.0_f64, 0);
+    for seed in 0..rounds(12, 300) {
+        let net = random_net(seed, &Features::everything());
+        let limits =
+            grafsynth_verify::Limits { pairs: 20_000, states: 2_000, ..Default::default() };
+        let facts = grafsynth_verify::facts(&net, &limits);
+        let options = Options { style: Style::Program, ..Options::default() };
+        let package = emit(&net, &facts, &options).expect("every chart is a program");
+        let most = package.instructions.expect("it is code");
+        let text = multi_harness(&[(&net, &package)]);
+        assert!(text.contains(fetch) && text.contains(begin));
+        let count = "static unsigned long gp_counted, gp_most;\nstatic bool gp_was_reset = true;\n";
+        let note = "    if (!gp_was_reset && (gp_counted > gp_most)) { gp_most = gp_counted; }\n    gp_counted = 0; gp_was_reset = reset;\n";
+        let say = "#include <stdio.h>\n__attribute__((destructor)) static void gp_say(void)\n{\n    if (gp_counted > gp_most && !gp_was_reset) { gp_most = gp_counted; }\n    fprintf(stderr, \"%lu\\n\", gp_most);\n}\n";
+        let text = text
+            .replace(fetch, &format!("        ++gp_counted;\n{fetch}"))
+            .replace(begin, &format!("{count}{say}{begin}{note}"));
+        let program = c::compile_text(&text, &["-O1"]).unwrap_or_else(|why| panic!("{why}"));
+        let stimulus = Stimulus::random(&net, ROWS, seed, 3);
+        let input = c::lines(&net, &stimulus);
+        let folder = program.folder.path();
+        let limit = Duration::from_secs(60);
+        let run = tools::run(&program.path, &["0"], folder, input.as_bytes(), limit)
+            .unwrap_or_else(|why| panic!("{why:?}"));
+        assert!(run.is_success, "seed {seed}: {}", run.stderr);
+        let counted: u64 = run.stderr.trim().parse().expect("a number");
+        assert!(counted <= most, "seed {seed}: {counted} of {most}\n{}", readable(&net));
+        assert!(counted > 0, "seed {seed}");
+        nearest = nearest.max(counted as f64 / most as f64);
+        ran += 1;
+    }
+    println!("{ran} programs; at best {nearest:.2} of what is counted is run");
+    assert!(nearest > 0.5);
+}
+
 /// The trace of a chart in one style.
 fn trace(net: &Valid<Net>, stimulus: &Stimulus, style: Style) -> Trace {
     let facts = grafsynth_verify::structural_facts(net);

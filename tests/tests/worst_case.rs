@@ -1,6 +1,7 @@
 //! The static bounds of `grafsynth_backend_c::cost` against simulated machines: nothing that is measured is above its bound.
 
 #![allow(clippy::print_stdout, reason = "tests say what they skip, and how tight the bounds are")]
+#![allow(clippy::disallowed_methods, reason = "tests write files for compilers")]
 
 use grafsynth_backend_c::cost::{self, Bound, Goal, Machine};
 use grafsynth_backend_c::{Io, Options, Style, emit};

@@ -121,10 +121,13 @@ pub struct TaskBound {
 /// The bound of a package.
 ///
 /// # Errors
-/// Text that the analysis does not know. The style `engine` interprets tables, so its text says nothing of one chart.
+/// Text that the analysis does not know. Where an engine interprets the chart, the text says nothing of it; of a program [`Package::instructions`] says how many of its instructions run.
 pub fn bound(package: &Package, machine: &Machine) -> Result<Bound, NotUnderstood> {
-    if package.style == "engine" {
-        return Err(NotUnderstood::new(0, "an engine that interprets tables"));
+    if !package.image.is_empty() || package.style == "btrans" {
+        return Err(NotUnderstood::new(
+            0,
+            "an engine interprets the chart, and its text is the same for all charts",
+        ));
     }
     let prefix = &package.interface.names.prefix;
     let name = format!("{prefix}.c");

@@ -856,6 +856,7 @@ fn emit(
         one_bit: std::collections::BTreeSet::new(),
         engine: Some(Engine {
             files: &FILES,
+            instructions: None,
             include: "grafsynth_btrans.h",
             before,
             declarations: Vec::new(),

@@ -33,7 +33,7 @@ pub(super) const MARK: &str = "\u{0}mark";
 
 /// The instructions, by their codes.
 #[derive(Debug, Clone, Copy)]
-enum Op {
+pub(super) enum Op {
     Byte = 0,
     Long = 1,
     Wide = 2,
@@ -79,6 +79,12 @@ enum Op {
     While = 42,
     Again = 43,
 }
+
+/// The bytes of the operand of each instruction.
+pub(super) const OPERANDS: [u8; 44] = [
+    1, 4, 8, 0, 2, 2, 2, 2, 2, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 2, 2, 2, 2, 2, 2, 0,
+    2, 3, 2, 2, 0, 2, 2, 2, 2, 6, 0, 0,
+];
 
 /// Where a cell lies in an instance, or a temp in a reaction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -187,6 +193,8 @@ pub(super) struct Coder<'a> {
     pub(super) n_numbers: usize,
     /// The rounds of the loops in each other, at most.
     pub(super) rounds: u64,
+    /// Where the loop of the evolution stands.
+    pub(super) evolution: Option<usize>,
     sets_fault: bool,
     step_cells: BTreeMap<StepId, CellId>,
     /// Conditions that are asked at the first need, with the flag that says that they were.
@@ -213,6 +221,7 @@ impl<'a> Coder<'a> {
             n_flags: 0,
             n_numbers: 0,
             rounds: 1,
+            evolution: None,
             sets_fault,
             step_cells: BTreeMap::new(),
             lazy: BTreeMap::new(),
@@ -659,6 +668,11 @@ impl<'a> Coder<'a> {
         }
         self.rounds = self.rounds.max(rounds);
         let inner = Around { level: around.level + 1, loops: around.loops + 1, rounds };
+        if let ExprKind::Leaf(Leaf::Temp(asked)) = condition.kind
+            && Some(asked) == self.program.evolution
+        {
+            self.evolution = Some(self.code.len());
+        }
         self.op(Op::Loop);
         self.code.extend(limit.to_le_bytes());
         self.code.extend([0, 0]);

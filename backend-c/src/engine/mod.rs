@@ -12,6 +12,7 @@ pub(crate) mod btrans;
 mod bytes;
 mod code;
 mod image;
+mod instructions;
 pub(crate) mod program;
 
 use crate::cprogram::{CProgram, Engine, Member};
@@ -688,6 +689,7 @@ fn emit(net: &Net, names: &Names, room: &Room, ticks: Option<Ticks>, lines: &[Li
         one_bit: std::collections::BTreeSet::new(),
         engine: Some(Engine {
             files: &FILES,
+            instructions: None,
             include: "grafsynth_engine.h",
             before: macros(names, &sizes, room.interface),
             declarations: declarations(&load_head),

@@ -6,6 +6,7 @@
 
 use super::bytes::{Coder, MARK, Place, Places};
 use super::image::{Line, crc32, narrow};
+use super::instructions::{Evolution, most_instructions};
 use super::{clear_array, is_handed, member};
 use crate::calls::{self, Callee};
 use crate::cexpr::{CExpr, Class, Helpers, Prec};
@@ -16,10 +17,13 @@ use crate::switch::Refusal;
 use crate::times::Ticks;
 use crate::{Object, Options, bits};
 use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::facts::Facts;
 use grafsynth_ir::lower::program::{
     Marks, ProgramOptions, marked_program, program as reaction_program,
 };
-use grafsynth_ir::net::{Driver, Evolution, InputId, InputKind, Leaf as NetLeaf, Net, Verbatim};
+use grafsynth_ir::net::{
+    Driver, Evolution as Mode, InputId, InputKind, Leaf as NetLeaf, Net, Verbatim,
+};
 use grafsynth_ir::program::{Leaf, Origin, Program};
 use grafsynth_ir::{IdMap, Valid};
 use std::collections::BTreeSet;
@@ -61,6 +65,7 @@ struct Room {
 /// See [`Failure`].
 pub(crate) fn program(
     net: &Valid<Net>,
+    facts: &Facts,
     names: &Names,
     options: &Options,
 ) -> Result<CProgram, Failure> {
@@ -71,12 +76,15 @@ pub(crate) fn program(
     .map_err(Failure::Errors)?;
     let ticks = bits::ticks(&program);
     let places = Places::of(net, &program);
-    let sets_fault = net.settings.evolution != Evolution::Single
+    let sets_fault = net.settings.evolution != Mode::Single
         && (program.reset_fault || program.body.iter().any(bits::gives_fault));
     let (eager, lazy) = conditions(net, &program);
     let mut coder = Coder::new(net, &program, &places, &lazy, sets_fault);
     let reset = coder.reset().map_err(Failure::Refused)?;
     let reaction = coder.reaction(&eager).map_err(Failure::Refused)?;
+    let evolution = coder.evolution.zip(facts.most_rounds(net));
+    let evolution = evolution.map(|(at, it)| Evolution { at, rounds: it.value.into() });
+    let instructions = most_instructions(&reaction, evolution);
     let room = Room {
         sizes: [
             ("BITS", places.n_bits.div_ceil(8).max(1)),
@@ -101,7 +109,11 @@ pub(crate) fn program(
             span: net.name.span,
         }));
     }
-    Ok(emit(net, names, &program, &places, &room, ticks, &lines))
+    let mut emitted = emit(net, names, &program, &places, &room, ticks, &lines);
+    if let Some(engine) = &mut emitted.engine {
+        engine.instructions = instructions;
+    }
+    Ok(emitted)
 }
 
 /// Marks that say only what they are.
@@ -302,7 +314,7 @@ fn emit(
             }
         }),
         fault: room.sets_fault.then(|| "self->fault".to_owned()),
-        has_fault: net.settings.evolution != Evolution::Single,
+        has_fault: net.settings.evolution != Mode::Single,
         ticks,
         tables: Vec::new(),
         functions,
@@ -313,6 +325,7 @@ fn emit(
         one_bit: std::collections::BTreeSet::new(),
         engine: Some(Engine {
             files: &FILES,
+            instructions: None,
             include: "grafsynth_program.h",
             before: super::macros(names, &sizes, room.interface),
             declarations: super::declarations(&load_head),

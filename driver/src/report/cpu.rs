@@ -48,7 +48,16 @@ pub(super) fn write(subject: &Subject<'_>) -> Option<String> {
     for machine in cost::MACHINES.iter().filter(|machine| machine.is_bounded) {
         let bound = match cost::bound(package, machine) {
             Ok(bound) => bound,
-            Err(error) => return Some(format!("{text}There is no bound: {}.\n", error.what)),
+            Err(error) => {
+                text += &format!("No bound of time: {}.\n", error.what);
+                if let Some(n) = package.instructions {
+                    text += &format!(
+                        "\nA reaction runs at most {n} instructions of the program; how long the engine takes for one was not counted.\n"
+                    );
+                    text += &rounds(subject, package);
+                }
+                return Some(text);
+            }
         };
         let measured = subject.built.measured.iter().find(|it| it.machine == machine.name);
         let yours = match (bound.user_calls, bound.user_code) {

@@ -1,0 +1,124 @@
+//! What the callbacks of a chart say, held against its instance: part of the bench that runs emitted C.
+//!
+//! A reaction must say of each step that it changed that it did, once and what it is now, and of each transition that it enabled that it is; of others nothing. Where it does not, the bench ends
+//! with an exit code of its own.
+
+use crate::ctext::{Kind, Node};
+use crate::header::{Interface, shown};
+use grafsynth_ir::net::{Net, StepId, TransitionId};
+
+/// Steps that have a callback, and a function that asks for them.
+fn steps<'n>(net: &'n Net) -> impl Iterator<Item = StepId> + 'n {
+    net.steps.iter().filter(|(_, it)| shown(it.kind, it.hidden)).map(|(id, _)| id)
+}
+
+/// Transitions with a callback whose steps can all be asked for.
+fn transitions<'n>(net: &'n Net) -> impl Iterator<Item = TransitionId> + 'n {
+    let is_shown = |step: &StepId| shown(net.steps[*step].kind, net.steps[*step].hidden);
+    net.transitions
+        .iter()
+        .filter(move |(_, it)| !it.requires.is_empty() && it.requires.iter().all(is_shown))
+        .map(|(id, _)| id)
+}
+
+/// Nothing to compare: there are no callbacks.
+fn is_silent(interface: &Interface) -> bool {
+    !interface.callbacks || !interface.has_instance
+}
+
+/// The functions of the library, which count what they are told.
+pub(crate) fn functions(net: &Net, interface: &Interface) -> Vec<Node> {
+    if is_silent(interface) {
+        return Vec::new();
+    }
+    let (prefix, upper) = (&interface.names.prefix, &interface.names.upper);
+    let mut nodes = Vec::new();
+    let mut of_steps = Vec::new();
+    for id in steps(net) {
+        let name = &interface.names.steps[id];
+        nodes.push(Node::line(format!("static bool {prefix}_told_{name};")));
+        nodes.push(Node::line(format!("static bool {prefix}_was_{name};")));
+        let told = format!("{prefix}_told_{name}");
+        of_steps.push(Node::when(
+            &format!("step == {upper}_STEP_{name}"),
+            vec![
+                Node::when(
+                    &format!("{told} == active"),
+                    vec![Node::line("bench_wrong(\"a step is told twice\");")],
+                ),
+                Node::line(format!("{told} = active;")),
+            ],
+        ));
+    }
+    let mut of_transitions = Vec::new();
+    for id in transitions(net) {
+        let name = &interface.names.transitions[id];
+        nodes.push(Node::line(format!("static int {prefix}_count_{name};")));
+        of_transitions.push(Node::when(
+            &format!("transition == {upper}_T_{name}"),
+            vec![Node::line(format!("++{prefix}_count_{name};"))],
+        ));
+    }
+    of_steps.push(Node::line("(void)step;"));
+    of_steps.push(Node::line("(void)active;"));
+    of_transitions.push(Node::line("(void)transition;"));
+    nodes.push(Node::function(
+        format!("void {prefix}_activated({prefix}_step_t step, bool active)"),
+        of_steps,
+    ));
+    nodes.push(Node::function(
+        format!("void {prefix}_enabled({prefix}_transition_t transition)"),
+        of_transitions,
+    ));
+    nodes
+}
+
+/// Before a reaction: what is so.
+pub(crate) fn before(net: &Net, interface: &Interface) -> Vec<Node> {
+    if is_silent(interface) {
+        return Vec::new();
+    }
+    let prefix = &interface.names.prefix;
+    let mut nodes = Vec::new();
+    for id in steps(net) {
+        let name = &interface.names.steps[id];
+        nodes.push(Node::line(format!("{prefix}_was_{name} = {prefix}_active_{name}(&self);")));
+        nodes.push(Node::line(format!("{prefix}_told_{name} = {prefix}_was_{name};")));
+    }
+    for id in transitions(net) {
+        nodes.push(Node::line(format!("{prefix}_count_{} = 0;", interface.names.transitions[id])));
+    }
+    nodes
+}
+
+/// After a reaction: what was told is what has changed.
+pub(crate) fn after(net: &Net, interface: &Interface) -> Vec<Node> {
+    if is_silent(interface) {
+        return Vec::new();
+    }
+    let prefix = &interface.names.prefix;
+    let wrong = |condition: String, what: &str| {
+        Node::when(&condition, vec![Node::line(format!("bench_wrong(\"{what}\");"))])
+    };
+    let mut nodes = vec![Node::line("{")];
+    let mut body = Vec::new();
+    for id in steps(net) {
+        let name = &interface.names.steps[id];
+        let is_other = format!("{prefix}_told_{name} != {prefix}_active_{name}(&self)");
+        body.push(wrong(is_other, "a step is told wrong"));
+    }
+    for id in transitions(net) {
+        let names = &interface.names;
+        let all = |kind: &str, end: &str| {
+            let asked = net.transitions[id].requires.iter();
+            let asked = asked.map(|step| format!("{prefix}_{kind}_{}{end}", names.steps[*step]));
+            asked.collect::<Vec<_>>().join(" && ")
+        };
+        let became = format!("(({}) && !({}))", all("active", "(&self)"), all("was", ""));
+        let count = format!("{prefix}_count_{}", names.transitions[id]);
+        body.push(wrong(format!("{count} != ({became} ? 1 : 0)"), "a transition is told wrong"));
+    }
+    nodes.push(Kind::Nested(body).into());
+    nodes.push(Node::line("}"));
+    nodes
+}
