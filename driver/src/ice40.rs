@@ -3,7 +3,7 @@
 //! The Verilog is proved equal to the net as for any FPGA. Other tools make the bitstream of it; what its bits mean is read back as Verilog, and
 //! that is proved equal to the first one: together, the bitstream is the chart.
 
-use crate::report::Line;
+use crate::line::Line;
 use grafsynth_backend_pld::ice40::{Package, constraints};
 use grafsynth_backend_pld::{Dialect, Emitted, codes, read};
 use grafsynth_ir::diag::nearest;

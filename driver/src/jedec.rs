@@ -12,11 +12,13 @@
 //! prove       verify::equiv                the decoded circuit equal to the net, from power-up
 //! ```
 
+use crate::built::{BuildOptions, Built, OutputFile, file_stem};
+use crate::circuit::{delayed_vectors, emit_options, may_be_free, synchronised};
 use crate::coding::{self, EncodingChoice};
+use crate::line::{Line, Outcome};
 use crate::logic::{Fuses, LogicDesign};
-use crate::pipeline::{self, BuildOptions, Built, OutputFile};
 use crate::report::chip::{Chip, Made};
-use crate::report::{Line, Outcome};
+use crate::said::{self, code_of, codes_and_dont_cares, say_emergency, say_safe};
 use grafsynth_backend_pld::device::Device;
 use grafsynth_backend_pld::fuse::vectors::{self, Vector};
 use grafsynth_backend_pld::fuse::{self, FuseMap, Role};
@@ -71,7 +73,7 @@ pub fn burn(
     stimulus: Option<&Vectors>,
     n_vectors: Option<usize>,
 ) -> Result<Burned, Vec<Diagnostic>> {
-    burn_as(net, circuit, &pipeline::emit_options(net, device, None), stimulus, n_vectors)
+    burn_as(net, circuit, &emit_options(net, device, None), stimulus, n_vectors)
 }
 
 /// Burns a circuit with the code of its steps that a build chooses for the device, and with its don't-cares. The circuit that comes back shows the steps in
@@ -86,10 +88,7 @@ pub fn burn_coded(
     device: Option<&str>,
     n_vectors: Option<usize>,
 ) -> Result<Burned, Vec<Diagnostic>> {
-    let wishes = EmitOptions {
-        dont_cares: pipeline::may_be_free(net),
-        ..pipeline::emit_options(net, device, None)
-    };
+    let wishes = EmitOptions { dont_cares: may_be_free(net), ..emit_options(net, device, None) };
     let choice = EncodingChoice::Auto;
     let coded = coding::code(net, facts, circuit, choice, false, Dialect::Palasm, &wishes);
     let mut burned = burn_as(net, &coding::emitted(&coded, false), &wishes, None, n_vectors)?;
@@ -199,21 +198,21 @@ pub(crate) fn build(
     built: &mut Built,
 ) {
     let wishes = EmitOptions {
-        dont_cares: pipeline::may_be_free(net) && options.dont_cares,
+        dont_cares: may_be_free(net) && options.dont_cares,
         keep: options.keep_pins.clone(),
-        ..pipeline::emit_options(net, options.device.as_deref(), None)
+        ..emit_options(net, options.device.as_deref(), None)
     };
     // A device is filled from the same equations as a text for it.
     let dialect = Dialect::Palasm;
     let coded = coding::code(net, facts, logic, options.encoding, options.safe, dialect, &wishes);
-    let code = pipeline::code_of(net, facts, logic, &coded, options, dialect, &wishes);
+    let code = code_of(net, facts, logic, &coded, options, dialect, &wishes);
     let asked = crate::rescue::Asked { net, facts, logic, options, is_burned: true };
     let logic = &coding::emitted(&coded, options.safe);
-    let (circuit, chains) = pipeline::synchronised(net, logic.clone(), options.synchronise);
+    let (circuit, chains) = synchronised(net, logic.clone(), options.synchronise);
     let stimulus = options
         .stimulus
         .as_ref()
-        .map(|stimulus| pipeline::delayed_vectors(net, logic, &circuit, &chains, stimulus));
+        .map(|stimulus| delayed_vectors(net, logic, &circuit, &chains, stimulus));
     let burned = stimulus.transpose().and_then(|stimulus| {
         let burned = burn_as(net, &circuit, &wishes, stimulus.as_ref(), None)?;
         let mut read_back = synchronise::strip(burned.logic.clone(), &chains)?;
@@ -228,22 +227,22 @@ pub(crate) fn build(
             return;
         }
     };
-    let name = format!("{}.jed", pipeline::file_stem(net));
+    let name = format!("{}.jed", file_stem(net));
     let mut line = if options.prove {
         Line::of_verdict(&name, &grafsynth_verify::equiv(net, facts, &read_back, &options.limits))
     } else {
         Line::open(&name, "read back; not proved, as asked")
     };
     line.text += &said(&burned, &name);
-    pipeline::say_emergency(&mut line, net, &read_back, options);
-    if let Some(said) = pipeline::codes_and_dont_cares(&coded, logic, &wishes) {
+    say_emergency(&mut line, net, &read_back, options);
+    if let Some(said) = codes_and_dont_cares(&coded, logic, &wishes) {
         line.text = format!("{}; {said}", line.text);
     }
     if options.safe {
-        pipeline::say_safe(&mut line, logic, &read_back);
+        say_safe(&mut line, logic, &read_back);
     }
     let is_refuted = line.outcome == Outcome::Refuted;
-    let form = pipeline::form(net, facts, logic, options.busy);
+    let form = said::form(net, facts, logic, options.busy);
     if let Some(form) = &form {
         line.text = format!("{}; {form}", line.text);
     }

@@ -7,7 +7,9 @@
 //! ```
 
 pub mod automaton;
+mod built;
 pub mod certify;
+mod circuit;
 pub mod codes;
 pub mod coding;
 pub mod compare;
@@ -17,7 +19,9 @@ pub mod format;
 pub mod forms;
 pub mod ice40;
 pub mod jedec;
+pub mod judge;
 pub mod libraries;
+mod line;
 pub mod logic;
 pub mod minimise;
 pub mod pages;
@@ -29,6 +33,7 @@ mod rescue;
 pub mod ring;
 pub mod rows;
 pub mod run;
+mod said;
 pub mod source;
 pub mod state_table;
 pub mod target;

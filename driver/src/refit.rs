@@ -5,10 +5,11 @@
 //! refit        circuit ── emit ──► equations with pins ── read ──► circuit, proved equal ──► Placement ── as written
 //! ```
 
+use crate::built::OutputFile;
 use crate::jedec::{Written, written};
-use crate::logic::{Judged, LogicDesign, judge};
-use crate::pipeline::OutputFile;
-use crate::report::Line;
+use crate::judge::{Judged, judge};
+use crate::line::Line;
+use crate::logic::LogicDesign;
 use crate::report::chip::{Chip, Made as About};
 use grafsynth_backend_pld::equations::Equations;
 use grafsynth_backend_pld::fuse::{self, Role, own_roles, shell};

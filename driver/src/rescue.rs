@@ -3,8 +3,9 @@
 //! Nothing is advised that was not fitted: with its own codes, sums, divisors and pins, and for a fuse map down to the fuses. [`MOST_FITS`] bounds the
 //! search; devices that are too small whatever is done are left out without a trial.
 
+use crate::built::BuildOptions;
+use crate::circuit::{emit_options, synchronised};
 use crate::coding::{self, Encoding, EncodingChoice, Known};
-use crate::pipeline::{self, BuildOptions};
 use grafsynth_backend_pld::codes::DOES_NOT_FIT;
 use grafsynth_backend_pld::device::{Clock, DEVICES, Device, Polarity};
 use grafsynth_backend_pld::equations::Equations;
@@ -201,7 +202,7 @@ impl Asked<'_> {
         let own = self.device()?;
         let mut wishes = EmitOptions {
             dont_cares: trial.dont_cares,
-            ..pipeline::emit_options(self.net, Some(trial.device.name), None)
+            ..emit_options(self.net, Some(trial.device.name), None)
         };
         if trial.device != own {
             // The numbers of the board are those of another package.
@@ -217,7 +218,7 @@ impl Asked<'_> {
             &wishes,
         );
         let circuit = coding::emitted(&coded, trial.safe);
-        let (circuit, _) = pipeline::synchronised(self.net, circuit, self.options.synchronise);
+        let (circuit, _) = synchronised(self.net, circuit, self.options.synchronise);
         if self.is_burned {
             let (placement, _) = fuse::place(&circuit, &wishes).ok()?;
             fuse::map(&placement).ok()?;

@@ -1,35 +1,14 @@
 //! The JSON of a net, and what templates of the user's make of it. Neither is read back: nobody but the user knows what the text means. The page of
 //! targets says so, and `docs/templates.md` how the two that we bring are compared with the simulator.
 
+pub use crate::built::TemplateFile;
+use crate::built::{Built, OutputFile, file_stem};
 use crate::codes;
-use crate::pipeline::{Built, OutputFile, file_stem};
-use crate::report::Line;
+use crate::line::Line;
 use crate::target::Target;
 use grafsynth_backend_template::{Template, json, render, text};
 use grafsynth_ir::net::Net;
-use grafsynth_ir::{Diagnostic, FileId, Span, Valid};
-
-/// A template as it was read.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct TemplateFile {
-    /// The file that findings point into.
-    pub file: FileId,
-    /// Its path.
-    pub path: String,
-    /// Its text.
-    pub text: String,
-}
-
-impl TemplateFile {
-    /// The file that it makes for a chart: `my.py.j2` makes `STEM.py`, a template without a language `STEM.txt`.
-    #[must_use]
-    pub fn output(&self, stem: &str) -> String {
-        let name = self.path.rsplit(['/', '\\']).next().unwrap_or(&self.path);
-        let bare = [".j2", ".jinja", ".jinja2"].iter().find_map(|end| name.strip_suffix(end));
-        let extension = bare.unwrap_or(name).rsplit_once('.').map_or("txt", |(_, it)| it);
-        format!("{stem}.{extension}")
-    }
-}
+use grafsynth_ir::{Diagnostic, Span, Valid};
 
 /// The outputs of [`Target::Json`] and [`Target::Template`].
 pub(crate) fn build(

@@ -5,7 +5,7 @@ use crate::args::Compare;
 use crate::exit::Exit;
 use crate::load::{Session, Stop};
 use grafsynth_driver::compare as driver_compare;
-use grafsynth_driver::logic::{self, Judged, Renames};
+use grafsynth_driver::judge::{self, Judged, Renames};
 use grafsynth_driver::read::Design;
 use grafsynth_engines::{Availability, Engine, EngineError, Job, ReferenceEngine};
 use grafsynth_ir::Span;
@@ -194,10 +194,10 @@ fn with_other(
         }
         (Design::Net(design), Design::Logic(other)) => other
             .circuit()
-            .and_then(|circuit| logic::with_net(&design.net, circuit, &stimulus, renames)),
+            .and_then(|circuit| judge::with_net(&design.net, circuit, &stimulus, renames)),
         (Design::Logic(design), Design::Logic(other)) => other
             .circuit()
-            .and_then(|circuit| logic::with_logic(design, circuit, &stimulus, renames)),
+            .and_then(|circuit| judge::with_logic(design, circuit, &stimulus, renames)),
         (Design::Logic(_), Design::Net(_)) => unreachable!("the chart was put first"),
     };
     let is_equal = difference.as_ref().is_ok_and(|outcome| outcome.difference.is_none());
@@ -220,7 +220,7 @@ fn prove(
     let limits = Limits::default();
     let judged =
         match design {
-            Design::Net(design) => logic::prove_with_net(&design.net, circuit, renames, &limits)
+            Design::Net(design) => judge::prove_with_net(&design.net, circuit, renames, &limits)
                 .map(|verdict| match verdict {
                     Verdict::Proved(certificate) => Judged::Equal(certificate.to_string()),
                     Verdict::Refuted(found) => {
@@ -235,7 +235,7 @@ fn prove(
                     }
                     Verdict::Open(why) => Judged::Open(why),
                 }),
-            Design::Logic(design) => logic::prove_with_logic(design, circuit, renames, &limits),
+            Design::Logic(design) => judge::prove_with_logic(design, circuit, renames, &limits),
         };
     match judged {
         Err(found) => {

@@ -3,8 +3,8 @@
 //! Of a fuse map everything comes from the fuses, decoded again: names and the meaning of pins are all that is taken from the design. Of equations it comes
 //! from the equations that were printed. A netlist has signals and no macrocells.
 
-use super::Outcome;
 use crate::coding::{Coded, Encoding, EncodingChoice};
+use crate::line::Outcome;
 use grafsynth_backend_pld::device::{Device, FlipFlop};
 use grafsynth_backend_pld::equations::{self, Equations};
 use grafsynth_backend_pld::fuse::{self, FuseMap, Role};

@@ -1,6 +1,7 @@
 //! What a reaction of emitted C costs at most, on machines whose constants are known, where it costs that, and why the C has the style that it has.
 
 use super::{Subject, table::Table};
+pub use crate::built::Measured;
 use grafsynth_backend_c::cost::{self, Bound, Machine};
 use grafsynth_backend_c::{Object, Package, Style};
 use grafsynth_ir::facts::Proof;
@@ -9,23 +10,6 @@ use std::collections::BTreeMap;
 
 /// The most rows of a path: what is left out is cheap.
 const ROWS: usize = 12;
-
-/// What was measured of a package beside its bound.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Measured {
-    /// The machine, as [`cost::machine`] calls it.
-    pub machine: &'static str,
-    /// Reactions that were looked at.
-    pub reactions: u64,
-    /// The dearest of them, in the unit of the machine.
-    pub step: u64,
-    /// `NAME_init`.
-    pub init: u64,
-    /// Bytes of stack; none where it was not looked at.
-    pub stack: Option<u64>,
-    /// Bytes of text and constant tables.
-    pub text: u64,
-}
 
 pub(super) fn write(subject: &Subject<'_>) -> Option<String> {
     let package = subject.built.packages.first()?;

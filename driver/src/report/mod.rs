@@ -11,7 +11,6 @@
 
 pub mod chip;
 pub mod drawing;
-mod line;
 pub mod svg;
 mod table;
 
@@ -31,10 +30,10 @@ mod requirements;
 #[cfg(test)]
 mod tests;
 
+pub use crate::line::{Line, Outcome};
 pub use chip::Chip;
-pub use line::{Line, Outcome};
 
-use crate::pipeline::{Built, MapEntry, OutputFile};
+use crate::built::{Built, MapEntry, OutputFile, file_stem};
 use crate::source::Sources;
 use grafsynth_ir::Valid;
 use grafsynth_ir::facts::{Facts, Reach};
@@ -109,7 +108,7 @@ pub fn page(
     });
     let properties = grafsynth_verify::properties(net, limits);
     let subject = Subject { net, built, sources, reach, properties, is_logic: false };
-    write(&subject, &crate::pipeline::file_stem(net))
+    write(&subject, &file_stem(net))
 }
 
 /// The page of logic by others, called `stem`, and the drawing of each chip. `interface` has its columns ([`crate::logic::interface`]).

@@ -1,0 +1,230 @@
+//! From a net to its circuit and through a text of it: what equations, netlists and fuse maps have in common.
+
+use crate::codes;
+use grafsynth_backend_pld::vectors::TraceRow;
+use grafsynth_backend_pld::{Dialect, EmitOptions, Emitted, Vectors, synchronise};
+use grafsynth_ir::diag::any_error;
+use grafsynth_ir::facts::Facts;
+use grafsynth_ir::logic::{Logic, PinRole};
+use grafsynth_ir::lower::program::{ProgramOptions, program};
+use grafsynth_ir::net::{Evolution, Net};
+use grafsynth_ir::{Diagnostic, FileId, Valid};
+use grafsynth_logic::{BusyMode, EncodeOptions};
+use grafsynth_sim::{InputRow, Row, Simulator, Stimulus};
+use grafsynth_verify::Limits;
+
+/// Reactions times steps and transitions that an enumeration before a build may look at: some hundredths of a second.
+pub(crate) const ENUMERATION_WORK: u64 = 20_000_000;
+
+/// What the back ends need to know of a net: the structure, and for a chart that evolves until it is stable a bound on its micro-steps, which only
+/// an enumeration can give. It costs time in proportion to the net, not to its states.
+#[must_use]
+pub fn facts(net: &Valid<Net>, limits: &Limits) -> Facts {
+    match net.settings.evolution {
+        Evolution::Single => grafsynth_verify::structural_facts(net),
+        Evolution::Stable { .. } => {
+            // A reaction takes time in proportion to what it looks at.
+            let size = (net.steps.len() + net.transitions.len()).max(1) as u64;
+            let limits = Limits {
+                pairs: limits.pairs.min((ENUMERATION_WORK / size).clamp(1_000, 100_000)),
+                // A diagram that unrolls micro-steps is small or hopeless, and a build is not to wait for it.
+                image_bits: limits.image_bits.min(512),
+                image_work: limits.image_work.min(1_000_000),
+                ..limits.clone()
+            };
+            grafsynth_verify::facts(net, &limits)
+        }
+    }
+}
+
+/// The circuit of a net: one clock a reaction where the depth of its evolution is proved and the composition is not too large, else one micro-step a
+/// clock with `busy` (semantics.md §9).
+///
+/// # Errors
+/// What a chip cannot do, each with its place.
+pub fn logic(net: &Valid<Net>, facts: &Facts) -> Result<Logic, Vec<Diagnostic>> {
+    logic_as(net, facts, BusyMode::default())
+}
+
+/// The circuit of a net, with a choice when a reaction may take several clocks.
+///
+/// # Errors
+/// What a chip cannot do, each with its place.
+pub fn logic_as(net: &Valid<Net>, facts: &Facts, busy: BusyMode) -> Result<Logic, Vec<Diagnostic>> {
+    let program = program(net, &ProgramOptions::default())?;
+    grafsynth_logic::encode(
+        net,
+        &program,
+        facts,
+        &EncodeOptions { busy, ..EncodeOptions::default() },
+    )
+}
+
+/// A text and the circuit that a stranger reads in it.
+#[derive(Debug, Clone)]
+pub struct Through {
+    /// The text with its names.
+    pub emitted: Emitted,
+    /// Read back, with the roles of the emitted circuit.
+    pub read_back: Logic,
+}
+
+/// Writes a circuit in a language and reads it back.
+///
+/// # Errors
+/// What the language cannot say, or what the reader does not understand of our own text.
+pub fn through(
+    logic: &Logic,
+    dialect: Dialect,
+    options: &EmitOptions,
+) -> Result<Through, Vec<Diagnostic>> {
+    let emitted = grafsynth_backend_pld::emit(logic, dialect, options)?;
+    // The text is no file of the user's, so its findings must not point into one: a number that no source has.
+    let (read_back, found) = grafsynth_backend_pld::read(dialect, FileId(u32::MAX), &emitted.text);
+    let Some(mut read_back) = read_back.filter(|_| !any_error(&found)) else { return Err(found) };
+    let found = grafsynth_backend_pld::rebind(&mut read_back, &emitted);
+    if any_error(&found) { Err(found) } else { Ok(Through { emitted, read_back }) }
+}
+
+/// What the back end needs to know of a net beyond its circuit.
+#[must_use]
+pub fn emit_options(net: &Net, device: Option<&str>, vectors: Option<Vectors>) -> EmitOptions {
+    let transitions = net.transitions.values().take(200).map(|transition| {
+        let names =
+            |steps: Vec<&str>| if steps.is_empty() { "()".to_owned() } else { steps.join(" & ") };
+        let sources =
+            transition.requires.iter().map(|step| net.steps[*step].name.text.as_str()).collect();
+        let targets = transition
+            .enters
+            .iter()
+            .filter_map(|enter| match enter {
+                grafsynth_ir::net::Enter::Step(step) => Some(net.steps[*step].name.text.as_str()),
+                grafsynth_ir::net::Enter::InitialContent(_)
+                | grafsynth_ir::net::Enter::History(_) => None,
+            })
+            .collect();
+        format!("{}: {} -> {}", transition.name.text, names(sources), names(targets))
+    });
+    EmitOptions {
+        device: device
+            .map(str::to_owned)
+            .or_else(|| net.board.device.as_ref().map(|name| name.text.clone())),
+        pins: net.board.pins.iter().map(|(name, pin)| (name.text.clone(), *pin)).collect(),
+        vectors,
+        notes: transitions.collect(),
+        ..EmitOptions::default()
+    }
+}
+
+/// The circuit with `stages` flip-flops in front of each input that is not declared `synchronous`, and of the tick; each wakes with the code that its
+/// input has at reset.
+#[must_use]
+pub fn synchronised(net: &Net, logic: Logic, stages: u32) -> (Logic, Vec<synchronise::Chain>) {
+    synchronise::add(logic, stages, |pin| match pin.role {
+        PinRole::Input(id, bit) if !net.inputs[id].synchronous => {
+            let ty = net.inputs[id].ty;
+            let code = ty.saturate(0).abs_diff(ty.bounds().0);
+            Some(code.checked_shr(bit).unwrap_or(0) & 1 == 1)
+        }
+        PinRole::Tick => Some(false),
+        PinRole::Input(..)
+        | PinRole::Reset
+        | PinRole::Output(..)
+        | PinRole::Busy
+        | PinRole::Fault
+        | PinRole::Unknown => None,
+    })
+}
+
+/// The vectors of a circuit behind synchronisers: what its pins show comes as many clocks earlier as there are stages.
+pub(crate) fn delayed_vectors(
+    net: &Valid<Net>,
+    logic: &Logic,
+    circuit: &Logic,
+    chains: &[synchronise::Chain],
+    stimulus: &Stimulus,
+) -> Result<Vectors, Vec<Diagnostic>> {
+    let Some(chain) = chains.first() else { return vectors(net, logic, stimulus) };
+    if logic.outputs.values().any(|output| output.role == PinRole::Busy) {
+        let message = "a circuit that is `busy` takes its inputs when it is ready, and synchronisers move them on with every clock: no bench can say what it must show";
+        return Err(vec![
+            Diagnostic::error(codes::NO_BENCH, message)
+                .help("leave out `--stimulus` or `--synchronise`, or use `--busy never`"),
+        ]);
+    }
+    let idle = InputRow { dt: 0, ..InputRow::zero(net) };
+    let rows = std::iter::repeat_n(idle, chain.flops.len()).chain(stimulus.rows());
+    let mut vectors = vectors_of(net, logic, rows)?;
+    synchronise::delayed(circuit, chains, &mut vectors);
+    Ok(vectors)
+}
+
+/// Whether functions may be anything in states that are not reached. In a design with an emergency they may not, or what is proved of its pins would
+/// hold in reachable states only.
+pub(crate) fn may_be_free(net: &Net) -> bool {
+    net.emergency.is_none()
+}
+
+/// The reference trace of a stimulus as bits of the circuit's pins.
+///
+/// # Errors
+/// A stimulus with more than one tick in a row.
+pub fn vectors(
+    net: &Valid<Net>,
+    logic: &Logic,
+    stimulus: &Stimulus,
+) -> Result<Vectors, Vec<Diagnostic>> {
+    vectors_of(net, logic, stimulus.rows())
+}
+
+fn vectors_of(
+    net: &Valid<Net>,
+    logic: &Logic,
+    inputs: impl Iterator<Item = InputRow>,
+) -> Result<Vectors, Vec<Diagnostic>> {
+    let mut simulator = Simulator::new(net);
+    let first = vector_row(net, &simulator.reset(), &InputRow { dt: 0, ..InputRow::zero(net) });
+    let mut rows = vec![first];
+    for input in inputs {
+        let row = simulator.step(&input);
+        if row.open.next {
+            // What follows from an open situation says nothing of a right circuit.
+            break;
+        }
+        rows.push(vector_row(net, row, &input));
+    }
+    Vectors::of(net, logic, &rows)
+}
+
+fn vector_row(net: &Net, row: &Row, input: &InputRow) -> TraceRow {
+    let outputs = net
+        .outputs
+        .iter()
+        .map(|(id, output)| {
+            if row.open.any() {
+                return None;
+            }
+            Some(match &output.driver {
+                grafsynth_ir::net::Driver::Extern { .. } => {
+                    let is_call = |effect: &&grafsynth_sim::Effect| matches!(effect, grafsynth_sim::Effect::Call(called, _) if *called == id);
+                    i64::try_from(row.effects.iter().filter(is_call).count()).unwrap_or(i64::MAX)
+                }
+                grafsynth_ir::net::Driver::Continuous(_)
+                | grafsynth_ir::net::Driver::Mealy(_)
+                | grafsynth_ir::net::Driver::Controlled(_)
+                | grafsynth_ir::net::Driver::Stored(_) => row.outputs[id.index()],
+            })
+        })
+        .collect();
+    let mut steps = vec![false; net.steps.len()];
+    for step in &row.steps {
+        steps[step.index()] = true;
+    }
+    TraceRow {
+        dt: u64::from(input.dt),
+        inputs: input.values.clone(),
+        outputs,
+        steps,
+        fault: row.fault,
+    }
+}

@@ -1,0 +1,300 @@
+//! Logic by others against a chart or against other logic: pins are found by name, then both are run on a stimulus, or compared with a proof.
+
+use crate::circuit;
+use crate::codes;
+use crate::compare::{Outcome, nothing_in_common};
+use crate::logic::LogicDesign;
+use crate::run::{logic_trace, net_trace};
+use grafsynth_ir::logic::{Logic, Node, PinRole};
+use grafsynth_ir::net::{Driver, Net, OutputId};
+use grafsynth_ir::{Diagnostic, Valid};
+use grafsynth_logic::chip::most_clocks;
+use grafsynth_sim::{ColumnKind, Difference, Stimulus, Trace};
+use grafsynth_verify::circuits::{Apart, Equality, Pairs, circuits};
+use grafsynth_verify::{Limits, Verdict};
+
+/// Names of the second design and what they are called in the first.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Renames(Vec<(String, String)>);
+
+impl Renames {
+    /// Reads `old=new` pairs.
+    ///
+    /// # Errors
+    /// The text that is no such pair.
+    pub fn parse(pairs: &[String]) -> Result<Self, String> {
+        let pair = |text: &String| {
+            let (old, new) = text.split_once('=').ok_or_else(|| text.clone())?;
+            if old.is_empty() || new.is_empty() {
+                return Err(text.clone());
+            }
+            Ok((old.to_lowercase(), new.to_lowercase()))
+        };
+        Ok(Renames(pairs.iter().map(pair).collect::<Result<_, _>>()?))
+    }
+
+    /// What a name of the second design is called in the first, without letter case.
+    fn apply(&self, name: &str) -> String {
+        let name = name.to_lowercase();
+        self.0.iter().find(|(old, _)| *old == name).map_or(name, |(_, new)| new.clone())
+    }
+}
+
+/// A circuit whose pins carry what a net has; outputs that the net does not have are gone.
+#[derive(Debug, Clone)]
+struct Bound {
+    logic: Logic,
+    outputs: Vec<OutputId>,
+}
+
+/// Finds the pins of a circuit in a net by name. Where the chart evolves until it is stable, an output `busy` that the chart does not have says that the
+/// reaction still runs (semantics.md §9); an input `tick` is the chart's time.
+fn bind(net: &Net, logic: &Logic, renames: &Renames) -> Result<Bound, Vec<Diagnostic>> {
+    let mut bound = Bound { logic: logic.clone(), outputs: Vec::new() };
+    let mut found = Vec::new();
+    for id in bound.logic.inputs.ids() {
+        let input = &mut bound.logic.inputs[id];
+        let name = renames.apply(&input.name);
+        let known = net.inputs.iter().find(|(_, known)| known.name.text.to_lowercase() == name);
+        match known {
+            Some((twin, known)) if known.ty.is_bool() => input.role = PinRole::Input(twin, 0),
+            None if input.role == PinRole::Tick || name == "tick" => input.role = PinRole::Tick,
+            // A pin that no function reads may carry anything.
+            _ if !logic.nodes.values().any(|node| *node == Node::Input(id)) => {
+                input.role = PinRole::Reset;
+            }
+            Some(_) | None => {
+                let why = if known.is_some() { "not as a bit" } else { "the chart has none" };
+                found.push(
+                    Diagnostic::error(
+                        codes::LOGIC_DOES_NOT_FIT,
+                        format!("the logic has an input `{}`, {why}", input.name),
+                    )
+                    .at(input.meta.span, "")
+                    .help("inputs are found by name, letter case does not matter; `--rename LOGIC=CHART` says which one is meant"),
+                );
+            }
+        }
+    }
+    if !found.is_empty() {
+        return Err(found);
+    }
+    let is_stable = most_clocks(net) > 1;
+    for id in bound.logic.outputs.ids() {
+        let output = &mut bound.logic.outputs[id];
+        let name = renames.apply(&output.name);
+        let known = net.outputs.iter().find(|(_, known)| known.name.text.to_lowercase() == name);
+        output.role = match known {
+            Some((twin, known)) if known.ty.is_bool() && !bound.outputs.contains(&twin) => {
+                bound.outputs.push(twin);
+                output.mealy = matches!(known.driver, Driver::Mealy(_));
+                PinRole::Output(twin, 0)
+            }
+            None if name == "busy" && is_stable => PinRole::Busy,
+            Some(_) | None => PinRole::Unknown,
+        };
+    }
+    if bound.outputs.is_empty() {
+        return Err(nothing_in_common());
+    }
+    bound.logic.outputs = std::mem::take(&mut bound.logic.outputs)
+        .values()
+        .filter(|output| output.role != PinRole::Unknown)
+        .cloned()
+        .collect();
+    for id in bound.logic.flops.ids() {
+        let flop = &mut bound.logic.flops[id];
+        flop.holds = None;
+    }
+    Ok(bound)
+}
+
+/// A net and logic by others on one stimulus: pins are found by name, and every Boolean output that both have is compared.
+///
+/// # Errors
+/// When an input of the logic is not in the net, or no output is common, or the stimulus is not for a chip.
+pub fn with_net(
+    net: &Valid<Net>,
+    logic: &Logic,
+    stimulus: &Stimulus,
+    renames: &Renames,
+) -> Result<Outcome, Vec<Diagnostic>> {
+    let bound = bind(net, logic, renames)?;
+    let theirs = logic_trace(net, &bound.logic, stimulus)?;
+    let ours = net_trace(net, stimulus);
+    let difference = first_difference(&ours, &theirs, &bound.outputs);
+    Ok(Outcome { difference, n_columns: bound.outputs.len() })
+}
+
+fn first_difference(ours: &Trace, theirs: &Trace, outputs: &[OutputId]) -> Option<Difference> {
+    let columns: Vec<usize> = ours
+        .layout
+        .columns
+        .iter()
+        .enumerate()
+        .filter(|(_, column)| match column.kind {
+            ColumnKind::Output(id) => outputs.contains(&id),
+            ColumnKind::Scan
+            | ColumnKind::Dt
+            | ColumnKind::Input(_)
+            | ColumnKind::Steps
+            | ColumnKind::Calls(_)
+            | ColumnKind::Var(_)
+            | ColumnKind::Element(..)
+            | ColumnKind::Fault => false,
+        })
+        .map(|(at, _)| at)
+        .collect();
+    for (row, wanted) in ours.rows.iter().enumerate() {
+        let Some(shown) = theirs.rows.get(row) else {
+            return Some(Difference {
+                row,
+                column: "busy".to_owned(),
+                left: "0".to_owned(),
+                right: "1".to_owned(),
+            });
+        };
+        for at in &columns {
+            let is_open = wanted.open.get(*at).copied().unwrap_or(false);
+            let (a, b) = (wanted.values.get(*at), shown.values.get(*at));
+            if let (Some(a), Some(b), false) = (a, b, is_open)
+                && a != b
+            {
+                return Some(Difference {
+                    row,
+                    column: ours.layout.columns[*at].name.clone(),
+                    left: ours.layout.text(a),
+                    right: theirs.layout.text(b),
+                });
+            }
+        }
+    }
+    None
+}
+
+/// Proves that logic by others does what a net does, or finds a stimulus that tells them apart.
+///
+/// # Errors
+/// As [`with_net`].
+pub fn prove_with_net(
+    net: &Valid<Net>,
+    logic: &Logic,
+    renames: &Renames,
+    limits: &Limits,
+) -> Result<Verdict, Vec<Diagnostic>> {
+    let bound = bind(net, logic, renames)?;
+    let facts = circuit::facts(net, limits);
+    Ok(grafsynth_verify::equiv(net, &facts, &bound.logic, limits))
+}
+
+/// Two circuits on one stimulus of the first, by the pins that both have.
+///
+/// # Errors
+/// As [`with_net`].
+pub fn with_logic(
+    left: &LogicDesign,
+    right: &Logic,
+    stimulus: &Stimulus,
+    renames: &Renames,
+) -> Result<Outcome, Vec<Diagnostic>> {
+    let ours = logic_trace(&left.interface, left.circuit()?, stimulus)?;
+    let bound = bind(&left.interface, right, renames)?;
+    let theirs = logic_trace(&left.interface, &bound.logic, stimulus)?;
+    let difference = first_difference(&ours, &theirs, &bound.outputs);
+    Ok(Outcome { difference, n_columns: bound.outputs.len() })
+}
+
+/// What a proof of two circuits found, in words, and whether they were shown to differ.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Judged {
+    /// They are equal, and how that was proved.
+    Equal(String),
+    /// They differ, and where.
+    Different(String),
+    /// It was not found out, and why.
+    Open(String),
+}
+
+/// Proves two circuits equal from power-up on, in the outputs that both have, or finds out where they differ.
+///
+/// # Errors
+/// As [`with_net`].
+pub fn prove_with_logic(
+    left: &LogicDesign,
+    right: &Logic,
+    renames: &Renames,
+    limits: &Limits,
+) -> Result<Judged, Vec<Diagnostic>> {
+    let ours = left.circuit()?;
+    let bound = bind(&left.interface, right, renames)?;
+    Ok(judge_as(ours, &bound.logic, renames, limits))
+}
+
+/// The same for two circuits whose pins have the roles of one net.
+#[must_use]
+pub fn judge(left: &Logic, right: &Logic, limits: &Limits) -> Judged {
+    judge_as(left, right, &Renames::default(), limits)
+}
+
+fn judge_as(ours: &Logic, theirs: &Logic, renames: &Renames, limits: &Limits) -> Judged {
+    let pairs = pairs(ours, theirs, renames);
+    match circuits(ours, theirs, &pairs, limits) {
+        Equality::Enumerated { states, outputs } => Judged::Equal(format!(
+            "proved by enumeration: {states} states, {outputs} outputs compared under every input"
+        )),
+        Equality::ByFunctions(n) => {
+            Judged::Equal(format!("proved by induction: {n} functions are equal"))
+        }
+        Equality::Different(apart) => Judged::Different(describe(ours, &pairs, &apart)),
+        Equality::Open(why) => Judged::Open(why),
+    }
+}
+
+fn pairs(left: &Logic, right: &Logic, renames: &Renames) -> Pairs {
+    let same = |role: PinRole, other: PinRole| role == other;
+    let inputs = left.inputs.iter().map(|(id, input)| {
+        let twin = right.inputs.iter().find(|(_, other)| same(input.role, other.role));
+        (Some(id), twin.map(|(id, _)| id))
+    });
+    let outputs = right.outputs.iter().filter_map(|(id, output)| {
+        let twin = left.outputs.iter().find(|(_, other)| same(output.role, other.role))?;
+        Some((twin.0, id))
+    });
+    let flops = right.flops.iter().filter_map(|(id, flop)| {
+        let name = renames.apply(&flop.name);
+        let twin = left.flops.iter().find(|(_, other)| other.name.to_lowercase() == name)?;
+        Some((twin.0, id))
+    });
+    Pairs { inputs: inputs.collect(), outputs: outputs.collect(), flops: flops.collect() }
+}
+
+fn describe(left: &Logic, pairs: &Pairs, apart: &Apart) -> String {
+    let bit = |value: bool| if value { "1" } else { "0" };
+    let row = |row: &Vec<bool>| {
+        let cells = pairs.inputs.iter().zip(row).filter_map(|((pin, _), value)| {
+            Some(format!("{}={}", left.inputs[(*pin)?].name, bit(*value)))
+        });
+        cells.collect::<Vec<_>>().join(" ")
+    };
+    let name =
+        pairs.outputs.get(apart.output).map_or("", |(pin, _)| left.outputs[*pin].name.as_str());
+    let (last, clocks) =
+        apart.rows.split_last().map_or((String::new(), &[][..]), |(last, rest)| (row(last), rest));
+    let mut text = match clocks.len() {
+        0 => "after power-up".to_owned(),
+        1 => "after 1 clock".to_owned(),
+        n => format!("after {n} clocks"),
+    };
+    text += &format!(
+        ", {name} is {} in the first and {} in the second",
+        bit(apart.left),
+        bit(!apart.left)
+    );
+    if !last.is_empty() {
+        text += &format!(" while {last}");
+    }
+    for (at, clock) in clocks.iter().enumerate() {
+        text += &format!("\n  clock {}: {}", at + 1, row(clock));
+    }
+    text
+}

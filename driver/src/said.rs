@@ -1,0 +1,149 @@
+//! What is said of a circuit besides its proof: its codes and don't-cares, its form, whether it is safe and whether the emergency dominates.
+
+use crate::built::BuildOptions;
+use crate::coding;
+use crate::line::{Line, Outcome};
+use crate::report::chip::Code;
+use grafsynth_backend_pld::{Dialect, EmitOptions};
+use grafsynth_ir::Valid;
+use grafsynth_ir::facts::Facts;
+use grafsynth_ir::logic::{Logic, PinRole};
+use grafsynth_ir::net::{Evolution, Net};
+use grafsynth_logic::BusyMode;
+use grafsynth_logic::recode::Encoding;
+use grafsynth_verify::Dominance;
+
+/// What a page says of the codes of a circuit; none where no page was asked for.
+pub(crate) fn code_of(
+    net: &Net,
+    facts: &Facts,
+    logic: &Logic,
+    coded: &coding::Coded,
+    options: &BuildOptions,
+    dialect: Dialect,
+    wishes: &EmitOptions,
+) -> Option<Code> {
+    if !options.report {
+        return None;
+    }
+    let n_groups = coding::groups(net, facts, logic).len();
+    let mut code = Code::of(coded, options.encoding, n_groups, options.safe);
+    code.why_not_one_hot =
+        coding::why_not_one_hot(net, facts, logic, options.encoding, options.safe, dialect, wishes);
+    Some(code)
+}
+
+/// Says of a circuit that was to be made safe whether that is proved of what was read back; if it is not, the line is open.
+pub(crate) fn say_safe(line: &mut Line, logic: &Logic, read_back: &Logic) {
+    let said = if logic.outputs.values().any(|output| output.role == PinRole::Busy) {
+        "not made safe: it makes one micro-step a clock".to_owned()
+    } else {
+        match grafsynth_logic::recode::is_safe(read_back) {
+            Ok(codes) if codes.illegal == 0 => "safe: no code is illegal".to_owned(),
+            Ok(codes) => format!(
+                "safe: all {} illegal codes of {} flip-flops lead back in one clock, proved over all codes",
+                codes.illegal, codes.n_flops
+            ),
+            Err(why) => {
+                line.outcome = line.outcome.max(Outcome::Open);
+                format!("not proved safe: {why}")
+            }
+        }
+    };
+    line.text = format!("{}; {said}", line.text);
+}
+
+/// Says of a circuit whether the emergency dominates in every state of what was read back; if it does not, the line is refuted.
+pub(crate) fn say_emergency(
+    line: &mut Line,
+    net: &Valid<Net>,
+    read_back: &Logic,
+    options: &BuildOptions,
+) {
+    if !options.prove {
+        return;
+    }
+    let Some(found) = grafsynth_verify::dominates(net, read_back, &options.limits) else { return };
+    line.outcome = line.outcome.max(match found {
+        Dominance::Proved { .. } => Outcome::Proved,
+        Dominance::Open(_) => Outcome::Open,
+        Dominance::Refuted { .. } => Outcome::Refuted,
+    });
+    line.text = format!("{}; {found}", line.text);
+}
+
+/// What a line says of codes and don't-cares; nothing where each step has its flip-flop and each function is what it is everywhere.
+pub(crate) fn codes_and_dont_cares(
+    coded: &coding::Coded,
+    emitted: &Logic,
+    options: &EmitOptions,
+) -> Option<String> {
+    let mut parts = Vec::new();
+    if coded.n_coded > 0 {
+        parts.push(format!(
+            "{} flip-flops, {} {} coded {}",
+            coded.logic.flops.len(),
+            coded.n_coded,
+            if coded.n_coded == 1 { "step" } else { "steps" },
+            match coded.encoding {
+                Encoding::OneHot => "one-hot",
+                Encoding::ZeroHot => "zero-hot",
+                Encoding::Compact => "compactly",
+            }
+        ));
+        parts.extend(coded.why.as_ref().map(|why| format!("chosen, for {why}")));
+    }
+    if coded.n_unread > 0 {
+        let (inputs, have) =
+            if coded.n_unread == 1 { ("input", "has") } else { ("inputs", "have") };
+        parts.push(format!("{} {inputs} that nothing reads {have} no pin", coded.n_unread));
+    }
+    if options.dont_cares {
+        let kinds = [
+            (emitted.unreachable.is_empty(), "situations that are not reached"),
+            (emitted.never.is_empty(), "broken assumptions"),
+            (emitted.open.is_empty(), "what the chart leaves open"),
+        ];
+        let kinds: Vec<&str> =
+            kinds.into_iter().filter(|(is_none, _)| !is_none).map(|(_, kind)| kind).collect();
+        match &kinds[..] {
+            [] => {}
+            [only] => parts.push(format!("don't-cares: {only}")),
+            [all @ .., last] => parts.push(format!("don't-cares: {} and {last}", all.join(", "))),
+        }
+    }
+    (!parts.is_empty()).then(|| parts.join("; "))
+}
+
+/// How a circuit evolves until it is stable, and why so; nothing for a chart that makes one micro-step a reaction.
+#[must_use]
+pub fn form(net: &Net, facts: &Facts, logic: &Logic, busy: BusyMode) -> Option<String> {
+    let Evolution::Stable { limit } = net.settings.evolution else { return None };
+    let is_proved = grafsynth_logic::is_depth_proved(net, facts);
+    if logic.outputs.values().any(|output| output.role == PinRole::Busy) {
+        let why = match busy {
+            BusyMode::Always | BusyMode::Never => "as asked".to_owned(),
+            BusyMode::WhenUnproved if !is_proved => {
+                format!("for it is not proved that {limit} of them are always enough")
+            }
+            BusyMode::WhenUnproved | BusyMode::WhenTooLarge => {
+                "for they are too large in one".to_owned()
+            }
+        };
+        return Some(format!("one micro-step a clock with `busy`, {why}"));
+    }
+    let why = match &facts.stable_depth {
+        Some(depth) => format!("{} deep as proved", depth.value),
+        None if is_proved => match &facts.rounds {
+            Some(rounds) => format!("{} checks as proved", rounds.value),
+            None => format!("{limit} are always enough as proved"),
+        },
+        None => match busy {
+            BusyMode::Never | BusyMode::WhenTooLarge => "as asked".to_owned(),
+            BusyMode::WhenUnproved | BusyMode::Always => {
+                "for none can have a clock of its own: nothing fires, or actions are called on the way".to_owned()
+            }
+        },
+    };
+    Some(format!("micro-steps composed into one clock, {why}"))
+}
