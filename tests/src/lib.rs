@@ -13,6 +13,7 @@ use grafsynth_driver::read::{Design, ReadLimits, Texts, read};
 use grafsynth_driver::source::Sources;
 use grafsynth_ir::Valid;
 use grafsynth_ir::net::Net;
+use grafsynth_verify::Limits;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
@@ -53,6 +54,12 @@ pub fn in_parallel<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync)
     });
     all.sort_by_key(|(at, _)| *at);
     all.into_iter().map(|(_, answer)| answer).collect()
+}
+
+/// What facts of small random nets may cost: little for each, since there are many.
+#[must_use]
+pub fn small_limits() -> Limits {
+    Limits { pairs: 4_000, states: 500, image_work: 200_000, ..Limits::default() }
 }
 
 /// The net of a text; the extension of `name` says its language.

@@ -16,8 +16,8 @@ use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::Net;
 use grafsynth_sim::{Stimulus, compare};
 use grafsynth_tests::random_net::{random_net, shrink};
-use grafsynth_tests::{chart, fleet, in_parallel, readable, rounds};
-use grafsynth_verify::{Limits, structural_facts};
+use grafsynth_tests::{chart, fleet, in_parallel, readable, rounds, small_limits};
+use grafsynth_verify::structural_facts;
 
 /// Charts in a firmware, where they fit.
 const UNIT: usize = 8;
@@ -36,11 +36,10 @@ fn is_here(engine: &dyn Engine) -> bool {
 
 /// What an engine makes of a net: nothing where the machine is too small for it.
 fn difference(engine: &dyn Engine, net: &Valid<Net>, seed: u64) -> Result<bool, String> {
-    let limits = Limits { pairs: 20_000, states: 2_000, ..Limits::default() };
     let facts = if net.settings.policy.is_statechart() {
         structural_facts(net)
     } else {
-        grafsynth_verify::facts(net, &limits)
+        grafsynth_verify::facts(net, &small_limits())
     };
     let stimulus = Stimulus::random(net, ROWS, seed, 3);
     match engine.run(&Job { net, facts: &facts, stimulus: &stimulus }) {

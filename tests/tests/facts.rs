@@ -9,15 +9,11 @@ use grafsynth_ir::net::Net;
 use grafsynth_sim::{Random, Stimulus};
 use grafsynth_tests::facts_watch::refuted;
 use grafsynth_tests::random_net::{Features, random_net};
-use grafsynth_tests::{chart, in_parallel, readable, rounds};
-use grafsynth_verify::{Limits, facts, structural_facts};
+use grafsynth_tests::{chart, in_parallel, readable, rounds, small_limits};
+use grafsynth_verify::{facts, structural_facts};
 use std::collections::{BTreeMap, BTreeSet};
 
 const ROWS: usize = 80;
-
-fn limits() -> Limits {
-    Limits { pairs: 4_000, states: 500, image_work: 200_000, ..Limits::default() }
-}
 
 /// By structure, by enumeration and by decision diagrams, over everything that a net can be.
 #[test]
@@ -25,7 +21,7 @@ fn no_run_speaks_against_what_was_proved() {
     let seeds: Vec<u64> = (0..rounds(150, 10_000)).collect();
     let proofs = in_parallel(&seeds, |seed| {
         let net = random_net(*seed, &Features::everything().some(*seed));
-        let found = facts(&net, &limits());
+        let found = facts(&net, &small_limits());
         for part in 0..3 {
             let stimulus =
                 Stimulus::random(&net, ROWS, seed ^ part << 40, [1, 3, 300][part as usize]);
@@ -114,7 +110,7 @@ fn wrong_facts_are_refuted() {
     let outcomes = in_parallel(&seeds, |seed| {
         let features = Features { max_steps: 6, ..Features::everything().some(*seed) };
         let net = random_net(*seed, &features);
-        let found = facts(&net, &limits());
+        let found = facts(&net, &small_limits());
         let mut random = Random::new(*seed);
         let mut outcomes = [None; KINDS];
         for (kind, outcome) in outcomes.iter_mut().enumerate() {

@@ -107,36 +107,18 @@ fn grafcet_charts_as_tables_do_what_the_net_does() {
     agree(&features, rounds(20, 240), rounds(400, 10_000));
 }
 
-/// Statecharts of one part: histories, inner and outer transitions, events, and all that their lists may do.
-fn statecharts() -> Features {
-    Features {
-        policies: vec![Policy::InnerFirst, Policy::OuterFirst],
-        single: false,
-        stable: true,
-        max_steps: 12,
-        timers: true,
-        integers: true,
-        events: true,
-        edges: true,
-        stored_outputs: true,
-        emergency: true,
-        reactions: true,
-        history: true,
-        ..Features::plain()
-    }
-}
-
 /// Statecharts: regions, histories, inner and outer transitions, events.
 #[test]
 fn statecharts_as_tables_do_what_the_net_does() {
-    let features = Features { several_parts: true, ..statecharts() };
+    let features = Features { several_parts: true, ..Features::tabular_statecharts() };
     agree(&features, rounds(20, 240), rounds(400, 10_000));
 }
 
 /// Statecharts in the layout of seed 002: the engine's own rule gives what the net says, or the chart is refused by name.
 #[test]
 fn statecharts_as_bstate_and_btrans_do_what_the_net_does() {
-    agree_as(&statecharts(), Style::Btrans, "btrans", rounds(20, 240), rounds(1000, 20_000));
+    let features = Features::tabular_statecharts();
+    agree_as(&features, Style::Btrans, "btrans", rounds(20, 240), rounds(1000, 20_000));
 }
 
 /// An emergency over steps, a time and a number, and outputs that are safe on, off and at a number: in each layout of tables.

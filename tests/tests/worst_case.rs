@@ -15,13 +15,13 @@ use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::Net;
 use grafsynth_sim::Stimulus;
 use grafsynth_tests::random_net::{Features, random_net};
-use grafsynth_tests::rounds;
-use grafsynth_verify::{Limits, facts};
+use grafsynth_tests::{rounds, small_limits};
+use grafsynth_verify::facts;
 use std::path::Path;
 use std::time::Duration;
 
 fn facts_of(net: &Valid<Net>) -> Facts {
-    facts(net, &Limits { pairs: 20_000, states: 2_000, ..Limits::default() })
+    facts(net, &small_limits())
 }
 
 /// The styles and options in turn.

@@ -221,6 +221,26 @@ impl Features {
         }
     }
 
+    /// Statecharts as tables of states and transitions have them: regions, histories, inner and outer transitions, events.
+    #[must_use]
+    pub fn tabular_statecharts() -> Self {
+        Features {
+            policies: vec![Policy::InnerFirst, Policy::OuterFirst],
+            single: false,
+            stable: true,
+            max_steps: 12,
+            timers: true,
+            integers: true,
+            events: true,
+            edges: true,
+            stored_outputs: true,
+            emergency: true,
+            reactions: true,
+            history: true,
+            ..Self::plain()
+        }
+    }
+
     /// What a chip can do: evolution `single`, small integers, no calls with arguments.
     #[must_use]
     pub fn chip() -> Self {
