@@ -5,7 +5,7 @@
 //! firmware needs no library and loses no cycles. It ends by sleeping with interrupts off, from which an AVR does not wake.
 
 use crate::firmware::{ANSWER, BENCH, Bench, Machine, Piece, STIMULUS, too_large_for, traces};
-use crate::{Availability, Engine, EngineError, Job, c, tools};
+use crate::{Availability, Engine, EngineError, Job, c, simavr, tools};
 use grafsynth_backend_c::Options;
 use grafsynth_sim::Trace;
 use std::path::Path;
@@ -61,50 +61,12 @@ static inline void bench_end(void)
 ";
 
 /// The machine: runs `chart.elf` with `stimulus.bin` and writes `answer.bin`; its exit code is 0 if the firmware came to its end.
-const HOST: &str = r#"#include <simavr/sim_avr.h>
-#include <simavr/sim_elf.h>
-#include <simavr/sim_io.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <string.h>
-
-static FILE *stimulus;
-static FILE *answer;
-
-static uint8_t give(struct avr_t *avr, avr_io_addr_t address, void *parameter)
+const HOST: &str = r#"int main(int argc, char **argv)
 {
-    (void)avr;
-    (void)address;
-    (void)parameter;
-    const int byte = fgetc(stimulus);
-    return byte == EOF ? 0U : (uint8_t)byte;
-}
-
-static void take(struct avr_t *avr, avr_io_addr_t address, uint8_t value, void *parameter)
-{
-    (void)parameter;
-    avr->data[address] = value;
-    fputc(value, answer);
-}
-
-int main(int argc, char **argv)
-{
-    elf_firmware_t firmware;
-    memset(&firmware, 0, sizeof firmware);
-    if (argc != 5 || elf_read_firmware(argv[2], &firmware) != 0) {
+    avr_t *avr = argc == 5 ? machine(argv) : NULL;
+    if (avr == NULL) {
         return 2;
     }
-    avr_t *avr = avr_make_mcu_by_name(argv[1]);
-    stimulus = fopen(argv[3], "rb");
-    answer = fopen(argv[4], "wb");
-    if (avr == NULL || stimulus == NULL || answer == NULL) {
-        return 2;
-    }
-    avr_init(avr);
-    avr->frequency = 16000000U;
-    avr_load_firmware(avr, &firmware);
-    avr_register_io_write(avr, 0x3e, take, NULL);
-    avr_register_io_read(avr, 0x4a, give, NULL);
     int state = cpu_Running;
     while (state != cpu_Done && state != cpu_Crashed) {
         state = avr_run(avr);
@@ -117,7 +79,7 @@ int main(int argc, char **argv)
 impl AvrEngine {
     fn host(&self) -> Result<&Path, EngineError> {
         self.host
-            .get_or_init(|| c::compile_with(HOST, &["-O1"], &["-lsimavr", "-lelf"]))
+            .get_or_init(|| simavr::host(HOST))
             .as_ref()
             .map(|program| program.path.as_path())
             .map_err(|why| EngineError::Failed(why.clone()))

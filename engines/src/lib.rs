@@ -22,6 +22,7 @@ pub mod exhaustive;
 mod firmware;
 pub mod ice40;
 pub mod measure;
+mod simavr;
 pub mod tools;
 mod verilog;
 

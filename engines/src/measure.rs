@@ -4,7 +4,9 @@
 //! the stack is back where it was before the call. What functions of the user take is left out, as in the bounds of `grafsynth_backend_c::cost`.
 
 use crate::firmware::{ANSWER, BENCH, Bench, Piece, STIMULUS};
-use crate::{ArmEngine, Availability, AvrEngine, Engine as _, EngineError, Job, arm, c, tools};
+use crate::{
+    ArmEngine, Availability, AvrEngine, Engine as _, EngineError, Job, arm, c, simavr, tools,
+};
 use grafsynth_backend_c::Options;
 
 /// What was measured, in the unit of the machine.
@@ -25,51 +27,13 @@ pub struct Measured {
 /// The cycles of a call instruction and of its return address: the machine is first looked at behind it.
 const CALL: u64 = 4;
 
-const HOST: &str = r#"#include <simavr/sim_avr.h>
-#include <simavr/sim_elf.h>
-#include <simavr/sim_io.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-static FILE *stimulus;
-static FILE *answer;
-
-static uint8_t give(struct avr_t *avr, avr_io_addr_t address, void *parameter)
+/// Runs the firmware too, and prints each call of `NAME_init` (0) and `NAME_step` (1): its time and its stack.
+const HOST: &str = r#"int main(int argc, char **argv)
 {
-    (void)avr;
-    (void)address;
-    (void)parameter;
-    const int byte = fgetc(stimulus);
-    return byte == EOF ? 0U : (uint8_t)byte;
-}
-
-static void take(struct avr_t *avr, avr_io_addr_t address, uint8_t value, void *parameter)
-{
-    (void)parameter;
-    avr->data[address] = value;
-    fputc(value, answer);
-}
-
-int main(int argc, char **argv)
-{
-    elf_firmware_t firmware;
-    memset(&firmware, 0, sizeof firmware);
-    if (argc < 7 || elf_read_firmware(argv[2], &firmware) != 0) {
+    avr_t *avr = argc >= 7 ? machine(argv) : NULL;
+    if (avr == NULL) {
         return 2;
     }
-    avr_t *avr = avr_make_mcu_by_name(argv[1]);
-    stimulus = fopen(argv[3], "rb");
-    answer = fopen(argv[4], "wb");
-    if (avr == NULL || stimulus == NULL || answer == NULL) {
-        return 2;
-    }
-    avr_init(avr);
-    avr->frequency = 16000000U;
-    avr_load_firmware(avr, &firmware);
-    avr_register_io_write(avr, 0x3e, take, NULL);
-    avr_register_io_read(avr, 0x4a, give, NULL);
     /* Addresses of init and step, then of the user's functions. */
     const int functions = argc - 5;
     avr_flashaddr_t *at = malloc(sizeof *at * (size_t)functions);
@@ -181,7 +145,7 @@ impl Meter for AvrMeter {
             .ok_or_else(|| EngineError::Failed("the functions of the chart are gone".to_owned()))?;
         let host = self
             .host
-            .get_or_init(|| c::compile_with(HOST, &["-O2"], &["-lsimavr", "-lelf"]))
+            .get_or_init(|| simavr::host(HOST))
             .as_ref()
             .map_err(|why| EngineError::Failed(why.clone()))?;
         let mut arguments = vec!["atmega1284p", "chart.elf", STIMULUS, ANSWER];

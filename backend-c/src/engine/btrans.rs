@@ -17,6 +17,7 @@
 //! The net says for each transition what it leaves and enters, so the tables are checked: for each row that is found here, the engine's own rule must give just
 //! that, or the chart is refused.
 
+use super::handing::{as_type, clear_words, hand_in, hand_out};
 use super::{Plan, lit, member};
 use crate::cexpr::{CExpr, Class, Helpers, Prec, Scope, c_expr, saturated};
 use crate::cprogram::{CProgram, Engine, with_unused};
@@ -756,31 +757,16 @@ fn emit(
         member(&format!("int32_t values[{upper}_VALUES]"), "variables"),
         member("bool fault", "the last reaction did not come to rest"),
     ];
-    let n_inputs = plan.inputs.values().flatten().count();
+    let inputs: Vec<_> =
+        plan.inputs.iter().filter_map(|(id, at)| Some((id, usize::from((*at)?)))).collect();
     let run = |reset: bool| {
         let mut body = vec![
-            Node::line(format!("int32_t inputs[{}];", n_inputs.max(1))),
+            Node::line(format!("int32_t inputs[{}];", inputs.len().max(1))),
             Node::line(format!("uint8_t marks[{upper}_MARKS];")),
             Node::line(format!("uint16_t chosen[{upper}_CHOSEN];")),
             Node::line("gb_run_t run;"),
         ];
-        if n_inputs == 0 {
-            body.push(Node::line("inputs[0] = 0;"));
-        }
-        for (id, at) in plan.inputs.iter().filter_map(|(id, at)| at.map(|at| (id, at))) {
-            let input = &net.inputs[id];
-            let value = if reset {
-                input.ty.saturate(0).to_string()
-            } else {
-                let place = names.io.read("in->", &names.inputs[id], id, input.ty).text;
-                if input.ty.is_bool() {
-                    format!("{place} ? 1 : 0")
-                } else {
-                    format!("(int32_t){place}")
-                }
-            };
-            body.push(Node::line(format!("inputs[{at}] = {value};")).about(Object::Input(id)));
-        }
+        body.extend(hand_in(net, names, &inputs, "inputs", reset));
         for (name, value) in [
             ("chart", format!("&{prefix}_chart")),
             ("active", "self->active".to_owned()),
@@ -806,29 +792,16 @@ fn emit(
         let dt = if ticks.is_some() { "dt" } else { "0U" };
         let call = if reset { "gb_init(&run)".to_owned() } else { format!("gb_step(&run, {dt})") };
         body.push(Node::line(format!("self->fault = {call};")));
-        for word in 0..names.io.output_words() {
-            body.push(Node::line(format!("out->bits[{word}] = 0U;")));
-        }
-        for (at, (id, output)) in net.outputs.iter().enumerate() {
-            let value = if output.ty.is_bool() {
-                format!("gb_output(&run, {at}U) != 0")
-            } else {
-                format!("({})gb_output(&run, {at}U)", crate::cexpr::storage(output.ty))
-            };
-            let line = names.io.write(&names.outputs[id], id, &value);
-            body.push(Node::line(line).about(Object::Output(id)));
-        }
+        body.extend(clear_words(names));
+        let outputs = net.outputs.iter().enumerate();
+        let outputs = outputs.map(|(at, (id, _))| (id, format!("gb_output(&run, {at}U)")));
+        body.extend(hand_out(net, names, outputs));
         body
     };
-    let values = net.vars.iter().map(|(id, var)| {
-        let value = format!("self->values[{}]", id.index());
-        let text = if var.ty.is_bool() {
-            format!("{value} != 0")
-        } else {
-            format!("({}){value}", crate::cexpr::storage(var.ty))
-        };
-        (id, text)
-    });
+    let values = net
+        .vars
+        .iter()
+        .map(|(id, var)| (id, as_type(var.ty, &format!("self->values[{}]", id.index()))));
     let mut before = vec![Node::comment("Room of an instance and of a reaction.")];
     for (name, size) in sizes {
         before.push(Node::directive(format!("#define {upper}_{name} {size}U")));

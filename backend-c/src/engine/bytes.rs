@@ -7,6 +7,7 @@
 //! The engine's stack and the depth of parts are small. Expressions higher than [`HEIGHT`] are taken apart, their operands kept in numbers of the
 //! reaction; lists deeper than [`LEVELS`] are flattened, with a flag for the way that was taken.
 
+use super::handing::is_handed;
 use super::image::narrow;
 use crate::calls::is_c;
 use crate::carriers::carriers;
@@ -130,7 +131,7 @@ impl Places {
             n_values += len;
             Place::Number(narrow(rows.len() - 1))
         });
-        let handed = net.inputs.iter().filter(|(_, it)| super::is_handed(it.kind));
+        let handed = net.inputs.iter().filter(|(_, it)| is_handed(it.kind));
         let asked = net.inputs.iter().filter(|(_, it)| it.kind == InputKind::Extern);
         let inputs =
             handed.chain(asked).enumerate().map(|(at, (id, _))| (id, narrow(at))).collect();

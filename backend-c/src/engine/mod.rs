@@ -11,6 +11,7 @@
 pub(crate) mod btrans;
 mod bytes;
 mod code;
+mod handing;
 mod image;
 mod instructions;
 pub(crate) mod program;
@@ -26,6 +27,7 @@ use grafsynth_ir::net::{
     Schedule, StepId, StepKind, Transition, TransitionId, TransitionKind,
 };
 use grafsynth_ir::{IdMap, Span, walk};
+use handing::{as_type, clear_words, hand_in, hand_out, is_handed};
 use image::{Head, Image, ImageKind, Line, NONE, Section, narrow};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -141,10 +143,6 @@ fn interface_text(net: &Net, ticks: Option<Ticks>) -> String {
         text.push_str(&format!("out {} {:?}\n", output.name, output.ty.bounds()));
     }
     text
-}
-
-fn is_handed(kind: InputKind) -> bool {
-    matches!(kind, InputKind::Pin | InputKind::Event)
 }
 
 /// What is entered, as items.
@@ -561,7 +559,6 @@ fn emit(net: &Net, names: &Names, room: &Room, ticks: Option<Ticks>, lines: &[Li
     if has_fault {
         instance.push(member("bool fault", "the last reaction did not come to rest"));
     }
-    let has_in = room.inputs > 0;
     let has_out = room.outputs > 0;
     let out = if has_out { format!(", {prefix}_out_t *out") } else { String::new() };
     let hand = if has_out { ", out" } else { "" };
@@ -572,23 +569,9 @@ fn emit(net: &Net, names: &Names, room: &Room, ticks: Option<Ticks>, lines: &[Li
             Node::line(format!("uint8_t work[{upper}_WORK];")),
             Node::line("gs_run_t run;"),
         ];
-        if !has_in {
-            body.push(Node::line("inputs[0] = 0;"));
-        }
         let handed = net.inputs.iter().filter(|(_, it)| is_handed(it.kind));
-        for (at, (id, input)) in handed.enumerate() {
-            let value = if reset {
-                input.ty.saturate(0).to_string()
-            } else {
-                let place = names.io.read("in->", &names.inputs[id], id, input.ty).text;
-                if input.ty.is_bool() {
-                    format!("{place} ? 1 : 0")
-                } else {
-                    format!("(int32_t){place}")
-                }
-            };
-            body.push(Node::line(format!("inputs[{at}] = {value};")).about(Object::Input(id)));
-        }
+        let handed: Vec<_> = handed.enumerate().map(|(at, (id, _))| (id, at)).collect();
+        body.extend(hand_in(net, names, &handed, "inputs", reset));
         for (name, value) in [
             ("image", "self->image"),
             ("bits", "self->bits"),
@@ -606,20 +589,12 @@ fn emit(net: &Net, names: &Names, room: &Room, ticks: Option<Ticks>, lines: &[Li
         let call =
             if has_fault { format!("self->fault = {call};") } else { format!("(void){call};") };
         body.push(Node::line(call));
-        for (at, (id, output)) in net.outputs.iter().enumerate() {
-            let value = if output.ty.is_bool() {
-                format!("outputs[{at}] != 0")
-            } else {
-                format!("({})outputs[{at}]", crate::cexpr::storage(output.ty))
-            };
-            let line = names.io.write(&names.outputs[id], id, &value);
-            body.push(Node::line(line).about(Object::Output(id)));
-        }
+        let outputs = net.outputs.iter().enumerate();
+        let outputs = outputs.map(|(at, (id, _))| (id, format!("outputs[{at}]")));
+        body.extend(hand_out(net, names, outputs));
         body
     };
-    let clear: Vec<Node> = (0..names.io.output_words())
-        .map(|word| Node::line(format!("out->bits[{word}] = 0U;")))
-        .collect();
+    let clear = clear_words(names);
     let mut start = clear.clone();
     start.push(Node::line("self->image = image;"));
     // What an image does not use of the room is the same every time.
@@ -662,15 +637,7 @@ fn emit(net: &Net, names: &Names, room: &Room, ticks: Option<Ticks>, lines: &[Li
     let values = net
         .vars
         .iter()
-        .map(|(id, var)| {
-            let value = format!("self->values[{}]", id.index());
-            let text = if var.ty.is_bool() {
-                format!("{value} != 0")
-            } else {
-                format!("({}){value}", crate::cexpr::storage(var.ty))
-            };
-            (id, text)
-        })
+        .map(|(id, var)| (id, as_type(var.ty, &format!("self->values[{}]", id.index()))))
         .collect();
     CProgram {
         style: "engine",

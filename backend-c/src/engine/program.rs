@@ -5,9 +5,10 @@
 //! number, `NAME.c` does it, and the engine goes on: it knows no function, and no pointer to one is needed.
 
 use super::bytes::{Coder, MARK, Place, Places};
+use super::handing::{as_type, clear_words, hand_in, hand_out, is_handed};
 use super::image::{Line, crc32, narrow};
 use super::instructions::{Evolution, most_instructions};
-use super::{clear_array, is_handed, member};
+use super::{clear_array, member};
 use crate::calls::{self, Callee};
 use crate::cexpr::{CExpr, Class, Helpers, Prec};
 use crate::cprogram::{CProgram, Engine, mentions};
@@ -352,11 +353,7 @@ fn values(
                     Some(_) => format!("self->values[{first}U + i]"),
                     None => format!("self->values[{first}]"),
                 };
-                if cell.ty.is_bool() {
-                    format!("{value} != 0")
-                } else {
-                    format!("({}){value}", crate::cexpr::storage(cell.ty))
-                }
+                as_type(cell.ty, &value)
             }
         };
         all.insert(var, text);
@@ -533,24 +530,8 @@ fn reaction(
         body.push(Node::line(format!("const {prefix}_in_t none = {{ 0 }};")));
         body.push(Node::line(format!("const {prefix}_in_t *in = &none;")));
     }
-    if places.inputs.is_empty() {
-        body.push(Node::line(format!("{inputs}[0] = 0;")));
-    }
-    for (id, at) in &places.inputs {
-        let input = &net.inputs[*id];
-        let value = if reset || input.kind == InputKind::Extern {
-            input.ty.saturate(0).to_string()
-        } else {
-            let place = names.io.read("in->", &names.inputs[*id], *id, input.ty).text;
-            if input.ty.is_bool() {
-                format!("{place} ? 1 : 0")
-            } else {
-                format!("(int32_t){place}")
-            }
-        };
-        let line = Node::line(format!("{inputs}[{at}] = {value};"));
-        body.push(line.about(Object::Input(*id)));
-    }
+    let handed: Vec<_> = places.inputs.iter().map(|(id, at)| (*id, usize::from(*at))).collect();
+    body.extend(hand_in(net, names, &handed, inputs, reset));
     body.push(clear_array(
         &format!("{}U", places.outputs.len().max(1)),
         &format!("{outputs}[i] = 0;"),
@@ -578,19 +559,9 @@ fn reaction(
     if room.sets_fault {
         body.push(Node::line(format!("self->fault = {run}.fault;")));
     }
-    body.extend(
-        (0..names.io.output_words()).map(|word| Node::line(format!("out->bits[{word}] = 0U;"))),
-    );
-    for (id, at) in &places.outputs {
-        let output = &net.outputs[*id];
-        let value = if output.ty.is_bool() {
-            format!("{outputs}[{at}] != 0")
-        } else {
-            format!("({}){outputs}[{at}]", crate::cexpr::storage(output.ty))
-        };
-        let line = names.io.write(&names.outputs[*id], *id, &value);
-        body.push(Node::line(line).about(Object::Output(*id)));
-    }
+    body.extend(clear_words(names));
+    let given = places.outputs.iter().map(|(id, at)| (*id, format!("{outputs}[{at}]")));
+    body.extend(hand_out(net, names, given));
     body
 }
 

@@ -1,0 +1,68 @@
+//! What every engine is handed and hands back, in the text of a chart: inputs as numbers of 32 bits in an array, outputs and variables as the types that they have.
+
+use crate::Object;
+use crate::cexpr::storage;
+use crate::ctext::Node;
+use crate::names::Names;
+use grafsynth_ir::expr::Type;
+use grafsynth_ir::net::{InputId, InputKind, Net, OutputId};
+
+/// True for what a caller gives in `NAME_in_t`.
+pub(super) fn is_handed(kind: InputKind) -> bool {
+    matches!(kind, InputKind::Pin | InputKind::Event)
+}
+
+/// A number of 32 bits as a value of its type.
+pub(super) fn as_type(ty: Type, number: &str) -> String {
+    if ty.is_bool() { format!("{number} != 0") } else { format!("({}){number}", storage(ty)) }
+}
+
+/// The inputs, each at its place in an array; at reset, and where the engine asks for it later, what is nearest to 0.
+pub(super) fn hand_in(
+    net: &Net,
+    names: &Names,
+    inputs: &[(InputId, usize)],
+    array: &str,
+    reset: bool,
+) -> Vec<Node> {
+    if inputs.is_empty() {
+        return vec![Node::line(format!("{array}[0] = 0;"))];
+    }
+    let line = |(id, at): &(InputId, usize)| {
+        let input = &net.inputs[*id];
+        let value = if reset || input.kind == InputKind::Extern {
+            input.ty.saturate(0).to_string()
+        } else {
+            let place = names.io.read("in->", &names.inputs[*id], *id, input.ty).text;
+            if input.ty.is_bool() {
+                format!("{place} ? 1 : 0")
+            } else {
+                format!("(int32_t){place}")
+            }
+        };
+        Node::line(format!("{array}[{at}] = {value};")).about(Object::Input(*id))
+    };
+    inputs.iter().map(line).collect()
+}
+
+/// Words of outputs begin with no bit set.
+pub(super) fn clear_words(names: &Names) -> Vec<Node> {
+    (0..names.io.output_words())
+        .map(|word| Node::line(format!("out->bits[{word}] = 0U;")))
+        .collect()
+}
+
+/// The outputs, each from the number that an engine has for it.
+pub(super) fn hand_out(
+    net: &Net,
+    names: &Names,
+    outputs: impl Iterator<Item = (OutputId, String)>,
+) -> Vec<Node> {
+    outputs
+        .map(|(id, number)| {
+            let value = as_type(net.outputs[id].ty, &number);
+            let line = names.io.write(&names.outputs[id], id, &value);
+            Node::line(line).about(Object::Output(id))
+        })
+        .collect()
+}
