@@ -517,7 +517,9 @@ fn an_avr_finds_damaged_memory() {
         let made = tools::run(&compiler, &arguments, folder.path(), b"", LIMIT).expect("it runs");
         assert!(made.is_success && made.stderr.is_empty(), "{}", made.stderr);
         let host = include_str!("../c/avr_stress_host.c");
-        let host = c::compile_with(host, &["-O1"], &["-lsimavr", "-lelf"]).expect("it compiles");
+        let headers = concat!("-I", env!("CARGO_MANIFEST_DIR"), "/c");
+        let host = c::compile_with(host, &["-O1", headers], &["-lsimavr", "-lelf"]);
+        let host = host.expect("it compiles");
         let arguments = ["a.elf", "1000", "700", "3000"];
         let run = tools::run(&host.path, &arguments, folder.path(), b"", LIMIT).expect("it ends");
         assert!(run.is_success, "{} {}", run.ending, run.stderr);
