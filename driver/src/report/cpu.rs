@@ -81,10 +81,12 @@ pub(super) fn write(subject: &Subject<'_>) -> Option<String> {
     }
     text += &table.text();
     if !scans.is_empty() {
-        text += &format!(
-            "\nA whole scan beside interrupts, with as many reactions as the event ring has places:\n\n{}",
-            scans.text()
-        );
+        let many = if bounds.iter().any(|(_, bound)| bound.ring > 0) {
+            "as many reactions as the event ring has places"
+        } else {
+            "one reaction"
+        };
+        text += &format!("\nA whole scan beside interrupts, with {many}:\n\n{}", scans.text());
     }
     text += &rounds(subject, package);
     for it in &subject.built.measured {
