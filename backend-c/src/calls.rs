@@ -1,9 +1,10 @@
 //! Statements that both styles print alike: calls, choices, verbatim text and the values after reset.
 
 use crate::Object;
-use crate::cexpr::{CExpr, Helpers, saturated};
+use crate::cexpr::{CExpr, Helpers, constant, saturated};
 use crate::ctext::{Arm, Kind, Node};
 use crate::names::Names;
+use crate::queries::is_c;
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::net::{Driver, Net, OutputId, Verbatim};
 
@@ -66,11 +67,6 @@ pub(crate) fn verbatim(text: &Verbatim) -> Vec<Node> {
     }
 }
 
-/// True for the names of C.
-pub(crate) fn is_c(language: &str) -> bool {
-    language.eq_ignore_ascii_case("c")
-}
-
 /// Sets a member to what it is after reset.
 pub(crate) fn initial(name: &str, ty: Type, len: Option<u32>, values: &[i64]) -> Vec<Node> {
     let literal = |value: i64| constant(value, ty);
@@ -99,12 +95,4 @@ pub(crate) fn initial(name: &str, ty: Type, len: Option<u32>, values: &[i64]) ->
 /// Sets all outputs to what they are after reset.
 pub(crate) fn initial_outputs(net: &Net, names: &Names, values: &[i64]) -> Vec<Node> {
     names.io.constants(net, &names.outputs, |id| values.get(id.index()).copied().unwrap_or(0))
-}
-
-/// A constant of a type, as text.
-pub(crate) fn constant(value: i64, ty: Type) -> String {
-    match ty {
-        Type::Bool => (value != 0).to_string(),
-        Type::Int { .. } => CExpr::int(value).text,
-    }
 }

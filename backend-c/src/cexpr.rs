@@ -830,6 +830,14 @@ pub(crate) fn saturated(value: CExpr, ty: Type, prefix: &str, helpers: &mut Help
     CExpr { text, prec: Prec::Atom, class, lo, hi, asks: None, ..CExpr::plain() }
 }
 
+/// A constant of a type, as text.
+pub(crate) fn constant(value: i64, ty: Type) -> String {
+    match ty {
+        Type::Bool => (value != 0).to_string(),
+        Type::Int { .. } => CExpr::int(value).text,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

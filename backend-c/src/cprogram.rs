@@ -3,7 +3,7 @@
 use crate::Object;
 use crate::cexpr::Helpers;
 use crate::ctext::{Arm, Kind, Node};
-use crate::safe::Range;
+use crate::range::Range;
 use crate::times::Ticks;
 use grafsynth_ir::IdMap;
 use grafsynth_ir::net::{Step, StepId, VarId};

@@ -14,7 +14,7 @@ use crate::Package;
 use crate::cexpr::storage;
 use crate::ctext::{Kind, Node, Writer};
 use crate::harness::{arguments, columns_of_steps};
-use crate::header::Interface;
+use crate::interface::Interface;
 use grafsynth_ir::Valid;
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::net::{Driver, InputKind, Net, StepId, VarOrigin};

@@ -18,7 +18,7 @@
 use crate::codes;
 use crate::cprogram::Member;
 use crate::ctext::Node;
-use crate::header::Interface;
+use crate::interface::Interface;
 use grafsynth_ir::Span;
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::net::{Block, InputKind, Net, StmtKind};
@@ -28,7 +28,7 @@ pub(crate) fn refusal(net: &Net) -> Option<Diagnostic> {
     let condition = net.inputs.values().find(|it| it.kind == InputKind::Extern).map(|it| {
         (format!("the extern condition `{}`, which may change by itself", it.name), it.name.span)
     });
-    let action = net.outputs.values().find(|it| crate::names::is_extern(it)).map(|it| {
+    let action = net.outputs.values().find(|it| crate::queries::is_extern(it)).map(|it| {
         (
             format!("the extern action `{}`, whose calls the instance does not show", it.name),
             it.name.span,
@@ -47,7 +47,7 @@ pub(crate) fn refusal(net: &Net) -> Option<Diagnostic> {
 fn code(net: &Net) -> Option<Span> {
     fn look(block: &Block) -> Option<Span> {
         block.iter().find_map(|stmt| match &stmt.kind {
-            StmtKind::Code(text) => crate::calls::is_c(&text.language).then_some(stmt.span),
+            StmtKind::Code(text) => crate::queries::is_c(&text.language).then_some(stmt.span),
             StmtKind::If { then, otherwise, .. } => look(then).or_else(|| look(otherwise)),
             StmtKind::Assign { .. }
             | StmtKind::Raise(_)
@@ -57,7 +57,7 @@ fn code(net: &Net) -> Option<Span> {
         })
     }
     let steps = net.steps.values().find_map(|step| {
-        let own = step.code.iter().any(|text| crate::calls::is_c(&text.language));
+        let own = step.code.iter().any(|text| crate::queries::is_c(&text.language));
         own.then_some(step.meta.span)
             .or_else(|| look(&step.entry))
             .or_else(|| look(&step.exit))

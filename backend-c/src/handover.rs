@@ -7,7 +7,7 @@ use crate::Object;
 use crate::ctext::Node;
 use crate::header::Layout;
 use crate::io::INPUT_BITS;
-use crate::names::is_extern;
+use crate::queries::is_extern;
 use grafsynth_ir::net::InputKind;
 
 impl Layout<'_> {

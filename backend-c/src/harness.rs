@@ -9,7 +9,8 @@
 use crate::Package;
 use crate::cexpr::storage;
 use crate::ctext::{Arm, Kind, Node, Writer};
-use crate::header::{Interface, shown};
+use crate::header::shown;
+use crate::interface::Interface;
 use crate::names::library;
 use crate::told;
 use grafsynth_ir::Valid;
@@ -361,7 +362,7 @@ fn bench(net: &Net, interface: &Interface, explore: bool) -> Vec<Node> {
         }
         if interface.trace.is_some() {
             // Nor is the ring.
-            let member = crate::trace::MEMBER;
+            let member = crate::names::MEMBER_OF_TRACE;
             round.push(Node::line(format!("memset(&self.{member}, 0, sizeof self.{member});")));
         }
         let number = if interface.has_instance { "(int64_t)bench_instance(&self)" } else { "0" };
@@ -404,7 +405,7 @@ fn bench(net: &Net, interface: &Interface, explore: bool) -> Vec<Node> {
     }
     round.push(Node::line("(void)value;"));
     round.push(Node::line("bench_end_of_line();"));
-    for (id, _) in net.outputs.iter().filter(|(_, it)| crate::names::is_extern(it)) {
+    for (id, _) in net.outputs.iter().filter(|(_, it)| crate::queries::is_extern(it)) {
         let calls = format!("{prefix}_calls_{}", interface.names.outputs[id]);
         round.push(Node::line(format!("{calls}.count = 0;")));
         round.push(Node::line(format!("{calls}.length = 0;")));
@@ -416,7 +417,7 @@ fn bench(net: &Net, interface: &Interface, explore: bool) -> Vec<Node> {
     if let (Some(_), false) = (interface.trace, explore) {
         body.extend(crate::trace::dump(&interface.names));
     }
-    for (id, _) in net.outputs.iter().filter(|(_, it)| crate::names::is_extern(it)) {
+    for (id, _) in net.outputs.iter().filter(|(_, it)| crate::queries::is_extern(it)) {
         body.push(Node::line(format!(
             "free({prefix}_calls_{}.text);",
             interface.names.outputs[id]

@@ -4,52 +4,14 @@ use crate::cexpr::storage;
 use crate::cprogram::{CProgram, Member, mentions};
 use crate::ctext::{Kind, Marks, Node, Writer};
 use crate::gate;
-use crate::names::{Names, is_extern};
-use crate::times::Ticks;
+use crate::interface::Interface;
+use crate::names::Names;
+use crate::queries::is_extern;
 use crate::{File, Io, Object, Options};
 use crate::{safe, trace};
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::{InputKind, MacroStep, Net, StepKind, VarOrigin};
-
-/// What a caller of the emitted functions must know: the harness is written from it.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Interface {
-    pub(crate) names: Names,
-    pub(crate) has_instance: bool,
-    pub(crate) has_in: bool,
-    pub(crate) has_out: bool,
-    pub(crate) ticks: Option<Ticks>,
-    pub(crate) has_fault: bool,
-    pub(crate) callbacks: bool,
-    /// The quiescence gate stands in front of the reaction.
-    pub(crate) gate: bool,
-    /// The places of the trace ring.
-    pub(crate) trace: Option<u16>,
-    /// A reaction looks at the state variables first.
-    pub(crate) safe_state: bool,
-}
-
-impl Interface {
-    /// The parameters of `NAME_init`, `NAME_step` and `NAME_stop`: only those that the chart has.
-    pub(crate) fn parameters(&self, with_in: bool, with_dt: bool) -> String {
-        let prefix = &self.names.prefix;
-        let mut all = Vec::new();
-        if self.has_instance {
-            all.push(format!("{prefix}_t *self"));
-        }
-        if with_in && self.has_in {
-            all.push(format!("const {prefix}_in_t *in"));
-        }
-        if let (true, Some(ticks)) = (with_dt, self.ticks) {
-            all.push(format!("{} dt", ticks.name()));
-        }
-        if self.has_out {
-            all.push(format!("{prefix}_out_t *out"));
-        }
-        if all.is_empty() { "void".to_string() } else { all.join(", ") }
-    }
-}
 
 /// The files of a chart.
 pub(crate) fn lay_out(

@@ -5,10 +5,9 @@
 //! to 32, so that a reaction collects them in a register and writes them once. Bits have numbers in declaration order, named by macros of the header;
 //! bits that stand for nothing are 0. Numbers stay members either way.
 
-use crate::calls::constant;
-use crate::cexpr::{CExpr, Prec};
+use crate::cexpr::{CExpr, Prec, constant};
 use crate::ctext::Node;
-use crate::names::is_extern;
+use crate::queries::is_extern;
 use crate::{Io, Object};
 use grafsynth_ir::IdMap;
 use grafsynth_ir::expr::Type;

@@ -23,7 +23,6 @@
 
 mod bits;
 mod calls;
-mod carriers;
 mod cexpr;
 pub mod codes;
 mod consts;
@@ -36,11 +35,14 @@ mod gate;
 mod handover;
 mod harness;
 mod header;
+mod interface;
 mod io;
 mod library;
 mod names;
 pub mod package;
 mod port;
+mod queries;
+mod range;
 mod safe;
 mod source;
 mod statechart;
@@ -236,7 +238,7 @@ pub struct Package {
     /// For the style `engine` the tables as they are loaded from a memory: the bytes of `NAME_tables.c`. Empty for all others.
     pub image: Vec<u8>,
     /// What the harness needs to know of names and types.
-    interface: header::Interface,
+    interface: interface::Interface,
     /// Where the style was chosen for a machine: what was tried.
     pub tried: Vec<cost::Candidate>,
     /// For a chart as a program that an engine interprets: the most of its instructions that one reaction runs, with the proved rounds of the evolution.
@@ -398,7 +400,7 @@ fn renamed(net: &Net, names: &names::Names) -> Vec<Diagnostic> {
     let actions = net
         .outputs
         .iter()
-        .filter(|(_, output)| names::is_extern(output))
+        .filter(|(_, output)| queries::is_extern(output))
         .map(|(id, output)| (&output.name, &names.outputs[id]));
     conditions
         .chain(actions)
@@ -445,7 +447,7 @@ fn foreign_code(net: &Net) -> Vec<Diagnostic> {
     net.histories.values().for_each(|history| look(&history.default_content, &mut found));
     found
         .into_iter()
-        .filter(|(text, _)| !calls::is_c(&text.language))
+        .filter(|(text, _)| !queries::is_c(&text.language))
         .map(|(text, span)| {
             Diagnostic::warning(
                 codes::FOREIGN_CODE,

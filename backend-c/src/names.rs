@@ -5,6 +5,7 @@
 //! carry none, so that one library serves several charts).
 
 use crate::io::Layout;
+use crate::queries::is_extern;
 use crate::{Io, Options};
 use grafsynth_ir::IdMap;
 use grafsynth_ir::names::{C, Namer, Target};
@@ -12,6 +13,13 @@ use grafsynth_ir::net::{EdgeOperand, Input, InputKind, Net, Output, Step, Transi
 
 /// Members of the instance that the gate has.
 const MEMBERS_OF_GATE: [&str; 3] = ["gate", "gate_in", "gate_dt"];
+
+/// The member of the instance that is the trace ring.
+pub(crate) const MEMBER_OF_TRACE: &str = "trace";
+/// The macros of the header about the trace ring, after the prefix.
+const MACROS_OF_TRACE: [&str; 3] = ["TRACE_PLACES", "TRACE_BYTES", "TRACE_CHART"];
+/// The member that says whether the chart runs, or stands still in its safe state.
+pub(crate) const MEMBER_OF_SAFE_STATE: &str = "intact";
 
 /// What follows a prefix: no word is reserved there.
 static SUFFIX: Target = Target { name: "C after a prefix", reserved: &[], ..C };
@@ -77,8 +85,8 @@ impl Names {
         let own: Vec<&str> = ["state", "fault"]
             .into_iter()
             .chain(options.gate.then_some(MEMBERS_OF_GATE).into_iter().flatten())
-            .chain(options.trace.is_some().then_some(crate::trace::MEMBER))
-            .chain(options.safe_state.then_some(crate::safe::MEMBER))
+            .chain(options.trace.is_some().then_some(MEMBER_OF_TRACE))
+            .chain(options.safe_state.then_some(MEMBER_OF_SAFE_STATE))
             .collect();
         own.iter().for_each(|word| members.reserve(word));
         if options.io == Io::Words {
@@ -102,7 +110,7 @@ impl Names {
             assigned(&net.vars, members.assign(net.vars.values().map(|it| it.name.text.as_str())));
         let mut reserved: Vec<String> = ENUMERATORS.iter().map(|word| (*word).to_owned()).collect();
         if options.trace.is_some() {
-            reserved.extend(crate::trace::MACROS.map(str::to_owned));
+            reserved.extend(MACROS_OF_TRACE.map(str::to_owned));
         }
         if options.io == Io::Words {
             reserved.extend(["GET", "PUT", "LIT", "LIGHT"].map(str::to_owned));
@@ -173,11 +181,6 @@ pub(crate) fn library(net: &Net, names: &Names) -> Vec<String> {
         .map(|(id, _)| names.inputs[id].clone())
         .chain(actions.map(|(id, _)| names.outputs[id].clone()))
         .collect()
-}
-
-/// True for an output that is a function of the user's library.
-pub(crate) fn is_extern(output: &Output) -> bool {
-    matches!(output.driver, grafsynth_ir::net::Driver::Extern { .. })
 }
 
 /// A word for what an edge looks at: the names in it, joined.

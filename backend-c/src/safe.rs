@@ -19,12 +19,14 @@
 //! that also keeps it from rebuilding the reaction around what it would know of the state (which made the text of one chart a third larger on an AVR).
 
 use crate::Object;
-use crate::calls::constant;
-use crate::cexpr::CExpr;
+
+use crate::cexpr::{CExpr, constant};
 use crate::cprogram::{CProgram, Member};
 use crate::ctext::Node;
-use crate::header::Interface;
-use crate::names::{Names, is_extern};
+use crate::interface::Interface;
+use crate::names::{MEMBER_OF_SAFE_STATE as MEMBER, MEMBER_OF_TRACE, Names};
+use crate::queries::is_extern;
+use crate::range::Range;
 use crate::times::{count_type, unsigned};
 use crate::{Options, codes};
 use grafsynth_ir::diag::Diagnostic;
@@ -32,8 +34,6 @@ use grafsynth_ir::facts::{Component, Facts};
 use grafsynth_ir::net::{Net, OutputId};
 use std::collections::BTreeMap;
 
-/// The member that says whether the chart runs.
-pub(crate) const MEMBER: &str = "intact";
 /// Its value after `init`.
 const INTACT: &str = "0xA5U";
 /// Its value in a chart that stands still.
@@ -94,73 +94,6 @@ pub(crate) fn force(
     crate::calls::either(holds.clone(), body, Vec::new())
 }
 
-/// The values that a member of the instance can hold: those of each element.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Range {
-    /// The member's name in the instance.
-    pub(crate) name: String,
-    /// Its C type.
-    pub(crate) ty: &'static str,
-    /// First and one behind the last of the elements of an array; none for no array.
-    pub(crate) elements: Option<(u32, u32)>,
-    /// The least value.
-    pub(crate) lo: i64,
-    /// The largest.
-    pub(crate) hi: i64,
-}
-
-impl Range {
-    /// That of a member that is no array.
-    pub(crate) fn of(name: String, ty: &'static str, lo: i64, hi: i64) -> Self {
-        Range { name, ty, elements: None, lo, hi }
-    }
-
-    /// The largest value, if that of a union of such members tells whether one of them is above it.
-    fn union(&self) -> Option<(&'static str, i64)> {
-        let (least, largest) = bounds(self.ty);
-        let is_mask = self.hi >= 0 && (self.hi + 1) & self.hi == 0;
-        let ty = if self.ty == "bool" { "uint8_t" } else { self.ty };
-        (least == 0 && self.lo == 0 && self.hi < largest && is_mask).then_some((ty, self.hi))
-    }
-
-    /// The member, or its element at `index`, as a number.
-    fn value(&self, index: &str) -> String {
-        let place = match self.elements {
-            Some(_) => format!("self->{}[{index}]", self.name),
-            None => format!("self->{}", self.name),
-        };
-        // A `bool` that is neither 0 nor 1 must not be read as what it claims to be.
-        if self.ty == "bool" { format!("*(const volatile uint8_t *)&{place}") } else { place }
-    }
-
-    /// The conditions under which `value` is none of it; none where the type holds nothing else.
-    fn broken(&self, value: &str) -> Vec<String> {
-        let (least, largest) = bounds(self.ty);
-        let literal = |value: i64| {
-            if least == 0 { unsigned(value) } else { CExpr::int(value).text }
-        };
-        let below = (self.lo > least).then(|| format!("{value} < {}", literal(self.lo)));
-        let above = (self.hi < largest).then(|| match self.hi {
-            0 if least == 0 => format!("{value} != 0U"),
-            hi => format!("{value} > {}", literal(hi)),
-        });
-        below.into_iter().chain(above).collect()
-    }
-}
-
-/// The least and the largest value of an integer type of C; `bool` as the byte that it is in memory.
-fn bounds(ty: &str) -> (i64, i64) {
-    match ty {
-        "bool" | "uint8_t" => (0, 0xff),
-        "int8_t" => (-0x80, 0x7f),
-        "int16_t" => (-0x8000, 0x7fff),
-        "uint16_t" => (0, 0xffff),
-        "int32_t" => (i64::from(i32::MIN), i64::from(i32::MAX)),
-        "uint32_t" => (0, i64::from(u32::MAX)),
-        _ => (i64::MIN, i64::MAX),
-    }
-}
-
 /// Why the safe state can't watch what was asked for.
 pub(crate) fn refusal(net: &Net, options: &Options) -> Option<Diagnostic> {
     let engine = match options.style {
@@ -186,7 +119,7 @@ pub(crate) fn watch(facts: &Facts, interface: &Interface, program: &mut CProgram
     let prefix = &interface.names.prefix;
     if let Some(places) = interface.trace {
         let last = i64::from(places.max(1)) - 1;
-        let member = |name| format!("{}.{name}", crate::trace::MEMBER);
+        let member = |name| format!("{MEMBER_OF_TRACE}.{name}");
         program.ranges.push(Range::of(member("next"), "uint16_t", 0, last));
         program.ranges.push(Range::of(member("begins"), "bool", 0, 1));
     }

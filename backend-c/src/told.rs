@@ -4,7 +4,8 @@
 //! with an exit code of its own.
 
 use crate::ctext::{Kind, Node};
-use crate::header::{Interface, shown};
+use crate::header::shown;
+use crate::interface::Interface;
 use grafsynth_ir::net::{Net, StepId, TransitionId};
 
 /// Steps that have a callback, and a function that asks for them.

@@ -23,7 +23,7 @@ use crate::Options;
 use crate::codes;
 use crate::cprogram::{CProgram, Member, mentions};
 use crate::ctext::{Arm, Kind, Node};
-use crate::names::Names;
+use crate::names::{MEMBER_OF_TRACE as MEMBER, Names};
 use grafsynth_ir::IdMap;
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::lower::program::Marks;
@@ -39,11 +39,6 @@ pub const ENTRY_BYTES: usize = 6;
 pub const MAX_PLACES: u16 = 8192;
 /// Added to the number of a transition that is the first of a micro-step.
 pub const BEGINS: u16 = 0x8000;
-
-/// The member of the instance.
-pub(crate) const MEMBER: &str = "trace";
-/// The macros of the header, after the prefix.
-pub(crate) const MACROS: [&str; 3] = ["TRACE_PLACES", "TRACE_BYTES", "TRACE_CHART"];
 
 /// A number for all that a chart says (FNV-1a over its text as a net), so that a dump is not read with another chart.
 #[must_use]

@@ -7,12 +7,12 @@
 pub(crate) mod homes;
 
 use crate::calls::{self, Callee};
-use crate::carriers::carriers;
-use crate::cexpr::{CExpr, Class, Helpers, Prec, Scope, c_expr, saturated, storage};
+use crate::cexpr::{CExpr, Class, Helpers, Prec, Scope, c_expr, constant, saturated, storage};
 use crate::cprogram::{CProgram, Member, mentions, without_unused};
 use crate::ctext::{Arm, Kind, Node};
 use crate::names::{Names, namer};
-use crate::safe::Range;
+use crate::queries::carriers;
+use crate::range::Range;
 use crate::times::{Ticks, count_type, unsigned};
 use crate::{Object, Options};
 use grafsynth_ir::diag::Diagnostic;
@@ -338,7 +338,7 @@ impl<'a> Emit<'a> {
             .iter()
             .filter(|(id, _)| self.homes[*id] == Home::Local(self.function))
             .map(|(id, temp)| {
-                let zero = calls::constant(temp.ty.saturate(0), temp.ty);
+                let zero = constant(temp.ty.saturate(0), temp.ty);
                 Node::line(format!("{} {} = {zero};", storage(temp.ty), self.temps[id]))
                     .defining(&self.temps[id])
             })
@@ -366,7 +366,7 @@ impl<'a> Emit<'a> {
                 } else {
                     format!("asked_{name}")
                 };
-                let zero = calls::constant(ty.saturate(0), ty);
+                let zero = constant(ty.saturate(0), ty);
                 nodes.push(Node::line(format!("{declare}{cond} = {zero};")).defining(&cond));
                 nodes.push(Node::line(format!("{declare_asked}{asked} = false;")).defining(&asked));
             }

@@ -9,8 +9,7 @@
 
 use super::handing::is_handed;
 use super::image::narrow;
-use crate::calls::is_c;
-use crate::carriers::carriers;
+use crate::queries::{carriers, is_c};
 use crate::switch::Refusal;
 use grafsynth_ir::expr::{ArithOp, CompareOp, ExprKind, Type};
 use grafsynth_ir::interval::type_of;

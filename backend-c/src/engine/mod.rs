@@ -139,7 +139,7 @@ fn interface_text(net: &Net, ticks: Option<Ticks>) -> String {
     for (_, input) in net.inputs.iter().filter(|(_, it)| is_handed(it.kind)) {
         text.push_str(&format!("in {} {:?} {:?}\n", input.name, input.ty.bounds(), input.kind));
     }
-    for output in net.outputs.values().filter(|it| !crate::names::is_extern(it)) {
+    for output in net.outputs.values().filter(|it| !crate::queries::is_extern(it)) {
         text.push_str(&format!("out {} {:?}\n", output.name, output.ty.bounds()));
     }
     text

@@ -5,7 +5,7 @@ use super::ticks::Ratio;
 use crate::cexpr::storage;
 use crate::ctext::comment_text;
 use crate::harness::arguments;
-use crate::names::is_extern;
+use crate::queries::is_extern;
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::net::InputKind;
 

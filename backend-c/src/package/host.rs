@@ -4,7 +4,7 @@ use super::Chart;
 use crate::cexpr::storage;
 use crate::ctext::{Kind, Node, Writer, comment_text};
 use crate::harness::{arguments, columns_of_steps, string_text};
-use crate::names::is_extern;
+use crate::queries::is_extern;
 use grafsynth_ir::net::InputKind;
 
 /// The text; `include` is how it finds `NAME.h`.

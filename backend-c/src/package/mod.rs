@@ -18,7 +18,7 @@ mod plain;
 mod platformio;
 mod ticks;
 
-use crate::names::is_extern;
+use crate::queries::is_extern;
 use crate::{File, Package, codes};
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::net::{InputKind, Net};

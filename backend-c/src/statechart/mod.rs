@@ -28,7 +28,7 @@ use crate::cexpr::{CExpr, Prec};
 use crate::cprogram::{CProgram, Member, mentions, without_unused};
 use crate::ctext::{Arm, Kind, Node};
 use crate::names::Names;
-use crate::safe::Range;
+use crate::range::Range;
 use crate::switch::Refusal;
 use crate::times::{count_type, unsigned};
 use crate::{Object, Options};

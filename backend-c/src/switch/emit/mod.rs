@@ -17,7 +17,7 @@ use crate::consts::{self, Effect};
 use crate::cprogram::{CProgram, Member, mentions, with_unused, without_unused};
 use crate::ctext::{Arm, Kind, Node, comment_text};
 use crate::names::Names;
-use crate::safe::Range;
+use crate::range::Range;
 use crate::times::{Ticks, count_type, unsigned};
 use crate::{Object, Options, trace};
 use grafsynth_ir::IdMap;
@@ -770,5 +770,5 @@ impl Kind {
 /// What an input has before it is read.
 fn zero(net: &Net, input: InputId) -> String {
     let ty = net.inputs[input].ty;
-    calls::constant(ty.saturate(0), ty)
+    crate::cexpr::constant(ty.saturate(0), ty)
 }

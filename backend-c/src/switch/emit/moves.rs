@@ -50,7 +50,7 @@ impl Emit<'_> {
                 calls.push(self.deferred(index, machine));
             }
         }
-        calls.extend(self.tables.moves(self, functions));
+        calls.extend(self.tables.moves(self));
         calls
     }
 

@@ -1,9 +1,20 @@
-//! When an output asks its extern conditions: only while some step is active that carries the output with a condition.
+//! Questions about a net that several styles and files ask.
 
-use grafsynth_ir::net::{Driver, Net, OutputId, StepId};
+use grafsynth_ir::net::{Driver, Net, Output, OutputId, StepId};
 use grafsynth_ir::program::{Expr, Leaf};
 
-/// The steps that carry the output with a condition; none where `value`, what the output becomes, reads no input: then nothing is asked.
+/// True for an output that is a function of the user's library.
+pub(crate) fn is_extern(output: &Output) -> bool {
+    matches!(output.driver, Driver::Extern { .. })
+}
+
+/// True for the names of C.
+pub(crate) fn is_c(language: &str) -> bool {
+    language.eq_ignore_ascii_case("c")
+}
+
+/// When an output asks its extern conditions: only while one of these steps is active, which carry it with a condition. None where `value`, what the output
+/// becomes, reads no input: then nothing is asked.
 pub(crate) fn carriers(net: &Net, output: OutputId, value: &Expr) -> Vec<StepId> {
     let mut reads = false;
     value.for_each_leaf(&mut |leaf| reads |= matches!(leaf, Leaf::Input(_)));
