@@ -39,7 +39,7 @@ pub(crate) fn lay_out(
         safe_state: options.safe_state && !program.instance.is_empty(),
     };
     if interface.safe_state {
-        safe::watch(facts, &interface, &mut program);
+        safe::watch(net, facts, &interface, &mut program);
     }
     if interface.gate {
         program.instance.extend(gate::members(&interface));

@@ -19,18 +19,18 @@
 //! that also keeps it from rebuilding the reaction around what it would know of the state (which made the text of one chart a third larger on an AVR).
 
 use crate::Object;
-
 use crate::cexpr::{CExpr, constant};
 use crate::cprogram::{CProgram, Member};
 use crate::ctext::Node;
 use crate::interface::Interface;
-use crate::names::{MEMBER_OF_SAFE_STATE as MEMBER, MEMBER_OF_TRACE, Names};
+use crate::names::{MEMBER_OF_SAFE_STATE as MEMBER, MEMBER_OF_TRACE, Names, library, namer};
 use crate::queries::is_extern;
 use crate::range::Range;
 use crate::times::{count_type, unsigned};
 use crate::{Options, codes};
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::facts::{Component, Facts};
+use grafsynth_ir::names::Namer;
 use grafsynth_ir::net::{Net, OutputId};
 use std::collections::BTreeMap;
 
@@ -115,8 +115,12 @@ pub(crate) fn refusal(net: &Net, options: &Options) -> Option<Diagnostic> {
 }
 
 /// Adds the check to a program: the function `NAME_intact`, the member, and its value at the end of `init`.
-pub(crate) fn watch(facts: &Facts, interface: &Interface, program: &mut CProgram) {
+pub(crate) fn watch(net: &Net, facts: &Facts, interface: &Interface, program: &mut CProgram) {
     let prefix = &interface.names.prefix;
+    // Locals must not hide the functions of the library.
+    let mut locals = namer();
+    library(net, &interface.names).iter().for_each(|function| locals.reserve(function));
+    locals.reserve("i");
     if let Some(places) = interface.trace {
         let last = i64::from(places.max(1)) - 1;
         let member = |name| format!("{MEMBER_OF_TRACE}.{name}");
@@ -127,9 +131,9 @@ pub(crate) fn watch(facts: &Facts, interface: &Interface, program: &mut CProgram
         program.ranges.push(Range::of("gate".to_owned(), "uint8_t", 0, 2));
     }
     let mut body = vec![leave(&format!("self->{MEMBER} != {INTACT}"))];
-    body.extend(of_ranges(&program.ranges));
-    for (number, component) in facts.components.iter().enumerate() {
-        body.extend(of_component(component, number, program));
+    body.extend(of_ranges(&program.ranges, &mut locals));
+    for component in &facts.components {
+        body.extend(of_component(component, program, &mut locals));
     }
     body.push(Node::line("return true;"));
     program.functions.push(Node::comment(
@@ -153,7 +157,7 @@ fn leave(condition: &str) -> Node {
 }
 
 /// The questions whether members hold what they can. Each expression reads one member once: they are volatile there.
-fn of_ranges(ranges: &[Range]) -> Vec<Node> {
+fn of_ranges(ranges: &[Range], locals: &mut Namer) -> Vec<Node> {
     let mut unions: BTreeMap<(&'static str, i64), Vec<String>> = BTreeMap::new();
     let mut nodes = Vec::new();
     let mut loops = Vec::new();
@@ -181,7 +185,7 @@ fn of_ranges(ranges: &[Range]) -> Vec<Node> {
         match values.as_slice() {
             [only] => nodes.extend(range.broken(only).iter().map(|it| leave(it))),
             [first, others @ ..] => {
-                let all = format!("all_{hi}");
+                let all = locals.name(&format!("all_{hi}"));
                 nodes.push(Node::line(format!("{ty} {all} = {first};")));
                 nodes.extend(
                     others.iter().map(|it| Node::line(format!("{all} = ({ty})({all} | {it});"))),
@@ -205,7 +209,7 @@ fn of_elements(range: &Range, first: u32, behind: u32) -> Option<Node> {
 }
 
 /// The question whether the bits of a component are those of one of its steps.
-fn of_component(component: &Component, number: usize, program: &CProgram) -> Vec<Node> {
+fn of_component(component: &Component, program: &CProgram, locals: &mut Namer) -> Vec<Node> {
     let steps = component.steps.iter().filter(|step| program.one_bit.contains(step));
     let bits: Vec<&String> = steps.map(|step| &program.active[*step]).collect();
     let exactly_one = component.always && bits.len() == component.steps.len();
@@ -215,7 +219,7 @@ fn of_component(component: &Component, number: usize, program: &CProgram) -> Vec
     if let ([only], true) = (bits.as_slice(), exactly_one) {
         return vec![leave(&format!("!{only}"))];
     }
-    let count = if number == 0 { "active".to_owned() } else { format!("active_{}", number + 1) };
+    let count = locals.name("active");
     let most = i64::try_from(bits.len()).unwrap_or(i64::MAX);
     let mut nodes = vec![Node::line(format!("{} {count} = 0U;", count_type(most)))];
     nodes.extend(bits.iter().map(|bit| Node::when(bit, vec![Node::line(format!("++{count};"))])));

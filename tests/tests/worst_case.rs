@@ -133,6 +133,24 @@ fn no_reaction_is_above_its_bound() {
     }
 }
 
+/// What stands in front of a reaction or beside it belongs to its bound: random charts with all features hardly ever have a gate.
+#[test]
+fn what_stands_before_a_reaction_is_bounded() {
+    let net = grafsynth_tests::chart("a.graf", &ring(30, 10));
+    let meters = meters();
+    for (gate, safe_state) in [(true, false), (false, true), (true, true)] {
+        let options = Options { io: Io::Words, gate, safe_state, ..Options::default() };
+        let package = emit(&net, &facts_of(&net), &options).expect("it is emitted");
+        for machine in cost::MACHINES {
+            cost::bound(&package, machine).expect("it is understood");
+        }
+        // A scan that the gate ends is none that a meter sees.
+        for meter in meters.iter().filter(|_| !gate) {
+            on_machine(&**meter, "ring", &net, &options, 200).expect("it fits");
+        }
+    }
+}
+
 /// On charts that reach their dearest reaction in any long enough run the bound is not far away from it.
 #[test]
 fn bounds_are_tight_on_cells_and_rings() {

@@ -154,6 +154,6 @@ fn of_texts<'a>(
         reader.read(text, false, &[])?;
     }
     reader.read(source, true, &marks.user)?;
-    let unit = syntax::parse(&reader.finish(), machine.int_bits)?;
+    let unit = syntax::parse(&reader.finish(), machine)?;
     walk::bound(&unit, machine, prefix, marks, map)
 }

@@ -3,6 +3,8 @@
 //! Only what our own text uses; anything else is [`NotUnderstood`], which a test over random charts would show.
 
 use super::NotUnderstood;
+use super::machine::Machine;
+use super::memory::size;
 use super::tokens::{Token, Word};
 use super::tree::{Expr, Function, Global, Kind, Member, Stmt, Type, Unit};
 use std::rc::Rc;
@@ -11,8 +13,9 @@ use std::rc::Rc;
 const DEPTH: usize = 256;
 
 /// Reads the words of all files.
-pub(super) fn parse(words: &[Token], int_bits: u8) -> Result<Unit, NotUnderstood> {
-    let mut parser = Parser { words, at: 0, unit: Unit::default(), int_bits, depth: 0 };
+pub(super) fn parse(words: &[Token], machine: &Machine) -> Result<Unit, NotUnderstood> {
+    let int_bits = machine.int_bits;
+    let mut parser = Parser { words, at: 0, unit: Unit::default(), machine, int_bits, depth: 0 };
     for (name, bits, signed) in [
         ("uint8_t", 8, false),
         ("int8_t", 8, true),
@@ -35,6 +38,7 @@ struct Parser<'a> {
     words: &'a [Token],
     at: usize,
     unit: Unit,
+    machine: &'a Machine,
     int_bits: u8,
     depth: usize,
 }
@@ -674,7 +678,9 @@ impl Parser<'_> {
                 self.at += 1;
                 let ty = self.type_name()?;
                 self.need(")")?;
-                return Ok(Expr::SizeOf(ty));
+                // A constant, which may be the length of an array.
+                let bytes = size(&self.unit, self.machine, &ty);
+                return Ok(Expr::Number(i128::from(bytes), self.int_bits));
             }
             return Ok(Expr::Size(Box::new(self.unary()?)));
         }

@@ -55,7 +55,6 @@ pub(super) enum Expr {
     Choice(Box<Expr>, Box<Expr>, Box<Expr>),
     Cast(Type, Box<Expr>),
     Size(Box<Expr>),
-    SizeOf(Type),
     /// A value in braces: of a table or an aggregate.
     List(u64),
     /// A label, a barrier: costs nothing.
@@ -166,7 +165,6 @@ impl Unit {
             | Expr::Assign(..)
             | Expr::Choice(..)
             | Expr::Size(_)
-            | Expr::SizeOf(_)
             | Expr::List(_)
             | Expr::Nothing => return None,
         })

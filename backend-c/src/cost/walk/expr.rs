@@ -84,7 +84,6 @@ impl Walker<'_> {
             | Expr::Choice(..)
             | Expr::Cast(..)
             | Expr::Size(_)
-            | Expr::SizeOf(_)
             | Expr::List(_)
             | Expr::Nothing => {
                 let value = self.value(expr)?;
@@ -130,7 +129,7 @@ impl Walker<'_> {
             return Ok(value);
         }
         match expr {
-            Expr::Number(..) | Expr::Nothing | Expr::List(_) | Expr::Size(_) | Expr::SizeOf(_) => {
+            Expr::Number(..) | Expr::Nothing | Expr::List(_) | Expr::Size(_) => {
                 Ok(Value::of(Type::number(16, false), false))
             }
             Expr::Name(name) => {
@@ -393,7 +392,6 @@ impl Walker<'_> {
             | Expr::Choice(..)
             | Expr::Cast(..)
             | Expr::Size(_)
-            | Expr::SizeOf(_)
             | Expr::List(_)
             | Expr::Nothing => self.unknown("a place"),
         }
@@ -450,7 +448,7 @@ impl Walker<'_> {
         if matches!(&**name, "memcpy" | "memcmp" | "memset") {
             let bytes = match arguments.last() {
                 Some(Expr::Size(inner)) => self.size_of(inner)?,
-                Some(Expr::SizeOf(ty)) => size(self.unit, machine, ty),
+                Some(Expr::Number(bytes, _)) => u64::try_from(*bytes).unwrap_or(0),
                 Some(_) | None => return self.unknown(format!("the length of `{name}`")),
             };
             self.pay(machine.call);
