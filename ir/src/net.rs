@@ -14,6 +14,17 @@
 //! # Order
 //! The order of an arena is the declaration order of semantics.md §1; wherever an order matters (actions, conflicts, trace columns), it is this one.
 
+mod behaviour;
+mod remarks;
+
+pub use behaviour::{
+    ActionUse, Block, ControlledAction, Qualifier, SendSlot, Stmt, StmtKind, Task, Verbatim,
+};
+pub use remarks::{
+    Board, MacroStep, OpenCell, PlacedItem, Placement, Property, PropertyExpr, PropertyLeaf,
+    PropertyRole, Side, Unspecified,
+};
+
 use crate::arena::{Arena, Id};
 use crate::expr::{Expr as GenericExpr, ExprKind, Type};
 use crate::span::{Name, Span};
@@ -615,156 +626,6 @@ pub enum TransitionKind {
     Reaction,
 }
 
-/// A list of statements; they run in order, each sees the earlier ones (unless assignments are simultaneous).
-pub type Block = Vec<Stmt>;
-
-/// A statement with its place.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Stmt {
-    /// What it does.
-    pub kind: StmtKind,
-    /// Where it was written.
-    pub span: Span,
-}
-
-/// What a statement does.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum StmtKind {
-    /// Stores a value, saturated to the type of the variable.
-    Assign {
-        /// The variable.
-        var: VarId,
-        /// The element, for an array.
-        index: Option<Expr>,
-        /// The new value.
-        value: Expr,
-    },
-    /// Raises an event (§5).
-    Raise(InputId),
-    /// Starts a send slot.
-    Send(SendId),
-    /// Stops a send slot.
-    Cancel(SendId),
-    /// Calls an extern action.
-    Call {
-        /// An output whose driver is `Extern`.
-        output: OutputId,
-        /// One for each parameter.
-        arguments: Vec<Expr>,
-    },
-    /// Either list.
-    If {
-        /// Boolean.
-        condition: Expr,
-        /// Runs if it is true.
-        then: Block,
-        /// Runs if it is false.
-        otherwise: Block,
-    },
-    /// Text of a target language; opaque to simulation and proof.
-    Code(Verbatim),
-}
-
-/// Text of a target language, passed through.
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Verbatim {
-    /// The language's name, `c` for one.
-    pub language: String,
-    /// The text.
-    pub text: String,
-}
-
-/// An indivisible unit of a step's work (§6).
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Task {
-    /// Its name.
-    pub name: Name,
-    /// At most the step's budget.
-    pub cost: u32,
-    /// Assignments and extern calls.
-    pub body: Block,
-    /// Place, comment and tags.
-    pub meta: Meta,
-}
-
-/// An action with qualifiers: the ACTION_CONTROL of IEC 61131-3 (§3.5).
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct ControlledAction {
-    /// Its name: that of the output it drives, if it drives one.
-    pub name: Name,
-    /// Who asks for it and how.
-    pub uses: Vec<ActionUse>,
-    /// The one duration of its timed qualifiers, in ticks; 0 where it has none.
-    pub duration: u32,
-    /// Runs once a reaction if Q (and once more after, with a final scan).
-    pub body: Block,
-    /// Place, comment and tags.
-    pub meta: Meta,
-}
-
-/// One step's use of a [`ControlledAction`].
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct ActionUse {
-    /// The step.
-    pub step: StepId,
-    /// How.
-    pub qualifier: Qualifier,
-    /// The use counts only while this holds too; no edge, no event.
-    pub condition: Option<Expr>,
-    /// Where it was written.
-    pub span: Span,
-}
-
-/// Qualifiers of IEC 61131-3.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[expect(missing_docs, reason = "the names are those of the standard")]
-pub enum Qualifier {
-    N,
-    R,
-    S,
-    L,
-    D,
-    P,
-    P0,
-    P1,
-    SD,
-    DS,
-    SL,
-}
-
-impl Qualifier {
-    /// The standard's letters.
-    #[must_use]
-    pub const fn letters(self) -> &'static str {
-        match self {
-            Qualifier::N => "N",
-            Qualifier::R => "R",
-            Qualifier::S => "S",
-            Qualifier::L => "L",
-            Qualifier::D => "D",
-            Qualifier::P => "P",
-            Qualifier::P0 => "P0",
-            Qualifier::P1 => "P1",
-            Qualifier::SD => "SD",
-            Qualifier::DS => "DS",
-            Qualifier::SL => "SL",
-        }
-    }
-}
-
-/// A slot that holds one pending send of an event.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct SendSlot {
-    /// Its name.
-    pub name: Name,
-    /// The event that joins the external queue.
-    pub event: InputId,
-    /// Ticks; 0 joins at once.
-    pub delay: u32,
-    /// Place, comment and tags.
-    pub meta: Meta,
-}
-
 /// The memory of a composite state.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct History {
@@ -811,110 +672,4 @@ pub enum ForcingOrder {
     Situation(Vec<StepId>),
     /// What it is at the start of the micro-step.
     Hold,
-}
-
-/// Something that is, or must be, never true of a row: inputs, situation, outputs and variables after a reaction.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Property {
-    /// Its name; may be empty.
-    pub name: String,
-    /// Assumed of the environment, or to be proved.
-    pub role: PropertyRole,
-    /// What never holds.
-    pub never: PropertyExpr,
-    /// Place, comment and tags.
-    pub meta: Meta,
-}
-
-/// What a [`Property`] is for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum PropertyRole {
-    /// The environment guarantees it; over inputs only.
-    Assume,
-    /// The chart must guarantee it.
-    Assert,
-}
-
-/// An expression that may also read the outputs of the row.
-pub type PropertyExpr = GenericExpr<PropertyLeaf>;
-
-/// What a property can read.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum PropertyLeaf {
-    /// A value of the net at the end of the reaction.
-    Net(Leaf),
-    /// An output of the row.
-    Output(OutputId),
-}
-
-/// A cell that the designer left open (KISS2 `-` and `*`, §3.6).
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Unspecified {
-    /// True in the situation before the reaction and this reaction's inputs for which the cell is open.
-    pub when: Expr,
-    /// The next situation, or one output.
-    pub what: OpenCell,
-}
-
-/// What is left open.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum OpenCell {
-    /// The whole next situation.
-    Next,
-    /// The value of one output.
-    Output(OutputId),
-}
-
-/// A macro-step as it was drawn.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct MacroStep {
-    /// Full name.
-    pub name: Name,
-    /// All steps of its expansion, nested ones included.
-    pub steps: Vec<StepId>,
-    /// The entry step E.
-    pub entry: StepId,
-    /// The exit step S.
-    pub exit: StepId,
-    /// Place, comment and tags.
-    pub meta: Meta,
-}
-
-/// Where something shall be (§10).
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Placement {
-    /// The step, variable, transition or output meant.
-    pub item: PlacedItem,
-    /// Chip or CPU.
-    pub side: Side,
-    /// Where it was written.
-    pub span: Span,
-}
-
-/// What a [`Placement`] places.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[expect(missing_docs, reason = "each variant names the thing it places")]
-pub enum PlacedItem {
-    Step(StepId),
-    Var(VarId),
-    Transition(TransitionId),
-    Output(OutputId),
-}
-
-/// The two sides of a split.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Side {
-    /// Programmable logic.
-    Chip,
-    /// The microcontroller.
-    Cpu,
-}
-
-/// Pins and device of one board.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Board {
-    /// The device named, such as `gal22v10`.
-    pub device: Option<Name>,
-    /// Signal names (`clock` among them) and pin numbers, as written.
-    pub pins: Vec<(Name, u32)>,
 }

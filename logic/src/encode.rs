@@ -14,6 +14,7 @@
 //! A `mealy` output is combinational in the old state, and sampled before the clock.
 
 mod busy;
+mod refused;
 mod regions;
 mod run;
 mod substitute;
@@ -22,6 +23,7 @@ use crate::build::Builder;
 use crate::codes;
 use crate::word::{self, Word};
 use busy::{Registers, Stepwise};
+use grafsynth_ir::Valid;
 use grafsynth_ir::arena::IdMap;
 use grafsynth_ir::diag::{Diagnostic, any_error};
 use grafsynth_ir::expr::{Expr, ExprKind, Type};
@@ -33,7 +35,6 @@ use grafsynth_ir::net::{
     self, Driver, Evolution, InputKind, Meta, Net, OpenCell, PropertyLeaf, PropertyRole,
 };
 use grafsynth_ir::program::{CellId, Leaf, Origin, Program, ResetEffect, Stmt};
-use grafsynth_ir::{Span, Valid};
 use regions::Regions;
 pub use regions::kept_apart;
 use std::collections::BTreeMap;
@@ -316,65 +317,6 @@ impl<'a> Encoder<'a> {
             fault: None,
             code_reported: false,
         }
-    }
-
-    fn refuse_reset_effects(&mut self) {
-        let mut called: BTreeMap<net::OutputId, usize> = BTreeMap::new();
-        for effect in &self.program.reset_effects {
-            match effect {
-                ResetEffect::Call(output, arguments) => {
-                    if !arguments.is_empty() {
-                        self.refuse_arguments(*output, self.net.outputs[*output].meta.span);
-                    }
-                    *called.entry(*output).or_default() += 1;
-                }
-                ResetEffect::Code(_) => self.refuse_code(),
-            }
-        }
-        for (output, times) in called {
-            if times > 1 {
-                let output = &self.net.outputs[output];
-                let message = format!(
-                    "`{}` is called {times} times at reset, and a chip has one strobe pin for it",
-                    output.name
-                );
-                self.diagnostics.push(
-                    Diagnostic::error(codes::CALLED_TWICE, message)
-                        .at(output.meta.span, "this action")
-                        .help("call it from one initial step only, or keep it on the CPU"),
-                );
-            }
-        }
-    }
-
-    fn refuse_arguments(&mut self, output: net::OutputId, span: Span) {
-        let name = &self.net.outputs[output].name;
-        let message =
-            format!("the call of `{name}` has arguments, and a strobe pin of a chip carries none");
-        let finding = Diagnostic::error(codes::CALL_ARGUMENTS, message)
-            .at(span, "called with arguments")
-            .help("store the value in an output of its own and call the action without arguments, or keep it on the CPU");
-        // Unrolled micro-steps come by here more than once.
-        if !self.diagnostics.contains(&finding) {
-            self.diagnostics.push(finding);
-        }
-    }
-
-    fn refuse_code(&mut self) {
-        if self.code_reported {
-            return;
-        }
-        self.code_reported = true;
-        let spans = code_places(self.net);
-        let mut diagnostic = Diagnostic::error(
-            codes::VERBATIM,
-            "the chart holds verbatim code, which a chip cannot run".to_owned(),
-        )
-        .help("write the action with assignments, make it an `extern action`, or build for `c`");
-        for span in spans {
-            diagnostic = diagnostic.at(span, "verbatim code");
-        }
-        self.diagnostics.push(diagnostic);
     }
 
     /// D functions, outputs and constraints from the final values.
@@ -757,45 +699,6 @@ fn meta_of(net: &Net, origin: Origin) -> Meta {
         | Origin::Fault
         | Origin::Helper => Meta::default(),
     }
-}
-
-/// Every place of the net that carries verbatim text, as far as the net knows it.
-fn code_places(net: &Net) -> Vec<Span> {
-    fn in_block(block: &net::Block, spans: &mut Vec<Span>) {
-        for stmt in block {
-            match &stmt.kind {
-                net::StmtKind::Code(_) => spans.push(stmt.span),
-                net::StmtKind::If { then, otherwise, .. } => {
-                    in_block(then, spans);
-                    in_block(otherwise, spans);
-                }
-                net::StmtKind::Assign { .. }
-                | net::StmtKind::Raise(_)
-                | net::StmtKind::Send(_)
-                | net::StmtKind::Cancel(_)
-                | net::StmtKind::Call { .. } => {}
-            }
-        }
-    }
-    let mut spans = Vec::new();
-    for step in net.steps.values() {
-        if !step.code.is_empty() {
-            spans.push(step.meta.span);
-        }
-        let tasks = step.tasks.iter().map(|task| &task.body);
-        for block in [&step.entry, &step.exit, &step.initial_content].into_iter().chain(tasks) {
-            in_block(block, &mut spans);
-        }
-    }
-    for transition in net.transitions.values() {
-        in_block(&transition.actions, &mut spans);
-    }
-    for action in net.actions.values() {
-        in_block(&action.body, &mut spans);
-    }
-    spans.sort_unstable();
-    spans.dedup();
-    spans
 }
 
 /// An assumption as an expression of the program, if it reads inputs only.

@@ -7,11 +7,13 @@
 //! receptivity is read before anything it depends on changes, without a second copy of the state. Where that can't be kept, the net is refused with
 //! the reason, and the caller takes the style `bits`.
 
-use grafsynth_ir::expr::ExprKind;
+mod competition;
+
+use competition::{Order, competition};
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::{
-    Block, Driver, EdgeId, Enter, Evolution, Expr, InputId, InputKind, Leaf, Net, OutputId, Policy,
-    Step, StepId, StepKind, StmtKind, Transition, TransitionId, TransitionKind, Var, VarId,
+    Block, Driver, EdgeId, Enter, Evolution, Expr, InputId, InputKind, Leaf, Net, OutputId, Step,
+    StepId, StepKind, StmtKind, Transition, TransitionId, TransitionKind, Var, VarId,
 };
 use grafsynth_ir::{IdMap, Span};
 use std::borrow::Cow;
@@ -274,139 +276,6 @@ fn state_variables(net: &Net, facts: &Facts) -> (Vec<Machine>, IdMap<Step, (usiz
         });
     }
     (machines, place)
-}
-
-/// The static order of transitions that compete (§4), and whether it is enough.
-struct Order {
-    /// Sorts transitions that share a preceding step.
-    key: IdMap<Transition, (u32, usize)>,
-}
-
-impl Order {
-    fn of(net: &Net) -> Self {
-        let key = IdMap::build(&net.transitions, |id, transition| {
-            let urgency = match net.settings.policy {
-                Policy::Priority => transition.priority.unwrap_or(u32::MAX),
-                Policy::PriorityAge => entered(transition)
-                    .filter_map(|step| net.steps[step].priority)
-                    .min()
-                    .unwrap_or(u32::MAX),
-                Policy::All | Policy::InnerFirst | Policy::OuterFirst => 0,
-            };
-            (urgency, id.index())
-        });
-        Order { key }
-    }
-}
-
-/// Shows that asking the transitions of a step one after the other, each at its owner, picks exactly what the policy picks.
-fn competition(net: &Net, plan: &Plan, order: &Order) -> Result<(), Refusal> {
-    for step in net.steps.ids() {
-        let leaving = &plan.leaving[step];
-        for (index, later) in leaving.iter().enumerate() {
-            let span = net.transitions[*later].meta.span;
-            for earlier in &leaving[..index] {
-                match net.settings.policy {
-                    // Both fire where both are fireable, so the proof that a component has at most one active step must exclude that.
-                    Policy::All => {
-                        let excluded = entered(&net.transitions[*earlier]).any(|a| {
-                            entered(&net.transitions[*later])
-                                .any(|b| a != b && plan.place[a].0 == plan.place[b].0)
-                        });
-                        let excluded = excluded
-                            || disjoint(net, *earlier, *later)
-                            || same_effect(&net.transitions[*earlier], &net.transitions[*later]);
-                        if !excluded {
-                            return refuse(
-                                "two transitions that may fire together from one step",
-                                span,
-                            );
-                        }
-                    }
-                    Policy::Priority | Policy::PriorityAge => {
-                        if net.transitions[*earlier].part != net.transitions[*later].part {
-                            return refuse("transitions of two charts that compete", span);
-                        }
-                        if net.settings.policy == Policy::PriorityAge
-                            && order.key[*earlier].0 == order.key[*later].0
-                        {
-                            return refuse(
-                                "transitions of equal priority that compete by age",
-                                span,
-                            );
-                        }
-                    }
-                    Policy::InnerFirst | Policy::OuterFirst => {}
-                }
-            }
-        }
-    }
-    if net.settings.policy == Policy::All {
-        return Ok(());
-    }
-    // A transition is decided at its owner; all that goes before it at its other steps must be known there.
-    for (id, transition) in net.transitions.iter() {
-        let Some(owner) = plan.owner[id] else { continue };
-        for step in transition.requires.iter().filter(|step| plan.place[**step].0 != owner) {
-            for rival in plan.leaving[*step].iter().take_while(|rival| **rival != id) {
-                let known = plan.owner[*rival].is_none_or(|it| it <= owner)
-                    || net.transitions[*rival].requires.iter().all(|it| it == step);
-                if !known {
-                    return refuse("joins that compete with each other", transition.meta.span);
-                }
-                let mut looks_back = false;
-                net.transitions[*rival]
-                    .guard
-                    .for_each_leaf(&mut |leaf| looks_back |= matches!(leaf, Leaf::Fireable(_)));
-                if looks_back && plan.owner[*rival].is_some_and(|it| it > owner) {
-                    return refuse(
-                        "a join that competes with an `otherwise`",
-                        transition.meta.span,
-                    );
-                }
-            }
-        }
-    }
-    Ok(())
-}
-
-/// Shows from the text of two receptivities that both are never true: one asks for what the other negates, or is its `otherwise`.
-fn disjoint(net: &Net, earlier: TransitionId, later: TransitionId) -> bool {
-    fn factors(expr: &Expr) -> &[Expr] {
-        match &expr.kind {
-            ExprKind::And(all) => all,
-            ExprKind::Bool(_)
-            | ExprKind::Int(_)
-            | ExprKind::Leaf(_)
-            | ExprKind::Element(..)
-            | ExprKind::Not(_)
-            | ExprKind::Or(_)
-            | ExprKind::Compare(..)
-            | ExprKind::Neg(_)
-            | ExprKind::Arith(..)
-            | ExprKind::Select(..) => std::slice::from_ref(expr),
-        }
-    }
-    let (a, b) = (receptivity(net, earlier), receptivity(net, later));
-    let (a, b) = (factors(&a), factors(&b));
-    let negates = |one: &Expr, other: &Expr| matches!(&one.kind, ExprKind::Not(inner) if inner.kind == other.kind);
-    let otherwise = |all: &[Expr], of: TransitionId| {
-        all.iter().any(|it| {
-            matches!(&it.kind, ExprKind::Not(inner) if inner.kind == ExprKind::Leaf(Leaf::Fireable(of)))
-        })
-    };
-    a.iter().any(|x| b.iter().any(|y| negates(x, y) || negates(y, x)))
-        || otherwise(b, earlier)
-        || otherwise(a, later)
-}
-
-/// Firing both is firing either.
-fn same_effect(a: &Transition, b: &Transition) -> bool {
-    a.requires == b.requires
-        && a.enters == b.enters
-        && a.restart == b.restart
-        && a.actions.is_empty()
-        && b.actions.is_empty()
 }
 
 /// The whole receptivity: one of its events, if it has any, and its condition.

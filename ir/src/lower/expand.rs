@@ -6,16 +6,17 @@
 //! step p  macro step a = m  macro step b = m     =>    transitions  a.e_x  b.e_x
 //! ```
 
+mod declaration;
+
 use super::codes;
 use super::context::{
     DrawnAction, Instance, Lowering, MacroDefinition, MacroId, Scope, ScopeId, Symbol,
 };
-use crate::chart::{self, DeclarationKind, Item, Path, SettingKind, StepItemKind, StepRole};
+use crate::chart::{self, Item, Path, SettingKind, StepItemKind, StepRole};
 use crate::diag::Diagnostic;
-use crate::expr::{Expr, Type};
+use crate::expr::Expr;
 use crate::net::{
-    Driver, Input, InputKind, Net, Output, Param, Part, PartId, Sharing, Step, StepId, StepKind,
-    Timer, Transition, TransitionId, TransitionKind, Var, VarOrigin,
+    Part, PartId, Sharing, Step, StepId, StepKind, Transition, TransitionId, TransitionKind,
 };
 use crate::span::{Name, Span};
 use std::cmp::Reverse;
@@ -23,8 +24,6 @@ use std::collections::BTreeMap;
 
 /// How deep bodies may lie in each other; the chart language allows as many.
 const MAX_DEPTH: usize = 256;
-/// How many elements an array may have.
-const MAX_LENGTH: u32 = 65_536;
 
 /// Something whose inside a later pass lowers.
 #[derive(Debug, Clone, Copy)]
@@ -290,168 +289,6 @@ impl<'a> Expansion<'_, 'a> {
         if self.lowering.declare(scope, &source.name, Symbol::Action(action)) {
             self.lowering.work.push(Work::Action { scope, action, source });
         }
-    }
-
-    pub(super) fn declaration(&mut self, scope: ScopeId, source: &'a chart::Declaration) {
-        let is_top = self.lowering.scopes[scope].parent.is_none();
-        let (belongs_outside, what) = match source.kind {
-            DeclarationKind::Input { .. } => (true, "an input"),
-            DeclarationKind::Output { .. } => (true, "an output"),
-            DeclarationKind::ExternCondition { .. } => (true, "an extern condition"),
-            DeclarationKind::ExternAction { .. } => (true, "an extern action"),
-            DeclarationKind::Event { internal } => (!internal, "an event"),
-            DeclarationKind::Var { .. }
-            | DeclarationKind::Timer { .. }
-            | DeclarationKind::Const { .. } => (false, ""),
-        };
-        if belongs_outside && !is_top {
-            self.lowering.report(
-                Diagnostic::error(
-                    codes::DECLARED_INSIDE,
-                    format!("{what} belongs to the chart, not to a body in it"),
-                )
-                .at(source.name.span, "declared here")
-                .help("declare it at the top of the chart; bodies see it"),
-            );
-        }
-        let name = self.lowering.full_name(scope, &source.name);
-        let meta = source.meta.clone();
-        let ranges_fit = self.ranges(source);
-        // A range that was refused must not stop what is computed with it.
-        let sane = |ty: Type| match ty {
-            Type::Int { lo, hi } if lo > hi => Type::Int { lo: hi, hi: lo },
-            Type::Int { .. } | Type::Bool => ty,
-        };
-        let net = &mut self.lowering.net;
-        let input = |net: &mut Net, ty, kind, synchronous| {
-            let name = name.clone();
-            Symbol::Input(net.inputs.push(Input {
-                name,
-                ty,
-                kind,
-                synchronous,
-                meta: meta.clone(),
-            }))
-        };
-        let symbol = match &source.kind {
-            DeclarationKind::Input { ty, synchronous } => {
-                input(net, sane(*ty), InputKind::Pin, *synchronous)
-            }
-            DeclarationKind::ExternCondition { ty } => {
-                input(net, sane(*ty), InputKind::Extern, false)
-            }
-            DeclarationKind::Event { internal } => {
-                let kind = if *internal { InputKind::InternalEvent } else { InputKind::Event };
-                input(net, Type::Bool, kind, false)
-            }
-            DeclarationKind::Output { ty, registered, .. } => {
-                let driver = Driver::Continuous(Vec::new());
-                let registered = *registered;
-                Symbol::Output(net.outputs.push(Output {
-                    name,
-                    ty: sane(*ty),
-                    driver,
-                    safe: None,
-                    registered,
-                    meta,
-                }))
-            }
-            DeclarationKind::ExternAction { params } => {
-                let params = params
-                    .iter()
-                    .map(|(name, ty)| Param { name: name.clone(), ty: sane(*ty) })
-                    .collect();
-                let driver = Driver::Extern { params, calls: Vec::new() };
-                let ty = Type::Bool;
-                Symbol::Output(net.outputs.push(Output {
-                    name,
-                    ty,
-                    driver,
-                    safe: None,
-                    registered: false,
-                    meta,
-                }))
-            }
-            DeclarationKind::Var { ty, len, .. } => {
-                let ty = sane(*ty);
-                let zero = ty.saturate(0);
-                let init = vec![zero; len.unwrap_or(1).clamp(1, MAX_LENGTH) as usize];
-                let origin = VarOrigin::Declared;
-                let len = len.map(|len| len.clamp(1, MAX_LENGTH));
-                Symbol::Var(net.vars.push(Var { name, ty, len, init, origin, meta }))
-            }
-            DeclarationKind::Timer { .. } => {
-                let condition = Expr::bool(false);
-                Symbol::Timer(net.timers.push(Timer {
-                    name,
-                    condition,
-                    starts_expired: false,
-                    meta,
-                }))
-            }
-            DeclarationKind::Const { value } => match self.lowering.constant_value(scope, value) {
-                Ok(value) => Symbol::Const(value),
-                Err(_) => Symbol::Broken,
-            },
-        };
-        let is_new = self.lowering.declare(scope, &source.name, symbol);
-        if ranges_fit && is_new {
-            self.lowering.work.push(Work::Declaration { scope, source, symbol });
-        }
-    }
-
-    /// Checks declared ranges and lengths.
-    fn ranges(&mut self, source: &chart::Declaration) -> bool {
-        let mut fit = true;
-        let mut check = |ty: &Type, lowering: &mut Lowering<'a>| {
-            let Type::Int { lo, hi } = *ty else { return };
-            let message = if lo > hi {
-                format!("the range {lo}..{hi} of {} has no value", source.name)
-            } else if lo < i64::from(i32::MIN) || hi > i64::from(i32::MAX) {
-                format!("the range {lo}..{hi} of {} needs more than 32 bits", source.name)
-            } else {
-                return;
-            };
-            fit = false;
-            let mut finding =
-                Diagnostic::error(codes::RANGE, message).at(source.name.span, "declared here");
-            if lo > hi {
-                finding = finding.help(format!("write {hi}..{lo}"));
-            } else {
-                finding = finding.help("bounds lie between -2147483648 and 2147483647");
-            }
-            lowering.report(finding);
-        };
-        match &source.kind {
-            DeclarationKind::Input { ty, .. }
-            | DeclarationKind::Output { ty, .. }
-            | DeclarationKind::ExternCondition { ty } => check(ty, self.lowering),
-            DeclarationKind::Var { ty, len, .. } => {
-                check(ty, self.lowering);
-                if let Some(len) = *len
-                    && (len == 0 || len > MAX_LENGTH)
-                {
-                    fit = false;
-                    self.lowering.report(
-                        Diagnostic::error(
-                            codes::RANGE,
-                            format!("the array {} has {len} elements", source.name),
-                        )
-                        .at(source.name.span, "declared here")
-                        .help(format!("an array has 1 to {MAX_LENGTH} elements")),
-                    );
-                }
-            }
-            DeclarationKind::ExternAction { params } => {
-                for (_, ty) in params {
-                    check(ty, self.lowering);
-                }
-            }
-            DeclarationKind::Event { .. }
-            | DeclarationKind::Timer { .. }
-            | DeclarationKind::Const { .. } => {}
-        }
-        fit
     }
 
     /// True while there is room for more steps and transitions.

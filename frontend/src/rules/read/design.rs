@@ -1,0 +1,590 @@
+//! The chart that lists, rules and options say together.
+
+use std::collections::btree_map::Entry;
+use std::collections::{BTreeMap, BTreeSet};
+
+use grafsynth_ir::chart::{
+    ActionHow, Chart, Declaration, DeclarationKind, Design, Expr, Item, Leaf, Path, Setting,
+    SettingKind, Step, StepItem, StepItemKind, StepRole, Transition,
+};
+use grafsynth_ir::diag::{Diagnostic, nearest};
+use grafsynth_ir::expr::{ExprKind, Type};
+use grafsynth_ir::net::{Meta, Policy};
+use grafsynth_ir::{FileId, Name, Span};
+
+use super::{Rule, Rules};
+use crate::codes;
+use crate::graf::Limits;
+use crate::graf::numbers::Numbers;
+use crate::graf::parser::{Findings, Parse, Parser, short};
+use crate::graf::token::Kind;
+
+/// What the option lines say.
+#[derive(Default)]
+pub(super) struct Options {
+    chart: Option<(Name, Meta)>,
+    steps: BTreeMap<String, Step>,
+    transitions: BTreeMap<String, Transition>,
+    /// Declarations, settings and all else, in order.
+    items: Vec<Item>,
+}
+
+/// The lists as sets.
+pub(super) struct Listed {
+    pub(super) steps: BTreeSet<String>,
+    pub(super) transitions: BTreeSet<String>,
+    pub(super) outputs: BTreeSet<String>,
+}
+
+/// Makes the design, and finds what in it does not go together.
+pub(super) struct Builder {
+    pub(super) rules: Rules,
+    pub(super) listed: Listed,
+    pub(super) findings: Findings,
+    pub(super) options: Options,
+}
+
+impl Builder {
+    /// One option line: `text` ends with it, and it begins at `start`.
+    pub(super) fn option(
+        &mut self,
+        file: FileId,
+        text: &str,
+        start: usize,
+        numbers: &Numbers<'_>,
+        limits: &Limits,
+    ) {
+        let start = u32::try_from(start).unwrap_or(u32::MAX);
+        let mut parser = Parser::starting_at(file, text, start, Some(numbers), *limits);
+        // One list of findings for the whole text; the option's parser has it meanwhile.
+        std::mem::swap(&mut parser.findings, &mut self.findings);
+        let named = self.one_option(&mut parser);
+        if named.is_ok() && parser.kind(0) != Kind::End {
+            parser.unexpected("the end of the line");
+        }
+        std::mem::swap(&mut parser.findings, &mut self.findings);
+        if let Ok(Some((name, is_step))) = named {
+            self.check_listed(&name, is_step);
+        }
+    }
+
+    /// Gives back the step (true) or transition that the option is for.
+    fn one_option(&mut self, parser: &mut Parser<'_>) -> Parse<Option<(Name, bool)>> {
+        let start = parser.peek(0).start;
+        match parser.word(0) {
+            "chart" => {
+                parser.advance();
+                let name = parser.name("the name of the chart")?;
+                let mut meta = Meta::default();
+                parser.attributes(&mut meta)?;
+                self.options.chart = Some((name, meta));
+            }
+            "step" => {
+                let step = parser.step(start, StepRole::Plain)?;
+                let name = step.name.clone();
+                self.options.steps.insert(name.text.clone(), step);
+                return Ok(Some((name, true)));
+            }
+            "transition" => {
+                parser.advance();
+                let name = parser.name("the name of a transition")?;
+                parser.expect(Kind::Colon, "`:`")?;
+                let mut transition = Transition::default();
+                parser.clauses(&mut transition)?;
+                if let Some(guard) = &transition.guard {
+                    let span = guard.span;
+                    parser.report(|| {
+                        Diagnostic::error(
+                            codes::OPTION,
+                            "a receptivity stands in the rule, not in an option",
+                        )
+                        .at(span, "not here")
+                    });
+                }
+                self.options.transitions.insert(name.text.clone(), transition);
+                return Ok(Some((name, false)));
+            }
+            _ => {
+                let mut items = Vec::new();
+                parser.item(&mut items)?;
+                for item in items {
+                    self.keep_option(parser, item);
+                }
+            }
+        }
+        Ok(None)
+    }
+
+    fn keep_option(&mut self, parser: &mut Parser<'_>, item: Item) {
+        let refused = match &item {
+            Item::Setting(_)
+            | Item::Declaration(_)
+            | Item::Action(_)
+            | Item::Emergency(_)
+            | Item::Property(_)
+            | Item::Place(_)
+            | Item::Board(_) => None,
+            Item::Step(step) => Some((
+                step.meta.span,
+                "write `# option: step NAME …`; what is initial stands in `Marking`",
+            )),
+            Item::Transition(transition) => Some((
+                transition.meta.span,
+                "a transition is a rule; write `# option: transition NAME: …`",
+            )),
+            Item::Macro(one) => Some((one.meta.span, "rules describe flat charts")),
+            Item::MacroStep(one) => Some((one.meta.span, "rules describe flat charts")),
+            Item::Enclosing(one) => Some((one.step.meta.span, "rules describe flat charts")),
+            Item::Use(one) => Some((one.meta.span, "rules describe flat charts")),
+            Item::State(one) => Some((one.step.meta.span, "rules describe flat charts")),
+        };
+        match refused {
+            Some((span, help)) => {
+                parser.report(|| {
+                    Diagnostic::error(codes::OPTION, "this cannot stand in an option")
+                        .at(span, "")
+                        .help(help)
+                });
+            }
+            None => self.options.items.push(item),
+        }
+    }
+
+    /// Reports a name of an option or rule that its list does not hold.
+    fn check_listed(&mut self, name: &Name, is_step: bool) -> bool {
+        let listed = if is_step { &self.listed.steps } else { &self.listed.transitions };
+        // Without a list of transitions every label goes.
+        let is_listed =
+            listed.contains(&name.text) || !is_step && !self.rules.seen.contains("Transition");
+        if !is_listed {
+            self.unlisted(name, if is_step { "Step" } else { "Transition" });
+        }
+        is_listed
+    }
+
+    fn unlisted(&mut self, name: &Name, list: &str) {
+        let shown = short(&name.text);
+        let listed = match list {
+            "Step" => &self.listed.steps,
+            "Transition" => &self.listed.transitions,
+            _ => &self.listed.outputs,
+        };
+        self.findings.report(|| {
+            let finding = Diagnostic::error(
+                codes::UNLISTED,
+                format!("`{shown}` is not in the list `{list}`"),
+            );
+            match nearest(&name.text, listed.iter().map(String::as_str)) {
+                Some(near) => {
+                    finding.at(name.span, format!("meant `{near}`?")).fix(name.span, near)
+                }
+                None => finding
+                    .at(name.span, "not listed")
+                    .help(format!("add it to the line that begins with `{list}`")),
+            }
+        });
+    }
+
+    pub(super) fn design(&mut self, file: FileId) -> Design {
+        let (name, mut meta) = self
+            .options
+            .chart
+            .take()
+            .unwrap_or_else(|| (Name::new("rules", Span::new(file, 0, 0)), Meta::default()));
+        meta.span = Span::new(file, 0, 0);
+        let mut items = self.settings();
+        let mealy = self.mealy_outputs();
+        let rest = self.declarations(&mut items, &mealy);
+        let transitions = self.transitions();
+        self.steps(&mut items);
+        items.extend(transitions.into_iter().map(Item::Transition));
+        items.extend(rest);
+        let span = meta.span;
+        Design {
+            charts: vec![Chart { name, span, items, meta, ..Chart::default() }],
+            ..Design::default()
+        }
+    }
+
+    /// The settings given, and those of rules where none is.
+    fn settings(&mut self) -> Vec<Item> {
+        let (mut items, others): (Vec<Item>, Vec<Item>) = std::mem::take(&mut self.options.items)
+            .into_iter()
+            .partition(|item| matches!(item, Item::Setting(_)));
+        self.options.items = others;
+        let has = |items: &[Item], test: fn(&SettingKind) -> bool| {
+            items.iter().any(|item| matches!(item, Item::Setting(setting) if test(&setting.kind)))
+        };
+        let defaults: [Default; 3] = [
+            (
+                |kind| {
+                    matches!(kind, SettingKind::EvolutionSingle | SettingKind::EvolutionStable(_))
+                },
+                SettingKind::EvolutionSingle,
+            ),
+            (
+                |kind| matches!(kind, SettingKind::Conflict(_)),
+                SettingKind::Conflict(Policy::PriorityAge),
+            ),
+            (|kind| matches!(kind, SettingKind::Tick(_)), SettingKind::Tick(10_000_000)),
+        ];
+        for (test, kind) in defaults {
+            if !has(&items, test) {
+                items.insert(0, Item::Setting(Setting { kind, span: Span::default() }));
+            }
+        }
+        items
+    }
+
+    /// Outputs that a transition rule names.
+    fn mealy_outputs(&self) -> BTreeSet<String> {
+        let names = self.rules.transition_rules.iter().flat_map(|rule| &rule.right);
+        names.filter(|(is_next, _)| !is_next).map(|(_, name)| name.text.clone()).collect()
+    }
+
+    /// Inputs and outputs in the order of their lists, then everything that only options declare; gives back all other options.
+    fn declarations(&mut self, items: &mut Vec<Item>, mealy: &BTreeSet<String>) -> Vec<Item> {
+        let mut declared: BTreeMap<String, Declaration> = BTreeMap::new();
+        let mut order = Vec::new();
+        let mut rest = Vec::new();
+        for item in std::mem::take(&mut self.options.items) {
+            match item {
+                Item::Declaration(declaration) => {
+                    let name = declaration.name.clone();
+                    match declared.entry(name.text.clone()) {
+                        Entry::Vacant(place) => {
+                            place.insert(declaration);
+                            order.push(name.text);
+                        }
+                        Entry::Occupied(_) => self.findings.report(|| {
+                            Diagnostic::error(
+                                codes::OPTION,
+                                format!("`{}` is declared twice", short(&name.text)),
+                            )
+                            .at(name.span, "again here")
+                        }),
+                    }
+                }
+                item @ (Item::Setting(_)
+                | Item::Step(_)
+                | Item::Transition(_)
+                | Item::Macro(_)
+                | Item::MacroStep(_)
+                | Item::Enclosing(_)
+                | Item::State(_)
+                | Item::Use(_)
+                | Item::Action(_)
+                | Item::Emergency(_)
+                | Item::Property(_)
+                | Item::Place(_)
+                | Item::Board(_)) => rest.push(item),
+            }
+        }
+        for (list, is_output) in [(&self.rules.inputs, false), (&self.rules.outputs, true)] {
+            for name in list {
+                let mut declaration = match declared.remove(&name.text) {
+                    Some(declaration) => declaration,
+                    None => plain(name, is_output),
+                };
+                let fits = match &mut declaration.kind {
+                    DeclarationKind::Input { .. }
+                    | DeclarationKind::Event { .. }
+                    | DeclarationKind::ExternCondition { .. } => !is_output,
+                    DeclarationKind::Output { mealy: is_mealy, .. } => {
+                        *is_mealy |= mealy.contains(&name.text);
+                        is_output
+                    }
+                    DeclarationKind::ExternAction { .. } => is_output,
+                    DeclarationKind::Var { .. }
+                    | DeclarationKind::Timer { .. }
+                    | DeclarationKind::Const { .. } => false,
+                };
+                if !fits {
+                    let (span, list) =
+                        (declaration.name.span, if is_output { "Output" } else { "Input" });
+                    self.findings.report(|| {
+                        Diagnostic::error(
+                            codes::OPTION,
+                            format!(
+                                "`{}` is in the list `{list}`, but declared otherwise",
+                                short(&name.text)
+                            ),
+                        )
+                        .at(span, "declared here")
+                        .at(name.span, "listed here")
+                    });
+                }
+                items.push(Item::Declaration(declaration));
+            }
+        }
+        items.extend(order.iter().filter_map(|name| declared.remove(name)).map(Item::Declaration));
+        rest
+    }
+
+    /// The transitions in the order of their list, and the sub-rules of transition rules given to their preceding steps.
+    fn transitions(&mut self) -> Vec<Transition> {
+        let place: BTreeMap<String, usize> = self
+            .rules
+            .transitions
+            .iter()
+            .enumerate()
+            .rev()
+            .map(|(index, name)| (name.text.clone(), index))
+            .collect();
+        let mut rules = std::mem::take(&mut self.rules.transition_rules);
+        let with_rule: BTreeSet<&str> = rules.iter().map(|rule| rule.label.text.as_str()).collect();
+        for name in &self.rules.transitions {
+            if !with_rule.contains(name.text.as_str()) {
+                self.findings.report(|| {
+                    Diagnostic::error(
+                        codes::NO_RULE,
+                        format!("no rule says what transition `{}` does", short(&name.text)),
+                    )
+                    .at(name.span, "listed here")
+                    .help(format!("write `{}: … |- @…` behind `Transitions:`", short(&name.text)))
+                });
+            }
+        }
+        rules.sort_by_key(|rule| place.get(&rule.label.text).copied().unwrap_or(usize::MAX));
+        let mut transitions = Vec::new();
+        for rule in &rules {
+            self.check_listed(&rule.label, false);
+            let mut transition =
+                self.options.transitions.remove(&rule.label.text).unwrap_or_default();
+            let (sources, guard) = self.left_side(rule);
+            for (is_next, name) in &rule.right {
+                match (
+                    *is_next,
+                    self.listed.steps.contains(&name.text),
+                    self.listed.outputs.contains(&name.text),
+                ) {
+                    (true, true, _) => transition.targets.push(Path::from(name.clone())),
+                    (true, false, _) => self.unlisted(name, "Step"),
+                    (false, _, true) => self.sub_rule(rule, name, &sources, guard.as_ref()),
+                    (false, true, false) => self.findings.report(|| {
+                        Diagnostic::error(
+                            codes::RIGHT_SIDE,
+                            format!("step `{}` without `@` on the right side", short(&name.text)),
+                        )
+                        .at(name.span, "a following step is active next, not now")
+                        .fix(name.span, format!("@{}", name.text))
+                    }),
+                    (false, false, false) => self.unlisted(name, "Output"),
+                }
+            }
+            transition.name = Some(rule.label.clone());
+            transition.sources = sources;
+            transition.guard = guard;
+            transition.meta.span = rule.span;
+            transitions.push(transition);
+        }
+        transitions
+    }
+
+    /// Preceding steps are factors of the left side; the other factors are the receptivity.
+    fn left_side(&mut self, rule: &Rule) -> (Vec<Path>, Option<Expr>) {
+        let Some(left) = rule.left.clone() else { return (Vec::new(), None) };
+        let span = left.span;
+        let factors = match left.kind {
+            ExprKind::And(factors) => factors,
+            kind @ (ExprKind::Bool(_)
+            | ExprKind::Int(_)
+            | ExprKind::Leaf(_)
+            | ExprKind::Element(..)
+            | ExprKind::Not(_)
+            | ExprKind::Or(_)
+            | ExprKind::Compare(..)
+            | ExprKind::Neg(_)
+            | ExprKind::Arith(..)
+            | ExprKind::Select(..)) => vec![Expr::new(kind, span)],
+        };
+        let (mut sources, mut guard) = (Vec::new(), Vec::new());
+        for factor in factors {
+            match &factor.kind {
+                ExprKind::Leaf(Leaf::Name(path))
+                    if path.names.len() == 1 && self.listed.steps.contains(&path.names[0].text) =>
+                {
+                    sources.push(path.clone());
+                }
+                ExprKind::Bool(_)
+                | ExprKind::Int(_)
+                | ExprKind::Leaf(_)
+                | ExprKind::Element(..)
+                | ExprKind::Not(_)
+                | ExprKind::And(_)
+                | ExprKind::Or(_)
+                | ExprKind::Compare(..)
+                | ExprKind::Neg(_)
+                | ExprKind::Arith(..)
+                | ExprKind::Select(..) => {
+                    if self.no_bare_step(&factor) {
+                        guard.push(factor);
+                    }
+                }
+            }
+        }
+        let guard = match guard.len() {
+            0 => None,
+            1 => guard.pop(),
+            _ => Some(Expr::new(ExprKind::And(guard), span)),
+        };
+        (sources, guard)
+    }
+
+    /// A step that is no factor may be meant as preceding or as asked for; the text must say which. True when there is none.
+    fn no_bare_step(&mut self, expr: &Expr) -> bool {
+        let mut bare = Vec::new();
+        bare_names(expr, &mut |name| {
+            if self.listed.steps.contains(&name.text) {
+                bare.push(name.clone());
+            }
+        });
+        let is_clear = bare.is_empty();
+        for name in bare {
+            let shown = short(&name.text);
+            self.findings.report(|| {
+                Diagnostic::error(codes::STEP_IN_CONDITION, format!("step `{shown}` inside a condition"))
+                    .at(name.span, "not a factor of the left side")
+                    .help(format!("a preceding step is a factor, joined with `*`; to ask whether it is active write `{shown}.active`"))
+                    .fix(name.span, format!("{shown}.active"))
+            });
+        }
+        is_clear
+    }
+
+    /// An output of a transition rule: true while the left side is.
+    fn sub_rule(&mut self, rule: &Rule, name: &Name, sources: &[Path], guard: Option<&Expr>) {
+        let Some((first, others)) = sources.split_first() else {
+            self.findings.report(|| {
+                Diagnostic::error(
+                    codes::RIGHT_SIDE,
+                    format!("output `{}` in a rule without a preceding step", short(&name.text)),
+                )
+                .at(name.span, "no step carries it")
+                .help("name a preceding step on the left side")
+            });
+            return;
+        };
+        let active = |path: &Path| {
+            let mut names = path.names.clone();
+            names.push(Name::new("active", path.span()));
+            Expr::leaf(Leaf::Name(Path { names }), path.span())
+        };
+        let mut factors: Vec<Expr> = others.iter().map(active).collect();
+        match guard.map(|guard| (&guard.kind, guard)) {
+            Some((ExprKind::And(inner), _)) => factors.extend(inner.iter().cloned()),
+            Some((_, guard)) => factors.push(guard.clone()),
+            None => {}
+        }
+        let condition = match factors.len() {
+            0 => None,
+            1 => factors.pop(),
+            _ => Some(Expr::new(ExprKind::And(factors), rule.span)),
+        };
+        let target = Name { text: name.text.clone(), span: name.span };
+        let kind =
+            StepItemKind::Action { target, arguments: None, how: ActionHow::Bare, condition };
+        let item = StepItem { kind, span: name.span };
+        let step = first.to_string();
+        self.options
+            .steps
+            .entry(step.clone())
+            .or_insert_with(|| Step { name: Name::new(step, Span::default()), ..Step::default() })
+            .body
+            .push(item);
+    }
+
+    /// The steps in the order of their list, with what options and rules give them.
+    fn steps(&mut self, items: &mut Vec<Item>) {
+        let mut bodies: BTreeMap<String, Vec<StepItem>> = BTreeMap::new();
+        for rule in std::mem::take(&mut self.rules.step_rules) {
+            if !self.check_listed(&rule.label, true) {
+                continue;
+            }
+            for (is_next, name) in &rule.right {
+                if *is_next {
+                    self.findings.report(|| {
+                        Diagnostic::error(codes::RIGHT_SIDE, "`@` in a step rule")
+                            .at(name.span, "a step gives outputs now, not next")
+                            .help("take the `@` away, or write a transition rule")
+                    });
+                } else if !self.listed.outputs.contains(&name.text) {
+                    self.unlisted(name, "Output");
+                } else {
+                    let kind = StepItemKind::Action {
+                        target: name.clone(),
+                        arguments: None,
+                        how: ActionHow::Bare,
+                        condition: rule.left.clone(),
+                    };
+                    bodies
+                        .entry(rule.label.text.clone())
+                        .or_default()
+                        .push(StepItem { kind, span: rule.span });
+                }
+            }
+        }
+        let marking = std::mem::take(&mut self.rules.marking);
+        for name in &marking {
+            self.check_listed(name, true);
+        }
+        let marking: BTreeSet<String> = marking.into_iter().map(|name| name.text).collect();
+        for name in &self.rules.steps {
+            let mut step = self.options.steps.remove(&name.text).unwrap_or_default();
+            step.name = name.clone();
+            step.meta.span = name.span;
+            step.role =
+                if marking.contains(&name.text) { StepRole::Initial } else { StepRole::Plain };
+            step.body.extend(bodies.remove(&name.text).unwrap_or_default());
+            items.push(Item::Step(step));
+        }
+    }
+}
+
+/// A setting that rules have without saying so, and what tells whether an option says it.
+type Default = (fn(&SettingKind) -> bool, SettingKind);
+
+/// A Boolean input or output that only its list declares.
+fn plain(name: &Name, is_output: bool) -> Declaration {
+    let kind = if is_output {
+        DeclarationKind::Output {
+            ty: Type::Bool,
+            init: None,
+            registered: false,
+            mealy: false,
+            safe: None,
+        }
+    } else {
+        DeclarationKind::Input { ty: Type::Bool, synchronous: false }
+    };
+    Declaration { name: name.clone(), kind, meta: Meta { span: name.span, ..Meta::default() } }
+}
+
+/// All names without dots, those inside edges and delays included.
+fn bare_names(expr: &Expr, visit: &mut dyn FnMut(&Name)) {
+    match &expr.kind {
+        ExprKind::Leaf(leaf) | ExprKind::Element(leaf, _) => match leaf {
+            Leaf::Name(path) => {
+                if let [only] = path.names.as_slice() {
+                    visit(only);
+                }
+            }
+            Leaf::Rise(inner) | Leaf::Fall(inner) | Leaf::Delay(_, inner, _) => {
+                bare_names(inner, visit)
+            }
+            Leaf::Otherwise | Leaf::Duration(_) => {}
+        },
+        ExprKind::Bool(_)
+        | ExprKind::Int(_)
+        | ExprKind::Not(_)
+        | ExprKind::And(_)
+        | ExprKind::Or(_)
+        | ExprKind::Compare(..)
+        | ExprKind::Neg(_)
+        | ExprKind::Arith(..)
+        | ExprKind::Select(..) => {}
+    }
+    for operand in expr.operands() {
+        bare_names(operand, visit);
+    }
+}

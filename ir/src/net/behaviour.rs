@@ -1,0 +1,154 @@
+//! What steps and transitions do: lists of statements, tasks, actions with qualifiers, delayed events.
+
+use super::{Expr, InputId, Meta, OutputId, SendId, StepId, VarId};
+use crate::span::{Name, Span};
+
+/// A list of statements; they run in order, each sees the earlier ones (unless assignments are simultaneous).
+pub type Block = Vec<Stmt>;
+
+/// A statement with its place.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Stmt {
+    /// What it does.
+    pub kind: StmtKind,
+    /// Where it was written.
+    pub span: Span,
+}
+
+/// What a statement does.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum StmtKind {
+    /// Stores a value, saturated to the type of the variable.
+    Assign {
+        /// The variable.
+        var: VarId,
+        /// The element, for an array.
+        index: Option<Expr>,
+        /// The new value.
+        value: Expr,
+    },
+    /// Raises an event (§5).
+    Raise(InputId),
+    /// Starts a send slot.
+    Send(SendId),
+    /// Stops a send slot.
+    Cancel(SendId),
+    /// Calls an extern action.
+    Call {
+        /// An output whose driver is `Extern`.
+        output: OutputId,
+        /// One for each parameter.
+        arguments: Vec<Expr>,
+    },
+    /// Either list.
+    If {
+        /// Boolean.
+        condition: Expr,
+        /// Runs if it is true.
+        then: Block,
+        /// Runs if it is false.
+        otherwise: Block,
+    },
+    /// Text of a target language; opaque to simulation and proof.
+    Code(Verbatim),
+}
+
+/// Text of a target language, passed through.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Verbatim {
+    /// The language's name, `c` for one.
+    pub language: String,
+    /// The text.
+    pub text: String,
+}
+
+/// An indivisible unit of a step's work (§6).
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Task {
+    /// Its name.
+    pub name: Name,
+    /// At most the step's budget.
+    pub cost: u32,
+    /// Assignments and extern calls.
+    pub body: Block,
+    /// Place, comment and tags.
+    pub meta: Meta,
+}
+
+/// An action with qualifiers: the ACTION_CONTROL of IEC 61131-3 (§3.5).
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ControlledAction {
+    /// Its name: that of the output it drives, if it drives one.
+    pub name: Name,
+    /// Who asks for it and how.
+    pub uses: Vec<ActionUse>,
+    /// The one duration of its timed qualifiers, in ticks; 0 where it has none.
+    pub duration: u32,
+    /// Runs once a reaction if Q (and once more after, with a final scan).
+    pub body: Block,
+    /// Place, comment and tags.
+    pub meta: Meta,
+}
+
+/// One step's use of a [`ControlledAction`].
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ActionUse {
+    /// The step.
+    pub step: StepId,
+    /// How.
+    pub qualifier: Qualifier,
+    /// The use counts only while this holds too; no edge, no event.
+    pub condition: Option<Expr>,
+    /// Where it was written.
+    pub span: Span,
+}
+
+/// Qualifiers of IEC 61131-3.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[expect(missing_docs, reason = "the names are those of the standard")]
+pub enum Qualifier {
+    N,
+    R,
+    S,
+    L,
+    D,
+    P,
+    P0,
+    P1,
+    SD,
+    DS,
+    SL,
+}
+
+impl Qualifier {
+    /// The standard's letters.
+    #[must_use]
+    pub const fn letters(self) -> &'static str {
+        match self {
+            Qualifier::N => "N",
+            Qualifier::R => "R",
+            Qualifier::S => "S",
+            Qualifier::L => "L",
+            Qualifier::D => "D",
+            Qualifier::P => "P",
+            Qualifier::P0 => "P0",
+            Qualifier::P1 => "P1",
+            Qualifier::SD => "SD",
+            Qualifier::DS => "DS",
+            Qualifier::SL => "SL",
+        }
+    }
+}
+
+/// A slot that holds one pending send of an event.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SendSlot {
+    /// Its name.
+    pub name: Name,
+    /// The event that joins the external queue.
+    pub event: InputId,
+    /// Ticks; 0 joins at once.
+    pub delay: u32,
+    /// Place, comment and tags.
+    pub meta: Meta,
+}
