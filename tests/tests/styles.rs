@@ -6,7 +6,7 @@
 #![allow(clippy::print_stdout, reason = "tests say what they skip and what they counted")]
 
 use grafsynth_backend_c::Style;
-use grafsynth_tests::fleet::{Compiler, check, draw};
+use grafsynth_tests::fleet::{Compiler, PROPERTIES, check, draw};
 use grafsynth_tests::rounds;
 
 /// Charts in a program: a compiler starts once for all of them.
@@ -24,6 +24,12 @@ fn agree(style: Style, few: u64, many: u64) {
     };
     let drawn = draw(style, rounds(few, many));
     println!("style {}: {drawn}", style.name());
+    // What carries every chart has met everything that a chart can have.
+    if drawn.charts.len() >= 1000 && matches!(style, Style::Auto | Style::Bits | Style::Program) {
+        for (property, _) in PROPERTIES {
+            assert!(drawn.with(property) > 0, "no chart with {property}");
+        }
+    }
     check(&drawn, UNIT, &compiler);
 }
 

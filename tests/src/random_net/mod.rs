@@ -77,6 +77,8 @@ pub struct Features {
     pub assumptions: bool,
     /// A condition that forces all outputs, and safe values for it. Drawn from numbers of its own: what else a net has is the same without.
     pub emergency: bool,
+    /// Most receptivities are over inputs only, so that whole components wait for nothing else.
+    pub waits_for_inputs: bool,
 }
 
 impl Features {
@@ -119,6 +121,7 @@ impl Features {
             unspecified: false,
             assumptions: true,
             emergency: true,
+            waits_for_inputs: false,
         }
     }
 
@@ -218,6 +221,7 @@ impl Features {
             unspecified: false,
             assumptions: false,
             emergency: false,
+            waits_for_inputs: false,
         }
     }
 

@@ -39,10 +39,12 @@ pub(super) fn compare(op: CompareOp, a: Expr, b: Expr) -> Expr {
 impl Builder<'_> {
     /// The receptivity of a transition, mostly simple.
     pub(super) fn receptivity(&mut self) -> Expr {
+        let waits = self.on.waits_for_inputs && !self.random.one_in(10);
+        let place = if waits { INPUTS } else { RECEPTIVITY };
         match self.random.below(10) {
             0 if !self.net.settings.policy.is_statechart() => GenericExpr::bool(true),
-            1..=5 => self.literal(RECEPTIVITY),
-            _ => self.condition(RECEPTIVITY, 2),
+            1..=5 => self.literal(place),
+            _ => self.condition(place, 2),
         }
     }
 
