@@ -68,6 +68,22 @@ fn every_random_chart_has_a_bound() {
     assert!(bounded >= 20);
 }
 
+/// The gate compares an instance byte by byte: arrays and loops as long as a structure are known.
+#[test]
+fn a_gate_has_a_bound() {
+    let net = grafsynth_tests::chart("a.graf", &ring(30, 10));
+    for style in [Style::Switch, Style::Bits] {
+        let options = Options { style, gate: true, ..Options::default() };
+        let gated = emit(&net, &facts_of(&net), &options).expect("it is emitted");
+        let plain = emit(&net, &facts_of(&net), &Options { gate: false, ..options });
+        let plain = plain.expect("it is emitted");
+        for machine in cost::MACHINES {
+            let of = |package| cost::bound(package, machine).expect("it is understood").step;
+            assert!(of(&gated) > of(&plain), "{}", machine.name);
+        }
+    }
+}
+
 /// The ratio of bound and measured on one chart; none where the chart is refused or the machine is too small.
 fn on_machine(
     meter: &dyn Meter,

@@ -375,7 +375,7 @@ static int64_t gp_truth(bool value) GS_ON_STACK
     return value ? 1 : 0;
 }
 
-static int64_t gp_two(uint8_t op, int64_t a, int64_t b) GS_ON_STACK
+static int64_t gp_two(uint8_t op, int64_t a, int64_t b)
 {
     int64_t value = 0;
     switch (op) {
@@ -517,7 +517,7 @@ static int64_t gp_leaf(const gp_run_t *run, uint8_t op, uint16_t at) GS_ON_STACK
 }
 
 /* What puts something away: the value and, below it, the index of an element. */
-static void gp_put_away(gp_run_t *run, uint8_t op, uint16_t number, int64_t value, int64_t index) GS_ON_STACK
+static void gp_put_away(gp_run_t *run, uint8_t op, uint16_t number, int64_t value, int64_t index)
 {
     switch (op) {
     case GP_OP_SET_BIT:
