@@ -103,7 +103,9 @@ fn on_machine(
         Err(EngineError::Refused(_)) => return None,
         Err(EngineError::Failed(why)) => panic!("{name}: {why}"),
     };
-    assert_eq!(measured.reactions, rows as u64, "{name}");
+    // A gate that is closed calls nothing.
+    let are_all = measured.reactions == rows as u64;
+    assert!(are_all || (options.gate && measured.reactions > 0), "{name}: {measured:?}");
     let ratio = bound.step as f64 / measured.step as f64;
     println!(
         "{name}, {}, {}: step {} for {} ({ratio:.2}), init {} for {}, stack {} for {:?}, text about {} for {}",
