@@ -59,8 +59,6 @@ codes! {
     NEVER_FITS = "G0223", "assignment that never fits";
     /// A task costs more than its step may use.
     BUDGET = "G0224", "task above its budget";
-    /// A step has a budget, and nothing says what one of its tasks costs.
-    TASK_WITHOUT_COST = "G0254", "task without a cost";
     /// A task holds assignments and calls only.
     TASK_BODY = "G0225", "statement that a task cannot hold";
     /// An initial value does not fit its declaration.
@@ -117,4 +115,6 @@ codes! {
     BEYOND_EMERGENCY = "G0252", "beyond the emergency";
     /// A design has one condition that forces all outputs.
     EMERGENCY_TWICE = "G0253", "second emergency";
+    /// A step has a budget, and nothing says what one of its tasks costs.
+    TASK_WITHOUT_COST = "G0254", "task without a cost";
 }
