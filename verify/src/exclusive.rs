@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 
 use grafsynth_ir::arena::IdMap;
 use grafsynth_ir::expr::{CompareOp, Expr as GenericExpr, ExprKind, Type};
-use grafsynth_ir::interval::net_type;
+use grafsynth_ir::interval::{TICKS, net_type};
 use grafsynth_ir::net::{
     Enter, Expr, Leaf, Net, Policy, PropertyLeaf, PropertyRole, Step, StepId, Transition,
     TransitionId, TransitionKind,
@@ -365,9 +365,28 @@ impl<'a> Guards<'a> {
         }
     }
 
+    /// What one side of a comparison can be. Ticks have no type alone, since they stand in comparisons only; a valid net has nothing else without one.
+    fn type_of(&self, side: &Expr) -> Type {
+        match &side.kind {
+            ExprKind::Leaf(Leaf::Elapsed(_) | Leaf::LastElapsed(_) | Leaf::Timer(_)) => TICKS,
+            ExprKind::Bool(_)
+            | ExprKind::Int(_)
+            | ExprKind::Leaf(_)
+            | ExprKind::Element(..)
+            | ExprKind::Not(_)
+            | ExprKind::Neg(_)
+            | ExprKind::And(_)
+            | ExprKind::Or(_)
+            | ExprKind::Compare(..)
+            | ExprKind::Arith(..)
+            | ExprKind::Select(..) => {
+                net_type(self.net, side).unwrap_or(Type::Int { lo: i64::MIN, hi: i64::MAX })
+            }
+        }
+    }
+
     fn compare(&mut self, op: CompareOp, a: &Expr, b: &Expr) -> Result<Ref, Full> {
-        let type_a = net_type(self.net, a).unwrap_or(Type::Bool);
-        let type_b = net_type(self.net, b).unwrap_or(Type::Bool);
+        let (type_a, type_b) = (self.type_of(a), self.type_of(b));
         if type_a.is_bool() && type_b.is_bool() && matches!(op, CompareOp::Eq | CompareOp::Ne) {
             let a = self.function(a)?;
             let b = self.function(b)?;

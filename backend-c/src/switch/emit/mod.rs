@@ -449,7 +449,9 @@ impl<'a> Emit<'a> {
                     "the step that a fork adds",
                 );
             }
-            if machine.needs_old || (machine.is_entered && machine.timer_cap.is_some()) {
+            // Tables move their variables after all others have read them.
+            let is_read_later = machine.needs_old && !self.tables.holds(index);
+            if is_read_later || (machine.is_entered && machine.timer_cap.is_some()) {
                 let value = format!("self->{var}");
                 add(
                     Self::state_type(machine),
