@@ -3,10 +3,15 @@
 //! sdcc is the strictest of the compilers: 16-bit `int`, its own library (without 64-bit multiplication and division), and parameters at fixed addresses, so
 //! nothing may be re-entered. Bytes go in and out by ucsim's *simulator interface*, one address of the external RAM: write `r` and read the next
 //! byte of a file, write `w` and then a byte, write `s` to stop.
+//!
+//! The stack shares 256 bytes with what the linker places below it, and nothing on the machine notices when it runs over their end: the pointer starts again at 0, and the
+//! chart goes on with other numbers. s51 itself stops at a call or a push that does this. A function that keeps its variables on the stack moves the pointer by itself;
+//! for that a breakpoint watches that the pointer is never below where the stack starts.
 
 use crate::firmware::{ANSWER, BENCH, Bench, Machine, Piece, STIMULUS, traces};
 use crate::{Availability, Engine, EngineError, Job, tools};
-use grafsynth_backend_c::Options;
+use grafsynth_backend_c::{Options, codes};
+use grafsynth_ir::Diagnostic;
 use grafsynth_sim::Trace;
 
 /// An 8052 with 64 KB each of code and of external RAM.
@@ -94,39 +99,144 @@ impl Engine for C8051Engine {
 impl Machine for C8051Engine {
     fn run_all(&self, pieces: &[Piece<'_>]) -> Result<Vec<Trace>, EngineError> {
         let bench = Bench::new(pieces, PORT)?;
-        let sources = || std::iter::once(BENCH).chain(bench.sources.iter().map(String::as_str));
-        for source in sources() {
-            let mut arguments = FLAGS.to_vec();
-            arguments.extend(["-c", source]);
-            bench.compile(&["sdcc"], &arguments, MACHINE)?;
-        }
-        let objects: Vec<String> = sources().map(|it| it.replace(".c", ".rel")).collect();
-        let mut arguments = FLAGS.to_vec();
-        arguments.extend(["-o", "chart.ihx"]);
-        arguments.extend(objects.iter().map(String::as_str));
-        let linked = bench.compile(&["sdcc"], &arguments, MACHINE)?;
-        // A function that sdcc's library does not have is a warning to its linker.
-        if linked.stderr.contains("Undefined Global") {
-            return Err(EngineError::Failed(format!("sdcc: {}", linked.stderr.trim())));
-        }
-        let door = format!("if=xram[0xffff],in={STIMULUS},out={ANSWER}");
-        let run = bench.start_with(&SIMULATOR, &["-t", "C52", "-I", &door, "chart.ihx"], RUN)?;
-        if !run.is_success {
-            let said = String::from_utf8_lossy(&run.stdout);
-            return Err(EngineError::Failed(format!(
-                "s51 ended with {} {}",
-                run.ending,
-                said.trim()
-            )));
-        }
+        bench.build_8051()?;
+        bench.run_8051()?;
         traces(pieces, &bench.answer()?)
     }
 }
 
 const MACHINE: &str = "an 8052 with 64 KB";
 
-/// Commands on the console. `-G` would start the machine too, but then the end of the console's input stops it wherever it is.
-const RUN: &[u8] = b"run\nquit\n";
+impl Bench {
+    fn build_8051(&self) -> Result<(), EngineError> {
+        let sources = || std::iter::once(BENCH).chain(self.sources.iter().map(String::as_str));
+        for source in sources() {
+            let mut arguments = FLAGS.to_vec();
+            arguments.extend(["-c", source]);
+            self.compile(&["sdcc"], &arguments, MACHINE)?;
+        }
+        let objects: Vec<String> = sources().map(|it| it.replace(".c", ".rel")).collect();
+        let mut arguments = FLAGS.to_vec();
+        arguments.extend(["-o", "chart.ihx"]);
+        arguments.extend(objects.iter().map(String::as_str));
+        let linked = self.compile(&["sdcc"], &arguments, MACHINE)?;
+        // A function that sdcc's library does not have is a warning to its linker.
+        if linked.stderr.contains("Undefined Global") {
+            return Err(EngineError::Failed(format!("sdcc: {}", linked.stderr.trim())));
+        }
+        Ok(())
+    }
+
+    fn run_8051(&self) -> Result<(), EngineError> {
+        let (main, stack) = (self.address("_main")?, self.address("__start__stack")?);
+        let door = format!("if=xram[0xffff],in={STIMULUS},out={ANSWER}");
+        let arguments = ["-t", "C52", "-I", &door, "chart.ihx"];
+        let run = self.start_with(&SIMULATOR, &arguments, commands(main, stack).as_bytes())?;
+        let said = String::from_utf8_lossy(&run.stdout);
+        if said.contains("Stack overflow") || said.contains("Event break") {
+            return Err(EngineError::Refused(vec![too_deep(stack)]));
+        }
+        if run.is_success {
+            Ok(())
+        } else {
+            let why = format!("s51 ended with {} {}", run.ending, said.trim());
+            Err(EngineError::Failed(why))
+        }
+    }
+
+    /// Where the linker placed this name, from its map: `C:   00000BB1  _main   bench_main`, or without the letter in internal RAM.
+    fn address(&self, name: &str) -> Result<u32, EngineError> {
+        let map = self.read("chart.map")?;
+        let found = map.lines().find_map(|line| {
+            let words: Vec<&str> = line.split_whitespace().collect();
+            let at = words.iter().position(|it| *it == name)?;
+            u32::from_str_radix(words.get(at.checked_sub(1)?)?, 16).ok()
+        });
+        found.ok_or_else(|| EngineError::Failed(format!("the linker's map has no {name}")))
+    }
+}
+
+/// What is typed on the console. Before `main` the pointer is not set yet. (`-G` would start the machine too, but then the end of the console's input stops it
+/// wherever it is.)
+///
+/// A pointer that has run over its end by less than `stack` is below it. No function of ours takes that much at once: the largest frame of the engines has 48 bytes, and
+/// where an engine is, more than these lie below the stack.
+fn commands(main: u32, stack: u32) -> String {
+    // The pointer is at the last byte that is used, so in `main` it is one below the first byte of the stack.
+    let lowest = stack.saturating_sub(1);
+    format!("run 0 {main:#06x}\nbreak sfr w 0x81 1 if \"sfr[0x81]<{lowest:#04x}\"\nrun\nquit\n")
+}
+
+/// That the chart's calls go deeper than the machine has room for.
+fn too_deep(stack: u32) -> Diagnostic {
+    let left = 256_u32.saturating_sub(stack);
+    Diagnostic::error(
+        codes::TOO_LARGE,
+        format!("the chart's functions need more stack than the {left} bytes that {MACHINE} has left for it"),
+    )
+    .help("a style without an engine needs less: --engine c-8051:switch; or a larger machine: c-arm")
+}
 
 /// Newer versions of ucsim call it by another name.
 const SIMULATOR: [&str; 2] = ["s51", "ucsim_51"];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What the machine says of this program, which has `volatile uint8_t v`; none where there is no machine.
+    fn outcome(functions: &str, value: &str) -> Option<Result<u8, EngineError>> {
+        let machine = C8051Engine::default();
+        if machine.availability() != Availability::Here {
+            assert!(
+                std::env::var_os("CI").is_none(),
+                "sdcc or s51 is missing, and CI must have it"
+            );
+            return None;
+        }
+        let bench = Bench::new(&[], PORT).expect("a folder");
+        let source = format!(
+            "#include \"bench_port.h\"\nvolatile uint8_t v = 1;\n{functions}\nvoid main(void) {{ bench_put({value}); bench_end(); }}\n"
+        );
+        bench.write(BENCH, source.as_bytes()).expect("a file");
+        bench.build_8051().expect("sdcc takes it");
+        Some(bench.run_8051().and_then(|()| Ok(bench.answer()?[0])))
+    }
+
+    /// A function that calls itself.
+    const CALLS: &str =
+        "static uint8_t deep(uint8_t n) __reentrant { return n ? deep(n - 1) + v : v; }
+        static uint8_t (*volatile f)(uint8_t) __reentrant = deep;";
+
+    /// Functions that keep this many bytes on the stack, the second while the first goes on.
+    fn frames(outer: u8, inner: u8) -> String {
+        format!(
+            "static uint8_t in(uint8_t n) __reentrant {{
+                uint8_t a[{inner}]; uint8_t i; for (i = 0; i < {inner}; i++) {{ a[i] = i ^ v; }} return a[n]; }}
+            static uint8_t out(uint8_t n) __reentrant {{
+                uint8_t a[{outer}]; uint8_t i; for (i = 0; i < {outer}; i++) {{ a[i] = i ^ v; }} return a[n] + in(n); }}"
+        )
+    }
+
+    #[test]
+    fn a_stack_that_runs_over_is_refused() {
+        let is_too_deep = |it: Result<u8, EngineError>| match it {
+            Err(EngineError::Refused(found)) => {
+                found[0].code.id == "G0604" && found[0].message.contains("stack")
+            }
+            Err(EngineError::Failed(why)) => panic!("{why}"),
+            Ok(_) => false,
+        };
+        let Some(fits) = outcome(CALLS, "f(20)") else { return };
+        assert_eq!(fits.ok(), Some(21));
+        let programs = [
+            (CALLS.to_owned(), "f(200)", true),
+            (frames(150, 60), "out(6)", false),
+            (frames(150, 92), "out(6)", true),
+        ];
+        for (functions, value, expected) in programs {
+            let found = outcome(&functions, value).expect("the machine is here");
+            assert_eq!(is_too_deep(found), expected, "{functions}");
+        }
+    }
+}

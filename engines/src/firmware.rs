@@ -107,6 +107,13 @@ impl Bench {
             .map_err(|error| EngineError::Failed(format!("cannot write {name}: {error}")))
     }
 
+    /// A text that a tool left in the folder.
+    #[expect(clippy::disallowed_methods, reason = "engines work in temporary folders")]
+    pub(crate) fn read(&self, name: &str) -> Result<String, EngineError> {
+        fs::read_to_string(self.path().join(name))
+            .map_err(|error| EngineError::Failed(format!("cannot read {name}: {error}")))
+    }
+
     #[expect(clippy::disallowed_methods, reason = "engines work in temporary folders")]
     pub(crate) fn answer(&self) -> Result<Vec<u8>, EngineError> {
         fs::read(self.path().join(ANSWER))
