@@ -1,0 +1,189 @@
+//! What is declared: the members of the instance, what functions share, and the locals of each.
+
+use super::Emit;
+use super::homes::Home;
+use crate::Object;
+use crate::cexpr::{constant, storage};
+use crate::cprogram::Member;
+use crate::ctext::Node;
+use crate::range::Range;
+use grafsynth_ir::net::StepId;
+use grafsynth_ir::program::{Cell, Origin, TempRole};
+use std::collections::BTreeSet;
+
+impl Emit<'_> {
+    /// What the members can hold; Booleans are single bits but for arrays.
+    pub(crate) fn ranges(&self) -> Vec<Range> {
+        let here = self.program.cells.iter().filter(|(id, _)| !self.elsewhere.contains_key(id));
+        here.filter(|(_, cell)| !cell.ty.is_bool() || cell.len.is_some())
+            .map(|(id, cell)| {
+                let (lo, hi) = cell.ty.bounds();
+                let whole = Range::of(self.cells[id].clone(), storage(cell.ty), lo, hi);
+                Range { elements: cell.len.map(|len| (0, len)), ..whole }
+            })
+            .collect()
+    }
+
+    /// Steps that are single bits of the instance.
+    pub(crate) fn one_bit(&self) -> BTreeSet<StepId> {
+        let here = self.step_cells.iter().filter(|(_, cell)| !self.elsewhere.contains_key(cell));
+        here.map(|(step, _)| *step).collect()
+    }
+
+    pub(crate) fn instance(&self, fault: bool) -> Vec<Member> {
+        let mut members: Vec<(usize, Member)> = Vec::new();
+        for (id, cell) in self.program.cells.iter() {
+            if self.elsewhere.contains_key(&id) {
+                continue;
+            }
+            let name = &self.cells[id];
+            let ty = storage(cell.ty);
+            let declaration = match cell.len {
+                Some(len) => format!("{ty} {name}[{len}]"),
+                None if cell.ty.is_bool() => format!("bool {name} : 1"),
+                None => format!("{ty} {name}"),
+            };
+            let note = if cell.name == *name { String::new() } else { cell.name.clone() };
+            members.push((
+                width(cell),
+                Member { declaration, note, objects: objects_of(cell.origin) },
+            ));
+        }
+        // Wide members first, so that none of them needs padding.
+        members.sort_by_key(|(width, _)| std::cmp::Reverse(*width));
+        let mut members: Vec<Member> = members.into_iter().map(|(_, member)| member).collect();
+        if fault {
+            members.push(Member {
+                declaration: "bool fault : 1".to_string(),
+                note: "the last reaction did not settle, or a queue was full".to_string(),
+                objects: Vec::new(),
+            });
+        }
+        members
+    }
+
+    /// What functions share: temps that several use, and extern conditions once there are several functions.
+    pub(crate) fn shared_members(&self) -> Vec<Node> {
+        let mut nodes = Vec::new();
+        for (id, temp) in self.program.temps.iter() {
+            if self.homes[id] == Home::Shared {
+                // On the stack of a small machine a bit each matters more than the cycles to reach it.
+                let bits = if temp.ty.is_bool() { " : 1" } else { "" };
+                let declaration = format!("{} {}{bits};", storage(temp.ty), self.temps[id]);
+                nodes.push(Node::line(declaration).about_all(objects_of_role(temp.role)));
+            }
+        }
+        if self.is_split {
+            for input in self.eager.iter().chain(&self.lazy) {
+                let name = &self.names.inputs[*input];
+                nodes.push(Node::line(format!(
+                    "{} cond_{name};",
+                    storage(self.net.inputs[*input].ty)
+                )));
+                if self.lazy.contains(input) {
+                    nodes.push(Node::line(format!("bool asked_{name};")));
+                }
+            }
+        }
+        nodes
+    }
+
+    /// Temps that live in the present function but can't be declared where they are set.
+    pub(crate) fn locals(&self) -> Vec<Node> {
+        self.program
+            .temps
+            .iter()
+            .filter(|(id, _)| self.homes[*id] == Home::Local(self.function))
+            .map(|(id, temp)| {
+                let zero = constant(temp.ty.saturate(0), temp.ty);
+                Node::line(format!("{} {} = {zero};", storage(temp.ty), self.temps[id]))
+                    .defining(&self.temps[id])
+            })
+            .collect()
+    }
+
+    /// Extern conditions at the start of a reaction.
+    pub(crate) fn conditions(&self) -> Vec<Node> {
+        let mut nodes = Vec::new();
+        for input in self.eager.iter().chain(&self.lazy) {
+            let name = &self.names.inputs[*input];
+            let ty = self.net.inputs[*input].ty;
+            let (declare, cond) = match self.is_split {
+                true => (String::new(), self.shared(&format!("cond_{name}"))),
+                false => (format!("{} ", storage(ty)), format!("cond_{name}")),
+            };
+            if self.eager.contains(input) {
+                let call =
+                    Node::line(format!("{declare}{cond} = {name}();")).about(Object::Input(*input));
+                nodes.push(call.defining_by(&cond, format!("(void){name}();")));
+            } else {
+                let declare_asked = if self.is_split { "" } else { "bool " };
+                let asked = if self.is_split {
+                    self.shared(&format!("asked_{name}"))
+                } else {
+                    format!("asked_{name}")
+                };
+                let zero = constant(ty.saturate(0), ty);
+                nodes.push(Node::line(format!("{declare}{cond} = {zero};")).defining(&cond));
+                nodes.push(Node::line(format!("{declare_asked}{asked} = false;")).defining(&asked));
+            }
+        }
+        nodes
+    }
+}
+
+/// Bytes of one element; 0 for a bit.
+fn width(cell: &Cell) -> usize {
+    match storage(cell.ty) {
+        "int64_t" => 8,
+        "int32_t" | "uint32_t" => 4,
+        "int16_t" | "uint16_t" => 2,
+        "bool" if cell.len.is_none() => 0,
+        _ => 1,
+    }
+}
+
+pub(super) fn objects_of(origin: Origin) -> Vec<Object> {
+    match origin {
+        Origin::Step(step)
+        | Origin::Region(step)
+        | Origin::Elapsed(step)
+        | Origin::LastElapsed(step)
+        | Origin::TaskIndex(step)
+        | Origin::Recorded(_, step) => vec![Object::Step(step)],
+        Origin::Older(a, b) => vec![Object::Step(a), Object::Step(b)],
+        Origin::Var(var) => vec![Object::Var(var)],
+        Origin::Timer(timer) | Origin::TimerCondition(timer) => vec![Object::Timer(timer)],
+        Origin::ActionQ(action)
+        | Origin::ActionLatch(action, _)
+        | Origin::ActionTimer(action, _) => {
+            vec![Object::Action(action)]
+        }
+        Origin::Pending(input) => vec![Object::Input(input)],
+        Origin::HeldOutput(output, _) => vec![Object::Output(output)],
+        Origin::Edge(_)
+        | Origin::InternalQueue
+        | Origin::InternalLength
+        | Origin::ExternalQueue
+        | Origin::ExternalLength
+        | Origin::SendTimer(_)
+        | Origin::SendRuns(_)
+        | Origin::Ended(_)
+        | Origin::Fault
+        | Origin::Helper => Vec::new(),
+    }
+}
+
+pub(super) fn objects_of_role(role: TempRole) -> Vec<Object> {
+    match role {
+        TempRole::Fireable(transition) | TempRole::Fire(transition) => {
+            vec![Object::Transition(transition)]
+        }
+        TempRole::NextActive(step) | TempRole::Activated(step) | TempRole::Deactivated(step) => {
+            vec![Object::Step(step)]
+        }
+        TempRole::Holds(input) => vec![Object::Input(input)],
+        TempRole::Before(var) => vec![Object::Var(var)],
+        TempRole::EdgeNow(_) | TempRole::Helper => Vec::new(),
+    }
+}

@@ -1,0 +1,242 @@
+//! Arithmetic: sums, products, quotients and rests in the class that holds them, and stores that saturate.
+
+use super::{CExpr, Class, Prec, literal};
+use grafsynth_ir::expr::{ArithOp, Expr, ExprKind, Type};
+use grafsynth_ir::interval::type_of;
+
+impl CExpr {
+    /// Arithmetic; validation has shown that the result lies within 64 bits.
+    pub(crate) fn arith(op: ArithOp, a: CExpr, b: CExpr) -> Self {
+        if let (Some(x), Some(y)) = (a.constant(), b.constant())
+            && let Some(value) = op.apply(x, y)
+        {
+            return CExpr::int(value);
+        }
+        // What changes nothing is not computed.
+        match (op, a.constant(), b.constant()) {
+            (ArithOp::Add | ArithOp::Sub, _, Some(0))
+            | (ArithOp::Mul | ArithOp::Div, _, Some(1)) => return a,
+            (ArithOp::Sub, Some(0), _) => return b.neg(),
+            (ArithOp::Add, Some(0), _) | (ArithOp::Mul, Some(1), _) => return b,
+            (ArithOp::Add | ArithOp::Sub | ArithOp::Mul | ArithOp::Div | ArithOp::Mod, _, _) => {}
+        }
+        // What is equal by its text: no compiler needs to find that out, and sdcc 4.2, which does, gives a function that wants 32 bits a 0 or 1 of 16.
+        if a.text == b.text {
+            match op {
+                ArithOp::Sub | ArithOp::Mod => return CExpr::int(0),
+                ArithOp::Div => return CExpr::int(1),
+                ArithOp::Add | ArithOp::Mul => {}
+            }
+        }
+        let (lo, hi) = arith_interval(op, &a, &b);
+        // Such as a rest of 1, which one of the compilers takes for a mistake of its own.
+        if lo == hi {
+            return CExpr::int(lo);
+        }
+        // The sign of a rest is that of the dividend.
+        let b = match (op, b.constant().and_then(i64::checked_abs)) {
+            (ArithOp::Mod, Some(magnitude)) => CExpr::int(magnitude),
+            (ArithOp::Mod | ArithOp::Add | ArithOp::Sub | ArithOp::Mul | ArithOp::Div, _) => b,
+        };
+        // sdcc 4.2 divides a byte by a negative constant as if that had no sign.
+        if op == ArithOp::Div
+            && let Some(magnitude) = b.constant().filter(|it| *it < 0).and_then(i64::checked_neg)
+        {
+            return if magnitude == 1 {
+                a.neg()
+            } else {
+                CExpr::arith(op, a, CExpr::int(magnitude)).neg()
+            };
+        }
+        let class = Class::of(lo, hi).max(a.class).max(b.class);
+        let prec = match op {
+            ArithOp::Add | ArithOp::Sub => Prec::Sum,
+            ArithOp::Mul | ArithOp::Div | ArithOp::Mod => Prec::Product,
+        };
+        let sign = match op {
+            ArithOp::Add => "+",
+            ArithOp::Sub => "-",
+            ArithOp::Mul => "*",
+            ArithOp::Div => "/",
+            ArithOp::Mod => "%",
+        };
+        let unsigned = match (a.as_unsigned(), b.as_unsigned()) {
+            (Some(a), Some(b)) if class == Class::Int && lo >= 0 => {
+                let text = format!("{} {sign} {}", a.operand(prec), b.within(Prec::Unary));
+                Some((text, prec))
+            }
+            (Some(_) | None, Some(_) | None) => None,
+        };
+        let left = if a.class < class && b.class < class { a.cast(class) } else { a.as_signed() };
+        let text = format!("{} {sign} {}", left.operand(prec), b.as_signed().within(Prec::Unary));
+        CExpr { unsigned, ..CExpr::exact(text, prec, class, (lo, hi)) }
+    }
+
+    /// [`CExpr::arith`], by a function of ours where the operator is one that not every compiler has: products and quotients of 64 bits.
+    pub(super) fn arith_by(op: ArithOp, a: CExpr, b: CExpr, prefix: &str) -> Self {
+        // As in `arith`, so that the quotient below the sign is by a function too.
+        if let (ArithOp::Div, Some(magnitude @ 2..)) = (op, b.constant().and_then(i64::checked_neg))
+        {
+            return CExpr::arith_by(op, a, CExpr::int(magnitude), prefix).neg();
+        }
+        let word = match op {
+            ArithOp::Add | ArithOp::Sub => None,
+            ArithOp::Mul => Some(WIDE_FUNCTIONS[0]),
+            ArithOp::Div => Some(WIDE_FUNCTIONS[1]),
+            ArithOp::Mod => Some(WIDE_FUNCTIONS[2]),
+        };
+        let [first, second] = [&a, &b].map(|it| match it.class {
+            Class::Huge => it.text.clone(),
+            Class::Bool | Class::Int | Class::Wide => it.clone().cast(Class::Huge).text,
+        });
+        let plain = CExpr::arith(op, a, b);
+        match word {
+            // A quotient that was turned into a negation is none any more.
+            Some(word) if plain.class == Class::Huge && plain.prec == Prec::Product => CExpr {
+                text: format!("{prefix}_{word}({first}, {second})"),
+                prec: Prec::Atom,
+                ..plain
+            },
+            Some(_) | None => plain,
+        }
+    }
+
+    /// Arithmetic negation.
+    pub(crate) fn neg(self) -> Self {
+        if let Some(value) = self.constant().and_then(i64::checked_neg) {
+            return CExpr::int(value);
+        }
+        let (lo, hi) = (self.hi.saturating_neg(), self.lo.saturating_neg());
+        let class = Class::of(lo, hi).max(self.class);
+        let inner = if self.class < class { self.cast(class) } else { self.as_signed() };
+        // Two signs in a row would read as a decrement.
+        let inner = if inner.text.starts_with('-') {
+            format!("({})", inner.text)
+        } else {
+            inner.within(Prec::Unary)
+        };
+        CExpr {
+            text: format!("-{inner}"),
+            prec: Prec::Unary,
+            class,
+            lo,
+            hi,
+            asks: None,
+            ..CExpr::plain()
+        }
+    }
+}
+
+/// The interval of an arithmetic result, as [`type_of`] computes it everywhere else.
+fn arith_interval(op: ArithOp, a: &CExpr, b: &CExpr) -> (i64, i64) {
+    let leaves = [Type::Int { lo: a.lo, hi: a.hi }, Type::Int { lo: b.lo, hi: b.hi }];
+    let leaf = |index: usize| Box::new(Expr::leaf(index, grafsynth_ir::Span::default()));
+    let expr = Expr::new(ExprKind::Arith(op, leaf(0), leaf(1)), grafsynth_ir::Span::default());
+    match type_of(&expr, &mut |index: &usize| leaves[*index]) {
+        Ok(ty) => ty.bounds(),
+        // Validation refuses such nets; the widest interval keeps the printer total.
+        Err(_) => (i64::MIN, i64::MAX),
+    }
+}
+
+/// What [`crate::source`] defines where it is called, behind the prefix.
+pub(crate) const WIDE_FUNCTIONS: [&str; 3] = ["mul64", "div64", "mod64"];
+
+/// The helper functions that saturating stores need, one for each class in use.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub(crate) struct Helpers {
+    /// `PREFIX_clamp16`, `32`, `64`.
+    pub(crate) clamp: [bool; 3],
+    /// `PREFIX_later`: adds ticks to a timer, saturating.
+    pub(crate) later: bool,
+}
+
+/// `value` brought into `ty`: unchanged where its interval fits, else through a clamping helper of the right class.
+pub(crate) fn saturated(value: CExpr, ty: Type, prefix: &str, helpers: &mut Helpers) -> CExpr {
+    let Type::Int { lo, hi } = ty else { return value };
+    if value.lo >= lo && value.hi <= hi {
+        return value;
+    }
+    if value.hi <= lo {
+        return CExpr::int(lo);
+    }
+    if value.lo >= hi {
+        return CExpr::int(hi);
+    }
+    // Both bounds lie within the interval of the value, so the class of the value holds them.
+    let (lo, hi) = (lo.max(value.lo), hi.min(value.hi));
+    let (width, slot) = match value.class {
+        Class::Bool | Class::Int => (16, 0),
+        Class::Wide => (32, 1),
+        Class::Huge => (64, 2),
+    };
+    helpers.clamp[slot] = true;
+    let class = value.class;
+    let bound = |value: i64| literal(value, Class::of(value, value)).0;
+    let inner = value.as_signed().text;
+    let text = format!("{prefix}_clamp{width}({inner}, {}, {})", bound(lo), bound(hi));
+    CExpr { text, prec: Prec::Atom, class, lo, hi, asks: None, ..CExpr::plain() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::var;
+    use super::*;
+
+    #[test]
+    fn arithmetic_is_cast_before_it_can_overflow_16_bits() {
+        let product = CExpr::arith(ArithOp::Mul, var("n", 0, 1000), CExpr::int(100));
+        assert_eq!(product.text, "(int32_t)n * 100");
+        let sum = CExpr::arith(ArithOp::Add, var("n", 0, 255), CExpr::int(1));
+        assert_eq!((sum.text.as_str(), sum.class), ("(int)n + 1", Class::Int));
+        let unsigned = CExpr::arith(ArithOp::Sub, var("n", 0, 65535), CExpr::int(1));
+        assert_eq!(unsigned.text, "(int32_t)n - 1");
+        let huge = CExpr::arith(ArithOp::Mul, var("n", 0, 100_000), var("m", 0, 100_000));
+        assert_eq!(huge.text, "(int64_t)n * m");
+    }
+
+    #[test]
+    fn products_of_64_bits_are_calls() {
+        let [n, m] = ["n", "m"].map(|name| var(name, 0, 100_000));
+        let huge = CExpr::arith_by(ArithOp::Mul, n.clone(), m, "x");
+        assert_eq!(
+            (huge.text.as_str(), huge.class),
+            ("x_mul64((int64_t)n, (int64_t)m)", Class::Huge)
+        );
+        assert_eq!(CExpr::arith_by(ArithOp::Mul, n, CExpr::int(9), "x").text, "n * 9");
+    }
+
+    #[test]
+    fn divisors_are_positive() {
+        let n = var("n", -128, 127);
+        assert_eq!(CExpr::arith(ArithOp::Div, n.clone(), CExpr::int(-2)).text, "-((int)n / 2)");
+        assert_eq!(CExpr::arith(ArithOp::Div, n, CExpr::int(-1)).text, "-(int)n");
+    }
+
+    #[test]
+    fn what_is_equal_by_its_text_is_not_computed() {
+        let n = || var("n", -128, 127);
+        assert_eq!(CExpr::arith(ArithOp::Sub, n(), n()).constant(), Some(0));
+        assert_eq!(CExpr::arith(ArithOp::Mod, n(), n()).constant(), Some(0));
+        assert_eq!(CExpr::arith(ArithOp::Div, n(), n()).constant(), Some(1));
+        assert_eq!(CExpr::arith(ArithOp::Add, n(), n()).text, "(int)n + n");
+    }
+
+    #[test]
+    fn rests_have_the_sign_of_the_dividend() {
+        let n = var("n", -50, 50);
+        assert_eq!(CExpr::arith(ArithOp::Mod, n.clone(), CExpr::int(-8)).text, "(int)n % 8");
+        assert_eq!(CExpr::arith(ArithOp::Mod, n, CExpr::int(-1)).constant(), Some(0));
+    }
+
+    #[test]
+    fn saturation_is_only_where_it_can_happen() {
+        let mut helpers = Helpers::default();
+        let ty = Type::Int { lo: 0, hi: 9 };
+        let fits = saturated(var("n", 0, 9), ty, "p", &mut helpers);
+        assert_eq!(fits.text, "n");
+        let more = CExpr::arith(ArithOp::Add, var("n", 0, 9), CExpr::int(1));
+        assert_eq!(saturated(more, ty, "p", &mut helpers).text, "p_clamp16((int)n + 1, 1, 9)");
+        assert_eq!(helpers.clamp, [true, false, false]);
+    }
+}

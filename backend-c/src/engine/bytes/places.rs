@@ -1,0 +1,102 @@
+//! Where cells and temps lie, and what the code is handed.
+
+use crate::engine::handing::is_handed;
+use crate::engine::image::narrow;
+use crate::queries::is_c;
+use grafsynth_ir::IdMap;
+use grafsynth_ir::net::{Driver, InputId, InputKind, Net, OutputId};
+use grafsynth_ir::program::{Cell, CellId, Program, ResetEffect, Stmt};
+use std::collections::BTreeMap;
+
+/// Where a cell lies in an instance, or a temp in a reaction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(in crate::engine) enum Place {
+    /// A truth value: its bit.
+    Bit(u16),
+    /// A number: the row of a cell, or the number of a temp.
+    Number(u16),
+}
+
+/// What of the program lies where, and what it is handed.
+pub(in crate::engine) struct Places {
+    /// Where each cell lies.
+    pub(in crate::engine) cells: IdMap<Cell, Place>,
+    /// For each row of a cell its first number and how many it has.
+    pub(in crate::engine) rows: Vec<(CellId, usize, usize)>,
+    /// The position of each input or condition in what a reaction is handed.
+    pub(in crate::engine) inputs: BTreeMap<InputId, u16>,
+    /// Extern actions by their number.
+    pub(in crate::engine) actions: Vec<OutputId>,
+    /// The positions of the other outputs.
+    pub(in crate::engine) outputs: BTreeMap<OutputId, u16>,
+    /// Texts for C by their number.
+    pub(in crate::engine) texts: Vec<String>,
+    /// Bits in all.
+    pub(in crate::engine) n_bits: usize,
+    /// Numbers in all.
+    pub(in crate::engine) n_values: usize,
+}
+
+impl Places {
+    /// Steps first, in declaration order, so that an unrelated edit moves little.
+    pub(in crate::engine) fn of(net: &Net, program: &Program) -> Self {
+        let (mut n_bits, mut n_values) = (0, 0);
+        let mut rows = Vec::new();
+        let cells = IdMap::build(&program.cells, |id, cell| {
+            if cell.ty.is_bool() && cell.len.is_none() {
+                n_bits += 1;
+                return Place::Bit(narrow(n_bits - 1));
+            }
+            let len = cell.len.map_or(1, |len| len as usize);
+            rows.push((id, n_values, len));
+            n_values += len;
+            Place::Number(narrow(rows.len() - 1))
+        });
+        let handed = net.inputs.iter().filter(|(_, it)| is_handed(it.kind));
+        let asked = net.inputs.iter().filter(|(_, it)| it.kind == InputKind::Extern);
+        let inputs =
+            handed.chain(asked).enumerate().map(|(at, (id, _))| (id, narrow(at))).collect();
+        let is_action = |id: &OutputId| matches!(net.outputs[*id].driver, Driver::Extern { .. });
+        let all: Vec<OutputId> = net.outputs.iter().map(|(id, _)| id).collect();
+        let actions: Vec<OutputId> = all.iter().copied().filter(is_action).collect();
+        let others = all.iter().copied().filter(|id| !is_action(id));
+        let outputs = others.enumerate().map(|(at, id)| (id, narrow(at))).collect();
+        let mut texts = Vec::new();
+        let mut note = |language: &str, text: &str| {
+            if is_c(language) && !texts.iter().any(|known| known == text) {
+                texts.push(text.to_owned());
+            }
+        };
+        for effect in &program.reset_effects {
+            if let ResetEffect::Code(text) = effect {
+                note(&text.language, &text.text);
+            }
+        }
+        each_statement(&program.body, &mut |stmt| {
+            if let Stmt::Code(text) = stmt {
+                note(&text.language, &text.text);
+            }
+        });
+        Places { cells, rows, inputs, actions, outputs, texts, n_bits, n_values }
+    }
+}
+
+/// Calls `visit` with every statement, inner ones too.
+fn each_statement(list: &[Stmt], visit: &mut impl FnMut(&Stmt)) {
+    for stmt in list {
+        visit(stmt);
+        match stmt {
+            Stmt::If(_, then, otherwise) => {
+                each_statement(then, visit);
+                each_statement(otherwise, visit);
+            }
+            Stmt::Repeat { body, .. } => each_statement(body, visit),
+            Stmt::Set(..)
+            | Stmt::Store(..)
+            | Stmt::Output(..)
+            | Stmt::Call(..)
+            | Stmt::Code(_)
+            | Stmt::Fault(_) => {}
+        }
+    }
+}

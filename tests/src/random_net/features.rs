@@ -1,0 +1,241 @@
+//! What a random net may have, and the sets of it that the tests draw from.
+
+use grafsynth_ir::net::Policy;
+use grafsynth_sim::Random;
+
+/// What a random net may have. A feature that is off never occurs; one that is on occurs in some nets.
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[expect(missing_docs, reason = "each flag names the thing that it switches")]
+#[expect(clippy::struct_excessive_bools, reason = "they are switches")]
+pub struct Features {
+    /// Those to choose from; at least one.
+    pub policies: Vec<Policy>,
+    pub single: bool,
+    pub stable: bool,
+    /// The largest number of steps, at least 1. A statechart may have a few more, to close its regions.
+    pub max_steps: usize,
+    /// Also source and sink transitions, shared sources, several initial steps, transitions from anywhere to anywhere.
+    pub odd_shapes: bool,
+    /// Rows of steps whose transitions compete pairwise, up to 15 steps more than `max_steps`.
+    pub conflict_chains: bool,
+    pub edges: bool,
+    pub timers: bool,
+    /// Values of variables and inputs: 8-bit, negative, and across the border of 16 bits.
+    pub integers: bool,
+    /// Also the first and last values of 16 and 32 bits and one beyond, and divisors that are no constants.
+    pub wide_integers: bool,
+    /// Also times about the most that 8 and 16 bits hold.
+    pub long_times: bool,
+    pub arrays: bool,
+    pub events: bool,
+    pub raise: bool,
+    pub stored_outputs: bool,
+    pub controlled_actions: bool,
+    pub tasks: bool,
+    /// Variables of halting steps are buffered or protected.
+    pub sharing: bool,
+    pub reactions: bool,
+    pub forcing: bool,
+    pub enclosing: bool,
+    pub several_parts: bool,
+    pub history: bool,
+    pub sends: bool,
+    pub finals: bool,
+    pub mealy: bool,
+    pub restart: bool,
+    pub otherwise: bool,
+    pub simultaneous: bool,
+    pub fire_one: bool,
+    pub externs: bool,
+    pub unspecified: bool,
+    pub assumptions: bool,
+    /// A condition that forces all outputs, and safe values for it. Drawn from numbers of its own: what else a net has is the same without.
+    pub emergency: bool,
+    /// Most receptivities are over inputs only, so that whole components wait for nothing else.
+    pub waits_for_inputs: bool,
+}
+
+impl Features {
+    /// Everything that semantics.md says.
+    #[must_use]
+    pub fn everything() -> Self {
+        use Policy::{All, InnerFirst, OuterFirst, Priority, PriorityAge};
+        Features {
+            policies: vec![All, Priority, PriorityAge, InnerFirst, OuterFirst],
+            single: true,
+            stable: true,
+            max_steps: 12,
+            odd_shapes: true,
+            conflict_chains: true,
+            edges: true,
+            timers: true,
+            integers: true,
+            wide_integers: false,
+            long_times: false,
+            arrays: true,
+            events: true,
+            raise: true,
+            stored_outputs: true,
+            controlled_actions: true,
+            tasks: true,
+            sharing: true,
+            reactions: true,
+            forcing: true,
+            enclosing: true,
+            several_parts: true,
+            history: true,
+            sends: true,
+            finals: true,
+            mealy: true,
+            restart: true,
+            otherwise: true,
+            simultaneous: true,
+            fire_one: true,
+            externs: true,
+            unspecified: false,
+            assumptions: true,
+            emergency: true,
+            waits_for_inputs: false,
+        }
+    }
+
+    /// Everything that a program can do that is emitted: also numbers and times at the ends of what 8, 16 and 32 bits hold.
+    #[must_use]
+    pub fn program() -> Self {
+        Features { wide_integers: true, long_times: true, ..Self::everything() }
+    }
+
+    /// A part of these features, another for each seed: every switch that is on goes off once in three times. Charts with everything are alike in having
+    /// everything; what shows only where something is absent needs charts without it.
+    #[must_use]
+    pub fn some(&self, seed: u64) -> Self {
+        let mut random = Random::new(seed ^ 0x5eed);
+        let mut some = self.clone();
+        if let Some(policy) = random.pick(&self.policies) {
+            some.policies = vec![*policy];
+        }
+        for switch in some.switches() {
+            *switch &= !random.one_in(3);
+        }
+        // Something must be left to choose from.
+        some.single |= !some.stable;
+        some
+    }
+
+    /// All of them but `unspecified`, which leaves cells open that two engines may fill differently.
+    fn switches(&mut self) -> [&mut bool; 29] {
+        [
+            &mut self.single,
+            &mut self.stable,
+            &mut self.odd_shapes,
+            &mut self.conflict_chains,
+            &mut self.edges,
+            &mut self.timers,
+            &mut self.integers,
+            &mut self.wide_integers,
+            &mut self.long_times,
+            &mut self.arrays,
+            &mut self.events,
+            &mut self.raise,
+            &mut self.stored_outputs,
+            &mut self.controlled_actions,
+            &mut self.tasks,
+            &mut self.reactions,
+            &mut self.forcing,
+            &mut self.enclosing,
+            &mut self.several_parts,
+            &mut self.history,
+            &mut self.sends,
+            &mut self.finals,
+            &mut self.mealy,
+            &mut self.restart,
+            &mut self.otherwise,
+            &mut self.simultaneous,
+            &mut self.fire_one,
+            &mut self.externs,
+            &mut self.assumptions,
+        ]
+    }
+
+    /// Steps, transitions, conditions over Boolean inputs and step bits, continuous outputs; nothing else.
+    #[must_use]
+    pub fn plain() -> Self {
+        Features {
+            policies: vec![Policy::All, Policy::Priority, Policy::PriorityAge],
+            single: true,
+            stable: false,
+            max_steps: 8,
+            odd_shapes: false,
+            conflict_chains: true,
+            edges: false,
+            timers: false,
+            integers: false,
+            wide_integers: false,
+            long_times: false,
+            arrays: false,
+            events: false,
+            raise: false,
+            stored_outputs: false,
+            controlled_actions: false,
+            tasks: false,
+            sharing: false,
+            reactions: false,
+            forcing: false,
+            enclosing: false,
+            several_parts: false,
+            history: false,
+            sends: false,
+            finals: false,
+            mealy: false,
+            restart: false,
+            otherwise: false,
+            simultaneous: false,
+            fire_one: false,
+            externs: false,
+            unspecified: false,
+            assumptions: false,
+            emergency: false,
+            waits_for_inputs: false,
+        }
+    }
+
+    /// Statecharts as tables of states and transitions have them: regions, histories, inner and outer transitions, events.
+    #[must_use]
+    pub fn tabular_statecharts() -> Self {
+        Features {
+            policies: vec![Policy::InnerFirst, Policy::OuterFirst],
+            single: false,
+            stable: true,
+            max_steps: 12,
+            timers: true,
+            integers: true,
+            events: true,
+            edges: true,
+            stored_outputs: true,
+            emergency: true,
+            reactions: true,
+            history: true,
+            ..Self::plain()
+        }
+    }
+
+    /// What a chip can do: evolution `single`, small integers, no calls with arguments.
+    #[must_use]
+    pub fn chip() -> Self {
+        Features {
+            stable: false,
+            arrays: false,
+            externs: false,
+            policies: vec![Policy::All, Policy::Priority, Policy::PriorityAge],
+            max_steps: 8,
+            ..Self::everything()
+        }
+    }
+
+    /// The same without statecharts.
+    #[must_use]
+    pub fn without_statecharts(mut self) -> Self {
+        self.policies.retain(|policy| !policy.is_statechart());
+        self
+    }
+}
