@@ -251,6 +251,12 @@ impl<L> Expr<L> {
         Self::junction(operands, false)
     }
 
+    /// The operands of a conjunction; what is none is its own only factor.
+    #[must_use]
+    pub fn factors(&self) -> &[Expr<L>] {
+        if let ExprKind::And(factors) = &self.kind { factors } else { std::slice::from_ref(self) }
+    }
+
     fn junction(operands: impl IntoIterator<Item = Expr<L>>, is_and: bool) -> Self {
         let mut flat = Vec::new();
         for operand in operands {

@@ -8,18 +8,10 @@ use grafsynth_sim::{InputRow, Situation};
 pub(crate) fn reads_inputs_only(net: &Net, transition: &Transition) -> bool {
     let mut only = transition.events.is_empty();
     transition.guard.for_each_leaf(&mut |leaf| {
-        only &= match leaf {
-            Leaf::Input(input) => !net.inputs[*input].kind.is_event(),
-            Leaf::Active(_) => true,
-            Leaf::Var(_)
-            | Leaf::Elapsed(_)
-            | Leaf::LastElapsed(_)
-            | Leaf::TasksDone(_)
-            | Leaf::Timer(_)
-            | Leaf::Rise(_)
-            | Leaf::Fall(_)
-            | Leaf::Fireable(_)
-            | Leaf::Controlled(_) => false,
+        only &= if let Leaf::Input(input) = leaf {
+            !net.inputs[*input].kind.is_event()
+        } else {
+            matches!(leaf, Leaf::Active(_))
         };
     });
     only

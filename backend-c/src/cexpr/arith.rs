@@ -219,7 +219,7 @@ mod tests {
         assert_eq!(CExpr::arith(ArithOp::Sub, n(), n()).constant(), Some(0));
         assert_eq!(CExpr::arith(ArithOp::Mod, n(), n()).constant(), Some(0));
         assert_eq!(CExpr::arith(ArithOp::Div, n(), n()).constant(), Some(1));
-        assert_eq!(CExpr::arith(ArithOp::Add, n(), n()).text, "(int)n + n");
+        assert_eq!(CExpr::arith(ArithOp::Add, n(), n()).text, "(int)n + (int)n");
     }
 
     #[test]

@@ -415,19 +415,9 @@ fn lists(net: &Net, facts: &Facts, plan: &mut Plan) -> Result<(), Refusal> {
     let foreign = |expr: &Expr, machine: usize| {
         let mut found = false;
         expr.for_each_leaf(&mut |leaf| {
-            found |= match *leaf {
-                Leaf::Var(var) => writer[var].is_some_and(|owner| owner != machine),
-                Leaf::Input(_)
-                | Leaf::Active(_)
-                | Leaf::Elapsed(_)
-                | Leaf::LastElapsed(_)
-                | Leaf::TasksDone(_)
-                | Leaf::Timer(_)
-                | Leaf::Rise(_)
-                | Leaf::Fall(_)
-                | Leaf::Fireable(_)
-                | Leaf::Controlled(_) => false,
-            };
+            if let Leaf::Var(var) = *leaf {
+                found |= writer[var].is_some_and(|owner| owner != machine);
+            }
         });
         found
     };

@@ -374,11 +374,7 @@ impl Writer {
         for (index, transition) in flat.transitions.iter().enumerate() {
             if let Some((first, others)) = transition.sources.split_first() {
                 let mut factors: Vec<Expr> = others.iter().map(active).collect();
-                match transition.guard.as_ref().map(|guard| (&guard.kind, guard)) {
-                    Some((ExprKind::And(inner), _)) => factors.extend(inner.iter().cloned()),
-                    Some((_, guard)) => factors.push(guard.clone()),
-                    None => {}
-                }
+                factors.extend(transition.guard.iter().flat_map(Expr::factors).cloned());
                 let factors = factors.iter().map(without_places).collect();
                 left_sides.entry(first.to_string()).or_default().push((index, factors));
             }
@@ -428,12 +424,8 @@ fn share(item: &StepItem, name: &str) -> Option<Option<Vec<Expr>>> {
         StepItemKind::Action { target, arguments: None, how: ActionHow::Bare, condition }
             if target.text == name =>
         {
-            let factors = match condition.as_ref().map(|condition| (&condition.kind, condition)) {
-                Some((ExprKind::And(inner), _)) => inner.iter().map(without_places).collect(),
-                Some((_, condition)) => vec![without_places(condition)],
-                None => Vec::new(),
-            };
-            Some(Some(factors))
+            let factors = condition.iter().flat_map(Expr::factors);
+            Some(Some(factors.map(without_places).collect()))
         }
         StepItemKind::Action { target, .. } if target.text == name => None,
         StepItemKind::Action { .. }

@@ -383,44 +383,17 @@ impl Builder {
 
     /// Preceding steps are factors of the left side; the other factors are the receptivity.
     fn left_side(&mut self, rule: &Rule) -> (Vec<Path>, Option<Expr>) {
-        let Some(left) = rule.left.clone() else { return (Vec::new(), None) };
+        let Some(left) = &rule.left else { return (Vec::new(), None) };
         let span = left.span;
-        let factors = match left.kind {
-            ExprKind::And(factors) => factors,
-            kind @ (ExprKind::Bool(_)
-            | ExprKind::Int(_)
-            | ExprKind::Leaf(_)
-            | ExprKind::Element(..)
-            | ExprKind::Not(_)
-            | ExprKind::Or(_)
-            | ExprKind::Compare(..)
-            | ExprKind::Neg(_)
-            | ExprKind::Arith(..)
-            | ExprKind::Select(..)) => vec![Expr::new(kind, span)],
-        };
         let (mut sources, mut guard) = (Vec::new(), Vec::new());
-        for factor in factors {
-            match &factor.kind {
-                ExprKind::Leaf(Leaf::Name(path))
-                    if path.names.len() == 1 && self.listed.steps.contains(&path.names[0].text) =>
-                {
-                    sources.push(path.clone());
-                }
-                ExprKind::Bool(_)
-                | ExprKind::Int(_)
-                | ExprKind::Leaf(_)
-                | ExprKind::Element(..)
-                | ExprKind::Not(_)
-                | ExprKind::And(_)
-                | ExprKind::Or(_)
-                | ExprKind::Compare(..)
-                | ExprKind::Neg(_)
-                | ExprKind::Arith(..)
-                | ExprKind::Select(..) => {
-                    if self.no_bare_step(&factor) {
-                        guard.push(factor);
-                    }
-                }
+        for factor in left.factors() {
+            if let ExprKind::Leaf(Leaf::Name(path)) = &factor.kind
+                && path.names.len() == 1
+                && self.listed.steps.contains(&path.names[0].text)
+            {
+                sources.push(path.clone());
+            } else if self.no_bare_step(factor) {
+                guard.push(factor.clone());
             }
         }
         let guard = match guard.len() {
@@ -471,11 +444,7 @@ impl Builder {
             Expr::leaf(Leaf::Name(Path { names }), path.span())
         };
         let mut factors: Vec<Expr> = others.iter().map(active).collect();
-        match guard.map(|guard| (&guard.kind, guard)) {
-            Some((ExprKind::And(inner), _)) => factors.extend(inner.iter().cloned()),
-            Some((_, guard)) => factors.push(guard.clone()),
-            None => {}
-        }
+        factors.extend(guard.into_iter().flat_map(Expr::factors).cloned());
         let condition = match factors.len() {
             0 => None,
             1 => factors.pop(),
@@ -562,27 +531,18 @@ fn plain(name: &Name, is_output: bool) -> Declaration {
 
 /// All names without dots, those inside edges and delays included.
 fn bare_names(expr: &Expr, visit: &mut dyn FnMut(&Name)) {
-    match &expr.kind {
-        ExprKind::Leaf(leaf) | ExprKind::Element(leaf, _) => match leaf {
+    if let ExprKind::Leaf(leaf) | ExprKind::Element(leaf, _) = &expr.kind {
+        match leaf {
             Leaf::Name(path) => {
                 if let [only] = path.names.as_slice() {
                     visit(only);
                 }
             }
             Leaf::Rise(inner) | Leaf::Fall(inner) | Leaf::Delay(_, inner, _) => {
-                bare_names(inner, visit)
+                bare_names(inner, visit);
             }
             Leaf::Otherwise | Leaf::Duration(_) => {}
-        },
-        ExprKind::Bool(_)
-        | ExprKind::Int(_)
-        | ExprKind::Not(_)
-        | ExprKind::And(_)
-        | ExprKind::Or(_)
-        | ExprKind::Compare(..)
-        | ExprKind::Neg(_)
-        | ExprKind::Arith(..)
-        | ExprKind::Select(..) => {}
+        }
     }
     for operand in expr.operands() {
         bare_names(operand, visit);
