@@ -82,6 +82,17 @@ pub enum Style {
 }
 
 impl Style {
+    /// All of them.
+    pub const ALL: [Style; 7] = [
+        Style::Auto,
+        Style::Switch,
+        Style::Tables,
+        Style::Bits,
+        Style::Engine,
+        Style::Program,
+        Style::Btrans,
+    ];
+
     /// The word on the command line.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -99,17 +110,7 @@ impl Style {
     /// The style of that name.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
-        [
-            Style::Auto,
-            Style::Switch,
-            Style::Tables,
-            Style::Bits,
-            Style::Engine,
-            Style::Program,
-            Style::Btrans,
-        ]
-        .into_iter()
-        .find(|style| style.name() == name)
+        Self::ALL.into_iter().find(|style| style.name() == name)
     }
 }
 

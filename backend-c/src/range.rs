@@ -27,7 +27,8 @@ impl Range {
     /// The largest value, if that of a union of such members tells whether one of them is above it.
     pub(crate) fn union(&self) -> Option<(&'static str, i64)> {
         let (least, largest) = bounds(self.ty);
-        let is_mask = self.hi >= 0 && (self.hi + 1) & self.hi == 0;
+        let is_mask =
+            self.hi >= 0 && self.hi.checked_add(1).is_some_and(|next| next & self.hi == 0);
         let ty = if self.ty == "bool" { "uint8_t" } else { self.ty };
         (least == 0 && self.lo == 0 && self.hi < largest && is_mask).then_some((ty, self.hi))
     }
@@ -66,6 +67,7 @@ fn bounds(ty: &str) -> (i64, i64) {
         "uint16_t" => (0, 0xffff),
         "int32_t" => (i64::from(i32::MIN), i64::from(i32::MAX)),
         "uint32_t" => (0, i64::from(u32::MAX)),
-        _ => (i64::MIN, i64::MAX),
+        "int64_t" => (i64::MIN, i64::MAX),
+        other => unreachable!("no member has the type {other}"),
     }
 }

@@ -129,6 +129,9 @@ impl Bench {
 
     fn run_8051(&self) -> Result<(), EngineError> {
         let (main, stack) = (self.address("_main")?, self.address("__start__stack")?);
+        if self.largest_frame()? >= stack {
+            return Err(EngineError::Refused(vec![too_deep(stack)]));
+        }
         let door = format!("if=xram[0xffff],in={STIMULUS},out={ANSWER}");
         let arguments = ["-t", "C52", "-I", &door, "chart.ihx"];
         let run = self.start_with(&SIMULATOR, &arguments, commands(main, stack).as_bytes())?;
@@ -142,6 +145,25 @@ impl Bench {
             let why = format!("s51 ended with {} {}", run.ending, said.trim());
             Err(EngineError::Failed(why))
         }
+    }
+
+    /// The most bytes that a function of the chart puts on the stack at once, from what sdcc wrote: `add a,#0x30`, then `mov sp,a`. Adding more than 127 takes them
+    /// off again, and single bytes are counted up.
+    fn largest_frame(&self) -> Result<u32, EngineError> {
+        let mut largest = 0;
+        for source in std::iter::once(BENCH).chain(self.sources.iter().map(String::as_str)) {
+            let text = self.read(&source.replace(".c", ".asm"))?;
+            for (first, second) in text.lines().zip(text.lines().skip(1)) {
+                let (first, second) = (first.trim(), second.trim());
+                if let Some(bytes) = first.strip_prefix("add\ta,#0x")
+                    && second == "mov\tsp,a"
+                    && let Ok(bytes @ ..=127) = u32::from_str_radix(bytes, 16)
+                {
+                    largest = largest.max(bytes);
+                }
+            }
+        }
+        Ok(largest)
     }
 
     /// Where the linker placed this name, from its map: `C:   00000BB1  _main   bench_main`, or without the letter in internal RAM.
@@ -159,8 +181,7 @@ impl Bench {
 /// What is typed on the console. Before `main` the pointer is not set yet. (`-G` would start the machine too, but then the end of the console's input stops it
 /// wherever it is.)
 ///
-/// A pointer that has run over its end by less than `stack` is below it. No function of ours takes that much at once: the largest frame of the engines has 48 bytes, and
-/// where an engine is, more than these lie below the stack.
+/// A pointer that has run over its end by less than `stack` is below it; by more it cannot where no function takes more at once ([`Bench::largest_frame`]).
 fn commands(main: u32, stack: u32) -> String {
     // The pointer is at the last byte that is used, so in `main` it is one below the first byte of the stack.
     let lowest = stack.saturating_sub(1);
@@ -208,10 +229,11 @@ mod tests {
         "static uint8_t deep(uint8_t n) __reentrant { return n ? deep(n - 1) + v : v; }
         static uint8_t (*volatile f)(uint8_t) __reentrant = deep;";
 
-    /// Functions that keep this many bytes on the stack, the second while the first goes on.
-    fn frames(outer: u8, inner: u8) -> String {
+    /// Functions that keep this many bytes on the stack, the second while the first goes on, above so many bytes of data.
+    fn frames(data: u8, outer: u8, inner: u8) -> String {
         format!(
-            "static uint8_t in(uint8_t n) __reentrant {{
+            "volatile __data uint8_t below[{data}];
+            static uint8_t in(uint8_t n) __reentrant {{
                 uint8_t a[{inner}]; uint8_t i; for (i = 0; i < {inner}; i++) {{ a[i] = i ^ v; }} return a[n]; }}
             static uint8_t out(uint8_t n) __reentrant {{
                 uint8_t a[{outer}]; uint8_t i; for (i = 0; i < {outer}; i++) {{ a[i] = i ^ v; }} return a[n] + in(n); }}"
@@ -231,8 +253,10 @@ mod tests {
         assert_eq!(fits.ok(), Some(21));
         let programs = [
             (CALLS.to_owned(), "f(200)", true),
-            (frames(150, 60), "out(6)", false),
-            (frames(150, 92), "out(6)", true),
+            (frames(60, 50, 50), "out(6) + below[5]", false),
+            (frames(100, 90, 60), "out(6) + below[5]", true),
+            // Too much at once to be watched.
+            (frames(10, 90, 60), "out(6) + below[5]", true),
         ];
         for (functions, value, expected) in programs {
             let found = outcome(&functions, value).expect("the machine is here");

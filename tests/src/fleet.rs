@@ -114,7 +114,7 @@ pub fn emitted(net: &Valid<Net>, mut options: Options) -> Result<(Package, Optio
 }
 
 /// The features of a seed's chart: of three charts one has all that a program can have, one a part of that, and one a part of what the shapes with state
-/// variables carry of Grafcet, or what tables are for, which they would hardly ever meet by chance.
+/// variables carry of Grafcet, or what tables and their engine are for, which they would hardly ever meet by chance.
 #[must_use]
 pub fn features(seed: u64, style: Style, max_steps: usize) -> Features {
     let all = Features { max_steps, ..Features::program() };
@@ -127,6 +127,12 @@ pub fn features(seed: u64, style: Style, max_steps: usize) -> Features {
         let mixed =
             Features { several_parts: true, timers: true, mealy: true, ..Features::plain() };
         return Features { waits_for_inputs: true, max_steps, ..mixed };
+    }
+    if style == Style::Engine && seed % 3 == 2 {
+        // What the table engine carries without a program.
+        let tables = [Features::tabular(), Features::tabular_statecharts()];
+        let tables = tables[(seed / 3 % 2) as usize].clone();
+        return Features { several_parts: true, max_steps, ..tables };
     }
     match seed % 3 {
         0 if style != Style::Engine => all,
@@ -374,6 +380,10 @@ pub const PROPERTIES: &[(&str, Has)] = &[
     ("histories", |it| !it.net.histories.is_empty()),
     ("sends", |it| !it.net.sends.is_empty()),
     ("final states", |it| has_kind(&it.net, StepKind::Final)),
+    ("emergency", |it| it.net.emergency.is_some()),
+    ("safe values without one", |it| {
+        it.net.emergency.is_none() && it.net.outputs.values().any(|it| it.safe.is_some())
+    }),
     ("words", |it| it.options.io == Io::Words),
     ("gate", |it| it.options.gate),
     ("safe state", |it| it.options.safe_state),

@@ -93,18 +93,7 @@ fn agree_as(features: &Features, style: Style, shape: &str, wanted: u64, most: u
 /// Grafcet charts: shared steps, forks, several micro-steps, edges, times, numbers.
 #[test]
 fn grafcet_charts_as_tables_do_what_the_net_does() {
-    let features = Features {
-        policies: vec![Policy::All, Policy::Priority],
-        stable: true,
-        odd_shapes: true,
-        edges: true,
-        timers: true,
-        integers: true,
-        stored_outputs: true,
-        emergency: true,
-        ..Features::plain()
-    };
-    agree(&features, rounds(20, 240), rounds(400, 10_000));
+    agree(&Features::tabular(), rounds(20, 240), rounds(400, 10_000));
 }
 
 /// Statecharts: regions, histories, inner and outer transitions, events.

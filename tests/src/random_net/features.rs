@@ -122,8 +122,8 @@ impl Features {
         some
     }
 
-    /// All of them but `unspecified`, which leaves cells open that two engines may fill differently.
-    fn switches(&mut self) -> [&mut bool; 29] {
+    /// All of them but `unspecified`, which leaves cells open that two engines may fill differently, and `waits_for_inputs`, which is a shape and no thing that a net has.
+    fn switches(&mut self) -> [&mut bool; 31] {
         [
             &mut self.single,
             &mut self.stable,
@@ -154,6 +154,8 @@ impl Features {
             &mut self.fire_one,
             &mut self.externs,
             &mut self.assumptions,
+            &mut self.sharing,
+            &mut self.emergency,
         ]
     }
 
@@ -196,6 +198,22 @@ impl Features {
             assumptions: false,
             emergency: false,
             waits_for_inputs: false,
+        }
+    }
+
+    /// What the table engine carries of Grafcet without a program.
+    #[must_use]
+    pub fn tabular() -> Self {
+        Features {
+            policies: vec![Policy::All, Policy::Priority],
+            stable: true,
+            odd_shapes: true,
+            edges: true,
+            timers: true,
+            integers: true,
+            stored_outputs: true,
+            emergency: true,
+            ..Self::plain()
         }
     }
 

@@ -496,7 +496,7 @@ impl<'f> Builder<'f> {
         }
         let apart = Random::new(self.random.clone().bits() ^ 0x5AFE);
         let own = std::mem::replace(&mut self.random, apart);
-        if self.random.one_in(4) {
+        if self.random.one_in(3) {
             let ids: Vec<OutputId> = self.net.outputs.ids().collect();
             for id in ids {
                 let output = &mut self.net.outputs[id];
@@ -506,11 +506,14 @@ impl<'f> Builder<'f> {
                     output.safe = Some(self.random.between(lo, hi));
                 }
             }
-            let mut condition = self.quiet_condition(2);
-            if self.asks_extern(&condition) {
-                condition = self.active_leaf();
+            // Safe values are for a stop too.
+            if !self.random.one_in(4) {
+                let mut condition = self.quiet_condition(2);
+                if self.asks_extern(&condition) {
+                    condition = self.active_leaf();
+                }
+                self.net.emergency = Some(Emergency { condition, meta: Meta::default() });
             }
-            self.net.emergency = Some(Emergency { condition, meta: Meta::default() });
         }
         self.random = own;
     }
