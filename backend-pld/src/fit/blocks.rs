@@ -4,9 +4,10 @@
 //! number of signals that a block reads. Functions that no pin shows get a block here and no macrocell: which one, and the way of every signal, is
 //! the fitter's choice.
 
+use super::attempt::Attempt;
 use super::misfit::{Homeless, Misfit, Obstacles};
 use super::need::{Need, View};
-use super::pins::{Attempt, Order};
+use super::pins::Order;
 use crate::device::{Blocks, Device};
 use crate::equations::{Equations, SignalIndex, Source};
 use grafsynth_ir::diag::Diagnostic;

@@ -1,7 +1,7 @@
 //! What does not fit, in the user's terms.
 
+use super::attempt::Attempt;
 use super::need::Need;
-use super::pins::Attempt;
 use crate::codes;
 use crate::device::Device;
 use crate::equations::{Equations, SignalIndex, Source, source_name};

@@ -11,6 +11,7 @@
 //!                                          └─ place  the macrocells of the device, for the fuse mapper
 //! ```
 
+mod attempt;
 mod blocks;
 mod decide;
 mod divide;

@@ -1,5 +1,6 @@
 //! Pins: the user's wishes first, then what is left.
 
+use super::attempt::Attempt;
 use super::matching::{Matching, Wish, source_key};
 use super::misfit::{Misfit, Obstacles};
 use super::need::{Need, Refusal, View};
@@ -17,24 +18,6 @@ pub(crate) struct Order {
     /// Everything that looks for a pin, signals of the board too.
     pub(crate) wishes: Vec<Wish>,
     pub(crate) has_registers: bool,
-}
-
-/// What came of placing everything in one mode.
-#[derive(Debug)]
-pub(crate) struct Attempt {
-    pub(crate) view: View,
-    /// Signals by pin.
-    pub(crate) pins: Vec<(u32, SignalIndex)>,
-    /// What found no pin.
-    pub(crate) left: Vec<Wish>,
-    /// Pins of the board that cannot carry what they are given: the wish's place in [`Order::board`], and why.
-    pub(crate) refused: Vec<(usize, Need, Refusal)>,
-}
-
-impl Attempt {
-    pub(crate) fn fits(&self) -> bool {
-        self.left.is_empty() && self.refused.is_empty()
-    }
 }
 
 impl Order {

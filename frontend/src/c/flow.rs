@@ -5,7 +5,7 @@
 //! run all, in order.
 
 use super::ast::{Declaration, Expr, ExprKind, Function, Init, Stmt, StmtKind};
-use super::operators::Num;
+use super::number::Num;
 use super::resolve::{FunctionId, Home, Program, VarId};
 use super::texts::{comment_text, hint, one_line};
 use super::types::Type;

@@ -31,6 +31,7 @@ mod flow;
 mod frame;
 mod lexer;
 mod library;
+mod number;
 mod operators;
 mod parse_expr;
 mod parser;

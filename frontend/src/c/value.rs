@@ -3,7 +3,8 @@
 use super::ast::{BinaryOp, Expr, ExprKind, Init, UnaryOp};
 use super::flow::{CallSite, Flow};
 use super::lexer;
-use super::operators::{Num, Repr, Value, loaded};
+use super::number::{Num, Repr, Value};
+use super::operators::loaded;
 use super::resolve::{FunctionId, Home, Program, Reference, VarId};
 use super::texts::one_line;
 use super::types::{self, Scalar, Type};

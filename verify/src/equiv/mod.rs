@@ -9,84 +9,20 @@
 //!
 //! Where neither ends within its limits the answer is open, and a comparison on random inputs is run so that a wrong circuit is not passed over.
 
-mod binding;
+pub(crate) mod binding;
 mod explicit;
 mod random;
+pub(crate) mod verdict;
 
 use grafsynth_ir::Valid;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::logic::Logic;
 use grafsynth_ir::net::Net;
-use grafsynth_sim::{Difference, Stimulus};
 
 use crate::limits::Limits;
 use crate::symbolic;
-pub(crate) use binding::{Binding, Shown, What};
-
-/// What is known of a circuit and a net.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Verdict {
-    /// They agree for every stimulus that meets the assumptions.
-    Proved(Certificate),
-    /// They do not, and here is where.
-    Refuted(Counterexample),
-    /// It could not be found out, and why; says how many random reactions were compared without a difference.
-    Open(String),
-}
-
-/// How an equivalence was proved.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Certificate {
-    /// The method.
-    pub method: Method,
-    /// Bits that were compared: outputs, steps, variables, the fault flag; for the symbolic method the other flip-flops too.
-    pub compared: usize,
-}
-
-/// The methods of [`equiv`], each with the size of the proof.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Method {
-    /// All reachable states of net and circuit together, each with every input that either of them reads there.
-    Explicit {
-        /// Pairs of a net's and a circuit's state.
-        states: u64,
-        /// Reactions compared.
-        reactions: u64,
-    },
-    /// Induction over the reaction.
-    Symbolic {
-        /// Functions equal by construction.
-        same: usize,
-        /// Functions that the solver proved equal.
-        solved: usize,
-    },
-}
-
-impl std::fmt::Display for Certificate {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self.method {
-            Method::Explicit { states, reactions } => write!(
-                f,
-                "proved by enumeration: {states} states, {reactions} reactions, {} bits compared in each",
-                self.compared
-            ),
-            Method::Symbolic { same, solved } => write!(
-                f,
-                "proved by induction: {} functions, {same} equal by construction, {solved} by the solver",
-                self.compared
-            ),
-        }
-    }
-}
-
-/// A stimulus under which circuit and net differ in its last row.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Counterexample {
-    /// What to feed both.
-    pub stimulus: Stimulus,
-    /// The cell that differs: left is the net, right the circuit. For a piece of state that no trace shows the column is the name of the flip-flop.
-    pub difference: Difference,
-}
+use binding::Binding;
+pub use verdict::{Certificate, Counterexample, Method, Verdict};
 
 /// Steps from which on the symbolic proof is tried first.
 const LARGE: usize = 24;

@@ -34,7 +34,8 @@ use grafsynth_ir::net::{
 };
 use grafsynth_ir::program::Origin;
 
-use crate::equiv::{Binding, Certificate, Method, Shown, Verdict, What};
+use crate::equiv::binding::{Binding, Shown, What};
+use crate::equiv::verdict::{Certificate, Method, Verdict};
 use crate::exclusive::net_expr;
 use crate::explore::Ticks;
 use crate::limits::Limits;

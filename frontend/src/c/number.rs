@@ -1,0 +1,196 @@
+//! Numbers of C as expressions of the net, each with the interval that the net finds for it.
+
+use super::types::Scalar;
+use grafsynth_ir::Span;
+use grafsynth_ir::chart::{Expr, Leaf, Path};
+use grafsynth_ir::expr::{ArithOp, CompareOp, ExprKind, Type as NetType};
+use grafsynth_ir::interval::type_of;
+use grafsynth_ir::{Name, expr};
+
+/// A number of the net with the interval that the net finds for it.
+#[derive(Debug, Clone)]
+pub(super) struct Num {
+    pub(super) expr: Expr,
+    pub(super) lo: i64,
+    pub(super) hi: i64,
+}
+
+/// How a value stands in the net.
+#[derive(Debug, Clone)]
+pub(super) enum Repr {
+    /// 0 or 1 as a truth value.
+    Bool(Expr),
+    Num(Num),
+}
+
+/// The value of a C expression.
+#[derive(Debug, Clone)]
+pub(super) struct Value {
+    pub(super) repr: Repr,
+    pub(super) ty: Scalar,
+}
+
+impl Num {
+    pub(super) fn constant(value: i64, span: Span) -> Num {
+        Num { expr: Expr::new(ExprKind::Int(value), span), lo: value, hi: value }
+    }
+
+    pub(super) fn is_constant(&self) -> bool {
+        matches!(self.expr.kind, ExprKind::Int(_))
+    }
+
+    /// True if writing it twice costs nothing.
+    pub(super) fn is_small(&self) -> bool {
+        matches!(self.expr.kind, ExprKind::Int(_) | ExprKind::Leaf(_))
+    }
+
+    pub(super) fn within(&self, (lo, hi): (i64, i64)) -> bool {
+        self.lo >= lo && self.hi <= hi
+    }
+
+    /// The operation, or none where 64 bits do not hold its interval or the divisor's contains 0.
+    pub(super) fn op(&self, op: ArithOp, other: &Num) -> Option<Num> {
+        let span = self.expr.span.to(other.expr.span);
+        if self.is_constant() && other.is_constant() {
+            return op.apply(self.lo, other.lo).map(|value| Num::constant(value, span));
+        }
+        let neutral = match op {
+            ArithOp::Add | ArithOp::Sub => 0,
+            ArithOp::Mul | ArithOp::Div => 1,
+            ArithOp::Mod => i64::MIN,
+        };
+        if other.is_constant() && other.lo == neutral {
+            return Some(self.clone());
+        }
+        if self.is_constant() && self.lo == neutral && matches!(op, ArithOp::Add | ArithOp::Mul) {
+            return Some(other.clone());
+        }
+        // x mod n where x lies in 0..n already
+        if op == ArithOp::Mod && other.is_constant() && self.lo >= 0 && self.hi < other.lo {
+            return Some(self.clone());
+        }
+        let probe: expr::Expr<bool> = expr::Expr::new(
+            ExprKind::Arith(
+                op,
+                Box::new(expr::Expr::leaf(false, span)),
+                Box::new(expr::Expr::leaf(true, span)),
+            ),
+            span,
+        );
+        let ty = type_of(&probe, &mut |is_second| {
+            if *is_second {
+                NetType::Int { lo: other.lo, hi: other.hi }
+            } else {
+                NetType::Int { lo: self.lo, hi: self.hi }
+            }
+        });
+        let (lo, hi) = ty.ok()?.bounds();
+        let expr = Expr::new(
+            ExprKind::Arith(op, Box::new(self.expr.clone()), Box::new(other.expr.clone())),
+            span,
+        );
+        Some(Num { expr, lo, hi })
+    }
+
+    pub(super) fn by(&self, op: ArithOp, constant: i64) -> Option<Num> {
+        self.op(op, &Num::constant(constant, self.expr.span))
+    }
+
+    pub(super) fn select(condition: Expr, a: &Num, b: &Num) -> Num {
+        let span = a.expr.span.to(b.expr.span);
+        let (lo, hi) = (a.lo.min(b.lo), a.hi.max(b.hi));
+        Num {
+            expr: Expr::new(
+                ExprKind::Select(
+                    Box::new(condition),
+                    Box::new(a.expr.clone()),
+                    Box::new(b.expr.clone()),
+                ),
+                span,
+            ),
+            lo,
+            hi,
+        }
+    }
+
+    pub(super) fn compare(&self, op: CompareOp, other: &Num) -> Expr {
+        if self.is_constant() && other.is_constant() {
+            return Expr::new(ExprKind::Bool(op.apply(self.lo, other.lo)), self.expr.span);
+        }
+        Expr::compare(op, self.expr.clone(), other.expr.clone())
+    }
+
+    pub(super) fn compare_with(&self, op: CompareOp, constant: i64) -> Expr {
+        self.compare(op, &Num::constant(constant, self.expr.span))
+    }
+}
+
+/// The expression without its places, to be compared with others.
+pub(super) fn unplaced(expr: &Expr) -> Expr {
+    let none = Span::default();
+    let plain = |leaf: &Leaf| {
+        let Leaf::Name(path) = leaf else { return leaf.clone() };
+        let names = path.names.iter().map(|name| Name::new(name.text.clone(), none));
+        Leaf::Name(Path { names: names.collect() })
+    };
+    let mapped: Result<Expr, std::convert::Infallible> = expr
+        .try_map(&mut |leaf, _| Ok(Expr::leaf(plain(leaf), none)), &mut |leaf, _| Ok(plain(leaf)));
+    let mut mapped = match mapped {
+        Ok(mapped) => mapped,
+        Err(never) => match never {},
+    };
+    clear(&mut mapped);
+    mapped
+}
+
+fn clear(expr: &mut Expr) {
+    expr.span = Span::default();
+    match &mut expr.kind {
+        ExprKind::Bool(_) | ExprKind::Int(_) | ExprKind::Leaf(_) => {}
+        ExprKind::Element(_, a) | ExprKind::Not(a) | ExprKind::Neg(a) => clear(a),
+        ExprKind::And(all) | ExprKind::Or(all) => all.iter_mut().for_each(clear),
+        ExprKind::Compare(_, a, b) | ExprKind::Arith(_, a, b) => {
+            clear(a);
+            clear(b);
+        }
+        ExprKind::Select(a, b, c) => {
+            clear(a);
+            clear(b);
+            clear(c);
+        }
+    }
+}
+
+/// Levels of an expression's tree.
+pub(super) fn depth(expr: &Expr) -> usize {
+    1 + expr.operands().map(depth).max().unwrap_or(0)
+}
+
+impl Value {
+    pub(super) fn int(value: i64, ty: Scalar, span: Span) -> Value {
+        Value { repr: Repr::Num(Num::constant(value, span)), ty }
+    }
+
+    /// As a number.
+    pub(super) fn num(&self) -> Num {
+        match &self.repr {
+            Repr::Num(num) => num.clone(),
+            Repr::Bool(Expr { kind: ExprKind::Bool(value), span }) => {
+                Num::constant(i64::from(*value), *span)
+            }
+            Repr::Bool(expr) => Num::select(
+                expr.clone(),
+                &Num::constant(1, expr.span),
+                &Num::constant(0, expr.span),
+            ),
+        }
+    }
+
+    /// As a truth value: not 0.
+    pub(super) fn truth(&self) -> Expr {
+        match &self.repr {
+            Repr::Bool(expr) => expr.clone(),
+            Repr::Num(num) => num.compare_with(CompareOp::Ne, 0),
+        }
+    }
+}
