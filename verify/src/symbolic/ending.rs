@@ -9,7 +9,7 @@ use grafsynth_ir::program::ActionPart;
 use super::aig::Lit;
 use super::number::Number;
 use super::reaction::{Maker, Unsupported};
-use super::state::{State, Value};
+use super::state::{State, Value, held_of};
 
 impl Maker<'_> {
     /// E1 to E3.
@@ -250,9 +250,4 @@ impl Maker<'_> {
             })
             .collect()
     }
-}
-
-/// Where the last input of a part's timer is kept: for SD and SL that is the latch.
-pub(super) fn held_of(part: ActionPart) -> ActionPart {
-    if part == ActionPart::DS { ActionPart::DSHeld } else { part }
 }

@@ -1,72 +1,11 @@
 //! Forcing orders (semantics §8) as functions: K3, K5 and N3 of §3.9.
 
-use std::collections::BTreeSet;
-
-use grafsynth_ir::net::{ForcingOrder, Net, StepId, TransitionId};
+use grafsynth_ir::net::StepId;
 
 use super::aig::Lit;
-use super::reaction::{Maker, Unsupported};
-use super::state::{State, is_move};
+use super::reaction::Maker;
+use super::state::State;
 use crate::cover;
-
-/// More charts than that are not unrolled: each costs a situation of its own.
-const CHARTS: usize = 32;
-
-/// All orders for one chart.
-#[derive(Debug, Clone)]
-pub(super) struct ForcedChart {
-    steps: Vec<StepId>,
-    transitions: Vec<TransitionId>,
-    /// The forcing step, and the situation that it asks for; none is `hold`. In declaration order.
-    orders: Vec<(StepId, Option<BTreeSet<StepId>>)>,
-}
-
-/// The forced charts of a net, those that force others before those.
-pub(super) fn forced_charts(net: &Net) -> Result<Vec<ForcedChart>, Unsupported> {
-    let mut charts: Vec<(BTreeSet<usize>, ForcedChart)> = Vec::new();
-    for forcing in &net.forcings {
-        let parts: BTreeSet<usize> = forcing.target.iter().map(|part| part.index()).collect();
-        let wanted = match &forcing.order {
-            ForcingOrder::Situation(steps) => {
-                Some(cover::closure(net, steps.iter().copied()).into_iter().collect())
-            }
-            ForcingOrder::Hold => None,
-        };
-        let order = (forcing.step, wanted);
-        match charts.iter_mut().find(|(known, _)| *known == parts) {
-            Some((_, chart)) => chart.orders.push(order),
-            None => {
-                let steps = net.steps.iter().filter(|(_, step)| parts.contains(&step.part.index()));
-                let steps = steps.map(|(id, _)| id).collect();
-                let transitions =
-                    net.transitions.iter().filter(|(_, one)| parts.contains(&one.part.index()));
-                let transitions =
-                    transitions.map(|(id, _)| id).filter(|id| is_move(net, *id)).collect();
-                charts.push((parts, ForcedChart { steps, transitions, orders: vec![order] }));
-            }
-        }
-    }
-    if charts.len() > CHARTS {
-        return Err(format!(
-            "more than {CHARTS} forced charts are not covered by the symbolic proof"
-        ));
-    }
-    let mut sorted = Vec::new();
-    while !charts.is_empty() {
-        // One that no other of the rest forces; forcing has no cycle.
-        let is_forced_by = |chart: &ForcedChart, parts: &BTreeSet<usize>| {
-            chart.orders.iter().any(|(step, _)| parts.contains(&net.steps[*step].part.index()))
-        };
-        let next = (0..charts.len())
-            .find(|at| {
-                (0..charts.len())
-                    .all(|other| other == *at || !is_forced_by(&charts[*at].1, &charts[other].0))
-            })
-            .unwrap_or(0);
-        sorted.push(charts.remove(next).1);
-    }
-    Ok(sorted)
-}
 
 impl Maker<'_> {
     /// K3: transitions of a chart that an active step forces do not fire.

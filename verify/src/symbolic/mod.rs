@@ -15,6 +15,7 @@ mod aig;
 mod codes;
 mod dominance;
 mod ending;
+mod forced;
 mod forcing;
 mod image;
 mod number;

@@ -12,10 +12,9 @@ use grafsynth_ir::net::{
 };
 
 use super::aig::{Aig, Lit};
-use super::ending::held_of;
-use super::forcing::{ForcedChart, forced_charts};
+use super::forced::{ForcedChart, forced_charts};
 use super::number::Number;
-use super::state::{Shape, State, Value, is_move};
+use super::state::{Shape, State, Value, held_of, is_move};
 use crate::exclusive::entered;
 
 /// The inputs of a reaction.

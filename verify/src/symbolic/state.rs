@@ -355,3 +355,8 @@ impl Shape {
 pub(crate) fn is_move(net: &Net, transition: grafsynth_ir::net::TransitionId) -> bool {
     net.transitions[transition].kind == TransitionKind::Move
 }
+
+/// Where the last input of a part's timer is kept: for SD and SL that is the latch.
+pub(super) fn held_of(part: ActionPart) -> ActionPart {
+    if part == ActionPart::DS { ActionPart::DSHeld } else { part }
+}
