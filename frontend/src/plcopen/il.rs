@@ -6,7 +6,7 @@
 
 use grafsynth_ir::Name;
 
-use super::project::Unit;
+use super::reader::Unit;
 use crate::st::ast::{Arg, Expr, ExprKind, Op, Stmt, StmtKind};
 use crate::st::lexer::{Kind, LexError, Places, Token, tokens};
 use crate::st::parse_stmt::{duration, number};

@@ -14,6 +14,7 @@
 mod il;
 mod network;
 mod project;
+mod reader;
 mod sfc;
 mod write;
 
@@ -53,7 +54,7 @@ pub fn parse_within(file: FileId, text: &str, limits: &Limits) -> Parsed {
         return Parsed { diagnostics: findings.finish(), ..Parsed::default() };
     }
     let mut reader =
-        project::Reader { file, text, findings: &mut findings, nesting: limits.nesting };
+        reader::Reader { file, text, findings: &mut findings, nesting: limits.nesting };
     let library = reader.project(root);
     crate::st::finish(&library, findings)
 }

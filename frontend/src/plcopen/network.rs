@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use grafsynth_ir::{Name, Span};
 use roxmltree::Node;
 
-use super::project::{Reader, Unit, child, children, constant, tag};
+use super::reader::{Reader, Unit, child, children, constant, tag};
 use crate::st::ast::{Arg, Expr, ExprKind, Stmt, StmtKind};
 
 /// The elements of a picture by their numbers.

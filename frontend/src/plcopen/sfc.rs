@@ -8,7 +8,7 @@ use grafsynth_ir::{Name, Span};
 use roxmltree::Node;
 
 use super::network::{self, Network};
-use super::project::{Reader, Unit, child, children, tag};
+use super::reader::{Reader, Unit, child, children, tag};
 use crate::codes;
 use crate::st::ast::{
     Action, Element, Expr, ExprKind, MacroStep, Role, Sfc, Step, Transition, Use,

@@ -1,0 +1,170 @@
+//! What every part of a project is read with: elements, names, and the structured text in them.
+
+use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::{FileId, Name, Span};
+use roxmltree::Node;
+
+use crate::graf::parser::Findings;
+use crate::st::ast::{Expr, ExprKind, Refusal, Section, Stmt, TypeKind, TypeRef, Var};
+use crate::st::lexer::{Kind, Places};
+use crate::st::parse::Parser;
+use crate::xml::{self, Mapped};
+
+pub(super) struct Reader<'r, 't> {
+    pub(super) file: FileId,
+    pub(super) text: &'t str,
+    pub(super) findings: &'r mut Findings,
+    pub(super) nesting: u32,
+}
+
+/// The unit that is being read: what its bodies add to it.
+#[derive(Debug, Default)]
+pub(super) struct Unit {
+    pub(super) refused: Vec<Refusal>,
+    /// Instances that pictures need and no one declares: detectors of edges.
+    pub(super) vars: Vec<Var>,
+}
+
+impl Unit {
+    pub(super) fn refuse(&mut self, what: impl Into<String>, span: Span, help: &str) {
+        // As many as are shown; what lies behind follows from them.
+        if self.refused.len() < 10_000 {
+            self.refused.push(Refusal { what: what.into(), span, help: help.to_owned() });
+        }
+    }
+
+    /// An instance of R_TRIG or F_TRIG of its own.
+    pub(super) fn edge(&mut self, base: &str, is_rising: bool, span: Span) -> Name {
+        let word = if is_rising { "rise" } else { "fall" };
+        let mut n = 1;
+        let name = loop {
+            let name =
+                format!("{base}_{word}{}", if n > 1 { n.to_string() } else { String::new() });
+            if self.vars.iter().all(|var| !var.name.text.eq_ignore_ascii_case(&name)) {
+                break name;
+            }
+            n += 1;
+        };
+        let ty = if is_rising { "R_TRIG" } else { "F_TRIG" };
+        let name = Name::new(name, span);
+        self.vars.push(Var {
+            name: name.clone(),
+            section: Section::Local,
+            is_constant: false,
+            ty: TypeRef { kind: TypeKind::Named(ty.to_owned()), span },
+            init: None,
+            address: None,
+            label: String::new(),
+        });
+        name
+    }
+}
+
+/// The local name of an element.
+pub(super) fn tag<'a>(node: Node<'a, '_>) -> &'a str {
+    node.tag_name().name()
+}
+
+/// The first child element of that name.
+pub(super) fn child<'a, 'd>(node: Node<'a, 'd>, name: &str) -> Option<Node<'a, 'd>> {
+    node.children().find(|child| child.is_element() && child.tag_name().name() == name)
+}
+
+/// All child elements of that name.
+pub(super) fn children<'a, 'd: 'a>(
+    node: Node<'a, 'd>,
+    name: &'static str,
+) -> impl Iterator<Item = Node<'a, 'd>> {
+    node.children().filter(move |child| child.is_element() && child.tag_name().name() == name)
+}
+
+impl<'t> Reader<'_, 't> {
+    pub(super) fn span(&self, node: Node<'_, '_>) -> Span {
+        xml::tag_span(self.file, node)
+    }
+
+    /// The name in an attribute, trimmed.
+    pub(super) fn name(&self, node: Node<'_, '_>, attribute: &str) -> Option<Name> {
+        let found = node.attributes().find(|one| one.name() == attribute)?;
+        let mapped = Mapped::value(self.file, self.text, found).trimmed();
+        let span = mapped.whole();
+        (!mapped.text.is_empty()).then(|| Name::new(mapped.text.clone(), span))
+    }
+
+    pub(super) fn report(&mut self, make: impl FnOnce() -> Diagnostic) {
+        self.findings.report(make);
+    }
+
+    /// The characters of the element that holds a text, which may lie a level deeper (`xhtml:p`).
+    pub(super) fn content(&self, node: Node<'_, '_>) -> Mapped<'t> {
+        let inner = node
+            .descendants()
+            .filter(|one| one.is_element())
+            .find(|one| {
+                one.children().any(|child| {
+                    child.is_text() && child.text().is_some_and(|text| !text.trim().is_empty())
+                })
+            })
+            .unwrap_or(node);
+        Mapped::content(self.file, self.text, inner)
+    }
+
+    /// Structured text in an element.
+    pub(super) fn statements(&mut self, node: Node<'_, '_>, unit: &mut Unit) -> Vec<Stmt> {
+        let mapped = self.content(node);
+        let mut parser =
+            Parser::new(&mapped.text, Places::Mapped(&mapped), self.findings, self.nesting);
+        parser.is_body = true;
+        let mut list = parser.statements();
+        while parser.kind(0) != Kind::End {
+            parser.expected("a statement");
+            parser.advance();
+            list.extend(parser.statements());
+        }
+        unit.refused.append(&mut parser.refused);
+        list
+    }
+
+    /// An expression in an element, as a condition may be written: with `:=` before and `;` behind it.
+    pub(super) fn expression(&mut self, mapped: &Mapped<'_>, unit: &mut Unit) -> Option<Expr> {
+        let mut parser =
+            Parser::new(&mapped.text, Places::Mapped(mapped), self.findings, self.nesting);
+        parser.is_body = true;
+        // `name := condition;`
+        if parser.kind(0) == Kind::Word && parser.kind(1) == Kind::Assign {
+            parser.advance();
+        }
+        parser.take(Kind::Assign);
+        let expr = parser.expression().ok();
+        parser.take(Kind::Semicolon);
+        if expr.is_some() && parser.kind(0) != Kind::End {
+            parser.expected("the end of the expression");
+        }
+        unit.refused.append(&mut parser.refused);
+        expr
+    }
+
+    pub(super) fn expression_in(&mut self, node: Node<'_, '_>, unit: &mut Unit) -> Option<Expr> {
+        let mapped = self.content(node);
+        self.expression(&mapped, unit)
+    }
+
+    pub(super) fn expression_of(
+        &mut self,
+        node: Node<'_, '_>,
+        attribute: &str,
+        unit: &mut Unit,
+    ) -> Option<Expr> {
+        let found = node.attributes().find(|one| one.name() == attribute)?;
+        let mapped = Mapped::value(self.file, self.text, found).trimmed();
+        if mapped.text.is_empty() {
+            return None;
+        }
+        self.expression(&mapped, unit)
+    }
+}
+
+/// `true` at a place.
+pub(super) fn constant(value: bool, span: Span) -> Expr {
+    Expr::new(ExprKind::Bool(value), span)
+}
