@@ -394,7 +394,7 @@ impl<'a> Guards<'a> {
         }
         let (value, constant, op) = match (type_a.bounds(), type_b.bounds()) {
             (_, (lo, hi)) if lo == hi => (a, lo, op),
-            ((lo, hi), _) if lo == hi => (b, lo, mirrored(op)),
+            ((lo, hi), _) if lo == hi => (b, lo, op.mirrored()),
             _ => {
                 // Two numbers that vary: one atom for each of `<`, `>`, of which `=` is what remains.
                 let (a, b) = (bare(a), bare(b));
@@ -435,17 +435,6 @@ impl<'a> Guards<'a> {
                 self.bdd.not(equal)
             }
         }
-    }
-}
-
-fn mirrored(op: CompareOp) -> CompareOp {
-    match op {
-        CompareOp::Eq => CompareOp::Eq,
-        CompareOp::Ne => CompareOp::Ne,
-        CompareOp::Lt => CompareOp::Gt,
-        CompareOp::Le => CompareOp::Ge,
-        CompareOp::Gt => CompareOp::Lt,
-        CompareOp::Ge => CompareOp::Le,
     }
 }
 

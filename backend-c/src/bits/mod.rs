@@ -463,16 +463,10 @@ impl<'a> Emit<'a> {
 
     /// Calls the extern conditions that a temp's value mentions: those of a receptivity only where its transition is enabled.
     fn ask_for_role(&mut self, value: &Expr, role: TempRole) -> Vec<Node> {
-        let when = match role {
-            TempRole::Fireable(transition) => self.enabled(transition),
-            TempRole::Fire(_)
-            | TempRole::NextActive(_)
-            | TempRole::Activated(_)
-            | TempRole::Deactivated(_)
-            | TempRole::Holds(_)
-            | TempRole::EdgeNow(_)
-            | TempRole::Before(_)
-            | TempRole::Helper => Vec::new(),
+        let when = if let TempRole::Fireable(transition) = role {
+            self.enabled(transition)
+        } else {
+            Vec::new()
         };
         self.ask(&[value], &when)
     }

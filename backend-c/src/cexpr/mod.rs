@@ -420,7 +420,7 @@ impl CExpr {
             (Some(constant), None) => Some(Question {
                 interval: (b.lo, b.hi),
                 subject: subjects.1,
-                op: mirrored(op),
+                op: op.mirrored(),
                 constant,
             }),
             (Some(_), Some(_)) | (None, None) => None,
@@ -559,18 +559,6 @@ fn decided(op: CompareOp, a: &CExpr, b: &CExpr) -> Option<bool> {
         | CompareOp::Le
         | CompareOp::Gt
         | CompareOp::Ge => None,
-    }
-}
-
-/// The comparison with its sides exchanged.
-fn mirrored(op: CompareOp) -> CompareOp {
-    match op {
-        CompareOp::Eq => CompareOp::Eq,
-        CompareOp::Ne => CompareOp::Ne,
-        CompareOp::Lt => CompareOp::Gt,
-        CompareOp::Le => CompareOp::Ge,
-        CompareOp::Gt => CompareOp::Lt,
-        CompareOp::Ge => CompareOp::Le,
     }
 }
 

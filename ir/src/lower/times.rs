@@ -88,7 +88,7 @@ impl Lowering<'_> {
         span: Span,
         place: &Place<'_>,
     ) -> Outcome<Expr<L>> {
-        for (time, other, op) in [(a, b, op), (b, a, mirrored(op))] {
+        for (time, other, op) in [(a, b, op), (b, a, op.mirrored())] {
             if let Some(found) = self.time(time, place)? {
                 let ticks = self.time_constant(other, place)?;
                 return Ok(self.time_comparison(op, found, ticks, time.span, other.span, span));
@@ -322,16 +322,6 @@ impl Lowering<'_> {
             Some(Leaf::Controlled(id)) => net.actions[id].name.text.clone(),
             Some(Leaf::Rise(_) | Leaf::Fall(_) | Leaf::Fireable(_)) | None => "delay".to_owned(),
         }
-    }
-}
-
-fn mirrored(op: CompareOp) -> CompareOp {
-    match op {
-        CompareOp::Eq | CompareOp::Ne => op,
-        CompareOp::Lt => CompareOp::Gt,
-        CompareOp::Le => CompareOp::Ge,
-        CompareOp::Gt => CompareOp::Lt,
-        CompareOp::Ge => CompareOp::Le,
     }
 }
 

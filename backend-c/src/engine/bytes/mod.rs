@@ -483,16 +483,10 @@ impl<'a> Coder<'a> {
         match stmt {
             Stmt::Set(temp, value) => {
                 let role = self.program.temps[*temp].role;
-                let when = match role {
-                    TempRole::Fireable(transition) => self.enabled(transition),
-                    TempRole::Fire(_)
-                    | TempRole::NextActive(_)
-                    | TempRole::Activated(_)
-                    | TempRole::Deactivated(_)
-                    | TempRole::Holds(_)
-                    | TempRole::EdgeNow(_)
-                    | TempRole::Before(_)
-                    | TempRole::Helper => Vec::new(),
+                let when = if let TempRole::Fireable(transition) = role {
+                    self.enabled(transition)
+                } else {
+                    Vec::new()
                 };
                 self.ask(&[value], &Expr::and(when));
                 self.value(value, &mut kept);
@@ -608,6 +602,15 @@ impl<'a> Coder<'a> {
         around: &Around,
     ) -> Coded {
         let (yes, no) = (self.borrow(true), self.borrow(true));
+        self.decide(condition, yes, no);
+        self.on_the_way(yes, then, around)?;
+        self.on_the_way(no, otherwise, around)?;
+        self.give_back(vec![yes, no]);
+        Ok(())
+    }
+
+    /// Which of two ways is taken.
+    fn decide(&mut self, condition: &Expr, yes: usize, no: usize) {
         let mut kept = Vec::new();
         self.value(condition, &mut kept);
         self.give_back(kept);
@@ -615,10 +618,6 @@ impl<'a> Coder<'a> {
         self.read_temp(yes);
         self.op(Op::Not);
         self.set_temp(no);
-        self.on_the_way(yes, then, around)?;
-        self.on_the_way(no, otherwise, around)?;
-        self.give_back(vec![yes, no]);
-        Ok(())
     }
 
     fn on_the_way(&mut self, way: usize, list: &[Stmt], around: &Around) -> Coded {
@@ -633,13 +632,7 @@ impl<'a> Coder<'a> {
                 self.read_temp(way);
                 let held = self.open(Op::Unless);
                 self.ask(&[condition], &Expr::bool(true));
-                let mut kept = Vec::new();
-                self.value(condition, &mut kept);
-                self.give_back(kept);
-                self.set_temp(yes);
-                self.read_temp(yes);
-                self.op(Op::Not);
-                self.set_temp(no);
+                self.decide(condition, yes, no);
                 self.close(held);
                 self.on_the_way(yes, then, around)?;
                 self.on_the_way(no, otherwise, around)?;

@@ -364,7 +364,7 @@ impl Elaborator<'_> {
         match (is_varying(&a), is_varying(&b)) {
             (false, true) if is_clock(&a) => return self.compare_clock(op, &a, &b, span),
             (true, false) if is_clock(&b) => {
-                return self.compare_clock(mirrored(op), &b, &a, span);
+                return self.compare_clock(op.mirrored(), &b, &a, span);
             }
             (false, false) => {}
             _ => return self.compare_varying(op, a, b, span),
@@ -378,7 +378,7 @@ impl Elaborator<'_> {
                 (op, a.expr, running, ns, b_span)
             }
             (Kind::Time(Time::Constant(ns)), Kind::Time(running)) => {
-                (mirrored(op), b.expr, running, ns, a_span)
+                (op.mirrored(), b.expr, running, ns, a_span)
             }
             _ => {
                 return Err(self.refused(
@@ -736,15 +736,5 @@ impl Elaborator<'_> {
                 .fix(span, format!("{step}.X")),
             )),
         }
-    }
-}
-
-fn mirrored(op: CompareOp) -> CompareOp {
-    match op {
-        CompareOp::Eq | CompareOp::Ne => op,
-        CompareOp::Lt => CompareOp::Gt,
-        CompareOp::Le => CompareOp::Ge,
-        CompareOp::Gt => CompareOp::Lt,
-        CompareOp::Ge => CompareOp::Le,
     }
 }
