@@ -5,6 +5,7 @@ use grafsynth_driver::pipeline;
 use grafsynth_driver::run::{logic_trace, net_trace};
 use grafsynth_ir::logic::{Logic, Node, NodeId, PinRole};
 use grafsynth_ir::net::{Driver, Net, StmtKind};
+use grafsynth_ir::program::Origin;
 use grafsynth_ir::walk::for_each_stmt;
 use grafsynth_ir::{FileId, Valid, validate};
 use grafsynth_sim::Stimulus;
@@ -109,6 +110,90 @@ fn states_that_are_never_reached_count() {
     assert!(matches!(same, grafsynth_verify::Verdict::Proved(_)), "{same:?}");
     let found = dominates(&net, &wrong, &Limits::default());
     assert!(matches!(found, Some(Dominance::Refuted { .. })), "{found:?}");
+}
+
+/// Two inputs and two variables whose types leave codes without a value: 5, 6 and 7.
+const SORT: &str = "net sort
+part sort level 1
+input stop bool
+input k int 0..4
+output close bool safe 1 continuous
+    emit up if n > 2
+var n int 0..4 = 0
+step up in sort initial
+step down in sort
+    entry { n := k }
+transition t1 in sort up -> down when k > 0
+transition t2 in sort down -> up when k = 0
+emergency when CONDITION
+";
+
+/// A node that is true where `stop` is `stop` and the variable, or the input, has one of the codes 5, 6 and 7.
+fn without_value(logic: &mut Logic, of_input: bool, stop: bool) -> NodeId {
+    let mut bits = Vec::new();
+    let mut when = Vec::new();
+    for (id, input) in logic.inputs.iter() {
+        let PinRole::Input(one, bit) = input.role else { continue };
+        if one.index() == 0 {
+            when.push(Node::Input(id));
+        } else if of_input {
+            bits.push((bit, Node::Input(id)));
+        }
+    }
+    for (id, flop) in logic.flops.iter().filter(|_| !of_input) {
+        if let Some(holds) = flop.holds.filter(|holds| matches!(holds.origin, Origin::Var(_))) {
+            assert!(!holds.inverted);
+            bits.push((holds.bit, Node::Flop(id)));
+        }
+    }
+    bits.sort_by_key(|(bit, _)| *bit);
+    let bits: Vec<NodeId> = bits.into_iter().map(|(_, node)| logic.nodes.push(node)).collect();
+    let [low, middle, high] = bits[..] else { panic!("three bits hold 0..4: {bits:?}") };
+    let lower = logic.nodes.push(Node::Or(vec![low, middle]));
+    let Some(pressed) = when.pop() else { panic!("no pin is `stop`") };
+    let pressed = logic.nodes.push(pressed);
+    let pressed = if stop { pressed } else { logic.nodes.push(Node::Not(pressed)) };
+    logic.nodes.push(Node::And(vec![high, lower, pressed]))
+}
+
+/// Where a number has a code without a value the rest of the condition may still decide; only where it does not, nobody can say whether it holds.
+#[test]
+fn codes_without_a_value_count_where_the_rest_decides() {
+    let cases = [
+        // Condition, of the input or the variable, `stop`, and whether the spoiled circuit is found out.
+        ("stop or n > 3", false, true, true),
+        ("stop or n > 3", false, false, false),
+        ("stop or k > 3", true, true, true),
+        ("stop or k > 3", true, false, false),
+        // What is not asked for, or cannot matter, leaves nothing open.
+        ("stop", false, true, true),
+        ("stop and (n > 3 or up.active)", false, true, true),
+        ("not (not stop and n > 3)", false, true, true),
+        ("not (stop and n > 3)", false, false, true),
+        // Neither certainly true nor certainly false, so nothing that is made of it is certain.
+        ("not (n > 3)", false, true, false),
+        ("stop and n > 3", false, true, false),
+        ("n + k > 3", true, true, false),
+        ("(n > 3) = stop", false, true, false),
+    ];
+    for (condition, of_input, stop, is_found) in cases {
+        let net = net(&SORT.replace("CONDITION", condition));
+        let logic = circuit(&net).unwrap();
+        let found = dominates(&net, &logic, &Limits::default());
+        assert!(matches!(found, Some(Dominance::Proved { .. })), "{condition}: {found:?}");
+        let spoiled = with_pin(&logic, 0, |logic, value| {
+            let wrong = without_value(logic, of_input, stop);
+            let right = logic.nodes.push(Node::Not(wrong));
+            logic.nodes.push(Node::And(vec![value, right]))
+        });
+        let found = dominates(&net, &spoiled, &Limits::default());
+        let is_as_expected = match found {
+            Some(Dominance::Refuted { .. }) => is_found,
+            Some(Dominance::Proved { .. }) => !is_found,
+            Some(Dominance::Open(_)) | None => false,
+        };
+        assert!(is_as_expected, "{condition}, stop {stop}: {found:?}");
+    }
 }
 
 /// What a circuit can have, on few steps and with small numbers.

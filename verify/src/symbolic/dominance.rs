@@ -2,8 +2,9 @@
 //! output pin has its safe value.
 //!
 //! Nothing is assumed, not even that the flip-flops hold a code: that is what tells this proof from the equality with the net, which speaks of reachable
-//! states. The condition is read from the net and evaluated over the flip-flops that hold what it asks for. Only where it asks for a number whose code no value
-//! has, nobody can say whether it holds. Calls that lists make are no levels, and are left out (semantics §3.8).
+//! states. The condition is read from the net and evaluated over the flip-flops that hold what it asks for. Of a comparison with a number whose code no value has
+//! nobody can say whether it holds; where the rest of the condition decides without it, the condition holds all the same. Calls that lists make are no levels,
+//! and are left out (semantics §3.8).
 
 use std::collections::BTreeMap;
 
@@ -18,7 +19,6 @@ use grafsynth_ir::walk::for_each_stmt;
 use super::aig::{Aig, Lit};
 use super::import;
 use super::number::Number;
-use super::state::Value;
 use crate::limits::Limits;
 
 /// What is known of an emergency in a circuit.
@@ -78,8 +78,6 @@ struct Circuit<'n> {
     active: BTreeMap<StepId, Vec<Origin>>,
     /// The largest value of each counter.
     caps: BTreeMap<Origin, i64>,
-    /// Of each number that the condition asks for, that its code is that of a value.
-    within: Vec<Lit>,
     /// A tick passes with the coming clock.
     tick: Lit,
     /// Times are read as after Latch: mealy outputs are (semantics §3.9, L2).
@@ -124,17 +122,7 @@ fn prove(
     let shown = shown_by(net, |origin| bits.contains_key(&(origin, 0, 0)));
     let active = shown.iter().map(|(step, origins)| (step, origins.clone())).collect();
     let caps = caps(net)?;
-    let mut circuit = Circuit {
-        net,
-        aig,
-        inputs,
-        bits,
-        active,
-        caps,
-        within: Vec::new(),
-        tick,
-        is_latched: false,
-    };
+    let mut circuit = Circuit { net, aig, inputs, bits, active, caps, tick, is_latched: false };
     let holds = circuit.holds(condition, false)?;
     let is_mealy = logic.outputs.values().any(|output| output.mealy);
     let holds_before = if is_mealy { circuit.holds(condition, true)? } else { holds };
@@ -195,76 +183,145 @@ fn caps(net: &Valid<Net>) -> Result<BTreeMap<Origin, i64>, String> {
     Ok(program.cells.values().map(|cell| (cell.origin, cell.ty.bounds().1)).collect())
 }
 
-impl Circuit<'_> {
-    /// The condition, where each number that it asks for has the code of a value.
-    fn holds(&mut self, condition: &Expr, is_latched: bool) -> Result<Lit, String> {
-        self.is_latched = is_latched;
-        self.within.clear();
-        let holds = self.flag(condition)?;
-        let within = std::mem::take(&mut self.within);
-        Ok(self.aig.and_all([holds].into_iter().chain(within)))
+/// What is known of a truth value: a code without a value leaves open what is asked of it.
+#[derive(Debug, Clone, Copy)]
+struct Flag {
+    /// It is certainly true.
+    must: Lit,
+    /// It is not certainly false; `must` implies it.
+    may: Lit,
+}
+
+impl Flag {
+    /// A truth value that no code leaves open.
+    fn known(lit: Lit) -> Flag {
+        Flag { must: lit, may: lit }
+    }
+}
+
+/// What an expression reads.
+enum Value {
+    Flag(Flag),
+    /// A number, and that every code it was read from is that of a value.
+    Number(Number, Lit),
+}
+
+impl Value {
+    fn known(number: Number) -> Value {
+        Value::Number(number, Lit::TRUE)
     }
 
-    fn flag(&mut self, expr: &Expr) -> Result<Lit, String> {
+    fn flag(self) -> Flag {
+        let Value::Flag(flag) = self else {
+            unreachable!("validation keeps numbers from where truth values stand")
+        };
+        flag
+    }
+
+    fn number(self) -> (Number, Lit) {
+        let Value::Number(number, fits) = self else {
+            unreachable!("validation keeps truth values from where numbers stand")
+        };
+        (number, fits)
+    }
+}
+
+impl Circuit<'_> {
+    /// The condition certainly holds.
+    fn holds(&mut self, condition: &Expr, is_latched: bool) -> Result<Lit, String> {
+        self.is_latched = is_latched;
+        Ok(self.flag(condition)?.must)
+    }
+
+    fn flag(&mut self, expr: &Expr) -> Result<Flag, String> {
         Ok(self.value(expr)?.flag())
     }
 
-    fn number(&mut self, expr: &Expr) -> Result<Number, String> {
+    fn flags(&mut self, all: &[Expr]) -> Result<(Vec<Lit>, Vec<Lit>), String> {
+        let all = all.iter().map(|one| self.flag(one)).collect::<Result<Vec<_>, _>>()?;
+        Ok(all.iter().map(|one| (one.must, one.may)).unzip())
+    }
+
+    fn number(&mut self, expr: &Expr) -> Result<(Number, Lit), String> {
         Ok(self.value(expr)?.number())
     }
 
     fn value(&mut self, expr: &Expr) -> Result<Value, String> {
         Ok(match &expr.kind {
-            ExprKind::Bool(value) => Value::Flag(Lit::constant(*value)),
-            ExprKind::Int(value) => Value::Number(Number::constant(*value)),
+            ExprKind::Bool(value) => Value::Flag(Flag::known(Lit::constant(*value))),
+            ExprKind::Int(value) => Value::known(Number::constant(*value)),
             ExprKind::Leaf(leaf) => self.leaf(leaf)?,
             ExprKind::Element(leaf, index) => self.element(leaf, index)?,
-            ExprKind::Not(a) => Value::Flag(!self.flag(a)?),
+            ExprKind::Not(a) => {
+                let Flag { must, may } = self.flag(a)?;
+                Value::Flag(Flag { must: !may, may: !must })
+            }
             ExprKind::And(all) => {
-                let all = all.iter().map(|one| self.flag(one)).collect::<Result<Vec<_>, _>>()?;
-                Value::Flag(self.aig.and_all(all))
+                let (must, may) = self.flags(all)?;
+                Value::Flag(Flag { must: self.aig.and_all(must), may: self.aig.and_all(may) })
             }
             ExprKind::Or(all) => {
-                let all = all.iter().map(|one| self.flag(one)).collect::<Result<Vec<_>, _>>()?;
-                Value::Flag(self.aig.or_all(all))
+                let (must, may) = self.flags(all)?;
+                Value::Flag(Flag { must: self.aig.or_all(must), may: self.aig.or_all(may) })
             }
-            ExprKind::Compare(op, a, b) => match (self.value(a)?, self.value(b)?) {
-                (Value::Number(a), Value::Number(b)) => {
-                    Value::Flag(Number::compare(&mut self.aig, *op, &a, &b))
-                }
-                (Value::Flag(a), Value::Flag(b)) => {
-                    let (a, b) = (self.of_flag(a), self.of_flag(b));
-                    Value::Flag(Number::compare(&mut self.aig, *op, &a, &b))
-                }
-                (Value::Number(_), Value::Flag(_)) | (Value::Flag(_), Value::Number(_)) => {
-                    unreachable!("validation types comparisons")
-                }
-            },
+            ExprKind::Compare(op, a, b) => {
+                let (a, b) = (self.value(a)?, self.value(b)?);
+                let ((a, a_fits), (b, b_fits)) = (self.as_number(a), self.as_number(b));
+                let holds = Number::compare(&mut self.aig, *op, &a, &b);
+                let fits = self.aig.and(a_fits, b_fits);
+                Value::Flag(self.known_where(fits, holds))
+            }
             ExprKind::Neg(a) => {
-                let a = self.number(a)?;
-                Value::Number(a.negate(&mut self.aig))
+                let (a, fits) = self.number(a)?;
+                Value::Number(a.negate(&mut self.aig), fits)
             }
             ExprKind::Arith(op, a, b) => {
-                let (a, b) = (self.number(a)?, self.number(b)?);
-                Value::Number(Number::arith(&mut self.aig, *op, &a, &b))
+                let ((a, a_fits), (b, b_fits)) = (self.number(a)?, self.number(b)?);
+                let fits = self.aig.and(a_fits, b_fits);
+                Value::Number(Number::arith(&mut self.aig, *op, &a, &b), fits)
             }
             ExprKind::Select(c, a, b) => {
                 let c = self.flag(c)?;
-                match (self.value(a)?, self.value(b)?) {
-                    (Value::Flag(a), Value::Flag(b)) => Value::Flag(self.aig.ite(c, a, b)),
-                    (Value::Number(a), Value::Number(b)) => {
-                        Value::Number(Number::select(&mut self.aig, c, &a, &b))
-                    }
-                    (Value::Number(_), Value::Flag(_)) | (Value::Flag(_), Value::Number(_)) => {
-                        unreachable!("validation types selections")
-                    }
-                }
+                let (a, b) = (self.value(a)?, self.value(b)?);
+                self.select(c, a, b)
             }
         })
     }
 
-    fn of_flag(&mut self, flag: Lit) -> Number {
-        Number::from_code(&mut self.aig, &[flag], 0)
+    /// A truth value that is known where `fits` holds.
+    fn known_where(&mut self, fits: Lit, holds: Lit) -> Flag {
+        Flag { must: self.aig.and(fits, holds), may: self.aig.or(!fits, holds) }
+    }
+
+    /// A truth value is compared as 0 or 1.
+    fn as_number(&mut self, value: Value) -> (Number, Lit) {
+        match value {
+            Value::Number(number, fits) => (number, fits),
+            Value::Flag(Flag { must, may }) => {
+                (Number::from_code(&mut self.aig, &[must], 0), self.aig.or(must, !may))
+            }
+        }
+    }
+
+    /// The one or the other; not known where it is open which.
+    fn select(&mut self, c: Flag, a: Value, b: Value) -> Value {
+        let known = self.aig.or(c.must, !c.may);
+        match (a, b) {
+            (Value::Flag(a), Value::Flag(b)) => {
+                let must = self.aig.ite(c.must, a.must, b.must);
+                let may = self.aig.ite(c.must, a.may, b.may);
+                let (must, may) = (self.aig.and(known, must), self.aig.or(!known, may));
+                Value::Flag(Flag { must, may })
+            }
+            (Value::Number(a, a_fits), Value::Number(b, b_fits)) => {
+                let fits = self.aig.ite(c.must, a_fits, b_fits);
+                let number = Number::select(&mut self.aig, c.must, &a, &b);
+                Value::Number(number, self.aig.and(known, fits))
+            }
+            (Value::Flag(_), Value::Number(..)) | (Value::Number(..), Value::Flag(_)) => {
+                unreachable!("validation gives both sides of a choice one type")
+            }
+        }
     }
 
     /// The code that a piece of state holds; a single possible value needs no flip-flop.
@@ -280,28 +337,28 @@ impl Circuit<'_> {
     fn time(&mut self, origin: Origin, runs: Lit) -> Result<Value, String> {
         let now = self.counter(origin)?;
         if !self.is_latched {
-            return Ok(now);
+            return Ok(Value::known(now));
         }
         let one = Number::constant(1);
-        let later = Number::arith(&mut self.aig, ArithOp::Add, &now.number(), &one);
+        let later = Number::arith(&mut self.aig, ArithOp::Add, &now, &one);
         let grows = self.aig.and(self.tick, runs);
+        let mut lost = Lit::FALSE;
         if let Some(cap) = self.caps.get(&origin).copied() {
             let (op, cap) = (CompareOp::Gt, Number::constant(cap));
-            let beyond = Number::compare(&mut self.aig, op, &now.number(), &cap);
-            let lost = self.aig.and(grows, beyond);
-            self.within.push(!lost);
+            let beyond = Number::compare(&mut self.aig, op, &now, &cap);
+            lost = self.aig.and(grows, beyond);
         }
-        Ok(Value::Number(Number::select(&mut self.aig, grows, &later, &now.number())))
+        Ok(Value::Number(Number::select(&mut self.aig, grows, &later, &now), !lost))
     }
 
     /// A counter: as many bits as the circuit has for it.
-    fn counter(&mut self, origin: Origin) -> Result<Value, String> {
+    fn counter(&mut self, origin: Origin) -> Result<Number, String> {
         let n_bits = (0..64).take_while(|bit| self.bits.contains_key(&(origin, 0, *bit))).count();
         if n_bits == 0 {
             return Err("no flip-flop holds a time that it asks for".to_owned());
         }
         let code = self.code(origin, 0, u32::try_from(n_bits).unwrap_or(0))?;
-        Ok(Value::Number(Number::from_code(&mut self.aig, &code, 0)))
+        Ok(Number::from_code(&mut self.aig, &code, 0))
     }
 
     fn is_active(&mut self, step: StepId) -> Result<Lit, String> {
@@ -316,14 +373,13 @@ impl Circuit<'_> {
 
     fn of_type(&mut self, ty: Type, code: &[Lit]) -> Value {
         if ty.is_bool() {
-            Value::Flag(code.first().copied().unwrap_or(Lit::FALSE))
+            Value::Flag(Flag::known(code.first().copied().unwrap_or(Lit::FALSE)))
         } else {
             let (lo, hi) = ty.bounds();
             let number = Number::from_code(&mut self.aig, code, lo);
             let op = CompareOp::Le;
             let fits = Number::compare(&mut self.aig, op, &number, &Number::constant(hi));
-            self.within.push(fits);
-            Value::Number(number)
+            Value::Number(number, fits)
         }
     }
 
@@ -345,18 +401,18 @@ impl Circuit<'_> {
                 let code = self.code(Origin::Var(var), 0, ty.bits())?;
                 self.of_type(ty, &code)
             }
-            Leaf::Active(step) => Value::Flag(self.is_active(step)?),
+            Leaf::Active(step) => Value::Flag(Flag::known(self.is_active(step)?)),
             Leaf::TasksDone(step) => {
                 let active = self.is_active(step)?;
                 let n_tasks = net.steps[step].tasks.len();
                 if n_tasks == 0 {
-                    return Ok(Value::Flag(active));
+                    return Ok(Value::Flag(Flag::known(active)));
                 }
-                let index = self.counter(Origin::TaskIndex(step))?.number();
+                let index = self.counter(Origin::TaskIndex(step))?;
                 let last = Number::constant(i64::try_from(n_tasks).unwrap_or(i64::MAX));
                 let op = CompareOp::Eq;
                 let done = Number::compare(&mut self.aig, op, &index, &last);
-                Value::Flag(self.aig.and(active, done))
+                Value::Flag(Flag::known(self.aig.and(active, done)))
             }
             Leaf::Elapsed(step) => {
                 let runs = self.is_active(step)?;
@@ -386,26 +442,17 @@ impl Circuit<'_> {
         };
         let data = &self.net.vars[var];
         let (ty, len) = (data.ty, data.len.unwrap_or(1));
-        let index = self.number(index)?;
+        let (index, fits) = self.number(index)?;
         let mut found = None;
         for element in 0..len {
             let code = self.code(Origin::Var(var), element, ty.bits())?;
             let here = self.of_type(ty, &code);
             let number = Number::constant(i64::from(element));
-            let op = CompareOp::Eq;
-            let is_here = Number::compare(&mut self.aig, op, &index, &number);
-            found = Some(match (here, found) {
-                (here, None) => here,
-                (Value::Flag(here), Some(Value::Flag(other))) => {
-                    Value::Flag(self.aig.ite(is_here, here, other))
-                }
-                (Value::Number(here), Some(Value::Number(other))) => {
-                    Value::Number(Number::select(&mut self.aig, is_here, &here, &other))
-                }
-                (Value::Flag(_), Some(Value::Number(_)))
-                | (Value::Number(_), Some(Value::Flag(_))) => {
-                    unreachable!("elements have one type")
-                }
+            let is_here = Number::compare(&mut self.aig, CompareOp::Eq, &index, &number);
+            let is_here = self.known_where(fits, is_here);
+            found = Some(match found {
+                None => here,
+                Some(other) => self.select(is_here, here, other),
             });
         }
         found.ok_or_else(|| "it asks for an array without elements".to_owned())
