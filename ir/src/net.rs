@@ -300,6 +300,20 @@ impl Output {
     pub fn safe_value(&self) -> i64 {
         self.safe.unwrap_or_else(|| self.ty.saturate(0))
     }
+
+    /// What the output shows: `value`, or the safe one while `emergency` is true. Not for extern actions.
+    #[must_use]
+    pub fn forced<L>(&self, value: GenericExpr<L>, emergency: GenericExpr<L>) -> GenericExpr<L> {
+        let (safe, span) = (self.safe_value(), value.span);
+        match self.ty {
+            Type::Bool if safe == 0 => GenericExpr::and([emergency.not(), value]),
+            Type::Bool => GenericExpr::or([emergency, value]),
+            Type::Int { .. } => {
+                let safe = Box::new(GenericExpr::int(safe));
+                GenericExpr::new(ExprKind::Select(Box::new(emergency), safe, Box::new(value)), span)
+            }
+        }
+    }
 }
 
 impl Net {
@@ -307,17 +321,7 @@ impl Net {
     #[must_use]
     pub fn forced(&self, output: OutputId, value: Expr) -> Expr {
         let Some(emergency) = &self.emergency else { return value };
-        let (output, span) = (&self.outputs[output], value.span);
-        let safe = output.safe_value();
-        let holds = emergency.condition.clone();
-        match output.ty {
-            Type::Bool if safe == 0 => Expr::and([holds.not(), value]),
-            Type::Bool => Expr::or([holds, value]),
-            Type::Int { .. } => {
-                let safe = Box::new(Expr::int(safe));
-                Expr::new(ExprKind::Select(Box::new(holds), safe, Box::new(value)), span)
-            }
-        }
+        self.outputs[output].forced(value, emergency.condition.clone())
     }
 }
 

@@ -1,6 +1,8 @@
 //! Every expression and every statement of a net, in one place: analyses ask each of them a question.
 
-use crate::net::{Block, Driver, Expr, Net, Stmt, StmtKind};
+use crate::net::{Block, Driver, Expr, Net, OutputId, Stmt, StmtKind};
+use crate::span::Span;
+use std::collections::BTreeMap;
 
 /// Calls `visit` with every expression of the net but those of properties.
 pub fn for_each_expr(net: &Net, visit: &mut impl FnMut(&Expr)) {
@@ -76,4 +78,16 @@ pub fn for_each_stmt(net: &Net, visit: &mut impl FnMut(&Stmt)) {
             todo.extend(then.iter().chain(otherwise));
         }
     }
+}
+
+/// The extern actions that lists, bodies and tasks call, each with the first place of a call. They are made when the chart moves, so they are no levels.
+#[must_use]
+pub fn called_in_lists(net: &Net) -> BTreeMap<OutputId, Span> {
+    let mut called: BTreeMap<OutputId, Span> = BTreeMap::new();
+    for_each_stmt(net, &mut |stmt| {
+        if let StmtKind::Call { output, .. } = stmt.kind {
+            called.entry(output).and_modify(|at| *at = (*at).min(stmt.span)).or_insert(stmt.span);
+        }
+    });
+    called
 }

@@ -8,11 +8,11 @@ use crate::diag::Diagnostic;
 use crate::expr::{CompareOp, Expr, ExprKind, Type};
 use crate::interval::{TICKS, net_type};
 use crate::net::{
-    Block, Driver, Enter, InputId, InputKind, Leaf, Net, OutputId, Policy, PropertyLeaf, Step,
-    StepId, StepKind, StmtKind, TransitionId, TransitionKind, VarOrigin,
+    Block, Driver, Enter, InputId, InputKind, Leaf, Net, Policy, PropertyLeaf, Step, StepId,
+    StepKind, StmtKind, TransitionId, TransitionKind, VarOrigin,
 };
 use crate::span::Span;
-use crate::walk::for_each_stmt;
+use crate::walk::called_in_lists;
 use std::collections::BTreeMap;
 
 /// All lints, in the order of the functions below; within one, in declaration order. Linear in the size of the net, but for sorting.
@@ -32,13 +32,7 @@ pub fn lints(net: &Net) -> Vec<Diagnostic> {
 /// Extern actions that lists call: they are no levels, so there is nothing for an emergency to force.
 fn beyond_emergency(net: &Net, out: &mut Vec<Diagnostic>) {
     let Some(emergency) = &net.emergency else { return };
-    let mut called: BTreeMap<OutputId, Span> = BTreeMap::new();
-    for_each_stmt(net, &mut |stmt| {
-        if let StmtKind::Call { output, .. } = stmt.kind {
-            called.entry(output).and_modify(|at| *at = (*at).min(stmt.span)).or_insert(stmt.span);
-        }
-    });
-    for (output, at) in called {
+    for (output, at) in called_in_lists(net) {
         let name = &net.outputs[output].name;
         out.push(
             Diagnostic::warning(

@@ -4,6 +4,13 @@ use batsat::{Callbacks, ClauseKind, Lit as SatLit, Solver, SolverInterface, Solv
 use grafsynth_logic::bdd::{Bdd, Full, Ref};
 use indexmap::IndexMap;
 
+use crate::limits::Limits;
+
+/// Conflicts with which the solver is asked first. Nearly all questions need fewer, and one that needs more is often easy for a decision diagram.
+const FEW_CONFLICTS: u64 = 200;
+/// One question gets this part of [`Limits::bdd_nodes`]: a proof asks one for each function, and after each the solver may still do its best.
+const PART_OF_DIAGRAM: usize = 4;
+
 /// A node of the graph or its negation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(crate) struct Lit(u32);
@@ -286,6 +293,28 @@ impl Aig {
                 .collect()
         };
         Some(roots.iter().map(of).collect())
+    }
+
+    /// Values that make all literals and clauses true: those that are 1. None inside if there are none; none at all if it was not found out within the limits.
+    ///
+    /// Most questions are settled by the solver with [`FEW_CONFLICTS`]. Arithmetic often is not, and has small diagrams if `rank` orders its variables well, so
+    /// diagrams come before the solver's whole effort.
+    pub(crate) fn settle<K: Ord>(
+        &self,
+        all: &[Lit],
+        clauses: &[Vec<Lit>],
+        rank: impl Fn(Lit) -> K,
+        limits: &Limits,
+    ) -> Option<Option<Vec<Lit>>> {
+        let first = self.satisfy(all, clauses, limits.conflicts.min(FEW_CONFLICTS));
+        if first.is_some() {
+            return first;
+        }
+        let node_limit = limits.bdd_nodes / PART_OF_DIAGRAM;
+        match self.satisfiable_by_diagram(all, clauses, rank, node_limit) {
+            Some(false) => Some(None),
+            Some(true) | None => self.satisfy(all, clauses, limits.conflicts),
+        }
     }
 
     /// Whether some values make all literals true, by decision diagrams; `rank` orders the variables. None if the diagrams grow beyond the limit.

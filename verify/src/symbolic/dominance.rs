@@ -12,9 +12,9 @@ use grafsynth_ir::Valid;
 use grafsynth_ir::expr::{ArithOp, CompareOp, Expr as GenericExpr, ExprKind, Type};
 use grafsynth_ir::logic::{FlopBit, Logic, PinRole, shown_by};
 use grafsynth_ir::lower::program::{ProgramOptions, program};
-use grafsynth_ir::net::{Driver, Expr, Leaf, Net, StepId, StmtKind};
+use grafsynth_ir::net::{Driver, Expr, Leaf, Net, StepId};
 use grafsynth_ir::program::Origin;
-use grafsynth_ir::walk::for_each_stmt;
+use grafsynth_ir::walk::called_in_lists;
 
 use super::aig::{Aig, Lit};
 use super::import;
@@ -127,18 +127,13 @@ fn prove(
     let is_mealy = logic.outputs.values().any(|output| output.mealy);
     let holds_before = if is_mealy { circuit.holds(condition, true)? } else { holds };
     let mut aig = circuit.aig;
-    let mut called = Vec::new();
-    for_each_stmt(net, &mut |stmt| {
-        if let StmtKind::Call { output, .. } = stmt.kind {
-            called.push(output);
-        }
-    });
+    let called = called_in_lists(net);
     let mut forced = 0;
     for pin in logic.outputs.values() {
         let PinRole::Output(id, bit) = pin.role else { continue };
         let output = &net.outputs[id];
         let is_call = matches!(output.driver, Driver::Extern { .. });
-        if is_call && called.contains(&id) {
+        if is_call && called.contains_key(&id) {
             continue;
         }
         if pin.registered.is_some() {
@@ -156,15 +151,7 @@ fn prove(
         if wrong == Lit::FALSE {
             continue;
         }
-        let rank = |_: Lit| 0;
-        let found = match aig.satisfy(&[wrong], &[], limits.conflicts.min(200)) {
-            Some(found) => Some(found),
-            None => match aig.satisfiable_by_diagram(&[wrong], &[], rank, limits.bdd_nodes / 4) {
-                Some(false) => Some(None),
-                Some(true) | None => aig.satisfy(&[wrong], &[], limits.conflicts),
-            },
-        };
-        match found {
+        match aig.settle(&[wrong], &[], |_| 0, limits) {
             Some(None) => {}
             Some(Some(set)) => {
                 let set = set.iter().filter_map(|lit| names.get(lit)).map(ToString::to_string);

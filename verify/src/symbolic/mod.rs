@@ -269,16 +269,9 @@ impl<'n> Model<'n> {
         let support = self.maker.aig.support(&[a, b], CONE)?;
         let (mut holds, clauses) = self.invariants(facts, &support);
         holds.push(differ);
-        // Most questions are settled by the solver at once. Arithmetic often is not, and has small diagrams if words are read bit by bit.
-        let first = self.maker.aig.satisfy(&holds, &clauses, limits.conflicts.min(200));
-        if first.is_some() {
-            return first;
-        }
+        // Words are read bit by bit, so that arithmetic has small diagrams.
         let rank = |lit: Lit| self.bit_of.get(&lit).copied().unwrap_or(0);
-        match self.maker.aig.satisfiable_by_diagram(&holds, &clauses, rank, limits.bdd_nodes / 4) {
-            Some(false) => Some(None),
-            Some(true) | None => self.maker.aig.satisfy(&holds, &clauses, limits.conflicts),
-        }
+        self.maker.aig.settle(&holds, &clauses, rank, limits)
     }
 
     /// The active steps among some bits, and how much else of the state is not 0, for a message.

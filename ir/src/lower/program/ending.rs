@@ -33,15 +33,7 @@ fn at_least(id: CellId, ticks: u32) -> Expr {
 /// The value of an output, which is the safe one while the emergency holds.
 fn forced(value: Expr, output: &Output, emergency: Option<&Expr>) -> Expr {
     let Some(emergency) = emergency.cloned() else { return value };
-    let safe = output.safe_value();
-    simplify(&match output.ty {
-        Type::Bool if safe == 0 => Expr::and([emergency.not(), value]),
-        Type::Bool => Expr::or([emergency, value]),
-        Type::Int { .. } => GenericExpr::new(
-            ExprKind::Select(Box::new(emergency), Box::new(Expr::int(safe)), Box::new(value)),
-            Span::default(),
-        ),
-    })
+    simplify(&output.forced(value, emergency))
 }
 
 /// What of ACTION_CONTROL a qualifier brings.
