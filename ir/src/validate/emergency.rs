@@ -4,6 +4,7 @@ use super::Checker;
 use crate::codes;
 use crate::diag::Diagnostic;
 use crate::net::{Driver, InputKind, Leaf};
+use std::collections::BTreeSet;
 
 impl Checker<'_> {
     /// What would keep an emergency from forcing every output at once, and safe values that no output can have.
@@ -23,17 +24,16 @@ impl Checker<'_> {
         }
         let Some(emergency) = &net.emergency else { return };
         let span = emergency.meta.span;
-        let mut asked = Vec::new();
+        let mut asked = BTreeSet::new();
         emergency.condition.for_each_leaf(&mut |leaf| {
             if let Leaf::Input(id) = leaf
                 && let Some(input) = net.inputs.get(*id)
                 && input.kind == InputKind::Extern
             {
-                asked.push(&input.name);
+                asked.insert(*id);
             }
         });
-        asked.dedup();
-        for name in asked {
+        for name in asked.into_iter().map(|id| &net.inputs[id].name) {
             self.out.push(
                 Diagnostic::error(
                     codes::EMERGENCY,
