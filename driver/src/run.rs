@@ -92,18 +92,25 @@ fn chip_row<S: Parts>(net: &Net, chip: &mut ChipSim<'_, S>, input: InputRow) -> 
     row.inputs = input.values;
     row.steps = net.steps.ids().filter(|step| chip.is_active(*step) == Some(true)).collect();
     for (id, output) in net.outputs.iter() {
-        let pins = chip.output(id);
-        let value = pins.unwrap_or(0);
+        // A circuit without the pin of a stored output still has what it shows; where the pin is there it counts, wrong or forced as it may be.
+        let memory = || match output.driver {
+            Driver::Stored(var) => chip.var(var, 0),
+            Driver::Continuous(_)
+            | Driver::Mealy(_)
+            | Driver::Controlled(_)
+            | Driver::Extern { .. } => None,
+        };
+        let value = chip.output(id).or_else(memory).unwrap_or(0);
         row.outputs[id.index()] = match &output.driver {
             Driver::Extern { .. } => {
                 // A strobe: the column counts it, and the row lists it.
                 row.effects.extend((0..value).map(|_| Effect::Call(id, Vec::new())));
                 value
             }
-            Driver::Continuous(_) | Driver::Mealy(_) | Driver::Controlled(_) => value,
-            // An emergency forces the pins; the memory behind them goes on.
-            Driver::Stored(_) if pins.is_some() && net.emergency.is_some() => value,
-            Driver::Stored(var) => chip.var(*var, 0).unwrap_or(value),
+            Driver::Continuous(_)
+            | Driver::Mealy(_)
+            | Driver::Stored(_)
+            | Driver::Controlled(_) => value,
         };
     }
     let mut place = 0;

@@ -10,11 +10,12 @@ use grafsynth_driver::run::{logic_trace, net_trace};
 use grafsynth_engines::{Availability, EngineError, Job, c, tools};
 use grafsynth_ir::Valid;
 use grafsynth_ir::facts::Facts;
+use grafsynth_ir::logic::Node;
 use grafsynth_ir::net::{InputKind, Net, Policy};
 use grafsynth_sim::{InputRow, Stimulus, Trace, compare};
 use grafsynth_tests::fleet::small_facts;
 use grafsynth_tests::random_net::{Features, random_net, shrink};
-use grafsynth_tests::{readable, rounds};
+use grafsynth_tests::{chart, readable, rounds};
 use grafsynth_verify::{Limits, structural_facts};
 use std::time::Duration;
 
@@ -252,4 +253,32 @@ fn a_changed_cell_is_a_difference() {
     assert!(other.map_or(true, |other| compare(&trace, &other).is_some()));
     let inputs = net.inputs.values().filter(|input| input.kind != InputKind::InternalEvent).count();
     assert_eq!(InputRow::zero(&net).values.len(), inputs);
+}
+
+/// The row of a circuit shows what its pins have: a wrong pin of a stored output is a difference although the memory behind it is right.
+#[test]
+fn a_wrong_pin_of_a_stored_output_is_a_difference() {
+    let net = chart(
+        "chart.graf",
+        "chart count {
+    input go
+    output n: int 0..3 = 0
+    initial step a
+    step b
+    a -> b when go do { n := (n + 1) mod 4 }
+    b -> a when not go
+}
+",
+    );
+    let stimulus = Stimulus::random(&net, 20, 1, 1);
+    let expected = net_trace(&net, &stimulus);
+    let mut logic = pipeline::logic(&net, &structural_facts(&net)).expect("a circuit");
+    let trace = logic_trace(&net, &logic, &stimulus).expect("a trace");
+    assert!(compare(&expected, &trace).is_none());
+    let pin = logic.outputs.ids().next().expect("a pin");
+    let value = logic.outputs[pin].value;
+    logic.outputs[pin].value = logic.nodes.push(Node::Not(value));
+    let trace = logic_trace(&net, &logic, &stimulus).expect("a trace");
+    let found = compare(&expected, &trace).expect("a difference");
+    assert_eq!(found.column, "n");
 }
