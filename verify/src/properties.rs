@@ -1,5 +1,7 @@
 //! What the chart must guarantee, and whether its assumptions leave anything.
 
+use std::convert::Infallible;
+
 use grafsynth_ir::expr::{CompareOp, Type};
 use grafsynth_ir::facts::Proof;
 use grafsynth_ir::net::{Driver, Leaf, Net, Property, PropertyExpr, PropertyLeaf, PropertyRole};
@@ -48,12 +50,15 @@ pub enum Outcome {
     Open(String),
 }
 
-/// The net with one more `assert`, the last: never does the emergency hold while an output is not safe. The net itself where it has no emergency.
+/// The net with one more `assert`, the last: never does the emergency hold while an output is not safe. The net itself where it has no emergency, or none of
+/// whose outputs there is anything to say.
 ///
 /// Mealy outputs are forced by the condition as it stood before the micro-step, so the property speaks of them only where the condition asks for inputs alone.
-#[must_use]
-pub fn with_emergency(net: &Valid<Net>) -> Valid<Net> {
-    let Some(emergency) = &net.emergency else { return net.clone() };
+///
+/// # Errors
+/// What keeps the condition from being read in a property. A property may read all that an emergency may, so there is nothing.
+pub fn with_emergency(net: &Valid<Net>) -> Result<Valid<Net>, Vec<Diagnostic>> {
+    let Some(emergency) = &net.emergency else { return Ok(net.clone()) };
     let mut over_inputs = true;
     emergency.condition.for_each_leaf(&mut |leaf| over_inputs &= matches!(leaf, Leaf::Input(_)));
     let span = emergency.meta.span;
@@ -75,23 +80,24 @@ pub fn with_emergency(net: &Valid<Net>) -> Valid<Net> {
             }),
         }
     });
-    let is_unsafe = PropertyExpr::or(is_unsafe);
+    let is_unsafe: Vec<PropertyExpr> = is_unsafe.collect();
+    if is_unsafe.is_empty() {
+        // It would be "never false", proved of nothing.
+        return Ok(net.clone());
+    }
     let leaf = |leaf: &Leaf| PropertyLeaf::Net(*leaf);
-    let holds: Result<PropertyExpr, ()> = emergency
-        .condition
-        .try_map(&mut |one: &Leaf, span| Ok(PropertyExpr::leaf(leaf(one), span)), &mut |one, _| {
-            Ok(leaf(one))
-        });
-    let Ok(holds) = holds else { return net.clone() };
+    let Ok(holds) = emergency.condition.try_map::<PropertyLeaf, Infallible>(
+        &mut |one, span| Ok(PropertyExpr::leaf(leaf(one), span)),
+        &mut |one, _| Ok(leaf(one)),
+    );
     let mut more = Net::clone(net);
     more.properties.push(Property {
         name: "emergency".to_owned(),
         role: PropertyRole::Assert,
-        never: PropertyExpr::and([holds, is_unsafe]),
+        never: PropertyExpr::and([holds, PropertyExpr::or(is_unsafe)]),
         meta: emergency.meta.clone(),
     });
-    // A property that reads what its place may read; should validation ever think otherwise, the chart's own ones remain.
-    validate(more).unwrap_or_else(|_| net.clone())
+    validate(more)
 }
 
 /// Decides every `assert` of the net, in order.

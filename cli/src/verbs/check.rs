@@ -129,9 +129,15 @@ fn counted(n: usize, one: &str, many: &str) -> String {
 
 /// Says of each property whether it holds.
 fn properties(session: &Session, net: &Valid<Net>, limits: &Limits) -> Exit {
-    let mut exit = Exit::Done;
-    let net = &grafsynth_verify::with_emergency(net);
-    for verdict in grafsynth_verify::properties(net, limits) {
+    let (net, mut exit) = match grafsynth_verify::with_emergency(net) {
+        Ok(net) => (net, Exit::Done),
+        Err(found) => {
+            session.show(&found);
+            session.tell("open     emergency: its condition cannot stand in a property\n");
+            (net.clone(), Exit::Open)
+        }
+    };
+    for verdict in grafsynth_verify::properties(&net, limits) {
         let property = &net.properties[verdict.property];
         let place = session.sources.describe(property.meta.span);
         let text = session
@@ -154,7 +160,7 @@ fn properties(session: &Session, net: &Valid<Net>, limits: &Limits) -> Exit {
                 }
             }
             Outcome::Refuted { stimulus, row, .. } => {
-                let trace = grafsynth_sim::run(net, &stimulus).to_csv();
+                let trace = grafsynth_sim::run(&net, &stimulus).to_csv();
                 session.tell(&format!("refuted  {text}{tags} at {place}, in row {row} of\n"));
                 for line in trace.lines() {
                     session.tell(&format!("    {line}\n"));
