@@ -3,8 +3,10 @@
 use super::chip::{Chip, Kind};
 use super::table::Table;
 use super::{Outcome, Subject};
-use grafsynth_ir::net::{Enter, Meta, PropertyRole, StepId};
+use grafsynth_ir::logic::{PinOutputId, PinRole};
+use grafsynth_ir::net::{Enter, Meta, Net, PropertyRole, StepId};
 use grafsynth_ir::program::Origin;
+use grafsynth_ir::walk::called_in_lists;
 use grafsynth_verify::Outcome as Verdict;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -17,6 +19,8 @@ struct Tagged {
     steps: BTreeSet<StepId>,
     /// Properties, by place.
     properties: Vec<usize>,
+    /// It stands at the emergency, which comes to all outputs.
+    is_emergency: bool,
 }
 
 pub(super) fn write(subject: &Subject<'_>) -> Option<String> {
@@ -25,7 +29,7 @@ pub(super) fn write(subject: &Subject<'_>) -> Option<String> {
     }
     let tags = tags(subject);
     if tags.is_empty() {
-        return Some("No element of the chart carries a requirement tag (`req \"R1\"` behind a step, transition, input, output or property).".to_owned());
+        return Some("No element of the chart carries a requirement tag (`req \"R1\"` behind a step, transition, input, output, emergency or property).".to_owned());
     }
     let mut table =
         Table::new(["Requirement", "In the chart", "In the output", "There it is", "Proved"]);
@@ -91,11 +95,17 @@ fn tags(subject: &Subject<'_>) -> BTreeMap<String, Tagged> {
     for action in net.actions.values() {
         add(&action.meta, "action", &action.name.text, &[], None);
     }
+    if let Some(emergency) = &net.emergency {
+        add(&emergency.meta, "", "emergency", &[], None);
+    }
     for (at, property) in net.properties.iter().enumerate() {
         // As it was written, without the tag that stands in the column before.
         let name = super::proofs::property(subject, at);
         let name = name.split_once(" req ").map_or(name.as_str(), |(before, _)| before);
         add(&property.meta, "", name, &[], Some(at));
+    }
+    for tag in net.emergency.iter().flat_map(|emergency| &emergency.meta.req) {
+        tags.entry(tag.clone()).or_default().is_emergency = true;
     }
     tags
 }
@@ -120,20 +130,24 @@ fn properties(subject: &Subject<'_>, tagged: &Tagged) -> Vec<[String; 3]> {
     tagged.properties.iter().map(row).collect()
 }
 
-/// A row for each output in which something of a tag stands: the equations of chips, and lines of texts.
+/// A row for each output in which something of a tag stands: the equations of chips, and lines of texts. What is proved of a chip has it that the emergency dominates.
 fn outputs(subject: &Subject<'_>, tag: &str, tagged: &Tagged) -> Vec<[String; 3]> {
     let mut rows = Vec::new();
     for file in &subject.built.files {
         let chip = subject.built.chips.iter().find(|chip| chip.file == file.name);
         let mut said = Vec::new();
         if let Some(chip) = chip {
-            let signals = equations(chip, tag, tagged);
+            let signals = equations(subject.net, chip, tag, tagged);
             if !signals.is_empty() {
                 said.push(signals.join(", "));
             }
         }
         let lines: Vec<u32> = Subject::tagged(file, tag).iter().map(|entry| entry.line).collect();
+        let is_proved = subject.built.lines.iter().any(|line| line.name == file.name);
         match lines.as_slice() {
+            [] if tagged.is_emergency && chip.is_none() && is_proved => {
+                said.push("all outputs".to_owned());
+            }
             [] => {}
             [line] => said.push(format!("line {line}")),
             lines => said.push(format!("lines {}", ranges(lines))),
@@ -158,8 +172,14 @@ fn outputs(subject: &Subject<'_>, tag: &str, tagged: &Tagged) -> Vec<[String; 3]
 }
 
 /// The registers and outputs of a chip that carry a tag, or hold a step that does.
-fn equations(chip: &Chip, tag: &str, tagged: &Tagged) -> Vec<String> {
+fn equations(net: &Net, chip: &Chip, tag: &str, tagged: &Tagged) -> Vec<String> {
     let circuit = &chip.circuit;
+    // What lists call is no level, and is not forced.
+    let called = called_in_lists(net);
+    let is_forced = |pin: PinOutputId| {
+        let PinRole::Output(output, _) = circuit.outputs[pin].role else { return false };
+        tagged.is_emergency && !called.contains_key(&output)
+    };
     let is_of_step = |origin: Origin| {
         let (Origin::Step(step) | Origin::Region(step)) = origin else { return false };
         tagged.steps.contains(&step)
@@ -188,7 +208,8 @@ fn equations(chip: &Chip, tag: &str, tagged: &Tagged) -> Vec<String> {
                 let holds = circuit.flops[flop].holds;
                 has_tag || coded.contains(&flop) || holds.is_some_and(|bit| is_of_step(bit.origin))
             }
-            Kind::Output(_) | Kind::Input(_) => has_tag,
+            Kind::Output(pin) => has_tag || is_forced(pin),
+            Kind::Input(_) => has_tag,
             Kind::Buried | Kind::Clock | Kind::Reset => false,
         }
     };
