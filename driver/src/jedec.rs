@@ -198,7 +198,7 @@ pub(crate) fn build(
     built: &mut Built,
 ) {
     let wishes = EmitOptions {
-        dont_cares: may_be_free(net) && options.dont_cares,
+        dont_cares: options.dont_cares,
         keep: options.keep_pins.clone(),
         ..emit_options(net, options.device.as_deref(), None)
     };

@@ -54,6 +54,10 @@ pub fn build(net: &Valid<Net>, facts: &Facts, targets: &[Target], options: &Buil
     if !built.found.is_empty() {
         return built;
     }
+    // Here, so that nothing behind it, advice on what would fit least of all, counts on what this design may not have.
+    let without = (options.dont_cares && !may_be_free(net))
+        .then(|| BuildOptions { dont_cares: false, ..options.clone() });
+    let options = without.as_ref().unwrap_or(options);
     let needs_logic =
         targets.iter().any(|target| target.dialect().is_some() || *target == Target::Jedec);
     let logic = needs_logic.then(|| logic_as(net, facts, options.busy));
@@ -163,7 +167,7 @@ fn equations(
         Dialect::Verilog | Dialect::Blif => false,
     };
     let wishes = EmitOptions {
-        dont_cares: may_be_free(net) && options.dont_cares && is_flat,
+        dont_cares: options.dont_cares && is_flat,
         keep: options.keep_pins.clone(),
         ..emit_options(net, options.device.as_deref(), None)
     };

@@ -4,7 +4,7 @@
 //! search; devices that are too small whatever is done are left out without a trial.
 
 use crate::built::BuildOptions;
-use crate::circuit::{emit_options, synchronised};
+use crate::circuit::{emit_options, may_be_free, synchronised};
 use crate::coding::{self, Encoding, EncodingChoice, Known};
 use grafsynth_backend_pld::codes::DOES_NOT_FIT;
 use grafsynth_backend_pld::device::{Clock, DEVICES, Device, Polarity};
@@ -151,7 +151,7 @@ fn trials(asked: &Asked<'_>, device: &'static Device) -> Vec<Trial> {
     let mut trials: Vec<Trial> = Vec::new();
     if asked.may_hold(device) {
         trials.extend(codes.iter().map(|&encoding| Trial { encoding, ..same }));
-        if !options.dont_cares && !options.safe {
+        if !options.dont_cares && may_be_free(asked.net) && !options.safe {
             trials.push(Trial { dont_cares: true, ..same });
         }
         if options.safe {
