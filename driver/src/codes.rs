@@ -20,6 +20,8 @@ pub const NO_BENCH: Code = Code { id: "G0019", title: "no bench for this circuit
 pub const NO_TABLE: Code = Code { id: "G0012", title: "no state table of this chart" };
 /// Two outputs of one build with one name.
 pub const SAME_OUTPUT: Code = Code { id: "G0013", title: "two outputs of one name" };
+/// A chart that cannot have a clock for each micro-step was to have one.
+pub const ONE_CLOCK: Code = Code { id: "G0014", title: "no clock for each micro-step" };
 /// All of them.
 pub const ALL: &[Code] = &[
     UNKNOWN_FORMAT,
@@ -31,4 +33,5 @@ pub const ALL: &[Code] = &[
     NO_BENCH,
     NO_TABLE,
     SAME_OUTPUT,
+    ONE_CLOCK,
 ];

@@ -22,7 +22,7 @@ use crate::line::{Line, Outcome};
 use crate::report::chip::{Chip, Made};
 use crate::rescue;
 pub use crate::said::form;
-use crate::said::{code_of, codes_and_dont_cares, say_emergency, say_safe};
+use crate::said::{code_of, codes_and_dont_cares, one_clock_all_the_same, say_emergency, say_safe};
 use crate::target::Target;
 use grafsynth_backend_c::File;
 use grafsynth_backend_pld::equations::Equations;
@@ -63,6 +63,9 @@ pub fn build(net: &Valid<Net>, facts: &Facts, targets: &[Target], options: &Buil
     let logic = needs_logic.then(|| logic_as(net, facts, options.busy));
     if let Some(Err(found)) = &logic {
         built.found.extend(found.iter().cloned());
+    }
+    if let Some(Ok(logic)) = &logic {
+        built.found.extend(one_clock_all_the_same(net, logic, options.busy));
     }
     // Verilog is asked for by two targets, and written once.
     let mut verilog: Option<Option<Emitted>> = None;

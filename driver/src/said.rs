@@ -1,14 +1,15 @@
 //! What is said of a circuit besides its proof: its codes and don't-cares, its form, whether it is safe and whether the emergency dominates.
 
 use crate::built::BuildOptions;
+use crate::codes;
 use crate::coding;
 use crate::line::{Line, Outcome};
 use crate::report::chip::Code;
 use grafsynth_backend_pld::{Dialect, EmitOptions};
-use grafsynth_ir::Valid;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::logic::{Logic, PinRole};
 use grafsynth_ir::net::{Evolution, Net};
+use grafsynth_ir::{Diagnostic, Valid};
 use grafsynth_logic::BusyMode;
 use grafsynth_logic::recode::Encoding;
 use grafsynth_verify::Dominance;
@@ -141,9 +142,36 @@ pub fn form(net: &Net, facts: &Facts, logic: &Logic, busy: BusyMode) -> Option<S
         None => match busy {
             BusyMode::Never | BusyMode::WhenTooLarge => "as asked".to_owned(),
             BusyMode::WhenUnproved | BusyMode::Always => {
-                "for none can have a clock of its own: nothing fires, or actions are called on the way".to_owned()
+                format!("for none can have a clock of its own: {}", why_one_clock(net))
             }
         },
     };
     Some(format!("micro-steps composed into one clock, {why}"))
+}
+
+/// Why no micro-step of a chart can have a clock of its own.
+fn why_one_clock(net: &Net) -> &'static str {
+    if net.emergency.is_some() {
+        "with an emergency no output may wait for the end of a reaction"
+    } else {
+        "nothing fires, or actions are called on the way"
+    }
+}
+
+/// A warning where a clock for each micro-step was asked for and cannot be had.
+pub(crate) fn one_clock_all_the_same(
+    net: &Net,
+    logic: &Logic,
+    busy: BusyMode,
+) -> Option<Diagnostic> {
+    let is_stable = matches!(net.settings.evolution, Evolution::Stable { .. });
+    let has_busy = logic.outputs.values().any(|output| output.role == PinRole::Busy);
+    if busy != BusyMode::Always || !is_stable || has_busy {
+        return None;
+    }
+    let why = why_one_clock(net);
+    let message = format!("no micro-step of `{}` can have a clock of its own: {why}", net.name);
+    let place = net.emergency.as_ref().map_or(net.name.span, |emergency| emergency.meta.span);
+    let finding = Diagnostic::warning(codes::ONE_CLOCK, message).at(place, "");
+    Some(finding.help("a reaction takes one clock; leave out `--busy always`"))
 }

@@ -7,8 +7,9 @@
 )]
 
 use grafsynth_backend_pld::{Dialect, Object};
-use grafsynth_driver::pipeline::{self, Through};
+use grafsynth_driver::pipeline::{self, BuildOptions, Through};
 use grafsynth_driver::run::{logic_trace, net_trace};
+use grafsynth_driver::target::Target;
 use grafsynth_engines::tools;
 use grafsynth_ir::Valid;
 use grafsynth_ir::arena::Id;
@@ -445,6 +446,32 @@ fn the_form_follows_the_proof_and_the_size() {
         pipeline::form(&net, &unknown, &logic, BusyMode::WhenTooLarge)
             .is_some_and(|text| text.ends_with("too large in one"))
     );
+}
+
+/// A chart with an emergency has one clock a reaction, whatever is asked for, and says why: in the form, in a warning, and where that one clock is too much.
+#[test]
+fn an_emergency_leaves_one_clock() {
+    let net =
+        chart("chart.graf", &WALK.replacen("    initial", "    emergency go\n    initial", 1));
+    let unknown = structural_facts(&net);
+    for busy in [BusyMode::WhenUnproved, BusyMode::Always] {
+        let logic = pipeline::logic_as(&net, &unknown, busy).expect("a circuit");
+        assert!(!has_busy(&logic));
+        let text = pipeline::form(&net, &unknown, &logic, busy).expect("it is stable");
+        assert!(text.contains("no output may wait") && !text.contains("nothing fires"), "{text}");
+        let options = BuildOptions { busy, ..BuildOptions::default() };
+        let verilog = [Target::Logic(Dialect::Verilog)];
+        let built = pipeline::build(&net, &unknown, &verilog, &options);
+        let n_warnings = usize::from(busy == BusyMode::Always);
+        assert_eq!(built.found.len(), n_warnings, "{:?}", built.found);
+        assert!(built.found.iter().all(|found| found.code.id == "G0014"));
+    }
+    let program =
+        grafsynth_ir::lower::program::program(&net, &Default::default()).expect("a program");
+    let small = EncodeOptions { max_nodes: 30, ..EncodeOptions::default() };
+    let found = grafsynth_logic::encode(&net, &program, &unknown, &small).expect_err("too large");
+    let help = found[0].help.as_deref().unwrap_or_default();
+    assert!(help.contains("emergency") && !help.contains("calls"), "{help}");
 }
 
 /// The rounds of an evolution are those that were proved: a composition of so many is the net, and one of fewer is found out, unless the rounds that it

@@ -58,6 +58,9 @@ impl Encoder<'_> {
             (Evolution::Stable { .. }, _) if self.stepwise.is_some() => {
                 "each micro-step has a clock of its own already, so it is arrays and arithmetic that are large: narrow their ranges, or build for `c`".to_owned()
             }
+            (Evolution::Stable { limit }, None) if self.net.emergency.is_some() => format!(
+                "the evolution is composed into one clock, {limit} micro-steps deep, for no smaller depth is proved, and no micro-step can have a clock of its own, since an emergency forces all outputs in every clock; a smaller `limit` makes it smaller"
+            ),
             (Evolution::Stable { limit }, None) => format!(
                 "the evolution is composed into one clock, {limit} micro-steps deep, for no smaller depth is proved; a smaller `limit` makes it smaller, and one without calls in action lists can have a clock for each micro-step"
             ),
