@@ -169,6 +169,9 @@ pub fn draw(style: Style, wanted: u64) -> Drawn {
             if style == Style::Tables && kind(*seed) == 2 && package.style != "switch with tables" {
                 return Err("no component waits for inputs only".to_owned());
             }
+            if style == Style::Engine && kind(*seed) == 2 && package.style != "engine" {
+                return Err("tables do not say all of it without a program".to_owned());
+            }
             Ok(Chart { seed: *seed, net, package, options })
         });
         for found in found {
