@@ -2,6 +2,7 @@
 
 use crate::render::MessageFormat;
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use grafsynth_backend_c::cost::{self, Machine};
 use std::path::PathBuf;
 
 /// Charts to C and programmable logic, with every output proved against the chart.
@@ -98,6 +99,20 @@ pub(crate) enum Verb {
 pub(crate) struct Input {
     /// A chart (.graf .rules .scxml .st .c .kiss2 .net) or logic (.pds .pld .v .blif .pla); `-` is standard input.
     pub(crate) file: String,
+    #[command(flatten)]
+    pub(crate) reading: Reading,
+}
+
+impl Input {
+    /// A file by its path alone.
+    pub(crate) fn plain(path: &str) -> Self {
+        Input { file: path.to_owned(), reading: Reading::default() }
+    }
+}
+
+/// What beside its text says which design a file is: what a chart was built with it is traced with.
+#[derive(Debug, Clone, Args, Default)]
+pub(crate) struct Reading {
     /// The format, where the file's name does not say it.
     #[arg(long, value_name = "FORMAT")]
     pub(crate) from: Option<String>,
@@ -109,14 +124,14 @@ pub(crate) struct Input {
     pub(crate) board: Option<String>,
     /// The machine that C is for, `avr`, `cortex-m3`, `8051` or `host`: tasks that declare no cost have the one that its cost model counts; `build` takes of the styles that
     /// carry the chart the one with the cheapest worst case there.
-    #[arg(long = "for", value_name = "MACHINE")]
-    pub(crate) machine: Option<String>,
+    #[arg(long = "for", value_name = "MACHINE", value_parser = machine)]
+    pub(crate) machine: Option<&'static Machine>,
     #[command(flatten)]
     pub(crate) c: COptions,
 }
 
 /// How a C source becomes a chart.
-#[derive(Debug, Args, Default)]
+#[derive(Debug, Clone, Args, Default)]
 #[command(next_help_heading = "C sources")]
 pub(crate) struct COptions {
     /// The function that the chart runs; `main`, or the last one that no other calls.
@@ -146,6 +161,18 @@ pub(crate) struct COptions {
     /// A name that stands for a number, 1 without `=VALUE`; may be given several times.
     #[arg(short = 'D', value_name = "NAME[=VALUE]", value_parser = constant)]
     pub(crate) define: Vec<(String, i64)>,
+}
+
+/// The machine that C is for.
+fn machine(name: &str) -> Result<&'static Machine, String> {
+    cost::machine(name).ok_or_else(|| {
+        let known = || cost::MACHINES.iter().map(|machine| machine.name);
+        let near = grafsynth_ir::diag::nearest(name, known())
+            .map(|near| format!(", did you mean `{near}`?"))
+            .unwrap_or_default();
+        let known: Vec<&str> = known().collect();
+        format!("no machine is called `{name}`{near} (there are {})", known.join(", "))
+    })
 }
 
 /// `NAME`, `NAME=5`, `NAME=-0x10`.
@@ -347,9 +374,11 @@ pub(crate) struct Sim {
 pub(crate) struct Trace {
     /// The dump: the bytes of `NAME_trace_byte`, or the same as hexadecimal text.
     pub(crate) dump: String,
-    /// The chart that the code was built from.
+    /// The chart that the code was built from; the options that say how it is read are given as they were to `build`.
     #[arg(long, value_name = "FILE")]
     pub(crate) chart: String,
+    #[command(flatten)]
+    pub(crate) reading: Reading,
 }
 
 #[derive(Debug, Args)]
@@ -432,6 +461,9 @@ pub(crate) struct Diff {
     pub(crate) old: String,
     /// The new chart.
     pub(crate) new: String,
+    /// The machine that both are for: tasks that declare no cost have the one that its cost model counts.
+    #[arg(long = "for", value_name = "MACHINE", value_parser = machine)]
+    pub(crate) machine: Option<&'static Machine>,
     /// How many random reactions to look for a difference in behaviour with, where the charts are too large to enumerate.
     #[arg(long, value_name = "N", default_value_t = 10_000)]
     pub(crate) random: usize,

@@ -1,9 +1,8 @@
 //! From the command line to a design: the texts, their companions, and the findings.
 
-use crate::args::{Global, Input};
+use crate::args::{Global, Input, Reading};
 use crate::files;
 use crate::render::{self, MessageFormat, Style};
-use grafsynth_backend_c::cost;
 use grafsynth_driver::format::Format;
 use grafsynth_driver::libraries::{self, LibraryText};
 use grafsynth_driver::read::{self, Design, NetDesign, ReadLimits, Texts};
@@ -88,7 +87,8 @@ impl Session {
 
     /// Reads a design with its companions, showing its findings. `also` is checked on it before findings are shown.
     pub(crate) fn design(&mut self, input: &Input) -> Result<(Design, Vec<Diagnostic>), Stop> {
-        let format = match &input.from {
+        let reading = &input.reading;
+        let format = match &reading.from {
             None => None,
             Some(name) => Some(Format::named(name).ok_or_else(|| unknown_format(name))?),
         };
@@ -96,11 +96,11 @@ impl Session {
         let mut texts = Texts {
             main,
             format,
-            c: input.c.options(),
-            machine: machine(input.machine.as_deref())?,
+            c: reading.c.options(),
+            machine: reading.machine,
             ..Texts::default()
         };
-        if let Some(board) = &input.board {
+        if let Some(board) = &reading.board {
             texts.board = Some(self.text(board)?);
         } else if let Some(beside) = companion(&input.file, "board") {
             texts.board = Some(self.text(&beside)?);
@@ -110,7 +110,7 @@ impl Session {
             texts.properties.push(file);
         }
         self.libraries(main, &input.file, &mut texts);
-        for text in &input.assert {
+        for text in &reading.assert {
             let line = if starts_with_role(text) { text.clone() } else { format!("assert {text}") };
             texts.properties.push(self.sources.add("<--assert>", line));
         }
@@ -170,16 +170,13 @@ impl Session {
         }
     }
 
-    /// A plain path as a chart.
-    pub(crate) fn net_at(&mut self, path: &str) -> Result<(NetDesign, Vec<Diagnostic>), Stop> {
-        self.net(&Input {
-            file: path.to_owned(),
-            from: None,
-            assert: Vec::new(),
-            board: None,
-            machine: None,
-            c: crate::args::COptions::default(),
-        })
+    /// A path as a chart, read as other arguments say.
+    pub(crate) fn net_at(
+        &mut self,
+        path: &str,
+        reading: &Reading,
+    ) -> Result<(NetDesign, Vec<Diagnostic>), Stop> {
+        self.net(&Input { file: path.to_owned(), reading: reading.clone() })
     }
 }
 
@@ -203,17 +200,4 @@ fn companion(path: &str, extension: &str) -> Option<String> {
     let beside = Path::new(path).with_extension(extension);
     (beside != Path::new(path) && files::exists(&beside))
         .then(|| beside.to_string_lossy().into_owned())
-}
-
-/// The machine that C is for.
-pub(crate) fn machine(name: Option<&str>) -> Result<Option<&'static cost::Machine>, Stop> {
-    let Some(name) = name else { return Ok(None) };
-    cost::machine(name).map(Some).ok_or_else(|| {
-        let known = || cost::MACHINES.iter().map(|machine| machine.name);
-        let near = grafsynth_ir::diag::nearest(name, known())
-            .map(|near| format!(", did you mean `{near}`?"))
-            .unwrap_or_default();
-        let known: Vec<&str> = known().collect();
-        Stop::Usage(format!("no machine is called `{name}`{near} (there are {})", known.join(", ")))
-    })
 }

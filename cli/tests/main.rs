@@ -3,3 +3,4 @@
 mod cases;
 mod packages;
 mod pages;
+mod traced;

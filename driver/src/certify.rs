@@ -4,10 +4,12 @@
 
 use crate::codes;
 use crate::source::Sources;
+use crate::task_costs;
+use grafsynth_backend_c::cost::Machine;
 use grafsynth_frontend::graf;
 use grafsynth_ir::chart::{Certificate, Design, Library};
-use grafsynth_ir::net::PropertyRole;
-use grafsynth_ir::{Diagnostic, FileId, Name};
+use grafsynth_ir::net::{Net, PropertyRole};
+use grafsynth_ir::{Diagnostic, FileId, Name, Valid};
 use grafsynth_verify::{Limits, Outcome};
 
 /// A text with its certificates.
@@ -24,9 +26,15 @@ pub struct Certified {
 }
 
 /// Proves the named properties of the library charts that stand in `file`, each chart by itself, and writes down which hold. One proof a property, within
-/// `limits`. Properties without a name cannot be mentioned.
+/// `limits`. Properties without a name cannot be mentioned. Tasks that declare no cost have the one that the model of `machine` counts.
 #[must_use]
-pub fn certify(design: &Design, sources: &Sources, file: FileId, limits: &Limits) -> Certified {
+pub fn certify(
+    design: &Design,
+    machine: Option<&'static Machine>,
+    sources: &Sources,
+    file: FileId,
+    limits: &Limits,
+) -> Certified {
     let text = sources.get(file).map_or("", |source| source.text.as_str());
     let mut certified =
         Certified { text: String::new(), charts: 0, properties: 0, found: Vec::new() };
@@ -36,9 +44,16 @@ pub fn certify(design: &Design, sources: &Sources, file: FileId, limits: &Limits
         if library.span.file != file || library.span.start == library.span.end {
             continue;
         }
-        let Some(properties) = proved(design, index, library, limits, &mut certified.found) else {
-            continue;
+        let net = match task_costs::alone(design, index, machine) {
+            Ok(net) => net,
+            Err(why) => {
+                let message = format!("{} is not certified: by itself it has errors", library.name);
+                let finding = Diagnostic::warning(codes::CERTIFICATE, message);
+                certified.found.push(finding.at(library.name.span, why));
+                continue;
+            }
         };
+        let properties = proved(&net, library, limits, &mut certified.found);
         certified.charts += 1;
         certified.properties += properties.len();
         let certificate = graf::write_certificate(&Certificate {
@@ -71,18 +86,15 @@ pub fn certify(design: &Design, sources: &Sources, file: FileId, limits: &Limits
     certified
 }
 
-/// The named properties of a library chart that hold, in their order; none for a chart that is no net.
+/// The named properties of a library chart that hold, in their order.
 fn proved(
-    design: &Design,
-    index: usize,
+    net: &Valid<Net>,
     library: &Library,
     limits: &Limits,
     found: &mut Vec<Diagnostic>,
-) -> Option<Vec<Name>> {
-    let alone = grafsynth_ir::lower::alone(design, index)?;
-    let net = grafsynth_ir::lower::lower(&alone).0?;
+) -> Vec<Name> {
     let mut names: Vec<Name> = Vec::new();
-    for verdict in grafsynth_verify::properties(&net, limits) {
+    for verdict in grafsynth_verify::properties(net, limits) {
         let property = &net.properties[verdict.property];
         if property.role == PropertyRole::Assume {
             continue;
@@ -112,5 +124,5 @@ fn proved(
         let message = format!("{name} of {} is not certified: it is not proved", library.name);
         found.push(Diagnostic::warning(codes::CERTIFICATE, message).at(span, why));
     }
-    Some(names)
+    names
 }

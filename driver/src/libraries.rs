@@ -5,6 +5,8 @@
 
 use crate::codes;
 use crate::source::Sources;
+use crate::task_costs;
+use grafsynth_backend_c::cost::Machine;
 use grafsynth_frontend::graf::{self, Limits};
 use grafsynth_ir::chart::{Design, Import};
 use grafsynth_ir::{Diagnostic, FileId};
@@ -141,9 +143,13 @@ pub(crate) fn last_alone(design: Design) -> Design {
 
 /// Looks at the certificates of a design's library charts: the text must be the one that was certified, and what was proved is proved again.
 ///
-/// One proof for each certified property, within `limits`.
+/// One proof for each certified property, within `limits`. Tasks that declare no cost have the one that the model of `machine` counts.
 #[must_use]
-pub fn certificates(design: &Design, limits: &grafsynth_verify::Limits) -> Vec<Diagnostic> {
+pub fn certificates(
+    design: &Design,
+    machine: Option<&'static Machine>,
+    limits: &grafsynth_verify::Limits,
+) -> Vec<Diagnostic> {
     let mut found = Vec::new();
     for (index, library) in design.libraries.iter().enumerate() {
         let Some(certificate) = &library.certificate else { continue };
@@ -163,10 +169,20 @@ pub fn certificates(design: &Design, limits: &grafsynth_verify::Limits) -> Vec<D
             );
             continue;
         }
-        let alone = grafsynth_ir::lower::alone(design, index);
-        // What is wrong with the library chart itself is reported where it is read.
-        let Some(net) = alone.and_then(|alone| grafsynth_ir::lower::lower(&alone).0) else {
-            continue;
+        let net = match task_costs::alone(design, index, machine) {
+            Ok(net) => net,
+            Err(why) => {
+                let message = format!(
+                    "the certificate of {} is not looked at: by itself the library chart has errors",
+                    library.name
+                );
+                found.push(
+                    Diagnostic::warning(codes::CERTIFICATE, message)
+                        .at(certificate.span, "proves nothing of it")
+                        .at(library.name.span, why),
+                );
+                continue;
+            }
         };
         let verdicts = grafsynth_verify::properties(&net, limits);
         for property in &certificate.properties {

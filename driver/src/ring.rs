@@ -94,7 +94,7 @@ pub fn parse(net: &Net, dump: &[u8]) -> Result<Ring, String> {
     }
     if long(4) != hash(net) {
         return Err(format!(
-            "the trace ring is of another chart, or of another version of this one: its mark is {:08x}, that of `{}` is {:08x}",
+            "the trace ring is of another chart, of another version of this one, or of one built with other options (`--for`, `--assert`, ..): its mark is {:08x}, that of `{}` is {:08x}",
             long(4),
             net.name,
             hash(net)

@@ -9,15 +9,14 @@ use grafsynth_ir::chart::Design;
 use grafsynth_ir::lower::{Lowered, TaskCosts, lower_with};
 use grafsynth_ir::net::Net;
 use grafsynth_ir::{Diagnostic, Span, Valid};
-use std::collections::BTreeSet;
 
 /// What the tasks of a net without declared costs cost, and where that comes from.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Counted {
     /// The machine of the model.
     pub machine: &'static Machine,
-    /// The tasks that declare no cost, by their place.
-    pub places: BTreeSet<Span>,
+    /// What they cost, by their place.
+    pub costs: TaskCosts,
 }
 
 /// Nets that are tried before costs count as growing for ever.
@@ -53,7 +52,7 @@ pub(crate) fn lower(
             *known = time.max(*known);
         }
         if !has_grown {
-            return (Some(net), found, Some(Counted { machine, places: undeclared }));
+            return (Some(net), found, Some(Counted { machine, costs }));
         }
     }
     let message =
@@ -62,4 +61,18 @@ pub(crate) fn lower(
         .at(design.charts.first().map_or_else(Span::default, |chart| chart.name.span), "its tasks")
         .help("write `cost N` behind the names of the tasks that share variables");
     (None, vec![found], None)
+}
+
+/// The net of a library chart by itself, tasks without a declared cost as in [`lower`]; otherwise the first thing that is wrong with it.
+pub(crate) fn alone(
+    design: &Design,
+    library: usize,
+    machine: Option<&'static Machine>,
+) -> Result<Valid<Net>, String> {
+    let alone = grafsynth_ir::lower::alone(design, library).unwrap_or_default();
+    let (net, found, _) = lower(&alone, machine);
+    net.ok_or_else(|| {
+        let first = found.iter().find(|finding| finding.is_error());
+        first.map_or_else(|| "no net".to_owned(), |finding| finding.message.clone())
+    })
 }

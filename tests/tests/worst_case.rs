@@ -327,7 +327,7 @@ fn a_task_takes_no_more_than_the_model_says() {
             let machine = cost::machine(meter.machine()).expect("it is there");
             let (with, counted) = read_for(&chart(&format!("task t {{ {body} }}")), machine);
             let counted = counted.expect("the task declares no cost");
-            assert_eq!((counted.machine.name, counted.places.len()), (machine.name, 1));
+            assert_eq!((counted.machine.name, counted.costs.known.len()), (machine.name, 1));
             let model = u64::from(with.steps.values().next().expect("a step").tasks[0].cost);
             // The same chart that does nothing there but to pass the turn on.
             let (without, counted) = read_for(&chart("task t cost 1 { sum := sum }"), machine);

@@ -88,7 +88,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
         device: arguments.device.clone(),
         c: grafsynth_backend_c::Options {
             style,
-            machine: crate::load::machine(arguments.input.machine.as_deref())?,
+            machine: arguments.input.reading.machine,
             goal: match arguments.optimise.as_str() {
                 "size" => cost::Goal::Size,
                 _ => cost::Goal::Speed,
@@ -227,15 +227,7 @@ fn measured(
 
 /// The pins of an earlier output, by its names.
 fn earlier_pins(session: &mut Session, path: &str) -> Result<Vec<(String, u32)>, Stop> {
-    let earlier = Input {
-        file: path.to_owned(),
-        from: None,
-        assert: Vec::new(),
-        board: None,
-        machine: None,
-        c: crate::args::COptions::default(),
-    };
-    let (design, found) = session.design(&earlier)?;
+    let (design, found) = session.design(&Input::plain(path))?;
     session.show(&found);
     let Design::Logic(design) = design else {
         return Err(Stop::Usage(format!(

@@ -4,6 +4,7 @@ use crate::args::Check;
 use crate::exit::Exit;
 use crate::files;
 use crate::load::{Session, Stop};
+use grafsynth_backend_c::cost::Machine;
 use grafsynth_driver::logic::LogicDesign;
 use grafsynth_driver::read::{Design, NetDesign};
 use grafsynth_ir::diag::any_error;
@@ -30,11 +31,12 @@ pub(crate) fn run(session: &mut Session, arguments: &Check) -> Result<Exit, Stop
     let visited = if net.steps.len() > LARGE { limits.pairs.min(100_000) } else { limits.pairs };
     let facts = grafsynth_verify::facts(net, &Limits { pairs: visited, ..limits.clone() });
     found.extend(grafsynth_verify::lints(net, &facts));
+    let machine = arguments.input.reading.machine;
     if let Some(output) = &arguments.certify {
-        return certify(session, &design, output, &limits, found);
+        return certify(session, &design, machine, output, &limits, found);
     }
     if let Some(chart) = &design.chart {
-        found.extend(grafsynth_driver::libraries::certificates(chart, &limits));
+        found.extend(grafsynth_driver::libraries::certificates(chart, machine, &limits));
     }
     session.show(&found);
     let exit = properties(session, net, &limits);
@@ -97,18 +99,20 @@ fn logic(session: &Session, design: &LogicDesign, mut found: Vec<Diagnostic>) ->
 fn certify(
     session: &Session,
     design: &NetDesign,
+    machine: Option<&'static Machine>,
     output: &Path,
     limits: &Limits,
     mut found: Vec<Diagnostic>,
 ) -> Result<Exit, Stop> {
     // The chart is the first text that is read.
-    let certified = design.chart.as_ref().map(|chart| {
-        grafsynth_driver::certify::certify(chart, &session.sources, FileId(0), limits)
+    let mut certified = design.chart.as_ref().map(|chart| {
+        grafsynth_driver::certify::certify(chart, machine, &session.sources, FileId(0), limits)
     });
+    found.extend(certified.iter_mut().flat_map(|certified| certified.found.drain(..)));
     let Some(certified) = certified.filter(|certified| certified.charts > 0) else {
+        session.show(&found);
         return Err(Stop::Usage("there is no library chart in the file to certify".to_owned()));
     };
-    found.extend(certified.found);
     session.show(&found);
     if output.as_os_str() == "-" {
         crate::print(&certified.text);
@@ -246,7 +250,8 @@ fn dump(session: &mut Session, arguments: &Check, pass: &str) -> Result<Exit, St
     let Some(chart) = &design.chart else {
         return Err(Stop::Usage("a .net file has passed all passes already".to_owned()));
     };
-    match grafsynth_ir::lower::dump_after(chart, pass) {
+    let costs = design.counted.as_ref().map(|counted| counted.costs.clone()).unwrap_or_default();
+    match grafsynth_ir::lower::dump_after(chart, &costs, pass) {
         Some(net) => crate::print(&grafsynth_ir::text::print(&net)),
         None => return Err(Stop::Usage(format!("no pass is called `{pass}`"))),
     }

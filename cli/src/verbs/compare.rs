@@ -1,7 +1,7 @@
 //! `grafsynth compare FILE`: all engines on one stimulus, and the first difference.
 
 use super::sim::{engine_named, stimulus};
-use crate::args::Compare;
+use crate::args::{Compare, Input};
 use crate::exit::Exit;
 use crate::load::{Session, Stop};
 use grafsynth_driver::compare as driver_compare;
@@ -155,14 +155,8 @@ fn with_other(
     other: &str,
     renames: &Renames,
 ) -> Result<Exit, Stop> {
-    let input = crate::args::Input {
-        file: other.to_owned(),
-        from: None,
-        assert: Vec::new(),
-        board: None,
-        machine: arguments.input.machine.clone(),
-        c: crate::args::COptions::default(),
-    };
+    let mut input = Input::plain(other);
+    input.reading.machine = arguments.input.reading.machine;
     let (other, found) = session.design(&input)?;
     session.show(&found);
     for design in [&design, &other] {

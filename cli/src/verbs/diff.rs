@@ -1,14 +1,15 @@
 //! `grafsynth diff OLD NEW`.
 
-use crate::args::Diff;
+use crate::args::{Diff, Reading};
 use crate::exit::Exit;
 use crate::load::{Session, Stop};
 use grafsynth_driver::diff::{Behaviour, Part};
 
 pub(crate) fn run(session: &mut Session, arguments: &Diff) -> Result<Exit, Stop> {
-    let (old, found) = session.net_at(&arguments.old)?;
+    let reading = Reading { machine: arguments.machine, ..Reading::default() };
+    let (old, found) = session.net_at(&arguments.old, &reading)?;
     session.show(&found);
-    let (new, found) = session.net_at(&arguments.new)?;
+    let (new, found) = session.net_at(&arguments.new, &reading)?;
     session.show(&found);
     let diff = grafsynth_driver::diff::diff(&old.net, &new.net, arguments.random, arguments.seed);
     let mut text = String::new();

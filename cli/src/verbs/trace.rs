@@ -8,7 +8,7 @@ use grafsynth_driver::{pipeline, ring};
 use grafsynth_verify::Limits;
 
 pub(crate) fn run(session: &mut Session, arguments: &Trace) -> Result<Exit, Stop> {
-    let (design, found) = session.net_at(&arguments.chart)?;
+    let (design, found) = session.net_at(&arguments.chart, &arguments.reading)?;
     session.show(&found);
     let net = &design.net;
     let dump = files::read_bytes(&arguments.dump, session.source_limit)?;

@@ -154,7 +154,7 @@ fn tasks(subject: &Subject<'_>, bounds: &[(&Machine, Bound)]) -> String {
     let mut table = Table::of(heads);
     for (id, step) in net.steps.iter() {
         for (at, task) in step.tasks.iter().enumerate() {
-            let from = match counted.filter(|it| it.places.contains(&task.meta.span)) {
+            let from = match counted.filter(|it| it.costs.known.contains_key(&task.meta.span)) {
                 Some(counted) => format!("the model of {}", counted.machine.name),
                 None => "declared".to_owned(),
             };

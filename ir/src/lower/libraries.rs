@@ -120,6 +120,7 @@ pub(super) fn unused(lowering: &mut Lowering<'_>) {
         let mut one = Lowering::new(&alone);
         one.costs = lowering.costs.clone();
         super::all_passes(&mut one);
+        lowering.undeclared.append(&mut one.undeclared);
         for finding in one.found.list {
             if finding.is_error() {
                 lowering.found.add(finding);

@@ -103,7 +103,8 @@ pub struct Lowered {
     pub net: Option<Valid<Net>>,
     /// The findings.
     pub found: Vec<Diagnostic>,
-    /// The places of the tasks that declare no cost: the [`crate::net::Meta::span`] of the tasks that they became.
+    /// The places of the tasks that declare no cost: the [`crate::net::Meta::span`] of the tasks that they became, in macros and library charts that nothing
+    /// uses too.
     pub undeclared: BTreeSet<Span>,
 }
 
@@ -128,11 +129,12 @@ pub fn lower_with(design: &Design, costs: &TaskCosts) -> Lowered {
     }
 }
 
-/// The net as it stands after a pass, for looking into the lowering; none if there is no pass of that name.
+/// The net as it stands after a pass, for looking into the lowering, with costs of tasks that declare none; none if there is no pass of that name.
 #[must_use]
-pub fn dump_after(design: &Design, pass: &str) -> Option<Net> {
+pub fn dump_after(design: &Design, costs: &TaskCosts, pass: &str) -> Option<Net> {
     let end = PIPELINE.iter().position(|(name, _)| *name == pass)?;
     let mut lowering = Lowering::new(design);
+    lowering.costs = costs.clone();
     for (_, pass) in &PIPELINE[..=end] {
         pass(&mut lowering);
     }
@@ -168,6 +170,7 @@ fn run(
     for (_, pass) in pipeline {
         pass(&mut second);
     }
+    lowering.undeclared.append(&mut second.undeclared);
     for finding in second.found.list {
         if finding.is_error() {
             lowering.found.add(finding);

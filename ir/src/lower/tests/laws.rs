@@ -5,7 +5,7 @@ use crate::FileId;
 use crate::chart::*;
 use crate::diag::any_error;
 use crate::expr::{ArithOp, CompareOp, ExprKind, Type};
-use crate::lower::{dump_after, lower, passes};
+use crate::lower::{TaskCosts, dump_after, lower, passes};
 use crate::net::{Policy, Qualifier, Side};
 use crate::text;
 use proptest::prelude::*;
@@ -548,7 +548,7 @@ proptest! {
 fn every_pass_can_be_looked_into() {
     let design = design(vec![chart("c", vec![vec![single()], vec![initial("p", vec![])]])]);
     for pass in passes() {
-        assert!(dump_after(&design, pass).is_some(), "{pass}");
+        assert!(dump_after(&design, &TaskCosts::default(), pass).is_some(), "{pass}");
     }
-    assert!(dump_after(&design, "unknown").is_none());
+    assert!(dump_after(&design, &TaskCosts::default(), "unknown").is_none());
 }
