@@ -178,6 +178,9 @@ impl Meter for AvrMeter {
 #[derive(Debug, Default)]
 pub struct ArmMeter;
 
+/// Bytes below the stack pointer that are painted on a Cortex-M3; whether a chart that uses them all needs more is not seen.
+const DEEP: u64 = 32_768;
+
 /// What counts the reactions: `NAME_step` becomes a macro in the bench. A macro is not expanded within itself.
 fn arm_port(prefix: &str, has_instance: bool) -> String {
     let (saved, save, restore) = if has_instance {
@@ -191,8 +194,7 @@ static uint32_t bench_first;
 static uint32_t bench_stack;
 __attribute__((noinline)) static void bench_empty() {{ __asm__ volatile("" ::: "memory"); }}
 #define BENCH_TIMER (*(volatile uint32_t *)0xE000E018U)
-/* Bytes that are painted: more than any chart needs. */
-#define BENCH_DEEP 8192U
+#define BENCH_DEEP {DEEP}U
 #define BENCH_COUNT(call, none, into) do {{ \
     {save} \
     const uint32_t begin = BENCH_TIMER; \
@@ -276,6 +278,9 @@ impl Meter for ArmMeter {
             Some(bytes.iter().rev().fold(0_u64, |all, byte| all << 8 | u64::from(*byte)))
         };
         match (run.is_success, number(0), number(4), number(8)) {
+            (true, _, _, Some(stack)) if stack >= DEEP && !calls_user => {
+                Err(EngineError::Failed(format!("it needs {DEEP} bytes of stack or more")))
+            }
             (true, Some(init), Some(step), Some(stack)) => Ok(Measured {
                 init,
                 step,

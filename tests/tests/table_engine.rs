@@ -10,7 +10,7 @@ use grafsynth_ir::Valid;
 use grafsynth_ir::net::{Net, Policy};
 use grafsynth_sim::{Stimulus, Trace, compare};
 use grafsynth_tests::random_net::{Features, random_net};
-use grafsynth_tests::{chart, readable, rounds};
+use grafsynth_tests::{chart, readable, rounds, small_limits};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::Command;
@@ -244,9 +244,7 @@ fn a_program_runs_no_more_instructions_than_counted() {
     let (mut nearest, mut ran) = (0.0_f64, 0);
     for seed in 0..rounds(12, 300) {
         let net = random_net(seed, &Features::everything());
-        let limits =
-            grafsynth_verify::Limits { pairs: 20_000, states: 2_000, ..Default::default() };
-        let facts = grafsynth_verify::facts(&net, &limits);
+        let facts = grafsynth_verify::facts(&net, &small_limits());
         let options = Options { style: Style::Program, ..Options::default() };
         let package = emit(&net, &facts, &options).expect("every chart is a program");
         let most = package.instructions.expect("it is code");

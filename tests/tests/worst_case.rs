@@ -132,6 +132,8 @@ fn meters() -> Vec<Box<dyn Meter>> {
     let all = meters_here();
     for name in ["avr", "cortex-m3"] {
         if !all.iter().any(|meter| meter.machine() == name) {
+            let is_ci = std::env::var_os("CI").is_some();
+            assert!(!is_ci, "the tools for {name} are missing, and CI must have them");
             println!("skipped: the tools for {name} are not here");
         }
     }
@@ -167,6 +169,27 @@ fn what_stands_before_a_reaction_is_bounded() {
             on_machine(&**meter, "ring", &net, &options, 200).expect("it fits");
         }
     }
+}
+
+/// Beyond what is painted no stack is seen, so a chart that reaches it has no measure.
+#[test]
+fn a_stack_deeper_than_what_is_watched_is_said() {
+    let Some(meter) = meters().into_iter().find(|it| it.machine() == "cortex-m3") else { return };
+    let text = |size: u32| {
+        format!(
+            "chart deep {{\n  input a\n  output R\n  initial step s {{ R; code c \"volatile char room[{size}]; for (long k = 0; k < {size}; ++k) {{ room[k] = 1; }}\" }}\n  s -> s when a\n}}"
+        )
+    };
+    let run = |size| {
+        let net = grafsynth_tests::chart("a.graf", &text(size));
+        let facts = facts_of(&net);
+        let stimulus = Stimulus::random(&net, 3, 1, 1);
+        meter.run(&Job { net: &net, facts: &facts, stimulus: &stimulus }, &Options::default())
+    };
+    let stack = run(20_000).expect("it is measured").stack.expect("nothing of the user is called");
+    assert!((20_000..21_000).contains(&stack), "{stack}");
+    let Err(EngineError::Failed(why)) = run(40_000) else { panic!("it is no measure") };
+    assert!(why.contains("bytes of stack or more"), "{why}");
 }
 
 /// On charts that reach their dearest reaction in any long enough run the bound is not far away from it.
@@ -245,6 +268,10 @@ fn ram_is_what_the_compiler_makes_of_it() {
     for (name, triple, flags) in [avr, arm] {
         let tool = |end: &str| tools::find(&[format!("{triple}-{end}").as_str()]);
         let (Some(gcc), Some(nm), Some(size)) = (tool("gcc"), tool("nm"), tool("size")) else {
+            assert!(
+                std::env::var_os("CI").is_none(),
+                "{triple}-gcc is missing, and CI must have it"
+            );
             println!("skipped: {triple}-gcc is not here");
             continue;
         };
