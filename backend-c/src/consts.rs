@@ -41,7 +41,7 @@ pub(crate) fn reset(net: &Net) -> Reset {
     let emergency = net.emergency.is_some() && emergency;
     for (id, output) in net.outputs.iter() {
         if emergency {
-            outputs.push(if crate::queries::is_extern(output) { 0 } else { output.safe_value() });
+            outputs.push(if output.is_extern() { 0 } else { output.safe_value() });
             continue;
         }
         outputs.push(match &output.driver {

@@ -251,7 +251,7 @@ fn row(net: &Net, interface: &Interface) -> Vec<Node> {
         nodes.extend(scope(body));
     }
     for (id, output) in net.outputs.iter() {
-        if !matches!(output.driver, Driver::Extern { .. }) {
+        if !output.is_extern() {
             let place = interface.names.io.lamp("out.", &interface.names.outputs[id], id);
             nodes.extend(send(&place, output.ty));
         }

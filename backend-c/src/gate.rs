@@ -28,7 +28,7 @@ pub(crate) fn refusal(net: &Net) -> Option<Diagnostic> {
     let condition = net.inputs.values().find(|it| it.kind == InputKind::Extern).map(|it| {
         (format!("the extern condition `{}`, which may change by itself", it.name), it.name.span)
     });
-    let action = net.outputs.values().find(|it| crate::queries::is_extern(it)).map(|it| {
+    let action = net.outputs.values().find(|it| it.is_extern()).map(|it| {
         (
             format!("the extern action `{}`, whose calls the instance does not show", it.name),
             it.name.span,
@@ -156,8 +156,7 @@ pub(crate) fn same(net: &Net, interface: &Interface) -> Vec<String> {
         .map(|word| format!("in->bits[{word}] == self->gate_in.bits[{word}]"))
         .collect();
     for (id, input) in net.inputs.iter() {
-        let is_member = matches!(input.kind, InputKind::Pin | InputKind::Event)
-            && names.io.input_bit(id).is_none();
+        let is_member = input.kind.is_handed() && names.io.input_bit(id).is_none();
         if is_member {
             all.push(format!("in->{0} == self->gate_in.{0}", names.inputs[id]));
         }

@@ -7,7 +7,6 @@ use crate::Object;
 use crate::ctext::Node;
 use crate::header::Layout;
 use crate::io::INPUT_BITS;
-use crate::queries::is_extern;
 use grafsynth_ir::net::InputKind;
 
 impl Layout<'_> {
@@ -36,7 +35,7 @@ impl Layout<'_> {
             .map(|word| Node::line(format!("to->bits[{word}] = from->bits[{word}];")))
             .collect();
         for (id, output) in self.net.outputs.iter() {
-            if !is_extern(output) && io.output_bit(id).is_none() {
+            if !output.is_extern() && io.output_bit(id).is_none() {
                 let name = &self.names.outputs[id];
                 let line = Node::line(format!("to->{name} = from->{name};"));
                 body.push(line.about(Object::Output(id)));

@@ -405,7 +405,7 @@ fn bench(net: &Net, interface: &Interface, explore: bool) -> Vec<Node> {
     }
     round.push(Node::line("(void)value;"));
     round.push(Node::line("bench_end_of_line();"));
-    for (id, _) in net.outputs.iter().filter(|(_, it)| crate::queries::is_extern(it)) {
+    for (id, _) in net.outputs.iter().filter(|(_, it)| it.is_extern()) {
         let calls = format!("{prefix}_calls_{}", interface.names.outputs[id]);
         round.push(Node::line(format!("{calls}.count = 0;")));
         round.push(Node::line(format!("{calls}.length = 0;")));
@@ -417,7 +417,7 @@ fn bench(net: &Net, interface: &Interface, explore: bool) -> Vec<Node> {
     if let (Some(_), false) = (interface.trace, explore) {
         body.extend(crate::trace::dump(&interface.names));
     }
-    for (id, _) in net.outputs.iter().filter(|(_, it)| crate::queries::is_extern(it)) {
+    for (id, _) in net.outputs.iter().filter(|(_, it)| it.is_extern()) {
         body.push(Node::line(format!(
             "free({prefix}_calls_{}.text);",
             interface.names.outputs[id]

@@ -6,7 +6,6 @@ use crate::ctext::{Kind, Marks, Node, Writer};
 use crate::gate;
 use crate::interface::Interface;
 use crate::names::Names;
-use crate::queries::is_extern;
 use crate::{File, Io, Object, Options};
 use crate::{safe, trace};
 use grafsynth_ir::expr::Type;
@@ -27,8 +26,8 @@ pub(crate) fn lay_out(
     let interface = Interface {
         names: names.clone(),
         has_instance: !program.instance.is_empty(),
-        has_in: net.inputs.values().any(|it| matches!(it.kind, InputKind::Pin | InputKind::Event)),
-        has_out: net.outputs.values().any(|it| !is_extern(it)),
+        has_in: net.inputs.values().any(|it| it.kind.is_handed()),
+        has_out: net.outputs.values().any(|it| !it.is_extern()),
         ticks: program.ticks,
         has_fault: program.has_fault,
         callbacks: options.callbacks,
@@ -47,7 +46,7 @@ pub(crate) fn lay_out(
     }
     let has_library = options.callbacks
         || net.inputs.values().any(|it| it.kind == InputKind::Extern)
-        || net.outputs.values().any(is_extern);
+        || net.outputs.values().any(|it| it.is_extern());
     let layout = Layout { net, names, program, options, interface: &interface, has_library };
     let (source, marks) = layout.source();
     let mut files = vec![layout.header(), source, layout.port()];
@@ -264,7 +263,7 @@ impl Layout<'_> {
             .net
             .outputs
             .iter()
-            .filter(|(id, output)| !is_extern(output) && io.output_bit(*id).is_none())
+            .filter(|(id, output)| !output.is_extern() && io.output_bit(*id).is_none())
             .map(|(id, output)| {
                 let note = described(
                     &output.name.text,

@@ -7,7 +7,6 @@
 
 use crate::cexpr::{CExpr, Prec, constant};
 use crate::ctext::Node;
-use crate::queries::is_extern;
 use crate::{Io, Object};
 use grafsynth_ir::IdMap;
 use grafsynth_ir::expr::Type;
@@ -39,11 +38,11 @@ impl Layout {
             })
         };
         let inputs = IdMap::build(&net.inputs, |_, it| {
-            let is_outside = matches!(it.kind, InputKind::Pin | InputKind::Event);
+            let is_outside = it.kind.is_handed();
             number(&mut n_inputs, packed && is_outside && it.ty.is_bool())
         });
         let outputs = IdMap::build(&net.outputs, |_, it| {
-            number(&mut n_outputs, packed && !is_extern(it) && it.ty.is_bool())
+            number(&mut n_outputs, packed && !it.is_extern() && it.ty.is_bool())
         });
         Layout { upper: upper.to_string(), inputs, outputs, n_inputs, n_outputs }
     }
@@ -160,7 +159,7 @@ impl Layout {
         let mut words = vec![0u32; self.output_words()];
         let mut objects: Vec<Vec<Object>> = vec![Vec::new(); words.len()];
         let mut nodes = Vec::new();
-        for (id, output) in net.outputs.iter().filter(|(_, output)| !is_extern(output)) {
+        for (id, output) in net.outputs.iter().filter(|(_, output)| !output.is_extern()) {
             match self.outputs[id] {
                 Some(bit) => {
                     let (word, bit) = (bit / self.output_bits(), bit % self.output_bits());

@@ -401,7 +401,7 @@ fn renamed(net: &Net, names: &names::Names) -> Vec<Diagnostic> {
     let actions = net
         .outputs
         .iter()
-        .filter(|(_, output)| queries::is_extern(output))
+        .filter(|(_, output)| output.is_extern())
         .map(|(id, output)| (&output.name, &names.outputs[id]));
     conditions
         .chain(actions)

@@ -5,7 +5,6 @@
 //! carry none, so that one library serves several charts).
 
 use crate::io::Layout;
-use crate::queries::is_extern;
 use crate::{Io, Options};
 use grafsynth_ir::IdMap;
 use grafsynth_ir::names::{C, Namer, Target};
@@ -100,7 +99,7 @@ impl Names {
             }
         });
         let outputs = IdMap::build(&net.outputs, |_, output| {
-            if is_extern(output) {
+            if output.is_extern() {
                 global.name(&output.name.text)
             } else {
                 out_members.name(&output.name.text)
@@ -176,7 +175,7 @@ fn assigned<T>(arena: &grafsynth_ir::Arena<T>, names: Vec<String>) -> IdMap<T, S
 /// The functions of the user's library.
 pub(crate) fn library(net: &Net, names: &Names) -> Vec<String> {
     let conditions = net.inputs.iter().filter(|(_, it)| it.kind == InputKind::Extern);
-    let actions = net.outputs.iter().filter(|(_, it)| is_extern(it));
+    let actions = net.outputs.iter().filter(|(_, it)| it.is_extern());
     conditions
         .map(|(id, _)| names.inputs[id].clone())
         .chain(actions.map(|(id, _)| names.outputs[id].clone()))

@@ -1,12 +1,7 @@
 //! Questions about a net that several styles and files ask.
 
-use grafsynth_ir::net::{Driver, Net, Output, OutputId, StepId};
+use grafsynth_ir::net::{Driver, Net, OutputId, StepId};
 use grafsynth_ir::program::{Expr, Leaf};
-
-/// True for an output that is a function of the user's library.
-pub(crate) fn is_extern(output: &Output) -> bool {
-    matches!(output.driver, Driver::Extern { .. })
-}
 
 /// True for the names of C.
 pub(crate) fn is_c(language: &str) -> bool {

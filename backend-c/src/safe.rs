@@ -24,7 +24,6 @@ use crate::cprogram::{CProgram, Member};
 use crate::ctext::Node;
 use crate::interface::Interface;
 use crate::names::{MEMBER_OF_SAFE_STATE as MEMBER, MEMBER_OF_TRACE, Names, library, namer};
-use crate::queries::is_extern;
 use crate::range::Range;
 use crate::times::{count_type, unsigned};
 use crate::{Options, codes};
@@ -51,7 +50,7 @@ pub(crate) fn force(
     let mut words = vec![(0u32, 0u32, 0u32); io.output_words()];
     let mut objects: Vec<Vec<Object>> = vec![Vec::new(); words.len()];
     let mut members = Vec::new();
-    for (id, output) in net.outputs.iter().filter(|(_, output)| !is_extern(output)) {
+    for (id, output) in net.outputs.iter().filter(|(_, output)| !output.is_extern()) {
         match io.output_bit(id) {
             Some(bit) => {
                 let (word, bit) = (bit / io.output_bits(), bit % io.output_bits());
@@ -264,7 +263,7 @@ pub(crate) fn before_init(net: &Net, names: &Names) -> Vec<Node> {
     let io = &names.io;
     let mut words = vec![0u32; io.output_words()];
     let mut members = Vec::new();
-    for (id, output) in net.outputs.iter().filter(|(_, output)| !is_extern(output)) {
+    for (id, output) in net.outputs.iter().filter(|(_, output)| !output.is_extern()) {
         let safe = output.safe_value();
         match io.output_bit(id) {
             Some(bit) => {

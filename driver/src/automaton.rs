@@ -7,7 +7,7 @@
 use crate::codes::NO_TABLE;
 use crate::rows;
 use grafsynth_frontend::kiss2::{self, Machine, Trit};
-use grafsynth_ir::net::{Driver, InputId, InputKind, Net, OutputId};
+use grafsynth_ir::net::{InputId, InputKind, Net, OutputId};
 use grafsynth_ir::span::Span;
 use grafsynth_ir::{Diagnostic, Valid};
 use grafsynth_sim::{InputRow, Row, Simulator, State};
@@ -61,7 +61,7 @@ pub fn machine_within(net: &Valid<Net>, max_reactions: usize) -> Result<Machine,
     }
     let mut outputs: Vec<OutputId> = Vec::new();
     for (id, output) in net.outputs.iter() {
-        if matches!(output.driver, Driver::Extern { .. }) {
+        if output.is_extern() {
             refuse(output.meta.span, format!("the chart calls `{}`", output.name));
         } else if !output.ty.is_bool() {
             refuse(output.meta.span, format!("the output `{}` is a number", output.name));

@@ -279,7 +279,7 @@ fn row(net: &Net, steps: &[StepId], input: &InputRow, reader: &mut Reader<'_>) -
         );
     }
     for (id, output) in net.outputs.iter() {
-        if !matches!(output.driver, Driver::Extern { .. }) {
+        if !output.is_extern() {
             row.outputs[id.index()] = reader.value(output.ty)?;
         }
     }

@@ -346,7 +346,7 @@ fn row(net: &Net, shown: &[&Named], input: &InputRow, bits: &[u8]) -> Result<Row
     for (id, output) in net.outputs.iter() {
         let code = outputs.get(&id.index()).copied().unwrap_or(0);
         row.outputs[id.index()] = output.ty.bounds().0.saturating_add_unsigned(code);
-        if matches!(output.driver, Driver::Extern { .. }) {
+        if output.is_extern() {
             row.effects.extend((0..code).map(|_| Effect::Call(id, Vec::new())));
         }
     }

@@ -446,7 +446,7 @@ impl Leaves<Leaf> for NetLeaves<'_> {
     }
 
     fn is_duration(&self, leaf: &Leaf) -> bool {
-        matches!(leaf, Leaf::Elapsed(_) | Leaf::LastElapsed(_) | Leaf::Timer(_))
+        leaf.is_time()
     }
 }
 

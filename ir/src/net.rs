@@ -94,6 +94,14 @@ pub enum Leaf {
     Controlled(ActionId),
 }
 
+impl Leaf {
+    /// True for a time in ticks, which has no type and stands only in a comparison with a constant.
+    #[must_use]
+    pub fn is_time(&self) -> bool {
+        matches!(self, Leaf::Elapsed(_) | Leaf::LastElapsed(_) | Leaf::Timer(_))
+    }
+}
+
 /// The whole net.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Net {
@@ -275,6 +283,12 @@ impl InputKind {
     pub fn is_event(self) -> bool {
         matches!(self, InputKind::Event | InputKind::InternalEvent)
     }
+
+    /// True for what the caller hands over with each reaction: pins and events from outside.
+    #[must_use]
+    pub fn is_handed(self) -> bool {
+        matches!(self, InputKind::Pin | InputKind::Event)
+    }
 }
 
 /// A column of the trace that the net computes.
@@ -313,6 +327,12 @@ impl Output {
                 GenericExpr::new(ExprKind::Select(Box::new(emergency), safe, Box::new(value)), span)
             }
         }
+    }
+
+    /// True for an extern action: a function of the user's library, which has no value.
+    #[must_use]
+    pub fn is_extern(&self) -> bool {
+        matches!(self.driver, Driver::Extern { .. })
     }
 }
 

@@ -488,7 +488,7 @@ impl<'a> Encoder<'a> {
             all.insert(id, Shown { before, after, reset });
         }
         for (id, output) in net.outputs.iter() {
-            if !matches!(output.driver, Driver::Extern { .. }) {
+            if !output.is_extern() {
                 continue;
             }
             let sites = self.calls.remove(&id).unwrap_or_default();

@@ -27,7 +27,7 @@ fn collect<L>(
     if let ExprKind::Compare(_, a, b) = &expr.kind {
         for (timer, constant) in [(a, b), (b, a)] {
             if let (ExprKind::Leaf(leaf), Some(value)) = (&timer.kind, constant_value(constant))
-                && let Some(leaf) = net_leaf(leaf).filter(is_timer)
+                && let Some(leaf) = net_leaf(leaf).filter(Leaf::is_time)
             {
                 let cap = value.saturating_add(1).max(0);
                 let entry = caps.entry(leaf).or_insert(cap);
@@ -54,8 +54,4 @@ fn constant_value<L>(expr: &Expr<L>) -> Option<i64> {
         | ExprKind::Arith(..)
         | ExprKind::Select(..) => None,
     }
-}
-
-fn is_timer(leaf: &Leaf) -> bool {
-    matches!(leaf, Leaf::Elapsed(_) | Leaf::LastElapsed(_) | Leaf::Timer(_))
 }

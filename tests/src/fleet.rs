@@ -15,7 +15,7 @@ use grafsynth_ir::Valid;
 use grafsynth_ir::expr::{ArithOp, ExprKind, Type};
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::{
-    Driver, Evolution, Expr, InputKind, Leaf, Net, Policy, Schedule, StepKind, TransitionKind,
+    Driver, Evolution, Expr, InputKind, Net, Policy, Schedule, StepKind, TransitionKind,
 };
 use grafsynth_sim::{Random, Stimulus, compare};
 use grafsynth_verify::{facts, structural_facts};
@@ -356,9 +356,7 @@ pub const PROPERTIES: &[(&str, Has)] = &[
     ("events", |it| it.net.inputs.values().any(|it| it.kind == InputKind::Event)),
     ("internal events", |it| it.net.inputs.values().any(|it| it.kind == InputKind::InternalEvent)),
     ("extern conditions", |it| it.net.inputs.values().any(|it| it.kind == InputKind::Extern)),
-    ("extern actions", |it| {
-        it.net.outputs.values().any(|it| matches!(it.driver, Driver::Extern { .. }))
-    }),
+    ("extern actions", |it| it.net.outputs.values().any(|it| it.is_extern())),
     ("mealy outputs", |it| it.net.outputs.values().any(|it| matches!(it.driver, Driver::Mealy(_)))),
     ("stored outputs", |it| {
         it.net.outputs.values().any(|it| matches!(it.driver, Driver::Stored(_)))
@@ -414,10 +412,7 @@ fn waits_long(net: &Net) -> bool {
     let mut found = false;
     for_each_part(net, &mut |part| {
         if let ExprKind::Compare(_, time, ticks) = &part.kind {
-            let is_time = matches!(
-                time.kind,
-                ExprKind::Leaf(Leaf::Elapsed(_) | Leaf::LastElapsed(_) | Leaf::Timer(_))
-            );
+            let is_time = matches!(&time.kind, ExprKind::Leaf(leaf) if leaf.is_time());
             found |= is_time && matches!(ticks.kind, ExprKind::Int(255..));
         }
     });

@@ -109,9 +109,7 @@ fn rows(net: &Valid<Net>, has_time: bool, stimulus: &Stimulus) -> String {
         if has_time {
             let _ = write!(text, "{} ", row.dt);
         }
-        for (id, _) in
-            net.inputs.iter().filter(|(_, it)| matches!(it.kind, InputKind::Pin | InputKind::Event))
-        {
+        for (id, _) in net.inputs.iter().filter(|(_, it)| it.kind.is_handed()) {
             let _ = write!(text, "{} ", row.value(id));
         }
         text.push('\n');

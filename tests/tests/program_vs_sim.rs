@@ -7,7 +7,7 @@
 use std::collections::BTreeSet;
 
 use grafsynth_ir::lower::program::{ProgramOptions, program};
-use grafsynth_ir::net::{Driver, Net};
+use grafsynth_ir::net::Net;
 use grafsynth_ir::program::{Expr, Leaf, Origin, Program, ResetEffect, Stmt, TempId};
 use grafsynth_ir::program_run::{Machine, Shown};
 use grafsynth_ir::{Valid, text};
@@ -57,7 +57,7 @@ fn difference(
         return Some(format!("variables: program {values:?}, simulator {:?}", row.vars));
     }
     for (id, output) in net.outputs.iter() {
-        let is_extern = matches!(output.driver, Driver::Extern { .. });
+        let is_extern = output.is_extern();
         if !is_extern
             && !row.open.outputs.contains(&id)
             && shown.outputs[id.index()] != row.outputs[id.index()]

@@ -11,7 +11,7 @@ use grafsynth_backend_c::{Io, Options, Style};
 use grafsynth_engines::{Availability, AvrEngine, Engine, c, tools};
 use grafsynth_ir::Valid;
 use grafsynth_ir::facts::Facts;
-use grafsynth_ir::net::{InputKind, Net};
+use grafsynth_ir::net::Net;
 use grafsynth_tests::fleet::{self, Chart, Compiler};
 use grafsynth_tests::random_net::random_net;
 use grafsynth_tests::{chart, in_parallel, readable, rounds};
@@ -122,8 +122,7 @@ static void wrong(uint32_t what) {{ if (n_wrong == 0U) {{ first_wrong = what; }}
         put(&mut give, "    memset(&in, 0, sizeof in);");
         for field in fields(header, &format!("{name}_in_t")) {
             if field.name == "bits" {
-                let bits = |it: &InputKind| matches!(it, InputKind::Pin | InputKind::Event);
-                let all = net.inputs.values().filter(|it| bits(&it.kind) && it.ty.is_bool());
+                let all = net.inputs.values().filter(|it| it.kind.is_handed() && it.ty.is_bool());
                 for bit in 0..all.count() {
                     let (byte, bit) = (bit / 8, bit % 8);
                     put(

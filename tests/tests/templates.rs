@@ -188,7 +188,7 @@ fn job(number: usize, net: &Valid<Net>, tree: &Value, stimulus: &Stimulus) -> Va
         "class": format!("{}{rest}Chart", first.to_uppercase()),
         "inputs": inputs.iter().map(|(_, it)| object!([it.name.text, it.ty.saturate(0)])).collect::<Vec<_>>(),
         "conditions": inputs.iter().filter(|(_, it)| it.kind == InputKind::Extern).map(|(id, it)| object!([ident("inputs", id.index()), it.name.text])).collect::<Vec<_>>(),
-        "actions": net.outputs.iter().filter(|(_, it)| matches!(it.driver, Driver::Extern { .. })).map(|(id, it)| object!([ident("outputs", id.index()), it.name.text])).collect::<Vec<_>>(),
+        "actions": net.outputs.iter().filter(|(_, it)| it.is_extern()).map(|(id, it)| object!([ident("outputs", id.index()), it.name.text])).collect::<Vec<_>>(),
         "outputs": outputs,
         "vars": net.vars.values().filter(|it| it.origin == VarOrigin::Declared).map(|it| it.name.text.clone()).collect::<Vec<_>>(),
         "fault": net.settings.evolution != grafsynth_ir::net::Evolution::Single,

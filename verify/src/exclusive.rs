@@ -368,7 +368,7 @@ impl<'a> Guards<'a> {
     /// What one side of a comparison can be. Ticks have no type alone, since they stand in comparisons only; a valid net has nothing else without one.
     fn type_of(&self, side: &Expr) -> Type {
         match &side.kind {
-            ExprKind::Leaf(Leaf::Elapsed(_) | Leaf::LastElapsed(_) | Leaf::Timer(_)) => TICKS,
+            ExprKind::Leaf(leaf) if leaf.is_time() => TICKS,
             ExprKind::Bool(_)
             | ExprKind::Int(_)
             | ExprKind::Leaf(_)

@@ -7,11 +7,6 @@ use crate::names::Names;
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::net::{InputId, InputKind, Net, OutputId};
 
-/// True for what a caller gives in `NAME_in_t`.
-pub(super) fn is_handed(kind: InputKind) -> bool {
-    matches!(kind, InputKind::Pin | InputKind::Event)
-}
-
 /// A number of 32 bits as a value of its type.
 pub(super) fn as_type(ty: Type, number: &str) -> String {
     if ty.is_bool() { format!("{number} != 0") } else { format!("({}){number}", storage(ty)) }

@@ -27,7 +27,7 @@ use grafsynth_ir::net::{
     Schedule, StepId, StepKind, Transition, TransitionId, TransitionKind,
 };
 use grafsynth_ir::{IdMap, Span, walk};
-use handing::{as_type, clear_words, hand_in, hand_out, is_handed};
+use handing::{as_type, clear_words, hand_in, hand_out};
 use image::{Head, Image, ImageKind, Line, NONE, Section, narrow};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -136,10 +136,10 @@ fn interface(net: &Net, ticks: Option<Ticks>) -> u32 {
 
 fn interface_text(net: &Net, ticks: Option<Ticks>) -> String {
     let mut text = format!("{}\n", ticks.map_or("", Ticks::name));
-    for (_, input) in net.inputs.iter().filter(|(_, it)| is_handed(it.kind)) {
+    for (_, input) in net.inputs.iter().filter(|(_, it)| it.kind.is_handed()) {
         text.push_str(&format!("in {} {:?} {:?}\n", input.name, input.ty.bounds(), input.kind));
     }
-    for output in net.outputs.values().filter(|it| !crate::queries::is_extern(it)) {
+    for output in net.outputs.values().filter(|it| !it.is_extern()) {
         text.push_str(&format!("out {} {:?}\n", output.name, output.ty.bounds()));
     }
     text
@@ -162,7 +162,7 @@ impl<'a> Plan<'a> {
         plain(net)?;
         let mut number = 0;
         let inputs = IdMap::build(&net.inputs, |_, input| {
-            is_handed(input.kind).then(|| {
+            input.kind.is_handed().then(|| {
                 number += 1;
                 number - 1
             })
@@ -569,7 +569,7 @@ fn emit(net: &Net, names: &Names, room: &Room, ticks: Option<Ticks>, lines: &[Li
             Node::line(format!("uint8_t work[{upper}_WORK];")),
             Node::line("gs_run_t run;"),
         ];
-        let handed = net.inputs.iter().filter(|(_, it)| is_handed(it.kind));
+        let handed = net.inputs.iter().filter(|(_, it)| it.kind.is_handed());
         let handed: Vec<_> = handed.enumerate().map(|(at, (id, _))| (id, at)).collect();
         body.extend(hand_in(net, names, &handed, "inputs", reset));
         for (name, value) in [

@@ -5,7 +5,7 @@
 //! number, `NAME.c` does it, and the engine goes on: it knows no function, and no pointer to one is needed.
 
 use super::bytes::{Coder, MARK, Place, Places};
-use super::handing::{as_type, clear_words, hand_in, hand_out, is_handed};
+use super::handing::{as_type, clear_words, hand_in, hand_out};
 use super::image::{Line, crc32, narrow};
 use super::instructions::{Evolution, most_instructions};
 use super::{clear_array, member};
@@ -488,7 +488,7 @@ fn switch(comment: &str, head: String, number: &str, mut cases: Vec<Node>) -> [N
 /// What some text mentions of the parameters of a reaction, each followed by a comma.
 fn parameters(names: &Names, net: &Net, nodes: &[Node]) -> (String, String) {
     let prefix = &names.prefix;
-    let has_in = net.inputs.values().any(|it| is_handed(it.kind));
+    let has_in = net.inputs.values().any(|it| it.kind.is_handed());
     let (mut parameters, mut arguments) = (String::new(), String::new());
     for (word, ty, there) in [
         ("self", format!("{prefix}_t *self, "), true),

@@ -5,7 +5,6 @@ use super::ticks::Ratio;
 use crate::cexpr::storage;
 use crate::ctext::comment_text;
 use crate::harness::arguments;
-use crate::queries::is_extern;
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::net::InputKind;
 
@@ -29,7 +28,7 @@ pub(super) fn inputs(chart: &Chart<'_>, place: &'static str) -> Vec<Signal> {
     let names = &chart.package.interface.names;
     let inputs = chart.net.inputs.iter();
     inputs
-        .filter(|(_, it)| matches!(it.kind, InputKind::Pin | InputKind::Event))
+        .filter(|(_, it)| it.kind.is_handed())
         .map(|(id, it)| {
             let member = names.inputs[id].clone();
             let (io, name) = (names.io.clone(), member.clone());
@@ -47,7 +46,7 @@ pub(super) fn inputs(chart: &Chart<'_>, place: &'static str) -> Vec<Signal> {
 /// The outputs that are no functions.
 pub(super) fn outputs(chart: &Chart<'_>, place: &'static str) -> Vec<Signal> {
     let names = &chart.package.interface.names;
-    let outputs = chart.net.outputs.iter().filter(|(_, it)| !is_extern(it));
+    let outputs = chart.net.outputs.iter().filter(|(_, it)| !it.is_extern());
     outputs
         .map(|(id, it)| {
             let member = names.outputs[id].clone();

@@ -4,18 +4,12 @@ use super::Chart;
 use crate::cexpr::storage;
 use crate::ctext::{Kind, Node, Writer, comment_text};
 use crate::harness::{arguments, columns_of_steps, string_text};
-use crate::queries::is_extern;
-use grafsynth_ir::net::InputKind;
 
 /// The text; `include` is how it finds `NAME.h`.
 pub(super) fn text(chart: &Chart<'_>, include: &str) -> String {
     let (net, interface) = (chart.net, &chart.package.interface);
     let (prefix, names) = (chart.name(), &interface.names);
-    let inputs: Vec<_> = net
-        .inputs
-        .iter()
-        .filter(|(_, it)| matches!(it.kind, InputKind::Pin | InputKind::Event))
-        .collect();
+    let inputs: Vec<_> = net.inputs.iter().filter(|(_, it)| it.kind.is_handed()).collect();
     let mut columns: Vec<String> = Vec::new();
     columns.extend(interface.ticks.map(|_| "ticks".to_owned()));
     columns.extend(inputs.iter().map(|(_, it)| comment_text(&it.name.text)));
@@ -57,7 +51,7 @@ pub(super) fn text(chart: &Chart<'_>, include: &str) -> String {
     let heading: Vec<String> = ["scan".to_owned(), "steps".to_owned()]
         .into_iter()
         .chain(
-            net.outputs.values().filter(|it| !is_extern(it)).map(|it| string_text(&it.name.text)),
+            net.outputs.values().filter(|it| !it.is_extern()).map(|it| string_text(&it.name.text)),
         )
         .collect();
     body.push(Node::line(format!("puts(\"{}\");", heading.join(","))));
@@ -140,7 +134,7 @@ fn print_row(chart: &Chart<'_>) -> Vec<Node> {
             ],
         ));
     }
-    for (id, _) in net.outputs.iter().filter(|(_, it)| !is_extern(it)) {
+    for (id, _) in net.outputs.iter().filter(|(_, it)| !it.is_extern()) {
         let value = names.io.lamp("out->", &names.outputs[id], id);
         body.push(Node::line(format!("printf(\",%lld\", (long long)({value}));")));
     }

@@ -18,7 +18,6 @@ mod plain;
 mod platformio;
 mod ticks;
 
-use crate::queries::is_extern;
 use crate::{File, Package, codes};
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::net::{InputKind, Net};
@@ -285,7 +284,7 @@ fn refusals(net: &Net, package: &Package, ecosystem: Ecosystem) -> Vec<Diagnosti
         return found;
     }
     let conditions = net.inputs.iter().filter(|(_, it)| it.kind == InputKind::Extern);
-    let actions = net.outputs.iter().filter(|(_, it)| is_extern(it));
+    let actions = net.outputs.iter().filter(|(_, it)| it.is_extern());
     let functions = conditions
         .map(|(id, it)| (&names.inputs[id], it.name.span))
         .chain(actions.map(|(id, it)| (&names.outputs[id], it.name.span)));

@@ -211,7 +211,7 @@ pub(super) trait AsTime {
 
 impl AsTime for Leaf {
     fn is_time(&self) -> bool {
-        matches!(self, Leaf::Elapsed(_) | Leaf::LastElapsed(_) | Leaf::Timer(_))
+        Leaf::is_time(self)
     }
 }
 

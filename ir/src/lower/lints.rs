@@ -377,7 +377,7 @@ fn no_way_out(net: &Net, out: &mut Vec<Diagnostic>) {
 
 /// The interval of a number, times included.
 fn bounds(net: &Net, expr: &Expr<Leaf>) -> Option<(i64, i64)> {
-    if let ExprKind::Leaf(Leaf::Elapsed(_) | Leaf::LastElapsed(_) | Leaf::Timer(_)) = expr.kind {
+    if matches!(&expr.kind, ExprKind::Leaf(leaf) if leaf.is_time()) {
         return Some(TICKS.bounds());
     }
     match net_type(net, expr) {

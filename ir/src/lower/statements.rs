@@ -49,7 +49,7 @@ impl<'a> Lowering<'a> {
             chart::StmtKind::Call { function, arguments } => {
                 let symbol = self.symbol_of(place.scope, function)?;
                 let output = if let Symbol::Output(output) = symbol
-                    && matches!(self.net.outputs[output].driver, Driver::Extern { .. })
+                    && self.net.outputs[output].is_extern()
                 {
                     output
                 } else {

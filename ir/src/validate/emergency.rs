@@ -3,7 +3,7 @@
 use super::Checker;
 use crate::codes;
 use crate::diag::Diagnostic;
-use crate::net::{Driver, InputKind, Leaf};
+use crate::net::{InputKind, Leaf};
 use std::collections::BTreeSet;
 
 impl Checker<'_> {
@@ -13,7 +13,7 @@ impl Checker<'_> {
         for output in net.outputs.values() {
             let Some(safe) = output.safe else { continue };
             let (name, span) = (&output.name, output.name.span);
-            if matches!(output.driver, Driver::Extern { .. }) {
+            if output.is_extern() {
                 let message = format!("the extern action `{name}` has a safe value");
                 let help = "an emergency does not call it; that is all it can do";
                 self.report_with_help(codes::BAD_INIT, span, message, help);

@@ -502,7 +502,7 @@ impl<'f> Builder<'f> {
                 let output = &mut self.net.outputs[id];
                 output.registered = false;
                 let (lo, hi) = output.ty.bounds();
-                if !matches!(output.driver, Driver::Extern { .. }) && self.random.one_in(2) {
+                if !output.is_extern() && self.random.one_in(2) {
                     output.safe = Some(self.random.between(lo, hi));
                 }
             }

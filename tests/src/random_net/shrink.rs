@@ -287,7 +287,7 @@ fn map_expr(keep: &Keep, expr: &Expr) -> Expr {
         &mut |old, span| {
             Ok::<Expr, ()>(match leaf(old) {
                 Some(new) => GenericExpr::leaf(new, span),
-                None if is_number(old) => GenericExpr::int(0),
+                None if old.is_time() => GenericExpr::int(0),
                 None => GenericExpr::bool(false),
             })
         },
@@ -295,20 +295,6 @@ fn map_expr(keep: &Keep, expr: &Expr) -> Expr {
     );
     // Only an element of an array that is gone cannot be mapped; the variable pass then finds no smaller net here.
     mapped.unwrap_or_else(|()| GenericExpr::int(0))
-}
-
-fn is_number(leaf: &Leaf) -> bool {
-    match leaf {
-        Leaf::Elapsed(_) | Leaf::LastElapsed(_) | Leaf::Timer(_) => true,
-        Leaf::Input(_)
-        | Leaf::Var(_)
-        | Leaf::Active(_)
-        | Leaf::TasksDone(_)
-        | Leaf::Rise(_)
-        | Leaf::Fall(_)
-        | Leaf::Fireable(_)
-        | Leaf::Controlled(_) => false,
-    }
 }
 
 fn map_property(

@@ -12,7 +12,7 @@ use grafsynth_ir::Valid;
 use grafsynth_ir::expr::{ArithOp, CompareOp, Expr as GenericExpr, ExprKind, Type};
 use grafsynth_ir::logic::{FlopBit, Logic, PinRole, shown_by};
 use grafsynth_ir::lower::program::{ProgramOptions, program};
-use grafsynth_ir::net::{Driver, Expr, Leaf, Net, StepId};
+use grafsynth_ir::net::{Expr, Leaf, Net, StepId};
 use grafsynth_ir::program::Origin;
 use grafsynth_ir::walk::called_in_lists;
 
@@ -132,7 +132,7 @@ fn prove(
     for pin in logic.outputs.values() {
         let PinRole::Output(id, bit) = pin.role else { continue };
         let output = &net.outputs[id];
-        let is_call = matches!(output.driver, Driver::Extern { .. });
+        let is_call = output.is_extern();
         if is_call && called.contains_key(&id) {
             continue;
         }

@@ -600,13 +600,11 @@ pub(crate) fn never(
 /// need not reach as far as the property asks.
 fn over_state(net: &Net, property: &PropertyExpr) -> Option<Expr> {
     let mut has_time = false;
-    let is_time =
-        |leaf: &Leaf| matches!(leaf, Leaf::Elapsed(_) | Leaf::LastElapsed(_) | Leaf::Timer(_));
     property.for_each_leaf(&mut |leaf| match leaf {
-        PropertyLeaf::Net(leaf) => has_time |= is_time(leaf),
+        PropertyLeaf::Net(leaf) => has_time |= leaf.is_time(),
         PropertyLeaf::Output(_) => {
             for emergency in net.emergency.iter() {
-                emergency.condition.for_each_leaf(&mut |leaf| has_time |= is_time(leaf));
+                emergency.condition.for_each_leaf(&mut |leaf| has_time |= leaf.is_time());
             }
         }
     });

@@ -1,10 +1,9 @@
 //! Where cells and temps lie, and what the code is handed.
 
-use crate::engine::handing::is_handed;
 use crate::engine::image::narrow;
 use crate::queries::is_c;
 use grafsynth_ir::IdMap;
-use grafsynth_ir::net::{Driver, InputId, InputKind, Net, OutputId};
+use grafsynth_ir::net::{InputId, InputKind, Net, OutputId};
 use grafsynth_ir::program::{Cell, CellId, Program, ResetEffect, Stmt};
 use std::collections::BTreeMap;
 
@@ -52,11 +51,11 @@ impl Places {
             n_values += len;
             Place::Number(narrow(rows.len() - 1))
         });
-        let handed = net.inputs.iter().filter(|(_, it)| is_handed(it.kind));
+        let handed = net.inputs.iter().filter(|(_, it)| it.kind.is_handed());
         let asked = net.inputs.iter().filter(|(_, it)| it.kind == InputKind::Extern);
         let inputs =
             handed.chain(asked).enumerate().map(|(at, (id, _))| (id, narrow(at))).collect();
-        let is_action = |id: &OutputId| matches!(net.outputs[*id].driver, Driver::Extern { .. });
+        let is_action = |id: &OutputId| net.outputs[*id].is_extern();
         let all: Vec<OutputId> = net.outputs.iter().map(|(id, _)| id).collect();
         let actions: Vec<OutputId> = all.iter().copied().filter(is_action).collect();
         let others = all.iter().copied().filter(|id| !is_action(id));

@@ -19,7 +19,7 @@ use crate::times::count_type;
 use crate::{Object, Options, Style};
 use grafsynth_ir::expr::{Expr as GenericExpr, ExprKind};
 use grafsynth_ir::net::{
-    Driver, Evolution, Expr, InputId, InputKind, Leaf, Net, OutputId, StepId, TransitionId,
+    Driver, Evolution, Expr, InputId, Leaf, Net, OutputId, StepId, TransitionId,
 };
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -376,7 +376,7 @@ fn terms(net: &Net, expr: &Expr, wanted: bool) -> Option<Vec<Term>> {
         ExprKind::Bool(_) => Some(Vec::new()),
         ExprKind::Leaf(Leaf::Input(input)) => {
             let it = &net.inputs[*input];
-            let readable = it.ty.is_bool() && matches!(it.kind, InputKind::Pin | InputKind::Event);
+            let readable = it.ty.is_bool() && it.kind.is_handed();
             readable.then(|| vec![Term::from([(*input, wanted)])])
         }
         ExprKind::Not(inner) => terms(net, inner, !wanted),
