@@ -1,0 +1,3 @@
+//! What needs more than the text of one module: files by others.
+
+mod galasm_files;
