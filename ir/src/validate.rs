@@ -37,9 +37,6 @@
 //! 19. A task holds assignments, calls and `if` only; its cost is at most its step's budget, and a step with tasks has a budget.
 //!     Locks are plain Boolean variables, each listed once.
 //!
-//! 32. A safe value lies in the type of its output; extern actions have none. A net with an emergency has no `registered` output and no open cell, and
-//!     its condition asks no extern condition.
-//!
 //! Of structure outside statecharts:
 //!
 //! 20. No statechart part: kinds are `Leaf` and `Enclosing`; no history, send, queue, initial content, done event or part with `initial`; only steps
@@ -64,6 +61,11 @@
 //!     composite and for the domain, all children for each entered parallel (or a history of it); initial content only of entered composites.
 //! 31. A history belongs to a composite or parallel state; what it records and enters lies inside, histories in its lists belong to states inside;
 //!     no step is recorded twice.
+//!
+//! Of emergencies:
+//!
+//! 32. A safe value lies in the type of its output; extern actions have none. A net with an emergency has no `registered` output and no open cell, and
+//!     its condition asks no extern condition.
 //!
 //! All checks together are linear in the size of the net, but for sorting names.
 

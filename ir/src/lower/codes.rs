@@ -1,4 +1,4 @@
-//! Codes of findings about names, types and lowering: `G0200` to `G0299`. Each has a page in `docs/codes`.
+//! Codes of findings about names, types and lowering: `G0200` to `G0299` but `G0250`, which is one of [programs](super::program::codes). Each has a page in `docs/codes`.
 
 use crate::diag::Code;
 

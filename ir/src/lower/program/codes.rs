@@ -1,4 +1,4 @@
-//! What no program of a reasonable size can say: `G0250` to `G0259`. Each code has a page in `docs/codes`.
+//! What no program of a reasonable size can say: `G0250`. It has a page in `docs/codes`.
 
 use crate::diag::Code;
 
