@@ -244,8 +244,6 @@ pub struct Package {
     pub tried: Vec<cost::Candidate>,
     /// For a chart as a program that an engine interprets: the most of its instructions that one reaction runs, with the proved rounds of the evolution.
     pub instructions: Option<u64>,
-    /// How often a bound counts the loop over micro-steps; none where there is no such loop.
-    pub rounds: Option<cost::Rounds>,
     /// What the analysis of `NAME.c` needs to know beside it.
     marks: ctext::Marks,
 }
@@ -376,7 +374,6 @@ pub fn emit(
     let image = program.engine.as_ref().map(|it| it.image.clone()).unwrap_or_default();
     let instructions = program.engine.as_ref().and_then(|it| it.instructions);
     let (files, interface, marks) = header::lay_out(net, facts, &names, program, options);
-    let rounds = cost::rounds(net, facts);
     Ok(Package {
         files,
         style,
@@ -386,7 +383,6 @@ pub fn emit(
         interface,
         tried: Vec::new(),
         instructions,
-        rounds,
         marks,
     })
 }

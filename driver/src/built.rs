@@ -90,8 +90,6 @@ pub struct Built {
     pub chips: Vec<Chip>,
     /// What was measured of the first C package, where the caller had it measured for the page.
     pub measured: Vec<Measured>,
-    /// Which tasks cost what a model says, for the page.
-    pub counted: Option<crate::task_costs::Counted>,
 }
 
 impl Built {

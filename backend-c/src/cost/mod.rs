@@ -25,8 +25,7 @@ mod x86_64;
 pub(crate) use choice::emit_best;
 pub use choice::{Candidate, Goal};
 pub use machine::{Machine, Op, Widths};
-pub use rounds::Rounds;
-pub(crate) use rounds::rounds;
+pub use rounds::{Rounds, rounds};
 pub use tasks::{is_counted, tasks};
 pub use walk::Place;
 

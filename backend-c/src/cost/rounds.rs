@@ -14,8 +14,9 @@ pub struct Rounds {
     pub open: Option<String>,
 }
 
-/// What is known of the evolution of a net; none where a reaction is a single check.
-pub(crate) fn rounds(net: &Net, facts: &Facts) -> Option<Rounds> {
+/// How often a bound counts the loop over micro-steps in the C of a net that is emitted with these facts; none where a reaction is a single check.
+#[must_use]
+pub fn rounds(net: &Net, facts: &Facts) -> Option<Rounds> {
     let Evolution::Stable { limit } = net.settings.evolution else { return None };
     let proved = facts.most_rounds(net).map(|rounds| (rounds.value, rounds.by));
     let open = if proved.is_none() { facts.open.first().cloned() } else { None };

@@ -55,6 +55,8 @@ pub(crate) enum Failure {
 struct Room {
     sizes: [(&'static str, usize); 4],
     rounds: u64,
+    /// See [`crate::Package::instructions`].
+    instructions: Option<u64>,
     interface: u32,
     fired: usize,
     sets_fault: bool,
@@ -85,7 +87,6 @@ pub(crate) fn program(
     let reaction = coder.reaction(&eager).map_err(Failure::Refused)?;
     let evolution = coder.evolution.zip(facts.most_rounds(net));
     let evolution = evolution.map(|(at, it)| Evolution { at, rounds: it.value.into() });
-    let instructions = most_instructions(&reaction, evolution);
     let room = Room {
         sizes: [
             ("BITS", places.n_bits.div_ceil(8).max(1)),
@@ -94,6 +95,7 @@ pub(crate) fn program(
             ("NUMBERS", coder.n_numbers.max(1)),
         ],
         rounds: coder.rounds,
+        instructions: most_instructions(&reaction, evolution),
         interface: interface(net, &places, ticks),
         fired: if options.trace.is_some() { net.transitions.len() } else { 0 },
         sets_fault,
@@ -110,11 +112,7 @@ pub(crate) fn program(
             span: net.name.span,
         }));
     }
-    let mut emitted = emit(net, names, &program, &places, &room, ticks, &lines);
-    if let Some(engine) = &mut emitted.engine {
-        engine.instructions = instructions;
-    }
-    Ok(emitted)
+    Ok(emit(net, names, &program, &places, &room, ticks, &lines))
 }
 
 /// Marks that say only what they are.
@@ -326,7 +324,7 @@ fn emit(
         one_bit: std::collections::BTreeSet::new(),
         engine: Some(Engine {
             files: &FILES,
-            instructions: None,
+            instructions: room.instructions,
             include: "grafsynth_program.h",
             before: super::macros(names, &sizes, room.interface),
             declarations: super::declarations(&load_head),

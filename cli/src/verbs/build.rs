@@ -163,8 +163,8 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
         built.measured = measured(session, net, &facts, &options, &targets);
     }
     if arguments.report {
-        built.counted = design.counted.clone();
-        let page = report::page(net, &facts, &built, &session.sources, &limits);
+        let counted = design.counted.as_ref();
+        let page = report::page(net, &facts, &built, counted, &session.sources, &limits);
         built.files.extend(page);
     }
     write(session, arguments, &built, bitstreams)?;

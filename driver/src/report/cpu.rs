@@ -38,7 +38,7 @@ pub(super) fn write(subject: &Subject<'_>) -> Option<String> {
                     text += &format!(
                         "\nA reaction runs at most {n} instructions of the program; how long the engine takes for one was not counted.\n"
                     );
-                    text += &rounds(subject, package);
+                    text += &rounds(subject);
                 }
                 return Some(text);
             }
@@ -88,7 +88,7 @@ pub(super) fn write(subject: &Subject<'_>) -> Option<String> {
         };
         text += &format!("\nA whole scan beside interrupts, with {many}:\n\n{}", scans.text());
     }
-    text += &rounds(subject, package);
+    text += &rounds(subject);
     for it in &subject.built.measured {
         if let Some(machine) = cost::machine(it.machine) {
             let stack = it.stack.map_or_else(String::new, |n| format!(", {n} B of stack"));
@@ -147,17 +147,17 @@ fn tasks(subject: &Subject<'_>, bounds: &[(&Machine, Bound)]) -> String {
     if net.steps.values().all(|step| step.tasks.is_empty()) {
         return String::new();
     }
-    let counted = subject.built.counted.as_ref();
     let mut heads = vec!["Step".to_owned(), "Budget".to_owned(), "Task".to_owned()];
     heads.extend(["Cost".to_owned(), "From".to_owned()]);
     heads.extend(bounds.iter().map(|(machine, _)| format!("{} on {}", machine.unit, machine.name)));
     let mut table = Table::of(heads);
     for (id, step) in net.steps.iter() {
         for (at, task) in step.tasks.iter().enumerate() {
-            let from = match counted.filter(|it| it.costs.known.contains_key(&task.meta.span)) {
-                Some(counted) => format!("the model of {}", counted.machine.name),
-                None => "declared".to_owned(),
-            };
+            let from =
+                match subject.counted.filter(|it| it.costs.known.contains_key(&task.meta.span)) {
+                    Some(counted) => format!("the model of {}", counted.machine.name),
+                    None => "declared".to_owned(),
+                };
             let budget =
                 if step.budget == u32::MAX { "none".to_owned() } else { step.budget.to_string() };
             let mut row = vec![step.name.text.clone(), budget, task.name.text.clone()];
@@ -178,8 +178,8 @@ fn tasks(subject: &Subject<'_>, bounds: &[(&Machine, Bound)]) -> String {
 }
 
 /// How often the loop over micro-steps was counted, and what that rests on.
-fn rounds(subject: &Subject<'_>, package: &Package) -> String {
-    let Some(rounds) = &package.rounds else { return String::new() };
+fn rounds(subject: &Subject<'_>) -> String {
+    let Some(rounds) = &subject.rounds else { return String::new() };
     let net = subject.net;
     let micro_steps = |n: u32| format!("{n} micro-step{}", if n == 1 { "" } else { "s" });
     match rounds.proved {

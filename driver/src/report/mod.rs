@@ -35,6 +35,8 @@ pub use chip::Chip;
 
 use crate::built::{Built, MapEntry, OutputFile, file_stem};
 use crate::source::Sources;
+use crate::task_costs::Counted;
+use grafsynth_backend_c::cost::{self, Rounds};
 use grafsynth_ir::Valid;
 use grafsynth_ir::facts::{Facts, Reach};
 use grafsynth_ir::net::Net;
@@ -69,6 +71,10 @@ pub struct Subject<'a> {
     pub net: &'a Valid<Net>,
     /// What was built of it.
     pub built: &'a Built,
+    /// Which of its tasks cost what a model says.
+    pub counted: Option<&'a Counted>,
+    /// How often its loop over micro-steps is counted.
+    pub rounds: Option<Rounds>,
     /// The texts that it was read from: properties are shown as they were written.
     pub sources: &'a Sources,
     /// The situations that are reached, as far as they could be counted.
@@ -99,6 +105,7 @@ pub fn page(
     net: &Valid<Net>,
     facts: &Facts,
     built: &Built,
+    counted: Option<&Counted>,
     sources: &Sources,
     limits: &Limits,
 ) -> Vec<OutputFile> {
@@ -107,7 +114,9 @@ pub fn page(
         grafsynth_verify::facts(net, &limits).reach
     });
     let properties = grafsynth_verify::properties(net, limits);
-    let subject = Subject { net, built, sources, reach, properties, is_logic: false };
+    let rounds = cost::rounds(net, facts);
+    let subject =
+        Subject { net, built, counted, rounds, sources, reach, properties, is_logic: false };
     write(&subject, &file_stem(net))
 }
 
@@ -115,9 +124,17 @@ pub fn page(
 #[must_use]
 pub fn page_of_logic(interface: &Valid<Net>, built: &Built, stem: &str) -> Vec<OutputFile> {
     let sources = Sources::default();
-    let (reach, properties) = (None, Vec::new());
-    let net = interface;
-    write(&Subject { net, built, sources: &sources, reach, properties, is_logic: true }, stem)
+    let subject = Subject {
+        net: interface,
+        built,
+        counted: None,
+        rounds: None,
+        sources: &sources,
+        reach: None,
+        properties: Vec::new(),
+        is_logic: true,
+    };
+    write(&subject, stem)
 }
 
 fn write(subject: &Subject<'_>, stem: &str) -> Vec<OutputFile> {
