@@ -289,9 +289,13 @@ impl<'a> Reduction<'a> {
                 }
             }
             kept.dedup();
-            kept.retain(|place| !self.places[*place as usize].is_out);
             *(if side == 0 { &mut self.moves[at].pre } else { &mut self.moves[at].post }) = kept;
         }
+        // What either side took out is in neither.
+        let places = &self.places;
+        let Move { pre, post, .. } = &mut self.moves[at];
+        pre.retain(|place| !places[*place as usize].is_out);
+        post.retain(|place| !places[*place as usize].is_out);
         let Move { pre, post, .. } = self.moves[at].clone();
         match (&pre[..], &post[..]) {
             ([], []) => self.moves[at].is_trivial = true,

@@ -56,6 +56,12 @@ fn two_tokens_are_no_component() {
 }
 
 #[test]
+fn a_set_that_is_filled_twice_goes_out_on_both_sides() {
+    let net = chart("a* b c d | a>b,d b>c:x c,d>a b>a,b,c:nx");
+    assert!(components(&net).is_empty(), "{:?}", components(&net));
+}
+
+#[test]
 fn sources_and_sinks() {
     let net = chart("a* b c | a>b b> >c");
     assert_eq!(components(&net), ["? a b"]);
