@@ -192,9 +192,12 @@ pub fn certificates(
                 .map(|verdict| &verdict.outcome);
             let (why, is_wrong) = match outcome {
                 Some(grafsynth_verify::Outcome::Proved { .. }) => continue,
-                Some(grafsynth_verify::Outcome::Refuted { row, .. }) => {
-                    (format!("it is broken in row {row} of a stimulus that `verify` shows"), true)
-                }
+                Some(grafsynth_verify::Outcome::Refuted { row, .. }) => (
+                    format!(
+                        "it is broken in row {row} of a stimulus that `check` of the library shows"
+                    ),
+                    true,
+                ),
                 Some(grafsynth_verify::Outcome::Open(why)) => (why.clone(), false),
                 None => ("no property of the library chart has that name".to_owned(), true),
             };

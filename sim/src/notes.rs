@@ -154,7 +154,7 @@ fn diagnostic(net: &Net, what: Noticed, seen: Occurrence) -> Diagnostic {
                 format!("the reaction was not stable after {limit} micro-steps, {when}"),
             )
             .at(net.name.span, "fault is 1 in such rows")
-            .help("look for a cycle of transitions that stay true; `verify` shows one")
+            .help("look for a cycle of transitions that stay true; `check` shows one where it can")
         }
         Noticed::ForcingRace(part) => {
             let name = &net.parts[part].name;

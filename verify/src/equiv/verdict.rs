@@ -22,7 +22,7 @@ pub struct Certificate {
     pub compared: usize,
 }
 
-/// The methods of [`equiv`], each with the size of the proof.
+/// The methods of [`equiv`](fn@super::equiv), each with the size of the proof.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Method {
     /// All reachable states of net and circuit together, each with every input that either of them reads there.
