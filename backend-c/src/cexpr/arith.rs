@@ -115,15 +115,7 @@ impl CExpr {
         } else {
             inner.within(Prec::Unary)
         };
-        CExpr {
-            text: format!("-{inner}"),
-            prec: Prec::Unary,
-            class,
-            lo,
-            hi,
-            asks: None,
-            ..CExpr::plain()
-        }
+        CExpr::exact(format!("-{inner}"), Prec::Unary, class, (lo, hi))
     }
 }
 

@@ -200,24 +200,12 @@ impl CExpr {
                 let class = Class::of(lo, hi);
                 match storage(ty) {
                     // An unsigned type as wide as the class would drag the other operand along, so it is widened at once.
-                    "uint16_t" if class == Class::Wide => CExpr {
-                        text: format!("(int32_t){text}"),
-                        prec: Prec::Unary,
-                        class,
-                        lo,
-                        hi,
-                        asks: None,
-                        ..CExpr::plain()
-                    },
-                    "uint32_t" => CExpr {
-                        text: format!("(int64_t){text}"),
-                        prec: Prec::Unary,
-                        class,
-                        lo,
-                        hi,
-                        asks: None,
-                        ..CExpr::plain()
-                    },
+                    "uint16_t" if class == Class::Wide => {
+                        CExpr::exact(format!("(int32_t){text}"), Prec::Unary, class, (lo, hi))
+                    }
+                    "uint32_t" => {
+                        CExpr::exact(format!("(int64_t){text}"), Prec::Unary, class, (lo, hi))
+                    }
                     // Narrower than the class, so arithmetic widens it at once.
                     narrow @ ("uint8_t" | "int8_t" | "int16_t") => CExpr {
                         signed: Some((format!("(int){text}"), Prec::Unary)),

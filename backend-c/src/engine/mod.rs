@@ -23,7 +23,7 @@ use crate::switch::Refusal;
 use crate::times::{Ticks, step_caps};
 use crate::{Object, Options};
 use grafsynth_ir::net::{
-    Driver, Emission, Enter, Evolution, Expr, Input, InputId, InputKind, Leaf, Net, Policy,
+    Driver, Emission, Enter, Evolution, Expr, Input, InputId, InputKind, Leaf, Net, Output, Policy,
     Schedule, StepId, StepKind, Transition, TransitionId, TransitionKind,
 };
 use grafsynth_ir::{IdMap, Span, walk};
@@ -410,14 +410,7 @@ impl<'a> Plan<'a> {
             image.row(Section::Edges, &[block], "", None);
         }
         for (id, output) in net.outputs.iter() {
-            let value = match &output.driver {
-                Driver::Continuous(emissions) => lit(emissions),
-                Driver::Stored(var) => Expr::leaf(Leaf::Var(*var), output.meta.span),
-                Driver::Mealy(_) => return refuse("a mealy output", output.meta.span),
-                Driver::Controlled(_) => return refuse("a controlled action", output.meta.span),
-                Driver::Extern { .. } => return refuse("an extern action", output.meta.span),
-            };
-            let value = net.forced(id, value);
+            let value = net.forced(id, shown(output)?);
             let block = image.block(&code::value(self, &value)?);
             image.row(
                 Section::Outputs,
@@ -455,6 +448,18 @@ impl<'a> Plan<'a> {
             }
         }
         narrow(roots.values().sum())
+    }
+}
+
+/// What an output is without an emergency, as tables have it.
+fn shown(output: &Output) -> Result<Expr, Refusal> {
+    let span = output.meta.span;
+    match &output.driver {
+        Driver::Continuous(emissions) => Ok(lit(emissions)),
+        Driver::Stored(var) => Ok(Expr::leaf(Leaf::Var(*var), span)),
+        Driver::Mealy(_) => refuse("a mealy output", span),
+        Driver::Controlled(_) => refuse("a controlled action", span),
+        Driver::Extern { .. } => refuse("an extern action", span),
     }
 }
 

@@ -21,7 +21,7 @@ mod rules;
 mod tree;
 
 use super::handing::{as_type, clear_words, hand_in, hand_out};
-use super::{Plan, lit, member};
+use super::{Plan, member, shown};
 use crate::Options;
 use crate::cexpr::Helpers;
 use crate::cprogram::{CProgram, Engine, with_unused};
@@ -29,7 +29,7 @@ use crate::ctext::{Arm, Kind, Node};
 use crate::names::Names;
 use crate::switch::Refusal;
 use crate::times::Ticks;
-use grafsynth_ir::net::{Driver, Enter, Evolution, Expr, Leaf, Net};
+use grafsynth_ir::net::{Enter, Evolution, Net};
 use grafsynth_ir::{IdMap, Span};
 use rules::Rules;
 use std::collections::{BTreeMap, BTreeSet};
@@ -80,14 +80,7 @@ pub(crate) fn program(net: &Net, names: &Names, options: &Options) -> Tabled<CPr
         rules.fresh(&edge.expr)?;
     }
     for (id, output) in net.outputs.iter() {
-        let value = match &output.driver {
-            Driver::Continuous(emissions) => lit(emissions),
-            Driver::Stored(var) => Expr::leaf(Leaf::Var(*var), output.meta.span),
-            Driver::Mealy(_) => return refuse("a mealy output", output.meta.span),
-            Driver::Controlled(_) => return refuse("a controlled action", output.meta.span),
-            Driver::Extern { .. } => return refuse("an extern action", output.meta.span),
-        };
-        rules.fresh(&net.forced(id, value))?;
+        rules.fresh(&net.forced(id, shown(output)?))?;
     }
     let mut tables = Tables::new(names);
     let mut remembered = 0;
