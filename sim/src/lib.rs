@@ -16,6 +16,7 @@ mod conflict;
 mod constants;
 mod control;
 mod csv;
+mod directed;
 mod ending;
 mod generate;
 mod hierarchy;
@@ -26,6 +27,7 @@ mod random;
 mod ranks;
 mod reaction;
 mod row;
+mod rows;
 mod saved;
 mod simulator;
 mod situation;
@@ -39,6 +41,7 @@ mod trace_text;
 #[cfg(test)]
 mod tests;
 
+pub use directed::{Coverage, Directed, Move, Start};
 pub use notes::{Notes, Noticed, Occurrence, Writer};
 pub use random::Random;
 pub use row::{Effect, InputRow, Open, Row};

@@ -81,6 +81,11 @@ impl<'n> Simulator<'n> {
         self.reaction().replay(fired)
     }
 
+    /// What an expression reads, for those who look ahead without making a reaction.
+    pub(crate) fn parts(&self) -> (&'n Net, &Tables, &State, &Work) {
+        (self.net, &self.tables, &self.state, &self.work)
+    }
+
     fn reaction(&mut self) -> Reaction<'_> {
         Reaction {
             net: self.net,

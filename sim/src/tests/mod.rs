@@ -1,6 +1,7 @@
 //! Each section of `docs/semantics.md` on the smallest net that shows it, with its exact trace.
 
 mod choices;
+mod directed;
 mod formats;
 mod grafcet;
 mod lasting;

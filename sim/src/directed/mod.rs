@@ -1,0 +1,551 @@
+//! Directed random runs: short, often restarted, and led to transitions that have not fired yet.
+//!
+//! One long random run falls into whatever absorbs it and sees nothing more. [`Directed`] instead makes many short runs, from reset or from a state that
+//! an earlier run left behind, and gives one reaction at a time; whoever compares an output with the net asks that output for the same reaction:
+//!
+//! ```text
+//! let mut directed = Directed::new(&net, seed, MAX_DT);
+//! while let Some(Move { from, row, save }) = directed.next() {
+//!     match from { Start::Here => {}, Start::Reset => mine.reset(), Start::Saved(n) => mine.set(&kept[n]) }
+//!     let answer = mine.react(&row);
+//!     if answer differs from directed.row() { return Err(directed.path()) }   // a stimulus from reset on
+//!     if let Some(n) = save { kept[n] = mine.state() }
+//! }
+//! ```
+//!
+//! A run heads for a transition: towards its steps by the shortest way in the drawing, then by inputs and ticks that make its receptivity true
+//! (`solve`). States are kept that are new, or nearer to a transition that has never fired than all before them.
+
+mod distance;
+mod solve;
+mod ticks;
+
+use std::collections::BTreeMap;
+
+use grafsynth_ir::Valid;
+use grafsynth_ir::net::{Enter, HistoryId, Net, StepId, TransitionId};
+
+use crate::row::{InputRow, Row};
+use crate::rows::{Manner, Rows};
+use crate::simulator::Simulator;
+use crate::situation::Situation;
+use crate::state::State;
+use crate::stimulus::{MAX_DT, breaks_assumption};
+use distance::{Context, Given};
+use ticks::Thresholds;
+
+/// The most states that are kept for new situations; those that lead to transitions are kept besides.
+const MAX_SITUATIONS: usize = 256;
+/// The most transitions that states are kept for.
+const MAX_WANTED: usize = 256;
+/// Reactions of a run, at least and beyond.
+const RUN: (usize, usize) = (6, 40);
+/// Tries for one row to keep the assumptions of the chart.
+const MAX_TRIES: usize = 64;
+
+/// Where a reaction starts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Start {
+    /// Where the last one ended.
+    Here,
+    /// After a reset.
+    Reset,
+    /// In the state that was saved under this number.
+    Saved(usize),
+}
+
+/// One reaction.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Move {
+    /// Where it starts.
+    pub from: Start,
+    /// Its inputs. They keep what the chart assumes.
+    pub row: InputRow,
+    /// The state after it is wanted again under this number; numbers count up from 0, and one that was given before is given anew.
+    pub save: Option<usize>,
+}
+
+/// How much of a net was seen.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Coverage {
+    /// Reactions that were made.
+    pub reactions: u64,
+    /// Transitions and reactions of steps that fired at least once.
+    pub fired: usize,
+    /// Those that never did, in declaration order.
+    pub never: Vec<TransitionId>,
+}
+
+/// A state to go on from.
+struct Saved {
+    state: State,
+    /// The last reaction that led there; none after reset.
+    trail: Option<usize>,
+    visits: u32,
+    /// What it is kept for: its situation, transitions that it is near to. Without any it may be replaced.
+    owners: usize,
+}
+
+/// How far a state is from firing a transition: steps of the way to its own steps, then what its receptivity lacks. Smaller is nearer.
+type Nearness = (u64, u64);
+
+/// What leads a run.
+#[derive(Debug, Clone, Copy)]
+enum Aim {
+    /// Any inputs, made so.
+    Any(Manner),
+    /// This transition.
+    Fire(TransitionId),
+}
+
+/// Gives reactions of a net; see the module.
+pub struct Directed<'n> {
+    net: &'n Net,
+    simulator: Simulator<'n>,
+    rows: Rows<'n>,
+    max_dt: u32,
+    thresholds: Thresholds,
+    /// By step: the transitions that need it, and the steps that one transition leads to from it.
+    leaving: Vec<Vec<TransitionId>>,
+    before: Vec<Vec<StepId>>,
+    /// By step that was asked for: from each step, how many transitions away it is.
+    ways: BTreeMap<StepId, Vec<u32>>,
+    times_fired: Vec<u64>,
+    reactions: u64,
+    /// Each reaction with the one before it.
+    trail: Vec<(Option<usize>, InputRow)>,
+    last: Option<usize>,
+    saved: Vec<Saved>,
+    situations: BTreeMap<Situation, usize>,
+    nearest: BTreeMap<TransitionId, (Nearness, usize)>,
+    left_in_run: usize,
+    aim: Aim,
+}
+
+impl<'n> Directed<'n> {
+    /// Reactions with `dt` in `0..=max_dt` (1 for what runs one reaction a clock); the same for the same seed.
+    #[must_use]
+    pub fn new(net: &'n Valid<Net>, seed: u64, max_dt: u32) -> Self {
+        let net: &'n Net = net;
+        let mut leaving = vec![Vec::new(); net.steps.len()];
+        let mut before = vec![Vec::new(); net.steps.len()];
+        for (id, transition) in net.transitions.iter() {
+            for step in &transition.requires {
+                leaving[step.index()].push(id);
+            }
+            for entered in entered(net, &transition.enters) {
+                before[entered.index()].extend(&transition.requires);
+            }
+        }
+        Directed {
+            net,
+            simulator: Simulator::of_net(net),
+            rows: Rows::new(net, seed),
+            max_dt: max_dt.min(MAX_DT),
+            thresholds: Thresholds::of(net),
+            leaving,
+            before,
+            ways: BTreeMap::new(),
+            times_fired: vec![0; net.transitions.len()],
+            reactions: 0,
+            trail: Vec::new(),
+            last: None,
+            saved: Vec::new(),
+            situations: BTreeMap::new(),
+            nearest: BTreeMap::new(),
+            left_in_run: 0,
+            aim: Aim::Any(Manner::Noise),
+        }
+    }
+
+    /// Values of an input that matter to somebody else, such as a chart that is compared with this one.
+    pub fn also_try(&mut self, input: grafsynth_ir::net::InputId, values: &[i64]) {
+        let (lo, hi) = self.net.inputs[input].ty.bounds();
+        let known = &mut self.rows.interesting[input.index()];
+        known.extend(values.iter().filter(|value| (lo..=hi).contains(value)));
+        known.sort_unstable();
+        known.dedup();
+    }
+
+    /// The next reaction, which the net has made when this returns. None only if no inputs are found that keep what the chart assumes.
+    #[expect(
+        clippy::should_implement_trait,
+        reason = "an iterator could not be asked for the row in between"
+    )]
+    pub fn next(&mut self) -> Option<Move> {
+        let from = if self.left_in_run == 0 { self.begin_run() } else { Start::Here };
+        self.left_in_run = self.left_in_run.saturating_sub(1);
+        let row = match self.lawful() {
+            Some(row) => row,
+            None => {
+                // What was held may break an assumption after reset only.
+                self.left_in_run = 0;
+                return None;
+            }
+        };
+        self.simulator.step(&row);
+        self.reactions += 1;
+        self.trail.push((self.last, row.clone()));
+        self.last = Some(self.trail.len() - 1);
+        let mut is_first = false;
+        for transition in self.simulator.fired() {
+            let count = &mut self.times_fired[transition.index()];
+            is_first |= *count == 0;
+            *count += 1;
+        }
+        self.rows.last.clone_from(&row);
+        if let Aim::Fire(wanted) = self.aim
+            && self.simulator.fired().contains(&wanted)
+        {
+            // There: a little further by chance, for what comes next is new too.
+            self.aim = Aim::Any(Manner::Held);
+            self.left_in_run = self.left_in_run.min(4);
+        }
+        let open = &self.simulator.row().open;
+        let save = if open.next || open.row {
+            self.left_in_run = 0;
+            None
+        } else {
+            self.keep(is_first)
+        };
+        Some(Move { from, row, save })
+    }
+
+    /// What the net answered to the last reaction.
+    #[must_use]
+    pub fn row(&self) -> &Row {
+        self.simulator.row()
+    }
+
+    /// The net's own state after the last reaction.
+    #[must_use]
+    pub fn simulator(&self) -> &Simulator<'n> {
+        &self.simulator
+    }
+
+    /// The rows from reset to the last reaction.
+    #[must_use]
+    pub fn path(&self) -> Vec<InputRow> {
+        let mut rows = Vec::new();
+        let mut next = self.last;
+        while let Some((before, row)) = next.and_then(|at| self.trail.get(at)) {
+            rows.push(row.clone());
+            next = *before;
+        }
+        rows.reverse();
+        rows
+    }
+
+    /// What was seen so far.
+    #[must_use]
+    pub fn coverage(&self) -> Coverage {
+        let never: Vec<TransitionId> = self
+            .net
+            .transitions
+            .ids()
+            .filter(|transition| self.times_fired[transition.index()] == 0)
+            .collect();
+        Coverage {
+            reactions: self.reactions,
+            fired: self.net.transitions.len() - never.len(),
+            never,
+        }
+    }
+
+    // --- runs ------------------------------------------------------------------------------------------------------------------------------
+
+    /// Chooses what to look for, and where from.
+    fn begin_run(&mut self) -> Start {
+        let (least, beyond) = RUN;
+        self.left_in_run = least + self.rows.random.below(beyond);
+        let wanted = self.wanted();
+        self.aim = match (self.rows.random.below(8), wanted) {
+            (0, _) | (1..=3, None) => Aim::Any(Manner::Noise),
+            (1, _) | (4..=5, None) => Aim::Any(Manner::Held),
+            (2, _) | (_, None) => Aim::Any(Manner::Pulses),
+            (_, Some(transition)) => Aim::Fire(transition),
+        };
+        let near = match self.aim {
+            Aim::Fire(transition) => self.nearest.get(&transition).map(|(_, number)| *number),
+            Aim::Any(_) => None,
+        };
+        let number = match self.rows.random.below(4) {
+            0 => None,
+            1 | 2 if near.is_some() => near,
+            _ => self.seldom_visited(),
+        };
+        match number {
+            Some(number) if self.reactions > 0 => {
+                let saved = &mut self.saved[number];
+                saved.visits += 1;
+                self.last = saved.trail;
+                self.simulator.set_state(&saved.state);
+                Start::Saved(number)
+            }
+            Some(_) | None => {
+                self.last = None;
+                self.simulator.reset();
+                self.rows.last = InputRow::zero(self.net);
+                Start::Reset
+            }
+        }
+    }
+
+    /// A transition that has never fired, or has least.
+    fn wanted(&mut self) -> Option<TransitionId> {
+        let never: Vec<TransitionId> = self
+            .net
+            .transitions
+            .ids()
+            .filter(|transition| self.times_fired[transition.index()] == 0)
+            .collect();
+        // Some never can: they must not take all the work.
+        if !never.is_empty() && self.rows.random.below(4) != 0 {
+            // Of two the nearer.
+            let (a, b) = (self.rows.random.pick(&never), self.rows.random.pick(&never));
+            return a.into_iter().chain(b).min_by_key(|it| self.nearness_known(**it)).copied();
+        }
+        let n = self.net.transitions.len();
+        let some: Vec<usize> = (0..3).map(|_| self.rows.random.below(n)).collect();
+        (n > 0)
+            .then(|| some.into_iter().min_by_key(|at| self.times_fired[*at]))
+            .flatten()
+            .map(TransitionId::from_index)
+    }
+
+    fn nearness_known(&self, transition: TransitionId) -> Nearness {
+        self.nearest.get(&transition).map_or((u64::MAX, u64::MAX), |(nearness, _)| *nearness)
+    }
+
+    fn seldom_visited(&mut self) -> Option<usize> {
+        let n = self.saved.len();
+        let some: Vec<usize> = (0..3).map(|_| self.rows.random.below(n)).collect();
+        some.into_iter()
+            .filter(|at| self.saved.get(*at).is_some_and(|saved| saved.owners > 0))
+            .min_by_key(|at| self.saved[*at].visits)
+    }
+
+    /// Keeps the present state where it is worth it, and says under which number.
+    fn keep(&mut self, is_first: bool) -> Option<usize> {
+        let is_wanted = self.is_new_situation(is_first);
+        let never: Vec<TransitionId> = self
+            .net
+            .transitions
+            .ids()
+            .filter(|transition| self.times_fired[transition.index()] == 0)
+            .take(MAX_WANTED)
+            .collect();
+        let mut near = Vec::new();
+        for transition in never {
+            let nearness = self.nearness(transition);
+            let known = self.nearest.get(&transition).copied();
+            let is_nearer = known.is_none_or(|(best, _)| nearness < best);
+            let is_as_near = known.is_some_and(|(best, _)| nearness == best);
+            if is_nearer || is_as_near && self.rows.random.one_in(32) {
+                near.push((transition, nearness));
+            }
+        }
+        if !is_wanted && near.is_empty() {
+            return None;
+        }
+        let number = self.saved.iter().position(|saved| saved.owners == 0);
+        let number = number.unwrap_or(self.saved.len());
+        let state = self.simulator.state().clone();
+        let owners = near.len() + usize::from(is_wanted);
+        if is_wanted {
+            let before = self.situations.insert(state.situation().clone(), number);
+            self.give_up(before);
+        }
+        for (transition, nearness) in near {
+            let before = self.nearest.insert(transition, (nearness, number));
+            self.give_up(before.map(|(_, number)| number));
+        }
+        let saved = Saved { state, trail: self.last, visits: 0, owners };
+        match self.saved.get_mut(number) {
+            Some(place) => *place = saved,
+            None => self.saved.push(saved),
+        }
+        Some(number)
+    }
+
+    fn give_up(&mut self, number: Option<usize>) {
+        if let Some(saved) = number.and_then(|number| self.saved.get_mut(number)) {
+            saved.owners -= 1;
+        }
+    }
+
+    /// True if the present state is to be kept for its situation: there is none yet, or it takes the place of another one now and then, for its variables
+    /// and times may be others.
+    fn is_new_situation(&mut self, is_first: bool) -> bool {
+        if self.situations.contains_key(self.simulator.state().situation()) {
+            return is_first || self.rows.random.one_in(16);
+        }
+        if self.situations.len() >= MAX_SITUATIONS {
+            if !self.rows.random.one_in(4) {
+                return false;
+            }
+            let at = self.rows.random.below(self.situations.len());
+            let other = self.situations.keys().nth(at).cloned();
+            let before = other.and_then(|situation| self.situations.remove(&situation));
+            self.give_up(before);
+        }
+        true
+    }
+
+    /// How near the present state is to firing a transition.
+    fn nearness(&mut self, transition: TransitionId) -> Nearness {
+        let level = self.level(transition, None);
+        let lack = if level == 0 {
+            let given = Given::Any { free_dt: self.max_dt > 1 };
+            Context::of(&self.simulator, given).to_fire(transition)
+        } else {
+            0
+        };
+        (level, lack)
+    }
+
+    /// The transitions between the active steps and those that this one needs; with `moved`, if that one had fired.
+    fn level(&mut self, transition: TransitionId, moved: Option<TransitionId>) -> u64 {
+        let net = self.net;
+        let mut sum = 0;
+        for step in &net.transitions[transition].requires {
+            if !self.ways.contains_key(step) {
+                let way = self.way(*step);
+                self.ways.insert(*step, way);
+            }
+            let way = &self.ways[step];
+            let active = self.simulator.state().situation();
+            let of = |step: StepId| u64::from(way[step.index()]);
+            let least = match moved {
+                None => active.iter().map(of).min(),
+                Some(moved) => {
+                    let data = &net.transitions[moved];
+                    let stays = active.iter().filter(|step| !data.clears.contains(step));
+                    stays.chain(entered(net, &data.enters)).map(of).min()
+                }
+            };
+            sum += least.unwrap_or(u64::from(UNREACHED));
+        }
+        sum
+    }
+
+    /// From each step, how many transitions away this one is.
+    fn way(&self, to: StepId) -> Vec<u32> {
+        let mut way = vec![UNREACHED; self.net.steps.len()];
+        way[to.index()] = 0;
+        let mut todo = std::collections::VecDeque::from([to]);
+        while let Some(step) = todo.pop_front() {
+            for before in &self.before[step.index()] {
+                if way[before.index()] == UNREACHED {
+                    way[before.index()] = way[step.index()] + 1;
+                    todo.push_back(*before);
+                }
+            }
+        }
+        way
+    }
+
+    // --- rows ------------------------------------------------------------------------------------------------------------------------------
+
+    /// A row that keeps the assumptions, if one is found.
+    fn lawful(&mut self) -> Option<InputRow> {
+        if let Aim::Fire(wanted) = self.aim
+            && let Some(next) = self.toward(wanted)
+        {
+            let row = self.solve(next);
+            if !breaks_assumption(self.net, &row) {
+                return Some(row);
+            }
+        }
+        let manner = match self.aim {
+            Aim::Any(manner) => manner,
+            Aim::Fire(_) if self.rows.random.one_in(3) => Manner::Noise,
+            Aim::Fire(_) => Manner::Held,
+        };
+        for _ in 0..MAX_TRIES {
+            let dt = self.dt();
+            let row = self.rows.any(manner, dt);
+            if !breaks_assumption(self.net, &row) {
+                return Some(row);
+            }
+        }
+        Some(self.rows.held()).filter(|row| !breaks_assumption(self.net, row))
+    }
+
+    /// The transition to fire now: the wanted one, or one on the way to it. Now and then none: what helps may be a reaction on the side.
+    fn toward(&mut self, wanted: TransitionId) -> Option<TransitionId> {
+        let level = self.level(wanted, None);
+        if self.rows.random.one_in(4) {
+            return None;
+        }
+        if level == 0 {
+            return Some(wanted);
+        }
+        let active: Vec<StepId> = self.simulator.state().situation().iter().collect();
+        let is_active = |step: &StepId| self.simulator.is_active(*step);
+        let mut enabled: Vec<TransitionId> = active
+            .iter()
+            .flat_map(|step| &self.leaving[step.index()])
+            .copied()
+            .filter(|it| self.net.transitions[*it].requires.iter().all(is_active))
+            .collect();
+        enabled.sort_unstable();
+        enabled.dedup();
+        let mut best = Vec::new();
+        for transition in &enabled {
+            if self.level(wanted, Some(*transition)) < level {
+                best.push(*transition);
+            }
+        }
+        let from = if best.is_empty() { &enabled } else { &best };
+        self.rows.random.pick(from).copied()
+    }
+
+    /// Some number of ticks: mostly at thresholds of the present state.
+    fn dt(&mut self) -> u32 {
+        if self.max_dt <= 1 {
+            return if self.rows.random.one_in(4) { 0 } else { self.max_dt };
+        }
+        match self.rows.random.below(16) {
+            0 | 1 => 0,
+            2..=6 => 1,
+            7..=12 => {
+                let ahead = self.thresholds.ahead(&self.simulator, self.max_dt);
+                self.rows.random.pick(&ahead).copied().unwrap_or(1)
+            }
+            13 | 14 => self.rows.random.below(12).min(self.max_dt as usize) as u32,
+            _ => {
+                // Where counters of 8, 16 and 32 bits end.
+                let widths = [0xFE, 0xFF, 0x100, 0xFFFE, 0xFFFF, 0x1_0000, MAX_DT - 1, MAX_DT];
+                let wide = widths[self.rows.random.below(widths.len())];
+                wide.min(self.max_dt)
+            }
+        }
+    }
+}
+
+const UNREACHED: u32 = 1_000;
+
+/// The steps that a list may enter.
+fn entered(net: &Net, list: &[Enter]) -> Vec<StepId> {
+    let mut steps = Vec::new();
+    let mut todo: Vec<Enter> = list.to_vec();
+    let mut seen: Vec<HistoryId> = Vec::new();
+    while let Some(enter) = todo.pop() {
+        match enter {
+            Enter::Step(step) => steps.push(step),
+            Enter::InitialContent(_) => {}
+            Enter::History(history) => {
+                if !seen.contains(&history) {
+                    seen.push(history);
+                    let data = &net.histories[history];
+                    todo.extend(&data.default);
+                    todo.extend(data.cases.iter().flat_map(|case| &case.enters));
+                }
+            }
+        }
+    }
+    steps.sort_unstable();
+    steps.dedup();
+    steps
+}

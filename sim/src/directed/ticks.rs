@@ -1,0 +1,82 @@
+//! The `dt` at which something changes in a state: at, just before and just after each threshold of what counts now.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use grafsynth_ir::expr::{Expr, ExprKind};
+use grafsynth_ir::net::{Leaf, Net};
+
+use crate::layout::Cell;
+use crate::simulator::Simulator;
+
+/// The constants that each time of a net is compared with.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Thresholds(BTreeMap<Leaf, BTreeSet<i64>>);
+
+impl Thresholds {
+    pub(super) fn of(net: &Net) -> Self {
+        let mut thresholds = Thresholds::default();
+        grafsynth_ir::walk::for_each_expr(net, &mut |expr| thresholds.collect(expr));
+        thresholds
+    }
+
+    fn collect(&mut self, expr: &Expr<Leaf>) {
+        if let ExprKind::Compare(_, a, b) = &expr.kind {
+            for (time, constant) in [(a, b), (b, a)] {
+                if let (ExprKind::Leaf(leaf), ExprKind::Int(value)) = (&time.kind, &constant.kind)
+                    && leaf.is_time()
+                {
+                    self.0.entry(*leaf).or_default().insert(*value);
+                }
+            }
+        }
+        expr.operands().for_each(|operand| self.collect(operand));
+    }
+
+    /// What is left to each threshold that is still ahead, and one less and one more; at most `max_dt`, in ascending order.
+    pub(super) fn ahead(&self, simulator: &Simulator<'_>, max_dt: u32) -> Vec<u32> {
+        let (net, tables, state, _) = simulator.parts();
+        let layout = &tables.layout;
+        let mut left = BTreeSet::new();
+        for (leaf, constants) in &self.0 {
+            let now = match *leaf {
+                Leaf::Elapsed(step) if state.situation.contains(step) => layout.elapsed(step),
+                Leaf::LastElapsed(step) if state.situation.contains(step) => {
+                    layout.last_elapsed(step)
+                }
+                Leaf::Timer(timer) if state.cells[layout.timer(timer) + 1] != 0 => {
+                    Some((layout.timer(timer), 0))
+                }
+                Leaf::Elapsed(_)
+                | Leaf::LastElapsed(_)
+                | Leaf::Timer(_)
+                | Leaf::Input(_)
+                | Leaf::Var(_)
+                | Leaf::Active(_)
+                | Leaf::TasksDone(_)
+                | Leaf::Rise(_)
+                | Leaf::Fall(_)
+                | Leaf::Fireable(_)
+                | Leaf::Controlled(_) => None,
+            };
+            if let Some((place, _)) = now {
+                left.extend(constants.iter().map(|constant| constant - state.cells[place]));
+            }
+        }
+        for (place, cell) in layout.cells.iter().enumerate() {
+            if let Cell::ActionTimer(action, _) = *cell
+                && state.cells[place + 1] != 0
+            {
+                left.insert(i64::from(net.actions[action].duration) - state.cells[place]);
+            }
+            if matches!(*cell, Cell::Slot(_)) && state.cells[place] != 0 {
+                left.insert(state.cells[place]);
+            }
+        }
+        let around: BTreeSet<i64> = left.iter().flat_map(|it| [it - 1, *it, it + 1]).collect();
+        around
+            .into_iter()
+            .filter_map(|it| u32::try_from(it).ok())
+            .filter(|it| (1..=max_dt).contains(it))
+            .collect()
+    }
+}
