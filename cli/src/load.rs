@@ -11,6 +11,9 @@ use grafsynth_ir::Diagnostic;
 use grafsynth_ir::diag::any_error;
 use std::path::Path;
 
+/// The path that a property of the command line has.
+const ASSERT: &str = "<--assert>";
+
 /// What every verb has at hand.
 pub(crate) struct Session {
     /// All texts read so far.
@@ -112,7 +115,7 @@ impl Session {
         self.libraries(main, &input.file, &mut texts);
         for text in &reading.assert {
             let line = if starts_with_role(text) { text.clone() } else { format!("assert {text}") };
-            texts.properties.push(self.sources.add("<--assert>", line));
+            texts.properties.push(self.sources.add(ASSERT, line));
         }
         let (design, found) = read::read(&self.sources, &texts, self.limits);
         match design {
@@ -157,6 +160,26 @@ impl Session {
                 texts.libraries.push(LibraryText { from, name, text });
             }
         }
+    }
+
+    /// The texts read so far that decide what a build writes, by their names as seen from the folder of the first.
+    pub(crate) fn made_of(&self) -> Vec<files::Hashed> {
+        let first = self.sources.get(grafsynth_ir::FileId(0));
+        let folder = first.and_then(|source| Path::new(&source.path).parent());
+        let folder = folder.unwrap_or(Path::new(""));
+        let mut all = Vec::new();
+        for (_, source) in self.sources.iter().filter(|(_, source)| source.path != ASSERT) {
+            let path = Path::new(&source.path);
+            let below = path.strip_prefix(folder).ok().or(path.file_name().map(Path::new));
+            let name = below.unwrap_or(path).to_string_lossy().replace('\\', "/");
+            all.push(files::hashed(&name, source.text.as_bytes()));
+        }
+        all
+    }
+
+    /// All files read so far.
+    pub(crate) fn paths(&self) -> Vec<&str> {
+        self.sources.iter().map(|(_, source)| source.path.as_str()).collect()
     }
 
     /// As [`Session::design`], for verbs that need a chart.

@@ -12,11 +12,23 @@ use clap::Parser as _;
 use exit::Exit;
 use load::{Session, Stop};
 use render::Style;
-use std::io::{IsTerminal as _, Write as _};
+use std::io::{self, IsTerminal as _, Write as _};
 use std::process::ExitCode;
+use std::sync::OnceLock;
+
+/// Why standard output lost a part of what was printed.
+static LOST: OnceLock<String> = OnceLock::new();
 
 fn main() -> ExitCode {
-    let cli = Cli::parse();
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        // Help and the version are what was asked for.
+        Err(said) if !said.use_stderr() => {
+            note_lost(said.print());
+            return end(Exit::Done);
+        }
+        Err(said) => said.exit(),
+    };
     let style = style(&cli);
     let mut session = Session::new(&cli.global, style);
     let ended = match &cli.verb {
@@ -43,7 +55,14 @@ fn main() -> ExitCode {
             Exit::Usage
         }
     };
-    ExitCode::from(exit as u8)
+    end(exit)
+}
+
+/// The exit code, unless what was printed did not arrive.
+fn end(exit: Exit) -> ExitCode {
+    let Some(why) = LOST.get() else { return ExitCode::from(exit as u8) };
+    print_error(&format!("grafsynth: cannot write to standard output: {why}\n"));
+    ExitCode::from(Exit::Usage as u8)
 }
 
 #[expect(clippy::disallowed_methods, reason = "NO_COLOR and COLUMNS are the user's wishes")]
@@ -65,10 +84,18 @@ fn style(cli: &Cli) -> Style {
     }
 }
 
-/// Prints what was asked for. A reader that went away (`| head`) is no error.
+/// Prints what was asked for. What does not arrive makes the exit code 2; a reader that went away (`| head`) is no error.
 pub(crate) fn print(text: &str) {
-    let mut out = std::io::stdout().lock();
-    let _ = out.write_all(text.as_bytes()).and_then(|()| out.flush());
+    let mut out = io::stdout().lock();
+    note_lost(out.write_all(text.as_bytes()).and_then(|()| out.flush()));
+}
+
+fn note_lost(printed: io::Result<()>) {
+    if let Err(error) = printed
+        && error.kind() != io::ErrorKind::BrokenPipe
+    {
+        let _ = LOST.set(error.to_string());
+    }
 }
 
 /// Prints what is said beside it.

@@ -1,11 +1,13 @@
 //! Golden cases: each file under `tests/cases` says in its first line what to run; what that prints, writes and returns is the file beside it.
 //!
 //! The first line is a comment with `run:` and the arguments of grafsynth. `{}` stands for the file itself (appended if it is missing), `{out}` for an
-//! empty folder; whatever is written there belongs to the accepted output. `GRAFSYNTH_BLESS=1` writes the accepted output of cases that have none
+//! folder that is empty, or a copy of `FILE.in` beside the case; whatever is there afterwards belongs to the accepted output, but for the list of
+//! outputs, whose hashes are compared with the files instead. `GRAFSYNTH_BLESS=1` writes the accepted output of cases that have none
 //! and replaces those that differ: read the difference before committing it.
 
 #![allow(clippy::disallowed_methods, reason = "tests read files and start the program")]
 
+use sha2::{Digest as _, Sha256};
 use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -77,6 +79,15 @@ fn run(case: &Path) -> String {
     let folder = case.parent().expect("a case lies in a folder");
     let name = case.file_name().expect("a case has a name").to_string_lossy().into_owned();
     let out = tempfile::tempdir().expect("a temporary folder");
+    let before = PathBuf::from(format!("{}.in", case.display()));
+    if before.is_dir() {
+        let mut there = Vec::new();
+        files(&before, &mut there);
+        for path in there {
+            let name = path.strip_prefix(&before).expect("it lies in the folder");
+            fs::copy(&path, out.path().join(name)).expect("a file can be copied");
+        }
+    }
     let line = command(case).expect("a case says what to run");
     let mut arguments = split(&line);
     if !arguments.iter().any(|argument| argument == "{}") {
@@ -110,9 +121,28 @@ fn run(case: &Path) -> String {
         let shown =
             path.strip_prefix(out.path()).expect("it lies in the folder").display().to_string();
         let bytes = fs::read(&path).expect("an output can be read");
+        if shown.ends_with(".outputs.json") {
+            let wrong = wrong_hashes(out.path(), &bytes);
+            assert!(wrong.is_empty(), "{}: {shown} lies about {wrong:?}", case.display());
+            continue;
+        }
         let _ = writeln!(text, "---- {shown}\n{}", clean(&bytes).trim_end());
     }
     text
+}
+
+/// The files that are not what a list of outputs says. A file of the user's has no hash.
+pub(crate) fn wrong_hashes(folder: &Path, list: &[u8]) -> Vec<String> {
+    let list: serde_json::Value = serde_json::from_slice(list).expect("a list of outputs");
+    let builds = list["builds"].as_array().expect("builds");
+    let files = builds.iter().flat_map(|build| build["files"].as_array().expect("files"));
+    let is_wrong = |file: &&serde_json::Value| {
+        let bytes = fs::read(folder.join(file["name"].as_str().expect("a name")));
+        let Ok(bytes) = bytes else { return true };
+        let hash: String = Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect();
+        file.get("sha256").is_some_and(|expected| *expected != hash)
+    };
+    files.filter(is_wrong).map(ToString::to_string).collect()
 }
 
 fn files(folder: &Path, found: &mut Vec<PathBuf>) {

@@ -4,3 +4,4 @@ mod cases;
 mod packages;
 mod pages;
 mod traced;
+mod whole;

@@ -22,6 +22,8 @@ pub const NO_TABLE: Code = Code { id: "G0012", title: "no state table of this ch
 pub const SAME_OUTPUT: Code = Code { id: "G0013", title: "two outputs of one name" };
 /// A chart that cannot have a clock for each micro-step was to have one.
 pub const ONE_CLOCK: Code = Code { id: "G0014", title: "no clock for each micro-step" };
+/// Files of the same chart that a build leaves as an older build wrote them.
+pub const OLDER_SOURCE: Code = Code { id: "G0015", title: "file of an older source" };
 /// All of them.
 pub const ALL: &[Code] = &[
     UNKNOWN_FORMAT,
@@ -34,4 +36,5 @@ pub const ALL: &[Code] = &[
     NO_TABLE,
     SAME_OUTPUT,
     ONE_CLOCK,
+    OLDER_SOURCE,
 ];

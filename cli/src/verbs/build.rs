@@ -6,6 +6,7 @@ use crate::files;
 use crate::load::{Session, Stop};
 use grafsynth_backend_c::package::Ecosystem;
 use grafsynth_backend_c::{Style, cost};
+use grafsynth_driver::codes;
 use grafsynth_driver::coding::{Encoding, EncodingChoice};
 use grafsynth_driver::ice40::judge;
 use grafsynth_driver::pipeline::{
@@ -16,10 +17,10 @@ use grafsynth_driver::report::{self, Line, Outcome};
 use grafsynth_driver::target::Target;
 use grafsynth_driver::template::TemplateFile;
 use grafsynth_engines::{EngineError, Job, exhaustive, ice40, measure};
-use grafsynth_ir::Valid;
 use grafsynth_ir::diag::any_error;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::Net;
+use grafsynth_ir::{Diagnostic, Valid};
 use grafsynth_sim::Stimulus;
 use grafsynth_verify::Limits;
 use serde_json::json;
@@ -39,6 +40,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
             return super::refit::run(session, arguments, &design);
         }
     };
+    let made_of = session.made_of();
     if arguments.refit {
         return Err(Stop::Usage(
             "--refit is for logic by others: a chart is always fitted".to_owned(),
@@ -143,20 +145,15 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
     if arguments.blob {
         bitstreams.extend(images(&built));
     }
-    session.show(&found);
-    for line in &built.lines {
-        if !session.quiet || line.outcome == Outcome::Refuted {
-            crate::print(&format!("{line}\n"));
-        }
-    }
+    let outcome = built.outcome();
     if any_error(&found) {
+        session.show(&found);
+        say(session, &built.lines, Some("an output cannot be made"));
         return Err(Stop::Errors);
     }
-    let outcome = built.outcome();
     if outcome == Outcome::Refuted {
-        crate::print_error(
-            "grafsynth: nothing was written, because an output is not equal to the chart\n",
-        );
+        session.show(&found);
+        say(session, &built.lines, Some("an output is not equal to the chart"));
         return Ok(Exit::Refuted);
     }
     if arguments.measure {
@@ -167,7 +164,9 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
         let page = report::page(net, &facts, &built, counted, &session.sources, &limits);
         built.files.extend(page);
     }
-    write(session, arguments, &built, bitstreams)?;
+    let outputs = outputs(session, arguments, &built, bitstreams);
+    let stem = pipeline::file_stem(net);
+    write(session, arguments, &stem, made_of, outputs, found, &built.lines)?;
     // What could not be proved is written and said; only a limit that was reached is worth an exit code of its own.
     Ok(if outcome == Outcome::Open && !arguments.no_proof && built.lines.iter().any(is_limit) {
         Exit::Open
@@ -370,29 +369,67 @@ fn bitstreams(limits: &Limits, built: &mut Built) -> Vec<(String, Vec<u8>)> {
     made
 }
 
-fn write(
+/// The files with their maps, and the bitstreams.
+fn outputs(
     session: &Session,
     arguments: &Build,
     built: &Built,
     bitstreams: Vec<(String, Vec<u8>)>,
-) -> Result<(), Stop> {
-    let mut all = Vec::new();
-    for (name, bytes) in bitstreams {
-        all.push((arguments.output.join(name), bytes));
-    }
+) -> Vec<files::Output> {
+    let output = |name, bytes| files::Output { name, bytes, keep_existing: false };
+    let mut all: Vec<_> = bitstreams.into_iter().map(|(name, it)| output(name, it)).collect();
     for file in &built.files {
-        let path = arguments.output.join(&file.name);
-        if file.keep_existing && files::exists(&path) {
-            continue;
+        let keep_existing = file.keep_existing;
+        let is_kept = keep_existing && files::exists(&arguments.output.join(&file.name));
+        if arguments.emit.is_some() && !file.map.is_empty() && !is_kept {
+            let map = map_text(session, &file.name, &file.map).into_bytes();
+            all.push(output(format!("{}.map.json", file.name), map));
         }
-        if arguments.emit.is_some() && !file.map.is_empty() {
-            let map = arguments.output.join(format!("{}.map.json", file.name));
-            all.push((map, map_text(session, &file.name, &file.map).into_bytes()));
-        }
-        all.push((path, file.text.clone().into_bytes()));
+        let bytes = file.text.clone().into_bytes();
+        all.push(files::Output { name: file.name.clone(), bytes, keep_existing });
     }
-    files::write_all(&all)?;
-    Ok(())
+    all
+}
+
+/// Shows the findings, writes all files or none, and says what was found out about them.
+pub(super) fn write(
+    session: &Session,
+    arguments: &Build,
+    stem: &str,
+    made_of: Vec<files::Hashed>,
+    outputs: Vec<files::Output>,
+    mut found: Vec<Diagnostic>,
+    lines: &[Line],
+) -> Result<(), Stop> {
+    let read = session.paths();
+    let plan = files::Plan { folder: &arguments.output, chart: stem, made_of, read, outputs };
+    found.extend(stale(&plan.stale()));
+    session.show(&found);
+    let written = plan.write();
+    say(session, lines, written.as_ref().err().map(String::as_str));
+    Ok(written?)
+}
+
+/// Warns of files that stay from an older text of the same chart.
+fn stale(all: &[files::Stale]) -> Option<Diagnostic> {
+    let first = all.first()?;
+    let files: Vec<&str> = all.iter().map(|stale| stale.file.as_str()).collect();
+    let (files, was) = (files.join(", "), if all.len() == 1 { "was" } else { "were" });
+    let message = format!("{files} {was} made from an older {}", first.source);
+    let help = "build these targets again too, or delete the files";
+    Some(Diagnostic::warning(codes::OLDER_SOURCE, message).help(help))
+}
+
+/// Says of each output what was found out about it; before that, that it was not written, and why.
+pub(super) fn say(session: &Session, lines: &[Line], unwritten: Option<&str>) {
+    if let Some(why) = unwritten.filter(|_| !lines.is_empty()) {
+        session.tell(&format!("nothing was written: {why}\n"));
+    }
+    for line in lines {
+        if !session.quiet || line.outcome == Outcome::Refuted {
+            crate::print(&format!("{line}\n"));
+        }
+    }
 }
 
 fn map_text(session: &Session, name: &str, map: &[MapEntry]) -> String {

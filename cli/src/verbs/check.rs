@@ -117,7 +117,7 @@ fn certify(
     if output.as_os_str() == "-" {
         crate::print(&certified.text);
     } else {
-        files::write_all(&[(output.to_owned(), certified.text.into_bytes())])?;
+        files::write_named(vec![(output.to_owned(), certified.text.into_bytes())])?;
     }
     session.note(&format!(
         "certified {} of {}\n",

@@ -2,7 +2,7 @@
 
 use crate::args::Convert;
 use crate::exit::Exit;
-use crate::files;
+use crate::files::{self, Output};
 use crate::load::{Session, Stop};
 use grafsynth_driver::format::Format;
 use grafsynth_driver::pipeline;
@@ -38,17 +38,17 @@ pub(crate) fn run(session: &mut Session, arguments: &Convert) -> Result<Exit, St
                 crate::print(&converted.text);
                 return Ok(Exit::Done);
             }
-            let mut written = vec![(arguments.output.clone(), converted.text.into_bytes())];
+            files::write_named(vec![(arguments.output.clone(), converted.text.into_bytes())])?;
             if let Design::Net(design) = &design
                 && let Some(library) = &design.library
             {
                 // The name that `build --target c` gives the file of the user's functions, which it leaves alone where it exists.
                 let name = format!("{}_user.c", pipeline::file_stem(&design.net));
-                let path = arguments.output.with_file_name(name);
-                session.note(&format!("{} holds what stays C\n", path.display()));
-                written.push((path, library.clone().into_bytes()));
+                let folder = files::folder_of(&arguments.output);
+                session.note(&format!("{} holds what stays C\n", folder.join(&name).display()));
+                let bytes = library.clone().into_bytes();
+                files::write_in(folder, &[Output { name, bytes, keep_existing: false }])?;
             }
-            files::write_all(&written)?;
             Ok(Exit::Done)
         }
     }

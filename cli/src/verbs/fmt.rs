@@ -44,11 +44,10 @@ pub(crate) fn run(session: &mut Session, arguments: &Fmt) -> Result<Exit, Stop> 
         }
         return Ok(if changed.is_empty() { Exit::Done } else { Exit::Errors });
     }
-    files::write_all(&changed)?;
-    if !session.quiet {
-        for (path, _) in &changed {
-            crate::print_error(&format!("formatted {}\n", path.display()));
-        }
+    let paths: Vec<PathBuf> = changed.iter().map(|(path, _)| path.clone()).collect();
+    files::write_named(changed)?;
+    for path in &paths {
+        session.note(&format!("formatted {}\n", path.display()));
     }
     Ok(Exit::Done)
 }

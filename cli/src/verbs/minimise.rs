@@ -34,7 +34,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Minimise) -> Result<Exit, S
             crate::print_error(&small.report);
         }
         Some(output) => {
-            files::write_all(&[(output.clone(), small.text.into_bytes())])?;
+            files::write_named(vec![(output.clone(), small.text.into_bytes())])?;
             session.tell(&small.report);
         }
         None => session.tell(&small.report),

@@ -2,7 +2,7 @@
 
 use crate::args::New;
 use crate::exit::Exit;
-use crate::files;
+use crate::files::{self, Output};
 use std::path::Path;
 
 const FILES: [(&str, &str); 4] = [
@@ -28,10 +28,12 @@ pub(crate) fn run(arguments: &New, quiet: bool) -> Result<Exit, String> {
     let all: Vec<_> = FILES
         .iter()
         .map(|(file, text)| {
-            (folder.join(file.replace("NAME", name)), text.replace("NAME", name).into_bytes())
+            let bytes = text.replace("NAME", name).into_bytes();
+            let name = format!("{name}/{}", file.replace("NAME", name));
+            Output { name, bytes, keep_existing: false }
         })
         .collect();
-    files::write_all(&all)?;
+    files::write_in(files::folder_of(folder), &all)?;
     if !quiet {
         crate::print(&format!(
             "{} holds {name}.graf, {name}.board, {name}.csv and a Makefile\n",

@@ -1,11 +1,12 @@
 //! `grafsynth build OLD --target T`: logic by others, burned as written or fitted anew.
 
+use super::build::{say, write};
 use crate::args::Build;
 use crate::exit::Exit;
-use crate::files;
+use crate::files::Output;
 use crate::load::{Session, Stop};
 use grafsynth_driver::logic::LogicDesign;
-use grafsynth_driver::pipeline::Built;
+use grafsynth_driver::pipeline::{Built, OutputFile};
 use grafsynth_driver::refit::{self, Wanted};
 use grafsynth_driver::report::{self, Outcome};
 use grafsynth_driver::target::Target;
@@ -20,7 +21,13 @@ pub(super) fn run(
     let file = arguments.input.file.rsplit(['/', '\\']).next().unwrap_or_default();
     let stem = file.rsplit_once('.').map_or(file, |(stem, _)| stem);
     let stem = if stem == "-" { "logic" } else { stem };
-    let mut written = Vec::new();
+    let made_of = session.made_of();
+    let output = |file: OutputFile| Output {
+        name: file.name,
+        bytes: file.text.into_bytes(),
+        keep_existing: file.keep_existing,
+    };
+    let mut outputs = Vec::new();
     let mut built = Built::default();
     let mut outcome = Outcome::Proved;
     let mut is_refused = false;
@@ -58,13 +65,10 @@ pub(super) fn run(
             arguments.report,
         ) {
             Ok(made) => {
-                if !session.quiet || made.line.outcome == Outcome::Refuted {
-                    crate::print(&format!("{}\n", made.line));
-                }
                 outcome = outcome.max(made.line.outcome);
                 built.lines.push(made.line);
                 built.chips.extend(made.chip);
-                written.push((arguments.output.join(&made.file.name), made.file.text.into_bytes()));
+                outputs.push(output(made.file));
             }
             Err(found) => {
                 session.show(&found);
@@ -73,19 +77,17 @@ pub(super) fn run(
         }
     }
     if is_refused {
+        say(session, &built.lines, Some("an output cannot be made"));
         return Err(Stop::Errors);
     }
     if outcome == Outcome::Refuted {
-        crate::print_error(
-            "grafsynth: nothing was written, because an output is not equal to the text\n",
-        );
+        say(session, &built.lines, Some("an output is not equal to the text"));
         return Ok(Exit::Refuted);
     }
     if arguments.report {
         let page = report::page_of_logic(&design.interface, &built, stem);
-        let page = page.into_iter();
-        written.extend(page.map(|file| (arguments.output.join(file.name), file.text.into_bytes())));
+        outputs.extend(page.into_iter().map(output));
     }
-    files::write_all(&written)?;
+    write(session, arguments, stem, made_of, outputs, Vec::new(), &built.lines)?;
     Ok(if outcome == Outcome::Open { Exit::Open } else { Exit::Done })
 }

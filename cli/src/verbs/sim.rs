@@ -11,7 +11,6 @@ use grafsynth_ir::diag::any_error;
 use grafsynth_ir::net::Net;
 use grafsynth_ir::{Diagnostic, Valid};
 use grafsynth_sim::{Simulator, Stimulus, Trace, TraceLayout, run_with};
-use std::path::Path;
 
 pub(crate) fn run(session: &mut Session, arguments: &Sim) -> Result<Exit, Stop> {
     if arguments.engine == "list" {
@@ -134,7 +133,7 @@ fn write(trace: &Trace, arguments: &Sim) -> Result<Exit, Stop> {
                     )));
                 }
             };
-            files::write_all(&[(path.clone(), text.into_bytes())])?;
+            files::write_named(vec![(path.clone(), text.into_bytes())])?;
         }
     }
     Ok(Exit::Done)
@@ -208,7 +207,7 @@ fn with_state(
         trace.push(row);
     }
     if let Some(path) = &arguments.save {
-        files::write_all(&[(Path::new(path).to_owned(), simulator.save().into_bytes())])?;
+        files::write_named(vec![(path.clone(), simulator.save().into_bytes())])?;
     }
     Ok(trace)
 }

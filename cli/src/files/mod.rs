@@ -1,0 +1,190 @@
+//! Reading and writing files. All that grafsynth writes goes through here: whole or not at all, and only where it was told to.
+//!
+//! A path that the user named is followed where it is a symbolic link. A name that grafsynth makes in a folder never is, since the link may come with
+//! a chart of somebody else's.
+
+#![expect(
+    clippy::disallowed_methods,
+    reason = "this module is where the command line touches files"
+)]
+
+mod outputs;
+mod staging;
+
+use outputs::Outputs;
+pub(crate) use outputs::{Hashed, Stale, hashed};
+pub(crate) use staging::Output;
+use staging::Staging;
+use std::fs;
+use std::io::{self, Read, Write};
+use std::path::{Path, PathBuf};
+
+/// The largest source that is read unless `--source-limit` says otherwise: 64 MiB.
+pub(crate) const SOURCE_LIMIT: u64 = 64 << 20;
+
+/// Reads a text; `-` is standard input.
+///
+/// # Errors
+/// What the system says, that the text is longer than `limit` bytes, or the first byte that is not UTF-8; in the user's terms.
+pub(crate) fn read_text(path: &str, limit: u64) -> Result<String, String> {
+    let bytes = read_bytes(path, limit)?;
+    String::from_utf8(bytes).map_err(|error| {
+        let at = error.utf8_error().valid_up_to();
+        let line = error.as_bytes()[..at].iter().filter(|byte| **byte == b'\n').count() + 1;
+        format!("{path} is not UTF-8 text: byte {at}, in line {line}")
+    })
+}
+
+/// Reads the bytes of a file; `-` is standard input.
+///
+/// # Errors
+/// What the system says, or that there are more than `limit` bytes.
+pub(crate) fn read_bytes(path: &str, limit: u64) -> Result<Vec<u8>, String> {
+    let mut bytes = Vec::new();
+    if path != "-"
+        && let Err(why) = Staging::settle(folder_of(Path::new(path)))
+    {
+        crate::print_error(&format!("grafsynth: {why}\n"));
+    }
+    let taken = if path == "-" {
+        io::stdin().lock().take(limit + 1).read_to_end(&mut bytes)
+    } else {
+        fs::File::open(path).and_then(|file| {
+            if file.metadata().is_ok_and(|data| data.is_dir()) {
+                return Err(io::Error::new(io::ErrorKind::InvalidInput, "it is a folder"));
+            }
+            file.take(limit + 1).read_to_end(&mut bytes)
+        })
+    };
+    taken.map_err(|error| format!("cannot read {path}: {error}"))?;
+    if bytes.len() as u64 > limit {
+        return Err(format!("{path} is longer than {limit} bytes (see --source-limit)"));
+    }
+    Ok(bytes)
+}
+
+/// The outputs of a build.
+pub(crate) struct Plan<'a> {
+    /// Where they go; a symbolic link is followed.
+    pub(crate) folder: &'a Path,
+    /// The name that the list of outputs has.
+    pub(crate) chart: &'a str,
+    /// The texts that decide what they are.
+    pub(crate) made_of: Vec<Hashed>,
+    /// All files that were read, which are not to be replaced.
+    pub(crate) read: Vec<&'a str>,
+    /// Their names below the folder, and what they shall hold.
+    pub(crate) outputs: Vec<Output>,
+}
+
+impl Plan<'_> {
+    /// The files of the same chart that stay in the folder and were made of other texts of the same names.
+    pub(crate) fn stale(&self) -> Vec<Stale> {
+        let list = self.folder.join(outputs::name_of(self.chart));
+        let Ok(text) = read_bytes(&list.to_string_lossy(), SOURCE_LIMIT) else { return Vec::new() };
+        Outputs::parse(self.chart, &text).stale(
+            &self.made_of,
+            |name| self.outputs.iter().any(|output| output.name == name),
+            |name| self.folder.join(name).is_file(),
+        )
+    }
+
+    /// Writes all of them and the list of outputs, or nothing.
+    ///
+    /// # Errors
+    /// What the system says, a name that leads out of the folder or to a symbolic link, two outputs of one name, or an output that would replace a
+    /// file that was read.
+    pub(crate) fn write(mut self) -> Result<(), String> {
+        let read: Vec<PathBuf> =
+            self.read.iter().filter_map(|path| fs::canonicalize(path).ok()).collect();
+        let staging = Staging::begin(self.folder)?;
+        for output in &self.outputs {
+            let path = self.folder.join(&output.name);
+            if fs::canonicalize(&path).is_ok_and(|path| read.contains(&path))
+                && !output.keep_existing
+            {
+                return Err(format!(
+                    "cannot write {}: the build reads it; choose another folder with --output",
+                    path.display()
+                ));
+            }
+        }
+        let name = outputs::name_of(self.chart);
+        let before = fs::read(self.folder.join(&name)).unwrap_or_default();
+        let mut list = Outputs::parse(self.chart, &before);
+        let files = self.outputs.iter().map(|output| {
+            (output.name.as_str(), (!output.keep_existing).then_some(output.bytes.as_slice()))
+        });
+        list.add(&self.made_of, files, |name| staging.has(name));
+        let bytes = list.to_text().into_bytes();
+        self.outputs.push(Output { name, bytes, keep_existing: false });
+        staging.commit(&self.outputs)
+    }
+}
+
+/// Writes files below a folder: all, or none.
+///
+/// # Errors
+/// As [`Plan::write`].
+pub(crate) fn write_in(folder: &Path, outputs: &[Output]) -> Result<(), String> {
+    Staging::begin(folder)?.commit(outputs)
+}
+
+/// Writes files that the user named: those of one folder all or none. What is no ordinary file (`/dev/null`, a pipe) is written to as it is.
+///
+/// # Errors
+/// What the system says, in the user's terms.
+pub(crate) fn write_named(files: Vec<(PathBuf, Vec<u8>)>) -> Result<(), String> {
+    let mut by_folder: Vec<(PathBuf, Vec<Output>)> = Vec::new();
+    for (path, bytes) in files {
+        let say = |error: io::Error| format!("cannot write {}: {error}", path.display());
+        let target = match fs::metadata(&path) {
+            Ok(data) if data.is_file() => fs::canonicalize(&path).map_err(say)?,
+            Ok(data) if data.is_dir() => {
+                return Err(format!("cannot write {}: it is a folder", path.display()));
+            }
+            Ok(_) => {
+                let file = fs::OpenOptions::new().write(true).open(&path);
+                file.and_then(|mut file| file.write_all(&bytes)).map_err(say)?;
+                continue;
+            }
+            Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(say(error)),
+            Err(_) if path.is_symlink() => {
+                return Err(format!(
+                    "cannot write {}: it is a symbolic link that leads to no file",
+                    path.display()
+                ));
+            }
+            Err(_) => path.clone(),
+        };
+        let name = target.file_name().and_then(|name| name.to_str());
+        let name =
+            name.ok_or_else(|| format!("cannot write {}: it names no file", path.display()))?;
+        let output = Output { name: name.to_owned(), bytes, keep_existing: false };
+        let folder = folder_of(&target);
+        match by_folder.iter_mut().find(|(known, _)| known == folder) {
+            Some((_, outputs)) => outputs.push(output),
+            None => by_folder.push((folder.to_owned(), vec![output])),
+        }
+    }
+    by_folder.iter().try_for_each(|(folder, outputs)| write_in(folder, outputs))
+}
+
+/// The folder that a file lies in.
+pub(crate) fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    }
+}
+
+/// One name for all ways of writing the place of a file; the name itself where there is no such file.
+pub(crate) fn canonical(path: &str) -> String {
+    std::fs::canonicalize(path)
+        .map_or_else(|_| path.to_owned(), |path| path.to_string_lossy().into_owned())
+}
+
+/// True if there is a file of that name.
+pub(crate) fn exists(path: &Path) -> bool {
+    path.exists()
+}
