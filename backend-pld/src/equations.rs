@@ -113,7 +113,8 @@ impl Equations {
                     Source::Output(id) => Object::Output(logic.outputs[id].clone()),
                     Source::Buried(_) => Object::Buried,
                 };
-                let is_complement = signal.is_complement;
+                // What is read back is the level at the pin.
+                let is_complement = signal.is_pin_inverted != signal.is_complement;
                 Named { name: signal.name.clone(), pin: signal.pin, object, is_complement }
             })
             .collect()

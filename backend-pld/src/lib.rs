@@ -158,7 +158,7 @@ pub struct Named {
     pub pin: Option<u32>,
     /// The thing itself.
     pub object: Object,
-    /// The name stands for the complement of this flip-flop: its pin is an output that shows it inverted.
+    /// The pin of this flip-flop shows its complement: because it wakes with the other value, or because the pin is an output that is the complement.
     pub is_complement: bool,
 }
 

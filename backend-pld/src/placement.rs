@@ -38,6 +38,8 @@ pub struct PinName {
     pub pin: u32,
     /// Its name as the user wrote it, without a sign of negation.
     pub name: String,
+    /// The user's signal is the complement of the level at the pin.
+    pub is_inverted: bool,
 }
 
 /// What a macrocell does with its sum.

@@ -10,8 +10,10 @@ mod draft;
 mod equation;
 mod galasm;
 mod lexer;
+mod number;
 mod palasm;
 mod place;
+mod range;
 mod sets;
 mod verilog;
 

@@ -18,8 +18,8 @@ pub fn rebind(logic: &mut Logic, emitted: &Emitted) -> Vec<Diagnostic> {
     let mut findings = Vec::new();
     let read = std::mem::take(logic);
     let folds_case = match emitted.dialect {
-        Dialect::Palasm | Dialect::Cupl => true,
-        Dialect::Galasm | Dialect::Verilog | Dialect::Blif => false,
+        Dialect::Palasm => true,
+        Dialect::Cupl | Dialect::Galasm | Dialect::Verilog | Dialect::Blif => false,
     };
     let key = |name: &str| if folds_case { name.to_ascii_lowercase() } else { name.to_owned() };
     let find_inputs: BTreeMap<String, _> =

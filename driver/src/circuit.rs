@@ -7,8 +7,8 @@ use grafsynth_ir::diag::any_error;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::logic::{Logic, PinRole};
 use grafsynth_ir::lower::program::{ProgramOptions, program};
-use grafsynth_ir::net::{Evolution, Net};
-use grafsynth_ir::{Diagnostic, FileId, Valid};
+use grafsynth_ir::net::{Evolution, Net, Property, PropertyRole};
+use grafsynth_ir::{Diagnostic, FileId, Valid, validate};
 use grafsynth_logic::{BusyMode, EncodeOptions};
 use grafsynth_sim::{InputRow, Row, Simulator, Stimulus};
 use grafsynth_verify::Limits;
@@ -163,6 +163,19 @@ pub(crate) fn delayed_vectors(
 /// hold in reachable states only.
 pub(crate) fn may_be_free(net: &Net) -> bool {
     net.emergency.is_none()
+}
+
+/// What is proved of a net without its assumptions, where a circuit may not rest on those: in a design with an emergency, whose pins must be right after
+/// an assumption was broken too, whichever chart moved then. None where the facts as they are serve.
+pub(crate) fn unconditional(net: &Valid<Net>, limits: &Limits) -> Option<Facts> {
+    let is_assumed = |property: &Property| property.role == PropertyRole::Assume;
+    if may_be_free(net) || !net.properties.iter().any(is_assumed) {
+        return None;
+    }
+    let mut free = net.clone().into_inner();
+    free.properties.retain(|property| !is_assumed(property));
+    // A net is as valid without a property.
+    validate(free).ok().map(|free| facts(&free, limits))
 }
 
 /// The reference trace of a stimulus as bits of the circuit's pins.

@@ -14,6 +14,28 @@ pub struct Outcome {
     pub difference: Option<Difference>,
     /// How many computed columns both have.
     pub n_columns: usize,
+    /// Outputs that only one of both has, each with the one that has it: they were not compared.
+    pub apart: Apart,
+}
+
+/// Outputs that only one of two designs has.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Apart {
+    /// Those of the first.
+    pub first: Vec<String>,
+    /// Those of the second.
+    pub second: Vec<String>,
+}
+
+impl std::fmt::Display for Apart {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let sides = [(&self.first, "first"), (&self.second, "second")];
+        let sides = sides.into_iter().filter(|(names, _)| !names.is_empty());
+        let said: Vec<String> = sides
+            .map(|(names, which)| format!("{} (only in the {which})", names.join(", ")))
+            .collect();
+        write!(f, "{}", said.join("; "))
+    }
 }
 
 /// Two nets under a stimulus of the first: inputs by name, and every computed column that both have, `steps` if they have the same step names.
@@ -44,7 +66,17 @@ pub fn nets(
     if n_columns == 0 {
         return Err(nothing_in_common());
     }
-    Ok(Outcome { difference: by_text(&ours, &theirs), n_columns })
+    Ok(Outcome { difference: by_text(&ours, &theirs), n_columns, apart: apart(left, right) })
+}
+
+/// The outputs that one of two nets has and the other has not.
+fn apart(left: &Net, right: &Net) -> Apart {
+    let only = |own: &Net, other: &Net| -> Vec<String> {
+        let has = |name: &str| other.outputs.values().any(|output| output.name.text == name);
+        let names = own.outputs.values().map(|output| &output.name.text);
+        names.filter(|name| !has(name)).cloned().collect()
+    };
+    Apart { first: only(left, right), second: only(right, left) }
 }
 
 /// Which cells of single rows of two nets are compared: outputs and variables by name, steps if both have the same names.

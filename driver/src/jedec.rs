@@ -13,7 +13,7 @@
 //! ```
 
 use crate::built::{BuildOptions, Built, OutputFile, file_stem};
-use crate::circuit::{delayed_vectors, emit_options, may_be_free, synchronised};
+use crate::circuit::{delayed_vectors, emit_options, may_be_free, synchronised, unconditional};
 use crate::coding::{self, EncodingChoice};
 use crate::line::{Line, Outcome};
 use crate::logic::{Fuses, LogicDesign};
@@ -23,7 +23,7 @@ use grafsynth_backend_pld::device::Device;
 use grafsynth_backend_pld::fuse::vectors::{self, Vector};
 use grafsynth_backend_pld::fuse::{self, FuseMap, Role};
 use grafsynth_backend_pld::jedec::{self, Head, Jedec};
-use grafsynth_backend_pld::placement::{PinName, Placement};
+use grafsynth_backend_pld::placement::Placement;
 use grafsynth_backend_pld::{Dialect, EmitOptions, Object, Vectors, synchronise};
 use grafsynth_ir::diag::any_error;
 use grafsynth_ir::facts::Facts;
@@ -31,6 +31,8 @@ use grafsynth_ir::logic::Logic;
 use grafsynth_ir::net::Net;
 use grafsynth_ir::{Diagnostic, FileId, Span, Valid, validate};
 
+/// Levels that a map does not give though its vectors want them: so many are shown.
+const SHOWN_FAILURES: usize = 6;
 /// Clocks that the device is run beside the decoded circuit, 64 runs side by side.
 const CLOCKS: usize = 64;
 
@@ -82,7 +84,7 @@ pub fn burn(
 /// # Errors
 /// As [`burn`].
 pub fn burn_coded(
-    net: &Net,
+    net: &Valid<Net>,
     facts: &Facts,
     circuit: &Logic,
     device: Option<&str>,
@@ -90,6 +92,8 @@ pub fn burn_coded(
 ) -> Result<Burned, Vec<Diagnostic>> {
     let wishes = EmitOptions { dont_cares: may_be_free(net), ..emit_options(net, device, None) };
     let choice = EncodingChoice::Auto;
+    let free = unconditional(net, &grafsynth_verify::Limits::default());
+    let facts = free.as_ref().unwrap_or(facts);
     let coded = coding::code(net, facts, circuit, choice, false, Dialect::Palasm, &wishes);
     let mut burned = burn_as(net, &coding::emitted(&coded, false), &wishes, None, n_vectors)?;
     grafsynth_logic::recode::observe(&coded.logic, &mut burned.logic);
@@ -331,8 +335,9 @@ pub fn design(file: &Jedec, id: FileId) -> Result<(LogicDesign, Vec<Diagnostic>)
     placement.pins = file
         .pins()
         .into_iter()
-        .filter(|(pin, _)| (1..map.device.n_pins).contains(pin) && !map.device.is_supply(*pin))
-        .map(|(pin, name)| PinName { pin, name })
+        .filter(|named| {
+            (1..map.device.n_pins).contains(&named.pin) && !map.device.is_supply(named.pin)
+        })
         .collect();
     placement.pins.sort_by_key(|named| named.pin);
     placement.pins.dedup_by_key(|named| named.pin);
@@ -345,9 +350,13 @@ pub fn design(file: &Jedec, id: FileId) -> Result<(LogicDesign, Vec<Diagnostic>)
         });
     }
     let mut found = Vec::new();
-    match vectors::failures(&map, &file.vectors, 6) {
+    let mut n_failed = 0;
+    match vectors::failures(&map, &file.vectors, usize::MAX) {
         Ok(failures) => {
-            for (at, pin, level) in failures {
+            let mut failed: Vec<usize> = failures.iter().map(|(at, _, _)| *at).collect();
+            failed.dedup();
+            n_failed = failed.len();
+            for (at, pin, level) in failures.into_iter().take(SHOWN_FAILURES) {
                 let wanted = file.vectors[at].get(pin as usize - 1).map_or('X', |own| own.letter());
                 let message = format!(
                     "test vector {} wants {wanted} at pin {pin}, and the fuses give {}",
@@ -372,7 +381,8 @@ pub fn design(file: &Jedec, id: FileId) -> Result<(LogicDesign, Vec<Diagnostic>)
     };
     let interface = validate(crate::logic::interface(&mut parts))?;
     let logic = circuit.map(|_| parts.clone());
-    let fuses = Some(Fuses { map, parts, roles });
+    let n_vectors = file.vectors.len();
+    let fuses = Some(Fuses { map, parts, roles, n_vectors, n_failed });
     Ok((LogicDesign { logic, beyond, placement: Ok(placement), interface, fuses }, found))
 }
 

@@ -2,7 +2,7 @@
 
 use crate::circuit;
 use crate::codes;
-use crate::compare::{Outcome, nothing_in_common};
+use crate::compare::{self, Outcome, nothing_in_common};
 use crate::logic::LogicDesign;
 use crate::run::{logic_trace, net_trace};
 use grafsynth_ir::logic::{Logic, Node, PinRole};
@@ -45,12 +45,15 @@ impl Renames {
 struct Bound {
     logic: Logic,
     outputs: Vec<OutputId>,
+    /// What only the net or only the circuit has.
+    apart: compare::Apart,
 }
 
 /// Finds the pins of a circuit in a net by name. Where the chart evolves until it is stable, an output `busy` that the chart does not have says that the
 /// reaction still runs (semantics.md §9); an input `tick` is the chart's time.
 fn bind(net: &Net, logic: &Logic, renames: &Renames) -> Result<Bound, Vec<Diagnostic>> {
-    let mut bound = Bound { logic: logic.clone(), outputs: Vec::new() };
+    let mut bound =
+        Bound { logic: logic.clone(), outputs: Vec::new(), apart: compare::Apart::default() };
     let mut found = Vec::new();
     for id in bound.logic.inputs.ids() {
         let input = &mut bound.logic.inputs[id];
@@ -91,12 +94,18 @@ fn bind(net: &Net, logic: &Logic, renames: &Renames) -> Result<Bound, Vec<Diagno
                 PinRole::Output(twin, 0)
             }
             None if name == "busy" && is_stable => PinRole::Busy,
-            Some(_) | None => PinRole::Unknown,
+            Some(_) | None => {
+                bound.apart.second.push(output.name.clone());
+                PinRole::Unknown
+            }
         };
     }
     if bound.outputs.is_empty() {
         return Err(nothing_in_common());
     }
+    let is_apart = |(id, _): &(OutputId, _)| !bound.outputs.contains(id);
+    let only_ours = net.outputs.iter().filter(is_apart).map(|(_, output)| output);
+    bound.apart.first = only_ours.map(|output| output.name.text.clone()).collect();
     bound.logic.outputs = std::mem::take(&mut bound.logic.outputs)
         .values()
         .filter(|output| output.role != PinRole::Unknown)
@@ -123,7 +132,7 @@ pub fn with_net(
     let theirs = logic_trace(net, &bound.logic, stimulus)?;
     let ours = net_trace(net, stimulus);
     let difference = first_difference(&ours, &theirs, &bound.outputs);
-    Ok(Outcome { difference, n_columns: bound.outputs.len() })
+    Ok(Outcome { difference, n_columns: bound.outputs.len(), apart: bound.apart })
 }
 
 fn first_difference(ours: &Trace, theirs: &Trace, outputs: &[OutputId]) -> Option<Difference> {
@@ -201,7 +210,7 @@ pub fn with_logic(
     let bound = bind(&left.interface, right, renames)?;
     let theirs = logic_trace(&left.interface, &bound.logic, stimulus)?;
     let difference = first_difference(&ours, &theirs, &bound.outputs);
-    Ok(Outcome { difference, n_columns: bound.outputs.len() })
+    Ok(Outcome { difference, n_columns: bound.outputs.len(), apart: bound.apart })
 }
 
 /// What a proof of two circuits found, in words, and whether they were shown to differ.

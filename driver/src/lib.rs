@@ -25,6 +25,7 @@ mod line;
 pub mod logic;
 pub mod minimise;
 pub mod pages;
+pub mod pin_numbers;
 pub mod pipeline;
 pub mod read;
 pub mod refit;

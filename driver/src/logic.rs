@@ -40,6 +40,10 @@ pub struct Fuses {
     pub parts: Logic,
     /// Which pin is which part.
     pub roles: Vec<Role>,
+    /// The test vectors of the file.
+    pub n_vectors: usize,
+    /// Those of them that the fuses do not pass.
+    pub n_failed: usize,
 }
 
 impl LogicDesign {

@@ -107,8 +107,8 @@ fn together(table: &Pla, outcome: Outcome, phases: &[bool]) -> Minimised {
         report,
         "shared: {}, {}; {}{}",
         counted(outcome.terms.len(), "product"),
-        counted(outcome.terms.n_literals(), "literal"),
         proof(outcome.minimum),
+        counted(outcome.terms.n_literals(), "literal"),
         primes(&outcome)
     );
     if phases.contains(&true) {
@@ -160,8 +160,8 @@ fn separate(table: &Pla, outputs: &[OneOutput]) -> Minimised {
             table.output_name(index),
             if output.is_complemented { "inverted" } else { "as it is" },
             counted(terms.len(), "product"),
-            counted(terms.n_literals(), "literal"),
             proof(output.outcome.minimum),
+            counted(terms.n_literals(), "literal"),
         );
     }
     let is_exact = lower == products;
@@ -171,8 +171,8 @@ fn separate(table: &Pla, outputs: &[OneOutput]) -> Minimised {
         report,
         "per output: {}, {}; {}",
         counted(products, "product"),
-        counted(literals, "literal"),
-        proof(minimum)
+        proof(minimum),
+        counted(literals, "literal")
     );
     Minimised { text: pla::write(&small), table: small, report, is_exact }
 }
@@ -185,6 +185,7 @@ fn counted(n: usize, what: &str) -> String {
     format!("{n} {what}{}", if n == 1 { "" } else { "s" })
 }
 
+/// What is proved of a number of products: of literals nothing is.
 fn proof(minimum: Minimum) -> String {
     match minimum {
         Minimum::Exact => "proved minimum".to_owned(),

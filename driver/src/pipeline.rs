@@ -13,7 +13,7 @@
 //! C goes from the net and its facts to text; comparing it needs a compiler, so that is left to the caller ([`Built::packages`]).
 
 pub use crate::built::{BuildOptions, Built, MapEntry, OutputFile, file_stem};
-use crate::circuit::{ENUMERATION_WORK, delayed_vectors, may_be_free};
+use crate::circuit::{ENUMERATION_WORK, delayed_vectors, may_be_free, unconditional};
 pub use crate::circuit::{
     Through, emit_options, facts, logic, logic_as, synchronised, through, vectors,
 };
@@ -60,6 +60,10 @@ pub fn build(net: &Valid<Net>, facts: &Facts, targets: &[Target], options: &Buil
     let options = without.as_ref().unwrap_or(options);
     let needs_logic =
         targets.iter().any(|target| target.dialect().is_some() || *target == Target::Jedec);
+    let free = if needs_logic { unconditional(net, &options.limits) } else { None };
+    // What C rests on is another matter: it keeps all steps apart.
+    let conditional = facts;
+    let facts = free.as_ref().unwrap_or(facts);
     let logic = needs_logic.then(|| logic_as(net, facts, options.busy));
     if let Some(Err(found)) = &logic {
         built.found.extend(found.iter().cloned());
@@ -92,7 +96,7 @@ pub fn build(net: &Valid<Net>, facts: &Facts, targets: &[Target], options: &Buil
                 if let Some(style) = style {
                     c.style = *style;
                 }
-                match grafsynth_backend_c::emit(net, facts, &c) {
+                match grafsynth_backend_c::emit(net, conditional, &c) {
                     Ok(package) => {
                         built.found.extend(package.diagnostics.iter().cloned());
                         if options.packages.is_empty() {

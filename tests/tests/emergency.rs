@@ -1,8 +1,12 @@
 //! An emergency dominates: proved over every state of a circuit, and a circuit in which it does not is found out.
 
 use grafsynth_backend_pld::Dialect;
-use grafsynth_driver::pipeline;
+use grafsynth_driver::judge::{self, Renames};
+use grafsynth_driver::pipeline::{self, BuildOptions};
+use grafsynth_driver::read::{Design, ReadLimits, Texts};
 use grafsynth_driver::run::{logic_trace, net_trace};
+use grafsynth_driver::source::Sources;
+use grafsynth_driver::target::Target;
 use grafsynth_ir::logic::{Logic, Node, NodeId, PinRole};
 use grafsynth_ir::net::{Driver, Net, Output};
 use grafsynth_ir::program::Origin;
@@ -10,7 +14,7 @@ use grafsynth_ir::{FileId, Valid, validate};
 use grafsynth_sim::Stimulus;
 use grafsynth_tests::random_net::{Features, random_net};
 use grafsynth_tests::rounds;
-use grafsynth_verify::{Dominance, Limits, dominates, facts};
+use grafsynth_verify::{Dominance, Limits, Verdict, dominates, facts};
 
 /// Two steps, an output that is safe on and one that is safe off, and an emergency on inputs, a step's time and a number. Its flip-flops and outputs are
 /// the ten that a GAL22V10 holds, since one dialect is for GALs only.
@@ -276,4 +280,60 @@ fn emergencies_of_random_nets_dominate() {
     }
     assert!(n_properties > 20, "{n_properties} properties");
     assert!(n_circuits > 10 && n_open * 4 <= n_circuits, "{n_circuits} circuits, {n_open} open");
+}
+
+/// After the assumption was broken the pins of a design with an emergency are as right as before: its chip is equal to the design without the assumption,
+/// from power-up on, under every input.
+#[test]
+fn no_pin_of_a_design_with_an_emergency_rests_on_an_assumption() {
+    let text = include_str!("../../examples/drill/drill.graf");
+    let read = |text: &str| {
+        let mut sources = Sources::default();
+        let main = sources.add("drill.graf", text);
+        let texts = Texts { main, ..Texts::default() };
+        match grafsynth_driver::read::read(&sources, &texts, ReadLimits::default()) {
+            (Some(Design::Net(design)), _) => design.net,
+            (_, found) => panic!("the drill is a chart: {found:?}"),
+        }
+    };
+    let drill = read(text);
+    let free = text.replacen("assume never (up and down)", "", 1);
+    assert!(free.len() < text.len(), "the drill has an assumption");
+    let free = read(&free);
+    let limits = Limits::default();
+    let options = BuildOptions {
+        device: Some("gal22v10".to_owned()),
+        prove: true,
+        dont_cares: true,
+        ..BuildOptions::default()
+    };
+    let facts = pipeline::facts(&drill, &limits);
+    let built = pipeline::build(&drill, &facts, &[Target::Jedec], &options);
+    assert!(built.found.iter().all(|finding| !finding.is_error()), "{:?}", built.found);
+    let file = built.files.first().expect("a fuse map");
+    let (jedec, _) = grafsynth_backend_pld::jedec::read(FileId(0), &file.text);
+    let (burned, _) =
+        grafsynth_driver::jedec::design(&jedec.expect("a map"), FileId(0)).expect("a device");
+    let circuit = burned.circuit().expect("one clock");
+    let renames = Renames::parse(&renames(&free, circuit)).expect("pairs of names");
+    let stimulus = Stimulus::random(&free, 5_000, 1, 1);
+    let outcome = judge::with_net(&free, circuit, &stimulus, &renames).expect("common pins");
+    assert_eq!(outcome.n_columns, free.outputs.len());
+    assert_eq!(outcome.difference, None);
+    let verdict = judge::prove_with_net(&free, circuit, &renames, &limits).expect("common pins");
+    assert!(matches!(verdict, Verdict::Proved(_)), "{verdict:?}");
+}
+
+/// The pins of a device cannot have the dots of names in a design of several charts.
+fn renames(net: &Net, circuit: &Logic) -> Vec<String> {
+    let inputs = net.inputs.values().map(|input| &input.name.text);
+    let outputs = net.outputs.values().map(|output| &output.name.text);
+    let pins = circuit.inputs.values().map(|pin| &pin.name);
+    let pins: Vec<&String> = pins.chain(circuit.outputs.values().map(|pin| &pin.name)).collect();
+    let plain = |name: &str| name.replace(|c: char| !c.is_ascii_alphanumeric(), "").to_lowercase();
+    let pair = |name: &String| {
+        let pin = pins.iter().find(|pin| plain(pin) == plain(name))?;
+        Some(format!("{pin}={name}"))
+    };
+    inputs.chain(outputs).filter_map(pair).collect()
 }

@@ -35,7 +35,11 @@ impl Equations {
             Some((signal.pin?, value != signal.is_pin_inverted))
         };
         for signal in self.signals.iter().filter(|signal| signal.shared.is_none()) {
-            placement.pins.push(PinName { pin: signal.pin?, name: signal.name.clone() });
+            placement.pins.push(PinName {
+                pin: signal.pin?,
+                name: signal.name.clone(),
+                is_inverted: signal.is_pin_inverted,
+            });
         }
         placement.pins.sort_by_key(|named| named.pin);
         let clock = match (self.device.clock, self.clock()) {

@@ -17,6 +17,7 @@ pub use write::{Head, write};
 use crate::device::{DEVICES, Device};
 use crate::fuse::vectors::Vector;
 use crate::fuse::{FuseMap, codes};
+use crate::placement::PinName;
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::span::Span;
 
@@ -40,9 +41,9 @@ pub struct Jedec {
 }
 
 impl Jedec {
-    /// The names of the pins, where a note `PINS name:number ...` gives them.
+    /// The names of the pins, where a note `PINS name:number ...` gives them; `/name` and `!name` are complements of their pins.
     #[must_use]
-    pub fn pins(&self) -> Vec<(u32, String)> {
+    pub fn pins(&self) -> Vec<PinName> {
         let mut pins = Vec::new();
         for note in &self.notes {
             let Some(rest) = note.trim_start().strip_prefix("PINS ").or_else(|| {
@@ -52,11 +53,13 @@ impl Jedec {
                 continue;
             };
             for word in rest.split_whitespace() {
-                if let Some((name, number)) = word.rsplit_once(':')
-                    && let Ok(pin) = number.parse()
-                    && !name.is_empty()
+                let Some((name, number)) = word.rsplit_once(':') else { continue };
+                let bare = name.strip_prefix(['/', '!']).unwrap_or(name);
+                if let Ok(pin) = number.parse()
+                    && !bare.is_empty()
                 {
-                    pins.push((pin, name.to_owned()));
+                    let is_inverted = bare.len() < name.len();
+                    pins.push(PinName { pin, name: bare.to_owned(), is_inverted });
                 }
             }
         }

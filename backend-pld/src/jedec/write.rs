@@ -26,11 +26,17 @@ pub fn write(map: &FuseMap, head: &Head, vectors: &[Vector]) -> String {
     }
     text.push_str("*\n");
     if !head.pins.is_empty() {
-        let pins: Vec<String> = head
-            .pins
-            .iter()
-            .map(|pin| format!("{}:{}", plain(&pin.name).replace(' ', "_"), pin.pin))
-            .collect();
+        // A pin has one name, also where a design gives it several.
+        let mut named: Vec<u32> = Vec::new();
+        let mut pins = Vec::new();
+        for pin in &head.pins {
+            if named.contains(&pin.pin) {
+                continue;
+            }
+            named.push(pin.pin);
+            let not = if pin.is_inverted { "/" } else { "" };
+            pins.push(format!("{not}{}:{}", plain(&pin.name).replace(' ', "_"), pin.pin));
+        }
         let _ = writeln!(text, "N PINS {}*", pins.join(" "));
     }
     let _ = writeln!(text, "QP{}*\nQF{}*", map.device.n_pins, map.fuses.len());

@@ -1,9 +1,11 @@
-//! CUPL: header, pins, fields, equations (also of lists), `APPEND`, and `$DEFINE` of expressions. State machines and tables are refused by name.
+//! CUPL: header, pins, fields, equations (also of lists), `APPEND`, and `$DEFINE` of expressions and numbers. State machines and tables are refused by
+//! name. Letter case matters in names, and not in words of the language.
 
 use super::draft::{Definition, Draft, Expr, Role, SignalId};
 use super::lexer::{Comments, Kind, Lexer};
+use super::number;
 use super::palasm::{clock_of, enable, find_device, finish, one_clock, preset};
-use super::sets::{self, Fields};
+use super::sets::{self, Field, Names};
 use crate::codes;
 use crate::device::{Device, FlipFlop};
 use grafsynth_ir::diag::Diagnostic;
@@ -21,11 +23,13 @@ pub(crate) fn parse(text: &str, draft: &mut Draft) {
         lexer,
         draft,
         device: None,
+        mnemonic: None,
         clock: None,
         clock_span: Span::default(),
-        fields: Fields::new(),
+        names: Names::default(),
     };
     parser.file();
+    parser.check_mnemonic();
     let (device, clock) = (parser.device, parser.clock);
     finish(draft, device, clock);
 }
@@ -34,9 +38,11 @@ struct Parser<'a, 'd> {
     lexer: Lexer<'a>,
     draft: &'d mut Draft,
     device: Option<&'static Device>,
+    /// What the text calls its device, in small letters.
+    mnemonic: Option<(String, Span)>,
     clock: Option<SignalId>,
     clock_span: Span,
-    fields: Fields,
+    names: Names,
 }
 
 impl Parser<'_, '_> {
@@ -75,6 +81,60 @@ impl Parser<'_, '_> {
             if done.is_none() {
                 self.recover(before);
             }
+        }
+    }
+
+    /// What the ending of a device's mnemonic asks for: `s` and `ma` modes without registers, `cp` a pin that switches the device off.
+    fn check_mnemonic(&mut self) {
+        let (Some((mnemonic, span)), Some(device)) = (self.mnemonic.take(), self.device) else {
+            return;
+        };
+        let Some((_, ending)) =
+            ["16v8", "20v8", "22v10"].iter().find_map(|own| mnemonic.split_once(own))
+        else {
+            return;
+        };
+        let power_down = ending.strip_prefix("cp");
+        let mode = power_down.unwrap_or(ending);
+        let register = self
+            .draft
+            .signals
+            .iter()
+            .find(|signal| signal.definition.is_some_and(|own| own.is_registered));
+        if let (Some(register), true) = (register, ["s", "as", "ma"].contains(&mode)) {
+            let message = format!(
+                "`{}` is registered, and the device `{mnemonic}` is one in a mode without registers",
+                register.name
+            );
+            let finding = Diagnostic::error(codes::DEVICE_LIMIT, message)
+                .at(register.span, "")
+                .at(span, "this device")
+                .help("the registered mode ends in `ms`; without an ending the mode follows from the equations");
+            self.draft.report(finding);
+        }
+        if power_down.is_some() {
+            // Pin 4 of the data sheets of the devices with this feature.
+            const SWITCH: u32 = 4;
+            let used = self.draft.signals.iter().find(|signal| signal.pin == Some(SWITCH));
+            if let Some(used) = used.filter(|used| used.n_reads > 0) {
+                let message = format!(
+                    "`{}` is pin {SWITCH}, which switches a `{mnemonic}` off and is no input of its logic",
+                    used.name
+                );
+                let finding = Diagnostic::error(codes::DEVICE_LIMIT, message)
+                    .at(used.span, "")
+                    .at(span, "this device")
+                    .help("name the device without `cp` to have the pin as an input");
+                self.draft.report(finding);
+                return;
+            }
+            let message = format!(
+                "the pin that switches a `{mnemonic}` off is left out: the device is read as a {}",
+                device.name
+            );
+            self.draft.report_beyond(
+                Diagnostic::warning(codes::TAKEN_AS, message).at(span, "this device"),
+            );
         }
     }
 
@@ -135,9 +195,19 @@ impl Parser<'_, '_> {
             return None;
         }
         let signals = sets::list(&mut self.lexer, self.draft)?;
+        let whole = self.lexer.span_from(name.start);
         self.semicolon()?;
-        let signals = signals.into_iter().map(|(signal, _)| signal).collect();
-        if self.fields.insert(name.text.to_ascii_lowercase(), signals).is_some() {
+        let signals: Vec<SignalId> = signals.into_iter().map(|(signal, _)| signal).collect();
+        let field = match Field::new(self.draft, &signals) {
+            Ok(field) => field,
+            Err(why) => {
+                let message =
+                    format!("the bits of the field `{}` have no numbers: {why}", name.text);
+                self.draft.error(codes::UNSUPPORTED, whole, message);
+                return Some(());
+            }
+        };
+        if self.names.fields.insert(name.text.to_owned(), field).is_some() {
             self.draft.error(
                 codes::DEFINED_TWICE,
                 span,
@@ -147,7 +217,7 @@ impl Parser<'_, '_> {
         Some(())
     }
 
-    /// `$DEFINE name expression`: the same as a variable in between. Other directives are refused by name.
+    /// `$DEFINE name expression`: the same as a variable in between; `$DEFINE name 'b'01`: a number. Other directives are refused by name.
     fn directive(&mut self) -> Option<()> {
         let start = self.lexer.token.start;
         self.lexer.advance();
@@ -166,7 +236,12 @@ impl Parser<'_, '_> {
                 return Some(());
             }
             self.lexer.advance();
-            let value = sets::expression(&mut self.lexer, self.draft, &self.fields)?;
+            if matches!(self.lexer.token.kind, Kind::Number | Kind::Quoted)
+                && !self.lexer.token.is_first
+            {
+                return self.define_number(name.text, start);
+            }
+            let value = sets::expression(&mut self.lexer, self.draft, &self.names)?.bits;
             let id = self.draft.declare(name.text, span, Role::Internal);
             let whole = self.lexer.span_from(start);
             if !self.lexer.token.is_first || value.len() != 1 {
@@ -196,6 +271,20 @@ impl Parser<'_, '_> {
         self.lexer.advance();
         if !self.lexer.token.is_first {
             self.lexer.skip_line();
+        }
+        Some(())
+    }
+
+    fn define_number(&mut self, name: &str, start: usize) -> Option<()> {
+        let number = number::read(&mut self.lexer, self.draft, &self.names)?;
+        let whole = self.lexer.span_from(start);
+        if !self.lexer.token.is_first {
+            let message = format!("`$DEFINE {name}` is read for one number or one expression");
+            self.draft.error(codes::UNSUPPORTED, whole, message);
+            self.lexer.skip_line();
+        } else if self.names.numbers.insert(name.to_owned(), number).is_some() {
+            let message = format!("the number `{name}` is declared twice");
+            self.draft.error(codes::DEFINED_TWICE, whole, message);
         }
         Some(())
     }
@@ -231,6 +320,7 @@ impl Parser<'_, '_> {
         let (span, token) = (self.lexer.span(), self.lexer.advance());
         if !token.is_word("virtual") {
             self.device = find_device(self.draft, token.text, span);
+            self.mnemonic = Some((token.text.to_ascii_lowercase(), span));
         }
         self.semicolon()
     }
@@ -351,7 +441,7 @@ impl Parser<'_, '_> {
             if is_list && self.lexer.eat(".") {
                 self.lexer.eat(".");
                 let last = self.lexer.advance().text.parse::<u32>().unwrap_or(0);
-                if last < number || last - number > 1000 {
+                if last == 0 || last.abs_diff(number) > 1000 {
                     self.draft.error(
                         codes::SYNTAX,
                         span,
@@ -359,7 +449,11 @@ impl Parser<'_, '_> {
                     );
                     return None;
                 }
-                numbers.extend(number..=last);
+                if last < number {
+                    numbers.extend((last..=number).rev());
+                } else {
+                    numbers.extend(number..=last);
+                }
             } else {
                 numbers.push(number);
             }
@@ -380,6 +474,7 @@ impl Parser<'_, '_> {
         let is_complemented = self.lexer.eat("!");
         let (span, name) = (self.lexer.span(), self.lexer.token);
         let mut targets: Vec<(SignalId, Span)> = Vec::new();
+        let mut field: Option<Field> = None;
         if name.is("[") {
             targets = sets::list(&mut self.lexer, self.draft)?;
         } else if name.kind != Kind::Word {
@@ -391,8 +486,11 @@ impl Parser<'_, '_> {
             return None;
         } else {
             self.lexer.advance();
-            match self.fields.get(&name.text.to_ascii_lowercase()) {
-                Some(field) => targets.extend(field.iter().map(|signal| (*signal, span))),
+            match self.names.fields.get(name.text) {
+                Some(found) => {
+                    targets.extend(found.signals.iter().map(|signal| (*signal, span)));
+                    field = Some(found.clone());
+                }
                 None => targets.push((self.draft.signal(name.text, span), span)),
             }
         }
@@ -406,8 +504,27 @@ impl Parser<'_, '_> {
             self.draft.error(codes::SYNTAX, self.lexer.span(), message);
             return None;
         }
-        let values = sets::expression(&mut self.lexer, self.draft, &self.fields)?;
+        let value = sets::expression(&mut self.lexer, self.draft, &self.names)?;
         self.semicolon()?;
+        // A list that is assigned to goes by place, unless a field is assigned to it.
+        let target = match field {
+            Some(field) => Some(field),
+            None if value.is_field => {
+                let listed: Vec<SignalId> = targets.iter().map(|(id, _)| *id).collect();
+                Some(Field::as_listed(self.draft, &listed))
+            }
+            None => None,
+        };
+        if let (Some(target), true) = (target, value.bits.len() > 1)
+            && let Err(why) = target.takes(&value)
+        {
+            let finding = Diagnostic::error(codes::UNSUPPORTED, why)
+                .at(self.lexer.span_from(start), "")
+                .help("write one equation for each bit, or lists in brackets");
+            self.draft.report(finding);
+            return Some(());
+        }
+        let values = value.bits;
         if values.len() != 1 && values.len() != targets.len() {
             let message = format!("{} bits for {} signals", values.len(), targets.len());
             self.draft.error(codes::SYNTAX, self.lexer.span_from(start), message);

@@ -82,6 +82,18 @@ pub(crate) enum Expr {
     Mux(ExprId, ExprId, ExprId),
 }
 
+impl Signal {
+    /// The signal is the complement of the level at its pin; what has no pin has no such level.
+    pub(crate) fn is_at_pin_inverted(&self) -> bool {
+        self.is_pin_inverted && self.role != Role::Internal
+    }
+}
+
+/// From a signal to the level at its pin, and back.
+fn at_pin(builder: &mut Builder, signal: &Signal, value: NodeId) -> NodeId {
+    if signal.is_at_pin_inverted() { builder.not(value) } else { value }
+}
+
 /// Everything a text says.
 #[derive(Debug)]
 pub(crate) struct Draft {
@@ -114,8 +126,8 @@ pub(crate) struct Draft {
 impl Draft {
     pub(crate) fn new(file: FileId, dialect: Dialect) -> Self {
         let folds_case = match dialect {
-            Dialect::Palasm | Dialect::Cupl => true,
-            Dialect::Galasm | Dialect::Verilog | Dialect::Blif => false,
+            Dialect::Palasm => true,
+            Dialect::Cupl | Dialect::Galasm | Dialect::Verilog | Dialect::Blif => false,
         };
         Draft {
             file,
@@ -467,6 +479,8 @@ impl Draft {
         loops.is_empty().then_some(order)
     }
 
+    /// The circuit between the pins: inputs, outputs and flip-flops are levels at pins, so a signal that is declared as the complement of its pin is
+    /// inverted where it meets it.
     fn build(&self, order: &[SignalId]) -> Logic {
         let mut builder = Builder::default();
         builder.logic.name = self.name.clone();
@@ -476,10 +490,11 @@ impl Draft {
         for (index, signal) in self.signals.iter().enumerate() {
             let registered = signal.definition.filter(|definition| definition.is_registered);
             if let Some(definition) = registered {
-                let (id, value) = builder.flop_named(&signal.name, definition.init);
+                let init = definition.init != signal.is_at_pin_inverted();
+                let (id, value) = builder.flop_named(&signal.name, init);
                 builder.logic.flops[id].meta = meta(signal);
                 flops[index] = Some(id);
-                values[index] = Some(value);
+                values[index] = Some(at_pin(&mut builder, signal, value));
             }
         }
         for (index, signal) in self.signals.iter().enumerate() {
@@ -495,7 +510,8 @@ impl Draft {
                     meta: meta(signal),
                 };
                 let pin = builder.logic.inputs.push(pin);
-                values[index] = Some(builder.input(pin));
+                let level = builder.input(pin);
+                values[index] = Some(at_pin(&mut builder, signal, level));
             }
         }
         let mut made: Vec<Option<NodeId>> = vec![None; self.exprs.len()];
@@ -525,7 +541,7 @@ impl Draft {
                         next = builder.mux(condition, value, next);
                     }
                 }
-                builder.logic.flops[flop].next = next;
+                builder.logic.flops[flop].next = at_pin(&mut builder, signal, next);
             }
         }
         for (index, signal) in self.signals.iter().enumerate() {
@@ -535,6 +551,7 @@ impl Draft {
                 Role::Unknown | Role::Input | Role::Internal | Role::Clock => false,
             };
             if let (true, Some(value)) = (is_output, values[index]) {
+                let value = at_pin(&mut builder, signal, value);
                 builder.logic.outputs.push(PinOutput {
                     name: signal.name.clone(),
                     role: PinRole::Unknown,

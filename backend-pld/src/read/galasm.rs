@@ -79,7 +79,9 @@ impl<'a> Parser<'a, '_> {
         {
             first = line_at(text, first).1;
         }
-        let (name, after) = line_at(text, first);
+        let (line, after) = line_at(text, first);
+        // What follows the device's name on its line is a remark.
+        let name = line.split_whitespace().next().unwrap_or_default();
         let file = self.draft.file;
         let start = first + text.get(first..).and_then(|rest| rest.find(name)).unwrap_or(0);
         let span = Span::new(file, start, start + name.len());

@@ -37,7 +37,8 @@ pub(crate) fn place(draft: &Draft) -> Result<Placement, Vec<Diagnostic>> {
     placement.signature.clone_from(&draft.signature);
     for (id, signal) in (0..SignalId::MAX).zip(&draft.signals) {
         if let Some(pin) = signal.pin {
-            placement.pins.push(PinName { pin, name: signal.name.clone() });
+            let (name, is_inverted) = (signal.name.clone(), signal.is_pin_inverted);
+            placement.pins.push(PinName { pin, name, is_inverted });
         }
         let Some(definition) = signal.definition else { continue };
         match (signal.role, signal.pin) {

@@ -2,42 +2,153 @@
 //!
 //! An operator between two lists works bit by bit, one between a list and a signal on every bit. `field:'h'3` is true where the bits are that number,
 //! `field:[2..5]` in that range, `field:&`, `field:#` and `field:$` join all bits. Numbers without a base are hexadecimal; an `X` digit is any digit.
+//!
+//! # Bit numbers
+//! The bit number of a signal in a field is the index that its name ends with: `A0` is bit 0 wherever it is listed, and bits that no signal has are
+//! not looked at. So `[A15..A12]:[8000..FFFF]` asks for the upper half, and `[A15..A12]:[8..F]` for zeros in all four. Names without an index are numbered
+//! by their place, the last one bit 0. CUPL's manual warns of fields that mix both, or that have two signals of one index; they are refused here.
 
 use super::MAX_NESTING;
 use super::draft::{Draft, Expr, ExprId, SignalId};
 use super::lexer::{Kind, Lexer};
+use super::number::{self, Number};
+use super::range::within;
 use crate::codes;
+use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::span::Span;
 use std::collections::BTreeMap;
 
 /// Bits that a list may have.
 pub(crate) const MAX_BITS: usize = 64;
-/// Products that a range may become.
-const MAX_RANGE: usize = 256;
+/// Numbers that a list of numbers may have.
+const MAX_NUMBERS: usize = 256;
+/// The largest index that CUPL takes for a bit number.
+const MAX_INDEX: u32 = 31;
 
-/// Lists under a name, the most significant bit first.
-pub(crate) type Fields = BTreeMap<String, Vec<SignalId>>;
-
-/// Reads an expression: one value, or one for each bit of a list. None after an error, which is reported.
-pub(crate) fn expression(
-    lexer: &mut Lexer<'_>,
-    draft: &mut Draft,
-    fields: &Fields,
-) -> Option<Vec<ExprId>> {
-    Parser { lexer, draft, fields, depth: 0 }.exclusive()
+/// Lists and numbers that have a name.
+#[derive(Debug, Default)]
+pub(crate) struct Names {
+    pub(crate) fields: BTreeMap<String, Field>,
+    pub(crate) numbers: BTreeMap<String, Number>,
 }
 
-/// A number with digits that may be anything: value and mask of the bits that matter.
-#[derive(Debug, Clone, Copy)]
-struct Number {
-    value: u64,
-    mask: u64,
+/// A list under a name, the most significant bit first.
+#[derive(Debug, Clone)]
+pub(crate) struct Field {
+    pub(crate) signals: Vec<SignalId>,
+    numbering: Numbering,
+}
+
+/// Which bit of a number each value of a list is.
+#[derive(Debug, Clone, PartialEq, Eq)]
+enum Numbering {
+    /// The last is bit 0.
+    Place,
+    /// The bit number of each.
+    Index(Vec<u32>),
+    /// Why no number can be compared with it.
+    None(&'static str),
+}
+
+/// The value of an expression: one, or one for each bit of a list.
+#[derive(Debug, Clone)]
+pub(crate) struct Value {
+    pub(crate) bits: Vec<ExprId>,
+    numbering: Numbering,
+    /// The list is a field, or made of fields alone.
+    pub(crate) is_field: bool,
+}
+
+impl Value {
+    fn one(bit: ExprId) -> Self {
+        Value { bits: vec![bit], numbering: Numbering::Place, is_field: false }
+    }
+}
+
+impl Field {
+    /// A field of these signals, as listed.
+    ///
+    /// # Errors
+    /// Why the bits have no numbers.
+    pub(crate) fn new(draft: &Draft, listed: &[SignalId]) -> Result<Self, &'static str> {
+        let mut signals = listed.to_vec();
+        let numbering = match numbering(draft, listed) {
+            Numbering::Index(_) => {
+                signals.sort_by_key(|signal| std::cmp::Reverse(index_of(draft, *signal)));
+                numbering(draft, &signals)
+            }
+            Numbering::Place => Numbering::Place,
+            Numbering::None(why) => return Err(why),
+        };
+        Ok(Field { signals, numbering })
+    }
+
+    /// The signals of a list in brackets, in their places.
+    pub(crate) fn as_listed(draft: &Draft, listed: &[SignalId]) -> Self {
+        Field { signals: listed.to_vec(), numbering: numbering(draft, listed) }
+    }
+
+    /// Says whether the values of a right side meet this field, or this list, bit by bit.
+    pub(crate) fn takes(&self, value: &Value) -> Result<(), &'static str> {
+        pair(&self.numbering, true, &value.numbering, value.is_field)
+    }
+}
+
+/// The index that a name ends with.
+fn index_of(draft: &Draft, signal: SignalId) -> Option<u32> {
+    let name = &draft.signals[signal as usize].name;
+    let stem = name.trim_end_matches(|c: char| c.is_ascii_digit());
+    name[stem.len()..].parse().ok()
+}
+
+fn numbering(draft: &Draft, signals: &[SignalId]) -> Numbering {
+    let indices: Vec<Option<u32>> = signals.iter().map(|one| index_of(draft, *one)).collect();
+    if indices.iter().all(Option::is_none) {
+        return Numbering::Place;
+    }
+    let Some(indices) = indices.into_iter().collect::<Option<Vec<u32>>>() else {
+        return Numbering::None(
+            "some of its names end with an index, which is the bit number, and some do not",
+        );
+    };
+    if indices.iter().any(|index| *index > MAX_INDEX) {
+        return Numbering::None("an index above 31 is no bit number");
+    }
+    let mut sorted = indices.clone();
+    sorted.sort_unstable();
+    sorted.dedup();
+    if sorted.len() < indices.len() {
+        return Numbering::None(
+            "two of its names end with the same index, which is the bit number",
+        );
+    }
+    Numbering::Index(indices)
+}
+
+/// Whether two lists of one length meet bit by bit in the order in which they are kept.
+fn pair(
+    a: &Numbering,
+    is_field_a: bool,
+    b: &Numbering,
+    is_field_b: bool,
+) -> Result<(), &'static str> {
+    match (a, b) {
+        (Numbering::Index(a), Numbering::Index(b)) if (is_field_a || is_field_b) && a != b => Err(
+            "the bits of a field go by the indices of their names, and these two lists have different ones in these places",
+        ),
+        _ => Ok(()),
+    }
+}
+
+/// Reads an expression. None after an error, which is reported.
+pub(crate) fn expression(lexer: &mut Lexer<'_>, draft: &mut Draft, names: &Names) -> Option<Value> {
+    Parser { lexer, draft, names, depth: 0 }.exclusive()
 }
 
 struct Parser<'p, 'a> {
     lexer: &'p mut Lexer<'a>,
     draft: &'p mut Draft,
-    fields: &'p Fields,
+    names: &'p Names,
     depth: u32,
 }
 
@@ -47,23 +158,26 @@ impl Parser<'_, '_> {
         None
     }
 
-    fn exclusive(&mut self) -> Option<Vec<ExprId>> {
+    fn exclusive(&mut self) -> Option<Value> {
         let mut value = self.or()?;
         while self.lexer.token.is("$") {
             let span = self.lexer.span();
             self.lexer.advance();
             let other = self.or()?;
-            value =
-                self.pairwise(&value, &other, span, |draft, a, b| draft.expr(Expr::Xor(a, b)))?;
+            let exclusive = |draft: &mut Draft, bits: &[ExprId]| match bits {
+                [a, b] => draft.expr(Expr::Xor(*a, *b)),
+                _ => draft.list(bits, true),
+            };
+            value = self.bitwise(&[value, other], span, exclusive)?;
         }
         Some(value)
     }
 
-    fn or(&mut self) -> Option<Vec<ExprId>> {
+    fn or(&mut self) -> Option<Value> {
         self.junction("#", false)
     }
 
-    fn junction(&mut self, sign: &str, is_and: bool) -> Option<Vec<ExprId>> {
+    fn junction(&mut self, sign: &str, is_and: bool) -> Option<Value> {
         let operand =
             |parser: &mut Self| if is_and { parser.literal() } else { parser.junction("&", true) };
         let span = self.lexer.span();
@@ -71,32 +185,49 @@ impl Parser<'_, '_> {
         while self.lexer.eat(sign) {
             all.push(operand(self)?);
         }
-        let width = all.iter().map(Vec::len).max().unwrap_or(1);
-        if all.iter().any(|value| value.len() != width && value.len() != 1) {
+        self.bitwise(&all, span, |draft, bits| draft.list(bits, is_and))
+    }
+
+    /// One operator over lists of the same length, or over lists and single signals.
+    fn bitwise(
+        &mut self,
+        all: &[Value],
+        span: Span,
+        make: impl Fn(&mut Draft, &[ExprId]) -> ExprId,
+    ) -> Option<Value> {
+        let width = all.iter().map(|value| value.bits.len()).max().unwrap_or(1);
+        if all.iter().any(|value| value.bits.len() != width && value.bits.len() != 1) {
             return self.error(span, "these lists have different numbers of bits");
+        }
+        let mut wide = all.iter().filter(|value| width > 1 && value.bits.len() == width);
+        let (mut numbering, mut is_field) = (Numbering::Place, false);
+        if let Some(first) = wide.next() {
+            (numbering, is_field) = (first.numbering.clone(), first.is_field);
+            for other in wide {
+                if let Err(why) = pair(&numbering, is_field, &other.numbering, other.is_field) {
+                    self.draft.report(
+                        Diagnostic::error(codes::UNSUPPORTED, why)
+                            .at(span, "")
+                            .help("write one equation for each bit, or lists in brackets"),
+                    );
+                    return None;
+                }
+                if numbering != other.numbering {
+                    numbering =
+                        Numbering::None("its bits are made of signals of different indices");
+                }
+                is_field &= other.is_field;
+            }
         }
         let bit = |at: usize| -> Vec<ExprId> {
-            all.iter().map(|value| if value.len() == 1 { value[0] } else { value[at] }).collect()
+            let of = |value: &Value| value.bits.get(at).or(value.bits.first()).copied();
+            all.iter().filter_map(of).collect()
         };
-        Some((0..width).map(|at| self.draft.list(&bit(at), is_and)).collect())
+        let bits = (0..width).map(|at| make(self.draft, &bit(at))).collect();
+        Some(Value { bits, numbering, is_field })
     }
 
-    fn pairwise(
-        &mut self,
-        a: &[ExprId],
-        b: &[ExprId],
-        span: Span,
-        make: impl Fn(&mut Draft, ExprId, ExprId) -> ExprId,
-    ) -> Option<Vec<ExprId>> {
-        let width = a.len().max(b.len());
-        if [a, b].iter().any(|list| list.len() != width && list.len() != 1) {
-            return self.error(span, "these lists have different numbers of bits");
-        }
-        let bit = |list: &[ExprId], at: usize| if list.len() == 1 { list[0] } else { list[at] };
-        Some((0..width).map(|at| make(self.draft, bit(a, at), bit(b, at))).collect())
-    }
-
-    fn literal(&mut self) -> Option<Vec<ExprId>> {
+    fn literal(&mut self) -> Option<Value> {
         let mut is_negated = false;
         while self.lexer.eat("!") {
             is_negated = !is_negated;
@@ -118,37 +249,49 @@ impl Parser<'_, '_> {
             }
             value
         } else if token.is("[") {
-            let signals = list(self.lexer, self.draft)?;
-            signals.into_iter().map(|(signal, at)| self.read(signal, at)).collect()
+            let listed = list(self.lexer, self.draft)?;
+            let signals: Vec<SignalId> = listed.iter().map(|(signal, _)| *signal).collect();
+            let bits = listed.into_iter().map(|(signal, at)| self.read(signal, at)).collect();
+            Value { bits, numbering: numbering(self.draft, &signals), is_field: false }
         } else if token.kind == Kind::Quoted {
-            let number = self.number()?;
-            // A number by itself is one bit.
-            if number.mask & 1 == 0 || number.value > 1 {
-                return self.error(span, "a constant in an equation is 'b'0 or 'b'1");
-            }
-            vec![self.draft.expr(Expr::Const(number.value == 1))]
+            let number = number::read(self.lexer, self.draft, self.names)?;
+            self.constant(number, span)?
         } else if token.kind == Kind::Word {
             self.lexer.advance();
-            match self.fields.get(&token.text.to_ascii_lowercase()) {
-                Some(signals) => {
-                    signals.clone().into_iter().map(|signal| self.read(signal, span)).collect()
+            if let Some(field) = self.names.fields.get(token.text) {
+                let read = |signal: &SignalId| self.read(*signal, span);
+                let bits = field.signals.iter().map(read).collect();
+                Value { bits, numbering: field.numbering.clone(), is_field: true }
+            } else if let Some(number) = self.names.numbers.get(token.text) {
+                self.constant(*number, span)?
+            } else {
+                let signal = self.draft.signal(token.text, span);
+                self.feedback()?;
+                let mut value = Value::one(self.read(signal, span));
+                if index_of(self.draft, signal).is_some_and(|index| index > 0) {
+                    value.numbering =
+                        Numbering::None("it is one signal, which is true or false by itself");
                 }
-                None => {
-                    let signal = self.draft.signal(token.text, span);
-                    self.feedback()?;
-                    vec![self.read(signal, span)]
-                }
+                value
             }
         } else {
             return self.error(span, format!("expected a signal, found {}", token.shown()));
         };
         if self.lexer.eat(":") {
-            value = vec![self.test(&value, span)?];
+            value = Value::one(self.test(&value, span)?);
         }
         if is_negated {
-            value = value.into_iter().map(|bit| self.draft.not(bit)).collect();
+            value.bits = value.bits.into_iter().map(|bit| self.draft.not(bit)).collect();
         }
         Some(value)
+    }
+
+    /// A number by itself is one bit.
+    fn constant(&mut self, number: Number, span: Span) -> Option<Value> {
+        if number.mask & 1 == 0 || number.value > 1 {
+            return self.error(span, "a constant in an equation is 'b'0 or 'b'1");
+        }
+        Some(Value::one(self.draft.expr(Expr::Const(number.value == 1))))
     }
 
     fn read(&mut self, signal: SignalId, span: Span) -> ExprId {
@@ -175,8 +318,9 @@ impl Parser<'_, '_> {
         None
     }
 
-    /// What stands behind `list:`.
-    fn test(&mut self, bits: &[ExprId], span: Span) -> Option<ExprId> {
+    /// What follows `list:`.
+    fn test(&mut self, value: &Value, span: Span) -> Option<ExprId> {
+        let bits = &value.bits;
         let token = self.lexer.token;
         if token.is("&") || token.is("#") {
             self.lexer.advance();
@@ -188,57 +332,111 @@ impl Parser<'_, '_> {
             let first = bits.next()?;
             return Some(bits.fold(first, |value, bit| self.draft.expr(Expr::Xor(value, bit))));
         }
+        let numbers = self.numbered(value, span)?;
+        let base = number::base(self.lexer, self.draft)?;
         if !self.lexer.eat("[") {
-            let number = self.number()?;
-            self.check_width(bits, number, span)?;
-            return Some(self.equals(bits, number));
+            let number = number::digits(self.lexer, self.draft, self.names, base)?;
+            self.check_width(&numbers, number, 0, span)?;
+            return Some(self.equals(&numbers, number));
         }
         // `[lo..hi]` or a list of numbers.
-        let first = self.number()?;
-        let mut numbers = vec![first];
-        if self.lexer.eat(".") {
-            self.lexer.eat(".");
-            let last = self.number()?;
-            let count = last.value.checked_sub(first.value).and_then(|n| usize::try_from(n).ok());
-            if first.mask != !0 || last.mask != !0 || count.is_none_or(|count| count >= MAX_RANGE) {
-                return self.error(
-                    span,
-                    format!("expected a range of at most {MAX_RANGE} numbers, such as `[2..5]`"),
-                );
-            }
-            numbers = (first.value..=last.value).map(|value| Number { value, mask: !0 }).collect();
-        } else {
-            while self.lexer.eat(",") {
-                if numbers.len() >= MAX_RANGE {
-                    return self.error(span, format!("a list has at most {MAX_RANGE} numbers"));
-                }
-                numbers.push(self.number()?);
-            }
-        }
-        if !self.lexer.eat("]") {
-            let message = format!("expected `]`, found {}", self.lexer.token.shown());
-            return self.error(self.lexer.span(), message);
-        }
         let mut terms = Vec::new();
-        for number in numbers {
-            self.check_width(bits, number, span)?;
-            terms.push(self.equals(bits, number));
+        loop {
+            if terms.len() >= MAX_NUMBERS {
+                return self.error(span, format!("a list has at most {MAX_NUMBERS} numbers"));
+            }
+            let first = number::digits(self.lexer, self.draft, self.names, base)?;
+            if self.lexer.eat(".") {
+                self.lexer.eat(".");
+                let last = number::digits(self.lexer, self.draft, self.names, base)?;
+                // Below its lowest bit a field has whole blocks of addresses.
+                let lowest = numbers.bits.keys().next().map_or(0, |at| (1_u64 << at) - 1);
+                let free = if numbers.is_open { lowest } else { 0 };
+                self.check_width(&numbers, first, free, span)?;
+                self.check_width(&numbers, last, free, span)?;
+                terms.push(self.range(&numbers, first, last, span)?);
+            } else {
+                self.check_width(&numbers, first, 0, span)?;
+                terms.push(self.equals(&numbers, first));
+            }
+            if self.lexer.eat("]") {
+                break;
+            }
+            if !self.lexer.eat(",") {
+                let message = format!("expected `,` or `]`, found {}", self.lexer.token.shown());
+                return self.error(self.lexer.span(), message);
+            }
         }
         Some(self.draft.list(&terms, false))
     }
 
-    fn check_width(&mut self, bits: &[ExprId], number: Number, span: Span) -> Option<()> {
-        let is_fit = bits.len() >= 64 || (number.value & number.mask) >> bits.len() == 0;
-        if is_fit {
+    /// Each value of a list with its bit number.
+    fn numbered(&mut self, value: &Value, span: Span) -> Option<Numbered> {
+        let by_place = || (0..).zip(value.bits.iter().rev()).map(|(at, bit)| (at, *bit)).collect();
+        let (bits, is_open): (BTreeMap<u32, ExprId>, bool) = match &value.numbering {
+            Numbering::Place => (by_place(), false),
+            Numbering::Index(indices) => {
+                let by_index: BTreeMap<_, _> =
+                    indices.iter().copied().zip(value.bits.iter().copied()).collect();
+                if !value.is_field && by_index != by_place() {
+                    self.draft.report(
+                        Diagnostic::error(
+                            codes::UNSUPPORTED,
+                            "the order of this list and the indices of its names say different bit numbers",
+                        )
+                        .at(span, "")
+                        .help("declare it as a FIELD: there the index is the bit number"),
+                    );
+                    return None;
+                }
+                (by_index, true)
+            }
+            Numbering::None(why) => {
+                let message = format!("this list cannot be compared with a number: {why}");
+                self.draft.error(codes::UNSUPPORTED, span, message);
+                return None;
+            }
+        };
+        Some(Numbered { bits, is_open })
+    }
+
+    /// What a number says about bits that the list has not: an error, or where numbers are addresses, a warning. `free` bits may be anything.
+    fn check_width(
+        &mut self,
+        list: &Numbered,
+        number: Number,
+        free: u64,
+        span: Span,
+    ) -> Option<()> {
+        let known = list.bits.keys().fold(0_u64, |known, at| known | 1 << at);
+        let beyond = number.value & number.mask & !known & !free;
+        if beyond == 0 {
             return Some(());
         }
-        let message = format!("{} does not fit {} bits", number.value, bits.len());
+        if list.is_open {
+            let bits: Vec<String> = (0..u64::BITS)
+                .filter(|at| beyond >> at & 1 == 1)
+                .map(|at| at.to_string())
+                .collect();
+            let message = format!(
+                "the number {:X} (hexadecimal) asks for ones in bits that no signal of the field has: {}",
+                number.value,
+                bits.join(", ")
+            );
+            self.draft.report(
+                Diagnostic::warning(codes::TAKEN_AS, message)
+                    .at(span, "these bits are not looked at")
+                    .help("the bit number of a signal is the index in its name: `A0` is bit 0 wherever it is listed"),
+            );
+            return Some(());
+        }
+        let message = format!("{} does not fit {} bits", number.value, list.bits.len());
         self.error(span, message)
     }
 
-    fn equals(&mut self, bits: &[ExprId], number: Number) -> ExprId {
+    fn equals(&mut self, list: &Numbered, number: Number) -> ExprId {
         let mut literals = Vec::new();
-        for (at, bit) in bits.iter().rev().enumerate().take(64) {
+        for (at, bit) in &list.bits {
             if number.mask >> at & 1 == 1 {
                 let is_one = number.value >> at & 1 == 1;
                 literals.push(if is_one { *bit } else { self.draft.not(*bit) });
@@ -250,51 +448,38 @@ impl Parser<'_, '_> {
         self.draft.list(&literals, true)
     }
 
-    /// `'b'10X`, `'o'17`, `'d'12`, `'h'1F`, or hexadecimal digits.
-    fn number(&mut self) -> Option<Number> {
-        let span = self.lexer.span();
-        let mut base = 16;
-        if self.lexer.token.kind == Kind::Quoted {
-            base = match self.lexer.token.text.to_ascii_lowercase().as_str() {
-                "'b'" => 2,
-                "'o'" => 8,
-                "'d'" => 10,
-                "'h'" => 16,
-                other => {
-                    let message = format!("expected a base such as 'b' or 'h', found `{other}`");
-                    return self.error(span, message);
-                }
-            };
-            self.lexer.advance();
+    /// True where some number of the range has these bits.
+    fn range(
+        &mut self,
+        list: &Numbered,
+        first: Number,
+        last: Number,
+        span: Span,
+    ) -> Option<ExprId> {
+        if first.mask != !0 || last.mask != !0 || first.value > last.value {
+            return self.error(span, "expected a range of numbers such as `[2..5]`");
         }
-        let token = self.lexer.token;
-        if token.kind != Kind::Number && token.kind != Kind::Word {
-            return self.error(span, format!("expected a number, found {}", token.shown()));
+        let lowest = list.bits.keys().next().map_or(0, |at| (1_u64 << at) - 1);
+        let is_whole = first.value & lowest == 0 && last.value & lowest == lowest;
+        if list.is_open && !is_whole {
+            let message = format!(
+                "this range begins or ends between two values of the field, whose lowest bit is {}: such a value counts as within",
+                lowest.count_ones()
+            );
+            self.draft
+                .report(Diagnostic::warning(codes::TAKEN_AS, message).at(span, "this range").help(
+                "the bit number of a signal is the index in its name: numbers are whole addresses",
+            ));
         }
-        self.lexer.advance();
-        let (mut value, mut mask) = (0_u64, !0_u64);
-        for c in token.text.chars() {
-            let (digit, known) = match (c, c.to_digit(base)) {
-                ('x' | 'X', _) if base != 10 => (0, 0),
-                (_, Some(digit)) => (u64::from(digit), u64::from(base) - 1),
-                (_, None) => {
-                    return self.error(
-                        span,
-                        format!("expected a number of base {base}, found {}", token.shown()),
-                    );
-                }
-            };
-            let (next, is_over) = value.overflowing_mul(u64::from(base));
-            if is_over || value >> 59 != 0 {
-                return self.error(span, "this number has more than 64 bits");
-            }
-            value = next + digit;
-            if base != 10 {
-                mask = mask << base.trailing_zeros() | known;
-            }
-        }
-        Some(Number { value, mask })
+        Some(within(self.draft, &list.bits, first.value, last.value))
     }
+}
+
+/// The values of a list by bit number.
+struct Numbered {
+    bits: BTreeMap<u32, ExprId>,
+    /// Bits that the list has not belong to the number all the same.
+    is_open: bool,
 }
 
 /// `[A, B, C]`, `[A7..A0]`, `[A7..0]`: the signals with their places, the most significant first. None after an error, which is reported.
@@ -337,7 +522,14 @@ pub(crate) fn names(lexer: &mut Lexer<'_>, draft: &mut Draft) -> Option<Vec<(Str
             };
             let numbers: Vec<u32> =
                 if from >= to { (to..=from).rev().collect() } else { (from..=to).collect() };
-            found.extend(numbers.into_iter().map(|number| (format!("{stem}{number}"), span)));
+            // `[A00..A15]`: as many digits as the names at the ends have.
+            let width = if token.text[stem.len()..].starts_with('0') {
+                token.text.len() - stem.len()
+            } else {
+                0
+            };
+            let named = |number: u32| (format!("{stem}{number:0width$}"), span);
+            found.extend(numbers.into_iter().map(named));
         } else {
             found.push((token.text.to_owned(), span));
         }

@@ -157,18 +157,20 @@ fn blocks_hold_so_many_functions_and_read_so_many_signals() {
 fn t_flip_flops_of_others_are_read() {
     let text = "Name x; Device f1504ispplcc84;\nPIN 83 = clk; PIN 4 = q; PIN 5 = !n; PIN 6 = a;\n\
         PINNODE = b;\nq.t = a & !b # !a & q; n.d = b $ a; !b.t = a;\n";
+    // `n` is the complement of its pin, and the circuit is one of levels at pins.
     let (logic, findings) = read(Dialect::Cupl, FileId(0), text);
     assert_eq!(findings, []);
     let logic = logic.unwrap();
     let mut builder = Builder::default();
     let a = builder.input_named("a");
-    let [(fq, q), (fn_, _), (fb, b)] = [("q", false), ("n", false), ("b", true)]
-        .map(|(name, init)| builder.flop_named(name, init));
+    let [(fq, q), (fn_, _), (fb, b)] =
+        [("q", false), ("n", true), ("b", true)].map(|(name, init)| builder.flop_named(name, init));
     let (not_a, not_b) = (builder.not(a), builder.not(b));
     let (up, down) = (builder.and([a, not_b]), builder.and([not_a, q]));
     let change = builder.or([up, down]);
     builder.logic.flops[fq].next = builder.xor(q, change);
-    builder.logic.flops[fn_].next = builder.xor(b, a);
+    let n = builder.xor(b, a);
+    builder.logic.flops[fn_].next = builder.not(n);
     builder.logic.flops[fb].next = builder.xor(b, not_a);
     let wanted = builder.finish();
     let named = |logic: &Logic| {

@@ -46,7 +46,8 @@ fn palasm_with_a_list_of_pins() {
     for bits in 0..8u8 {
         let (a, b, c) = (bits & 1 == 1, bits & 2 == 2, bits & 4 == 4);
         let pins = [("A", a), ("B", b), ("C", c)];
-        assert_eq!(output(&logic, "Y", &pins), a && b && c || !a && !b);
+        // C is the complement of its pin, and so is Z.
+        assert_eq!(output(&logic, "Y", &pins), a && b && !c || !a && !b);
         assert_eq!(output(&logic, "Z", &pins), (a || b) == c);
     }
     // Pins of a 16R4 wake high, whatever the polarity of the equation.
@@ -118,7 +119,7 @@ fn inverted_pins_and_inverted_equations_are_two_ways_to_say_one_thing() {
     };
     let plain = accepted(Dialect::Galasm, &format!("{}/P.R = A * B\n/Q.R = /P\n", rows("Q", "P")));
     let turned = accepted(Dialect::Galasm, &format!("{}P.R = A * B\n/Q.R = P\n", rows("Q", "/P")));
-    // P of the second text is the complement of its pin, so it is not P of the first one.
+    // P of the second text is the complement of its pin; what is read is the level at the pin, in both.
     let (mut x, mut y) = (LogicSim::new(&plain), LogicSim::new(&turned));
     let flop = |logic: &Logic, name: &str| {
         logic.flops.iter().find(|(_, flop)| flop.name == name).map(|(id, _)| id).unwrap()
@@ -130,7 +131,7 @@ fn inverted_pins_and_inverted_equations_are_two_ways_to_say_one_thing() {
         }
         let shown = |sim: &LogicSim<'_>, name| sim.flop(flop(sim.logic(), name)) & 1;
         assert_eq!(shown(&x, "Q"), shown(&y, "Q"));
-        assert_eq!(shown(&x, "P"), 1 - shown(&y, "P"));
+        assert_eq!(shown(&x, "P"), shown(&y, "P"));
         x.clock();
         y.clock();
     }
@@ -147,7 +148,7 @@ fn cupl_as_wincupl_users_write_it() {
     for bits in 0..16u8 {
         let (a, b, c, d) = (bits & 1 == 1, bits & 2 == 2, bits & 4 == 4, bits & 8 == 8);
         let pins = [("a", a), ("b", b), ("c", c), ("d", d)];
-        assert_eq!(output(&logic, "x", &pins), (a && b || !c) != d);
+        assert_eq!(output(&logic, "x", &pins), (a && b || !c) == d);
         assert!(output(&logic, "z", &pins));
     }
     assert_eq!(logic.flops.len(), 1);
@@ -272,19 +273,20 @@ fn cupl_fields_lists_and_appended_sums() {
         let bit = |at: u8| bits >> at & 1 == 1;
         let pins = [("a0", bit(0)), ("a1", bit(1)), ("a2", bit(2)), ("a3", bit(3)), ("en", bit(4))];
         let address = bits & 15;
-        let hit = (4..=6).contains(&address) && bit(4) || address & 0b1011 == 0b1001;
+        // `en` is low at its pin where it is true.
+        let hit = (4..=6).contains(&address) && !bit(4) || address & 0b1011 == 0b1001;
         assert_eq!(output(&logic, "hit", &pins), hit, "{bits:b}");
         assert_eq!(output(&logic, "any", &pins), address != 0);
         assert_eq!(output(&logic, "odd", &pins), address.count_ones() % 2 == 1);
         for at in 0..4 {
-            assert_eq!(output(&logic, &format!("y{at}"), &pins), bit(at) == bit(4), "{bits:b}");
+            assert_eq!(output(&logic, &format!("y{at}"), &pins), bit(at) != bit(4), "{bits:b}");
         }
     }
     let said = crate::read_text(Dialect::Cupl, FileId(0), text);
     let placement = said.placement.expect("macrocells");
     let hit = placement.cell(18).expect("hit");
-    // Four addresses of three literals and `en`, low, and one of three.
-    assert_eq!(hit.sum.len(), 4, "{hit:?}");
+    // `10X` and `110` with `en`, and one of three literals.
+    assert_eq!(hit.sum.len(), 3, "{hit:?}");
     assert_eq!(placement.cell(21).expect("q").sum.len(), 2);
     let bad = "Device g22v10;\nPIN 2 = a; PIN 14 = y;\nFIELD f = [a, nobody..2];\ny = f:'h'F;\n[y, a] = [a, a, a];\nSEQUENCE f { PRESENT 0 NEXT 1; }\n\
                $IFDEF X\ny = a:'b'12;\ny.t = a;\nAPPEND !y = a;\n";
@@ -294,4 +296,132 @@ fn cupl_fields_lists_and_appended_sums() {
         [3, 4, 5, 6, 7, 8, 9].into(),
         "{found:?}"
     );
+}
+
+/// What a CUPL text over the pins `A15..A8` says about an address: its output `y`.
+fn decoded(statements: &str, address: u16) -> bool {
+    let text = format!("Device g22v10;\nPIN [2..9] = [A15..A8];\nPIN 14 = y;\n{statements}\n");
+    let (logic, _) = read(Dialect::Cupl, FileId(0), &text);
+    let logic = logic.expect("a circuit");
+    let names: Vec<String> = (8..16).map(|at| format!("A{at}")).collect();
+    let pins: Vec<(&str, bool)> =
+        (8..16).zip(&names).map(|(at, name)| (name.as_str(), address >> at & 1 == 1)).collect();
+    output(&logic, "y", &pins)
+}
+
+#[test]
+fn the_bit_number_of_a_signal_is_the_index_in_its_name() {
+    let field = "FIELD page = [A15..A8];";
+    let backwards = "FIELD page = [A8..A15];";
+    let high = "FIELD page = [A15..A12];";
+    let gap = "FIELD page = [A15, A12..A10];";
+    for block in 0..=0xFF_u16 {
+        let address = block << 8;
+        let within = |low: u16, high: u16| low <= address | 0xFF && address <= high;
+        for field in [field, backwards] {
+            let of = |test: &str| decoded(&format!("{field} y = page:{test};"), address);
+            assert_eq!(of("[8000..FFFF]"), address >= 0x8000);
+            assert_eq!(of("[0000..7EFF]"), address <= 0x7EFF, "{address:x}");
+            assert_eq!(of("[1300..C4FF]"), within(0x1300, 0xC4FF), "{address:x}");
+            // A block that the range meets counts as within.
+            assert_eq!(of("[1380..C47F]"), within(0x1380, 0xC47F), "{address:x}");
+            assert_eq!(of("A3XX"), block == 0xA3);
+            assert_eq!(of("'b'1X10000000000000"), block & 0xBF == 0xA0, "{address:x}");
+            assert_eq!(of("[0100..01FF, FF00]"), block == 1 || block == 0xFF);
+        }
+        // Bits 11 to 0 are no part of the field, so a small number is a zero.
+        let of = |test: &str| decoded(&format!("{high} y = page:{test};"), address);
+        assert_eq!(of("[8..F]"), address >> 12 == 0);
+        assert_eq!(of("[8000..FFFF]"), address >= 0x8000);
+        assert_eq!(of("6000"), address >> 12 == 6);
+        let of = |test: &str| decoded(&format!("{gap} y = page:{test};"), address);
+        // Bits 14 and 13 are free.
+        let is_met = |low: u16, high: u16| {
+            (0..4).any(|free: u16| {
+                let address = address & 0x9C00 | free << 13;
+                (low..=high).any(|one| one & 0xFC00 == address & 0xFC00)
+            })
+        };
+        assert_eq!(of("[3000..8BFF]"), is_met(0x3000, 0x8BFF), "{address:x}");
+    }
+}
+
+#[test]
+fn a_range_is_as_short_as_it_can_be_written() {
+    let text = "Device g22v10;\nPIN [2..9] = [A15..A8]; PIN 14 = a; PIN 15 = b; PIN 16 = c;\n\
+        FIELD f = [A15..A8];\na = f:[0000..7FFF]; b = f:[0000..7EFF]; c = f:[0100..01FF];\n";
+    let placement = crate::read_text(Dialect::Cupl, FileId(0), text).placement.expect("cells");
+    let n_terms = |pin| placement.cell(pin).map(|cell| cell.sum.len());
+    assert_eq!([14, 15, 16].map(n_terms), [Some(1), Some(7), Some(1)]);
+}
+
+#[test]
+fn fields_whose_bits_have_no_clear_numbers_are_refused() {
+    let codes = |statements: &str| {
+        let text = format!(
+            "Device g22v10;\nPIN [2..5] = [A0..A3]; PIN [6..9] = [B0..B3]; PIN 10 = en; PIN 11 = wr;\n\
+             PIN [14..17] = [Y0..Y3]; PIN 18 = z;\n{statements}\n"
+        );
+        findings(Dialect::Cupl, &text).iter().map(|found| found.0).collect::<Vec<_>>()
+    };
+    assert_eq!(codes("FIELD f = [A0, B0]; z = en;"), ["G0724"]);
+    assert_eq!(codes("FIELD f = [A1, en]; z = A0;"), ["G0724"]);
+    assert_eq!(codes("FIELD f = [en, wr]; z = f:1;"), [] as [&str; 0]);
+    assert_eq!(codes("FIELD f = [A3..A0]; z = f:1;"), [] as [&str; 0]);
+    assert_eq!(codes("FIELD f = [A3..A0]; z = f:1F;"), ["G0725"]);
+    assert_eq!(codes("FIELD f = [A3..A2]; z = f:[0..4];"), ["G0725"]);
+    assert_eq!(codes("FIELD f = [en, wr]; z = f:4;"), ["G0720"]);
+    // A list in brackets has an order and indices; where they say two things, nobody knows.
+    assert_eq!(codes("z = [A3..A0]:5;"), [] as [&str; 0]);
+    assert_eq!(codes("z = [A0..A3]:5;"), ["G0724"]);
+    assert_eq!(codes("z = A3:1;"), ["G0724"]);
+    // A field meets a field by index; a list meets a list by place.
+    assert_eq!(
+        codes("FIELD a = [A0..A3]; FIELD y = [Y3..Y0]; y = a & [B3..B0]; z = en;"),
+        [] as [&str; 0]
+    );
+    assert_eq!(
+        codes("FIELD a = [A0..A3]; FIELD y = [Y3..Y0]; y = a & [B0..B3]; z = en;"),
+        ["G0724"]
+    );
+    assert_eq!(codes("[Y0..Y3] = [A3..A0]; z = en;"), [] as [&str; 0]);
+    assert_eq!(codes("FIELD a = [A3..A0]; [Y0..Y3] = a; z = en;"), ["G0724"]);
+}
+
+#[test]
+fn numbers_have_names_and_letter_case_matters() {
+    let of = |address| {
+        decoded(
+            "$DEFINE ROM 'h'A000\n$DEFINE LAST 'h'BFFF\n$DEFINE ON 'b'1\nFIELD f = [A15..A8];\nY = f:[ROM..LAST];\ny = Y & ON;",
+            address,
+        )
+    };
+    assert!(of(0xA000) && of(0xBF00) && !of(0xC000) && !of(0x9F00));
+}
+
+#[test]
+fn mnemonics_say_what_the_device_can_do() {
+    let codes = |device: &str, statements: &str| {
+        let text = format!(
+            "Device {device};\nPIN 1 = clk; PIN 2 = a; PIN 4 = b; PIN 14 = y;\n{statements}\n"
+        );
+        findings(Dialect::Cupl, &text).iter().map(|found| found.0).collect::<Vec<_>>()
+    };
+    for device in ["g16v8", "G16V8AS", "g16v8ma", "g16v8s", "g20v8as", "g22lv10", "g20ra10"] {
+        if device != "g20v8as" && device != "g20ra10" {
+            assert_eq!(codes(device, "y = a & b;"), [] as [&str; 0], "{device}");
+        }
+        assert!(crate::device::Device::find(device).is_some());
+    }
+    assert_eq!(codes("g16v8as", "y.d = a;"), ["G0726"]);
+    assert_eq!(codes("g16v8ms", "y.d = a;"), [] as [&str; 0]);
+    // `cp`: pin 4 switches the device off.
+    assert_eq!(codes("g22v10cp", "y.d = a;"), ["G0725"]);
+    assert_eq!(codes("g22v10cp", "y.d = a & b;"), ["G0726"]);
+}
+
+#[test]
+fn galasm_may_say_more_behind_the_device() {
+    let text = "GAL16V8  decoder, board 2\nSIG\n\nClock I0 I1 I2 I3 I4 I5 NC NC GND\n/OE O0 O1 O2 O3 O4 NC NC NC VCC\n\nO0 = I0\n";
+    assert_eq!(findings(Dialect::Galasm, text), []);
 }

@@ -92,6 +92,14 @@ fn logic(session: &Session, design: &LogicDesign, mut found: Vec<Diagnostic>) ->
         }
         crate::print(&format!("{text}\n"));
     }
+    let Some(fuses) = &design.fuses else { return Exit::Done };
+    if fuses.n_failed > 0 {
+        session.tell(&format!(
+            "refuted  {} of the file's {} test vectors do not pass\n",
+            fuses.n_failed, fuses.n_vectors
+        ));
+        return Exit::Refuted;
+    }
     Exit::Done
 }
 

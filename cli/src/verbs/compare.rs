@@ -4,7 +4,7 @@ use super::sim::{engine_named, stimulus};
 use crate::args::{Compare, Input};
 use crate::exit::Exit;
 use crate::load::{Session, Stop};
-use grafsynth_driver::compare as driver_compare;
+use grafsynth_driver::compare::{self as driver_compare, Apart};
 use grafsynth_driver::judge::{self, Judged, Renames};
 use grafsynth_driver::read::Design;
 use grafsynth_engines::{Availability, Engine, EngineError, Job, ReferenceEngine};
@@ -172,6 +172,16 @@ fn with_other(
         (Design::Logic(logic), Design::Net(net)) => (Design::Net(net), Design::Logic(logic)),
         pair => pair,
     };
+    let other = match (&design, other) {
+        (Design::Logic(first), Design::Logic(mut second)) => {
+            if let Some(circuit) = grafsynth_driver::pin_numbers::by_number(first, &second) {
+                session.note("pins are compared by number, for a fuse map does not name its own\n");
+                second.logic = Some(circuit);
+            }
+            Design::Logic(second)
+        }
+        (_, other) => other,
+    };
     let net = match &design {
         Design::Net(design) => &design.net,
         Design::Logic(design) => &design.interface,
@@ -273,6 +283,9 @@ fn finish(
                         stimulus.len(),
                         outcome.n_columns
                     ));
+                    if outcome.apart != Apart::default() {
+                        crate::print(&format!("not compared: {}\n", outcome.apart));
+                    }
                 }
                 Ok(Exit::Done)
             }

@@ -81,8 +81,10 @@ fn design(device: &'static Device, random: &mut TestRng) -> Placement {
     if device.has_global_reset && below(random, 2) == 0 {
         placement.sync_preset = Some(product(random)).filter(|product| !product.0.is_empty());
     }
-    placement.pins =
-        sources.iter().map(|pin| PinName { pin: *pin, name: format!("s{pin}") }).collect();
+    placement.pins = sources
+        .iter()
+        .map(|pin| PinName { pin: *pin, name: format!("s{pin}"), is_inverted: false })
+        .collect();
     placement
 }
 
@@ -138,8 +140,7 @@ fn mapper_decoder_simulator_and_file_agree() {
             let file = file.unwrap();
             assert_eq!(file.fuse_map(Some(device)).unwrap(), fuses);
             assert_eq!(file.vectors, vectors);
-            let names: Vec<PinName> =
-                file.pins().into_iter().map(|(pin, name)| PinName { pin, name }).collect();
+            let names = file.pins();
             assert_eq!(names, placement.pins);
         }
     }

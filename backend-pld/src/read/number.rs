@@ -1,0 +1,85 @@
+//! Numbers of CUPL: `'b'10X`, `'o'17`, `'d'12`, `'h'1F`, or hexadecimal digits; or a name that `$DEFINE` gives one.
+
+use super::draft::Draft;
+use super::lexer::{Kind, Lexer};
+use super::sets::Names;
+use crate::codes;
+
+/// The base of numbers that say none.
+const DEFAULT_BASE: u32 = 16;
+
+/// A number with digits that may be anything: value and mask of the bits that matter.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Number {
+    pub(crate) value: u64,
+    pub(crate) mask: u64,
+}
+
+/// Reads a number. None after an error, which is reported.
+pub(crate) fn read(lexer: &mut Lexer<'_>, draft: &mut Draft, names: &Names) -> Option<Number> {
+    let base = base(lexer, draft)?;
+    digits(lexer, draft, names, base)
+}
+
+/// The base, if one is said.
+#[expect(clippy::option_option, reason = "an error, no base, or one")]
+pub(crate) fn base(lexer: &mut Lexer<'_>, draft: &mut Draft) -> Option<Option<u32>> {
+    if lexer.token.kind != Kind::Quoted {
+        return Some(None);
+    }
+    let span = lexer.span();
+    let base = match lexer.token.text.to_ascii_lowercase().as_str() {
+        "'b'" => 2,
+        "'o'" => 8,
+        "'d'" => 10,
+        "'h'" => 16,
+        other => {
+            let message = format!("expected a base such as 'b' or 'h', found `{other}`");
+            draft.error(codes::SYNTAX, span, message);
+            return None;
+        }
+    };
+    lexer.advance();
+    Some(Some(base))
+}
+
+/// The digits of a number; `outer` is the base that was said before them, or before the list that they are in.
+pub(crate) fn digits(
+    lexer: &mut Lexer<'_>,
+    draft: &mut Draft,
+    names: &Names,
+    outer: Option<u32>,
+) -> Option<Number> {
+    let base = base(lexer, draft)?.or(outer).unwrap_or(DEFAULT_BASE);
+    let (span, token) = (lexer.span(), lexer.token);
+    if let Some(number) = names.numbers.get(token.text).filter(|_| token.kind == Kind::Word) {
+        lexer.advance();
+        return Some(*number);
+    }
+    let Some(number) =
+        of(token.text, base).filter(|_| matches!(token.kind, Kind::Number | Kind::Word))
+    else {
+        let message = format!("expected a number of base {base}, found {}", token.shown());
+        draft.error(codes::SYNTAX, span, message);
+        return None;
+    };
+    lexer.advance();
+    Some(number)
+}
+
+/// The number that digits stand for; none where one of them is no digit of the base, or the number has more than 60 bits.
+fn of(text: &str, base: u32) -> Option<Number> {
+    let (mut value, mut mask) = (0_u64, !0_u64);
+    for c in text.chars() {
+        let (digit, known) = match (c, c.to_digit(base)) {
+            ('x' | 'X', _) if base != 10 => (0, 0),
+            (_, Some(digit)) => (u64::from(digit), u64::from(base) - 1),
+            (_, None) => return None,
+        };
+        value = value.checked_mul(u64::from(base)).filter(|value| value >> 60 == 0)? + digit;
+        if base != 10 {
+            mask = mask << base.trailing_zeros() | known;
+        }
+    }
+    (!text.is_empty()).then_some(Number { value, mask })
+}

@@ -1,0 +1,90 @@
+//! Ranges of numbers as functions of some of their bits.
+
+use super::draft::{Draft, Expr, ExprId};
+use std::collections::BTreeMap;
+
+/// A function, or a constant that need not be one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Part {
+    Const(bool),
+    Expr(ExprId),
+}
+
+/// True where a number from `low` to `high` has these bits; the other bits are free. `low` is at most `high`.
+///
+/// From the highest bit down: while the bits are those of both limits, both may still be met; below, one of them, or none. The sum that results has at
+/// most two products for each bit, none of them needless where the bits have no gaps.
+pub(crate) fn within(
+    draft: &mut Draft,
+    bits: &BTreeMap<u32, ExprId>,
+    low: u64,
+    high: u64,
+) -> ExprId {
+    // What is left of a number that has been at each limit so far: `above` the low one, `below` the high one, and at both.
+    let (mut above, mut below, mut both) =
+        (Part::Const(true), Part::Const(true), Part::Const(true));
+    for at in 0..u64::BITS {
+        let (is_low_one, is_high_one) = (low >> at & 1 == 1, high >> at & 1 == 1);
+        let bit = bits.get(&at).copied();
+        let all = Part::Const(true);
+        let none = Part::Const(false);
+        let (next_above, next_below);
+        if is_low_one {
+            next_above = branch(draft, bit, none, above);
+        } else {
+            next_above = branch(draft, bit, above, all);
+        }
+        if is_high_one {
+            next_below = branch(draft, bit, all, below);
+        } else {
+            next_below = branch(draft, bit, below, none);
+        }
+        both = match (is_low_one, is_high_one) {
+            (false, false) => branch(draft, bit, both, none),
+            (true, true) => branch(draft, bit, none, both),
+            (false, true) => branch(draft, bit, above, below),
+            // Only below the place where the limits part, where nobody is at both.
+            (true, false) => none,
+        };
+        (above, below) = (next_above, next_below);
+    }
+    match both {
+        Part::Const(value) => draft.expr(Expr::Const(value)),
+        Part::Expr(expr) => expr,
+    }
+}
+
+/// One function where the bit is 0 and another where it is 1; either, where nobody looks at the bit.
+fn branch(draft: &mut Draft, bit: Option<ExprId>, zero: Part, one: Part) -> Part {
+    let Some(bit) = bit else { return or(draft, zero, one) };
+    if zero == one {
+        return zero;
+    }
+    // Where one side is always true, the other needs no literal.
+    if one == Part::Const(true) {
+        return or(draft, Part::Expr(bit), zero);
+    }
+    let not = Part::Expr(draft.not(bit));
+    if zero == Part::Const(true) {
+        return or(draft, not, one);
+    }
+    let (zero, one) = (and(draft, not, zero), and(draft, Part::Expr(bit), one));
+    or(draft, zero, one)
+}
+
+fn or(draft: &mut Draft, a: Part, b: Part) -> Part {
+    match (a, b) {
+        (Part::Const(true), _) | (_, Part::Const(true)) => Part::Const(true),
+        (Part::Const(false), other) | (other, Part::Const(false)) => other,
+        (Part::Expr(a), Part::Expr(b)) if a == b => Part::Expr(a),
+        (Part::Expr(a), Part::Expr(b)) => Part::Expr(draft.list(&[a, b], false)),
+    }
+}
+
+fn and(draft: &mut Draft, a: Part, b: Part) -> Part {
+    match (a, b) {
+        (Part::Const(false), _) | (_, Part::Const(false)) => Part::Const(false),
+        (Part::Const(true), other) | (other, Part::Const(true)) => other,
+        (Part::Expr(a), Part::Expr(b)) => Part::Expr(draft.list(&[a, b], true)),
+    }
+}
