@@ -22,14 +22,19 @@ impl Reaction<'_> {
         candidates.extend(
             self.work.chosen.iter().copied().filter(|transition| !self.is_reaction(*transition)),
         );
+        self.work.contested.clear();
         if candidates.len() > 1 {
             self.k4_order(&mut candidates);
+            let ordered = candidates.clone();
             match self.net.settings.policy {
                 Policy::Priority | Policy::PriorityAge => self.k4_compete(&mut candidates),
                 Policy::All | Policy::InnerFirst | Policy::OuterFirst => {}
             }
             if self.net.settings.fire_one {
                 candidates.truncate(1);
+            }
+            if candidates.len() < ordered.len() {
+                self.note_contests(&ordered, &candidates);
             }
         }
         let mut chosen = std::mem::take(&mut self.work.chosen);
@@ -39,6 +44,19 @@ impl Reaction<'_> {
         self.work.candidates = candidates;
         if !self.tables.forced.is_empty() {
             self.k5_remove_newly_forced();
+        }
+    }
+
+    /// Which fireable transition was passed over, and for which one before it that shares a preceding step with it.
+    fn note_contests(&mut self, ordered: &[TransitionId], chosen: &[TransitionId]) {
+        let net = self.net;
+        let requires = |transition: &TransitionId| &net.transitions[*transition].requires;
+        for (at, lost) in ordered.iter().enumerate().filter(|(_, one)| !chosen.contains(one)) {
+            for won in ordered[..at].iter().filter(|one| chosen.contains(one)) {
+                if requires(won).iter().any(|step| requires(lost).contains(step)) {
+                    self.work.contested.push((*won, *lost));
+                }
+            }
         }
     }
 
@@ -103,6 +121,7 @@ impl Reaction<'_> {
         if self.work.chosen.is_empty() {
             return;
         }
+        self.work.contested.clear();
         let mut taken: Vec<TransitionId> = Vec::new();
         for state in self.state.situation.iter() {
             if !self.is_atomic(state) {
@@ -122,6 +141,12 @@ impl Reaction<'_> {
                 taken.push(offered);
             }
         }
+        let mut contested = std::mem::take(&mut self.work.contested);
+        for lost in self.work.chosen.iter().filter(|one| !taken.contains(one)) {
+            let rivals = taken.iter().filter(|won| self.exit_sets_meet(**won, *lost));
+            contested.extend(rivals.map(|won| (*won, *lost)));
+        }
+        self.work.contested = contested;
         self.work.chosen = taken;
     }
 

@@ -40,7 +40,7 @@ fn collect<L>(
     }
 }
 
-fn constant_value<L>(expr: &Expr<L>) -> Option<i64> {
+pub(crate) fn constant_value<L>(expr: &Expr<L>) -> Option<i64> {
     match &expr.kind {
         ExprKind::Int(value) => Some(*value),
         ExprKind::Neg(inner) => constant_value(inner).map(i64::wrapping_neg),

@@ -11,6 +11,7 @@
 //! and taken over by name into a changed net. The reaction is the program of semantics §3.9, one function for each of its lines (module `reaction`);
 //! it shares no code with the lowering of nets to programs, which it checks.
 
+mod clocks;
 pub mod codes;
 mod conflict;
 mod constants;
@@ -41,6 +42,7 @@ mod trace_text;
 #[cfg(test)]
 mod tests;
 
+pub use clocks::Clock;
 pub use directed::{Coverage, Directed, Move, Start};
 pub use notes::{Notes, Noticed, Occurrence, Writer};
 pub use random::Random;

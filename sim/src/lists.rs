@@ -2,13 +2,14 @@
 
 use grafsynth_ir::expr::{ArithOp, ExprKind, Type};
 use grafsynth_ir::net::{
-    Driver, Expr, InputId, Leaf, OutputId, SendId, StepId, Stmt, StmtKind, TransitionId, VarId,
+    Driver, Expr, InputId, Leaf, Net, OutputId, SendId, StepId, Stmt, StmtKind, TransitionId, VarId,
 };
 
 use crate::layout::Cell;
 use crate::notes::{Noticed, Writer};
 use crate::reaction::Reaction;
 use crate::row::Effect;
+use crate::tables::ancestors;
 
 impl Reaction<'_> {
     /// FIRE(F'), F1 to F5, for Grafcet charts.
@@ -191,8 +192,8 @@ impl Reaction<'_> {
         self.state.cells[place] = stored;
     }
 
-    /// Two lists that write one variable in one micro-step are a race (semantics §3.6), unless both only change the number of a counted step: of those
-    /// nothing is lost (§8).
+    /// Two lists that write one variable in one micro-step are a race (semantics §3.6), unless their order is fixed whatever the order of declaration (§3.3),
+    /// or both only change the number of a counted step: of those nothing is lost (§8).
     fn note_writer(&mut self, var: VarId, place: usize, is_count: bool) {
         let Some(writer) = self.work.writer else { return };
         let now = (self.work.check, Some(writer), is_count);
@@ -201,9 +202,33 @@ impl Reaction<'_> {
             && check == self.work.check
             && before != writer
             && !(is_count && was_count)
+            && !self.is_order_fixed(before, writer)
         {
             self.notes.add(Noticed::Race(var, before, writer));
         }
+    }
+
+    /// Semantics §3.3: deactivation lists come before actions, and these before activation lists; in a statechart a state is left after those in it and
+    /// entered before them.
+    fn is_order_fixed(&self, first: Writer, second: Writer) -> bool {
+        /// The phase of a list, and the step that it belongs to.
+        fn of(net: &Net, writer: Writer) -> (u8, Option<StepId>) {
+            match writer {
+                Writer::Exit(step) => (0, Some(step)),
+                Writer::Transition(_) => (1, None),
+                Writer::Entry(step) | Writer::InitialContent(step) => (2, Some(step)),
+                Writer::HistoryContent(history) => (2, Some(net.histories[history].owner)),
+            }
+        }
+        let ((phase_a, a), (phase_b, b)) = (of(self.net, first), of(self.net, second));
+        let is_nested = |a: StepId, b: StepId| {
+            a == b
+                || ancestors(self.net, a).any(|above| above == b)
+                || ancestors(self.net, b).any(|above| above == a)
+        };
+        phase_a != phase_b
+            || self.net.settings.policy.is_statechart()
+                && a.zip(b).is_some_and(|(a, b)| is_nested(a, b))
     }
 
     /// `raise e`: it joins `next`; in a statechart, the internal queue.

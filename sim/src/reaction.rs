@@ -68,6 +68,12 @@ pub(crate) struct Work {
     pub(crate) open_next: bool,
     /// All transitions and reactions that fired, in order.
     pub(crate) fired: Vec<TransitionId>,
+    /// The last check's pairs of a transition that the policy chose and one that it passed over for that.
+    pub(crate) contested: Vec<(TransitionId, TransitionId)>,
+    /// The same of all micro-steps of this reaction.
+    pub(crate) all_contested: Vec<(TransitionId, TransitionId)>,
+    /// For each micro-step where its part of `fired` ends.
+    pub(crate) ends: Vec<usize>,
     /// Continuous outputs and extern actions that are not 0 in the row.
     pub(crate) lit: Vec<OutputId>,
     /// Statecharts: how many events at the front of the external queue stood there at Latch.
@@ -201,6 +207,8 @@ impl Reaction<'_> {
         self.work.micro_steps = 0;
         self.work.longest_internal = self.state.internal.len();
         self.work.fired.clear();
+        self.work.all_contested.clear();
+        self.work.ends.clear();
         self.work.writer = None;
         self.work.reads_before = false;
     }
@@ -288,7 +296,7 @@ impl Reaction<'_> {
             self.fire();
             self.renew_edge_operands();
             self.work.fresh = false;
-            self.work.micro_steps += 1;
+            self.end_micro_step();
             n += 1;
             if self.net.settings.evolution == Evolution::Single {
                 break;
@@ -296,6 +304,14 @@ impl Reaction<'_> {
             self.l3_take_raised();
         }
         self.no_event_holds();
+    }
+
+    /// Notes what fired in the micro-step and what was passed over.
+    pub(crate) fn end_micro_step(&mut self) {
+        let work = &mut *self.work;
+        work.micro_steps += 1;
+        work.ends.push(work.fired.len());
+        work.all_contested.extend_from_slice(&work.contested);
     }
 
     /// A micro-step of these transitions, if the situation and the policy allow it.

@@ -45,6 +45,10 @@ impl<'n> Simulator<'n> {
         simulator
     }
 
+    pub(crate) fn tables(&self) -> &Tables {
+        &self.tables
+    }
+
     /// The net that is run.
     #[must_use]
     pub fn net(&self) -> &'n Net {
@@ -132,6 +136,19 @@ impl<'n> Simulator<'n> {
     #[must_use]
     pub fn fired(&self) -> &[TransitionId] {
         &self.work.fired
+    }
+
+    /// What fired in each micro-step of the last reaction: transitions and reactions, in the order of their actions.
+    pub fn firings(&self) -> impl Iterator<Item = &[TransitionId]> {
+        let begin = std::iter::once(0).chain(self.work.ends.iter().copied());
+        begin.zip(&self.work.ends).map(|(from, to)| &self.work.fired[from..*to])
+    }
+
+    /// The pairs of transitions that could not both fire in a micro-step of the last reaction: one that fired, and one that was fireable too and was passed
+    /// over by the conflict policy. They share a preceding step; in a statechart an active state that both leave.
+    #[must_use]
+    pub fn contests(&self) -> &[(TransitionId, TransitionId)] {
+        &self.work.all_contested
     }
 
     /// How often the last reaction checked what is fireable (EVOLVE of semantics §3.9): each micro-step is a check, each event taken from a queue that

@@ -9,6 +9,8 @@ use crate::layout::Cell;
 use crate::notes::{Noticed, Writer};
 use crate::reaction::{Reaction, Trigger};
 use crate::situation::Situation;
+use crate::state::State;
+use crate::tables::Tables;
 
 /// What a micro-step enters.
 #[derive(Debug, Default)]
@@ -134,7 +136,7 @@ impl Reaction<'_> {
             self.fire_in_statechart();
             self.renew_edge_operands();
             self.work.fresh = false;
-            self.work.micro_steps += 1;
+            self.end_micro_step();
             n += 1;
         }
         self.renew_edge_operands();
@@ -295,17 +297,31 @@ impl Reaction<'_> {
 
     /// The top-level chart has ended.
     pub(crate) fn has_ended(&self, chart: PartId) -> bool {
-        self.state.cells[self.tables.layout.at(Cell::Ended(chart))] != 0
+        has_ended(self.tables, self.state, chart)
     }
 
     /// The chart that the part belongs to has ended.
     pub(crate) fn part_has_ended(&self, part: PartId) -> bool {
-        let chart = self.tables.ranks.chart_of(part);
-        self.tables.may_end.contains(&chart) && self.has_ended(chart)
+        part_has_ended(self.tables, self.state, part)
     }
 
     /// Nothing runs any more.
     pub(crate) fn everything_has_ended(&self) -> bool {
-        self.tables.all_may_end && self.tables.may_end.iter().all(|chart| self.has_ended(*chart))
+        everything_has_ended(self.tables, self.state)
     }
+}
+
+fn has_ended(tables: &Tables, state: &State, chart: PartId) -> bool {
+    state.cells[tables.layout.at(Cell::Ended(chart))] != 0
+}
+
+/// The chart that the part belongs to has ended in this state.
+pub(crate) fn part_has_ended(tables: &Tables, state: &State, part: PartId) -> bool {
+    let chart = tables.ranks.chart_of(part);
+    tables.may_end.contains(&chart) && has_ended(tables, state, chart)
+}
+
+/// All charts have ended in this state.
+pub(crate) fn everything_has_ended(tables: &Tables, state: &State) -> bool {
+    tables.all_may_end && tables.may_end.iter().all(|chart| has_ended(tables, state, *chart))
 }

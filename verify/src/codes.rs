@@ -26,6 +26,8 @@ pub const SATURATION: Code = Code { id: "G0810", title: "value that does not fit
 pub const FORCING_RACE: Code = Code { id: "G0811", title: "two forcing orders that disagree" };
 /// A variable that others touch while the tasks of a step are half done.
 pub const SHARED: Code = Code { id: "G0812", title: "variable shared with a halted step" };
+/// Transitions that the conflict policy decides between.
+pub const DECIDED_CONFLICT: Code = Code { id: "G0813", title: "conflict that the policy decides" };
 
 /// All codes of this crate, in order.
 pub const ALL: &[Code] = &[
@@ -41,4 +43,5 @@ pub const ALL: &[Code] = &[
     SATURATION,
     FORCING_RACE,
     SHARED,
+    DECIDED_CONFLICT,
 ];

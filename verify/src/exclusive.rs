@@ -439,7 +439,7 @@ impl<'a> Guards<'a> {
 }
 
 /// The expression without places, so that equal ones are equal.
-fn bare(expr: &Expr) -> Expr {
+pub(crate) fn bare(expr: &Expr) -> Expr {
     let mut out: Expr = expr.clone();
     erase(&mut out);
     out

@@ -1,62 +1,213 @@
 //! Breadth-first search through all states that a net can reach, with the reference simulator: the exact answer where it can be afforded.
+//!
+//! Where times are counted, states that differ in their times alone are kept together: a node of the search is everything else that a state holds, with
+//! the [`Zone`] of the times at which its clocks can stand. A reaction after any `dt` is tried once for each part of the zone in which no comparison
+//! changes its truth, so what it costs follows from the number of comparisons and not from the length of the times. Every node is reached at each of its
+//! points, and what follows a node is all that can follow one of its points; so whatever is asked of ways is answered exactly, and for any `dt`.
 
 use grafsynth_ir::Valid;
 use grafsynth_ir::net::Net;
-use grafsynth_sim::{InputRow, Row, Simulator, State, Stimulus};
-use indexmap::IndexSet;
+use grafsynth_sim::{Clock, InputRow, MAX_DT, Row, Simulator, Situation, State, Stimulus};
+use indexmap::{IndexMap, IndexSet};
 
 use crate::alphabet::{Alphabet, NoAlphabet};
 use crate::limits::Limits;
-use crate::relevance::Relevance;
+use crate::relevance::{Inputs, Relevance};
+use crate::zone::{Source, Zone};
 
 /// Which `dt` are tried.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Ticks {
+pub(crate) enum Ticks {
     /// Any number: what holds then holds for every engine.
     Any,
     /// 0 and 1, which is all that a chip sees (semantics §9).
     Chip,
 }
 
+/// How a search treats times.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Times {
+    /// Any `dt`, by zones; a zone that lies in one that was found before is not looked at again. What happens at all is found, with the fewest rows.
+    Zones,
+    /// Any `dt`, by zones, none left out: for questions about ways through the graph of all nodes.
+    AllZones,
+    /// One by one; with [`Ticks::Any`] each up to the largest time that is compared.
+    Each(Ticks),
+}
+
 /// One reaction of the search.
 pub(crate) struct Seen<'a, 'n> {
-    /// Number of the state before.
+    /// Number of the node before.
     pub(crate) from: usize,
-    /// Number of the state after, and whether it is new.
+    /// Number of the node after, and whether it is new.
     pub(crate) to: usize,
+    /// A state of the node before, and the row that was tried on it.
+    pub(crate) before: &'a State,
     pub(crate) input: &'a InputRow,
     pub(crate) row: &'a Row,
     pub(crate) simulator: &'a Simulator<'n>,
+    came: &'a Came,
 }
 
-/// All states of a net, each with the way it was found first.
+/// How a node was found first.
+#[derive(Debug, Clone)]
+struct Parent {
+    node: u32,
+    row: InputRow,
+    came: Came,
+    /// For each clock of the node.
+    sources: Vec<Source>,
+}
+
+/// The part of a zone in which a reaction is the same: the times of the clocks after the latch, and which of two sends is due first.
+#[derive(Debug, Clone, Default)]
+struct Came {
+    times: Vec<(i64, Option<i64>)>,
+    /// The first clock is ahead of the second by at most so much.
+    ahead: Vec<(usize, usize, i64)>,
+}
+
+#[derive(Debug, Clone)]
+struct Node {
+    /// Its place among the states without times.
+    state: usize,
+    /// The clocks that run, by their place among all of the net.
+    clocks: Vec<usize>,
+    zone: Zone,
+    parent: Option<Parent>,
+}
+
+/// All nodes of a search, each with the way it was found first.
 #[derive(Debug, Clone)]
 pub(crate) struct States {
-    pub(crate) states: IndexSet<State>,
-    parents: Vec<Option<(u32, InputRow)>>,
-    /// Pairs of a state and a row that were tried.
+    /// States (those of [`Times::Each`]), or what they are without times, with their nodes.
+    states: IndexSet<State>,
+    by_state: Vec<Vec<u32>>,
+    nodes: Vec<Node>,
+    clocks: Vec<Clock>,
+    /// Pairs of a node and a row (with a part of its zone) that were tried.
     pub(crate) pairs: u64,
+    /// Whatever can follow a node can follow each of its points: nodes are states in all that matters.
+    pub(crate) is_uniform: bool,
 }
 
 impl States {
-    /// A shortest stimulus from reset to the state.
-    pub(crate) fn way_to(&self, state: usize) -> Vec<InputRow> {
-        let mut rows = Vec::new();
-        let mut at = state;
-        while let Some(Some((from, row))) = self.parents.get(at) {
-            rows.push(row.clone());
-            at = *from as usize;
-        }
-        rows.reverse();
-        rows
+    /// How many nodes there are.
+    pub(crate) fn len(&self) -> usize {
+        self.nodes.len()
     }
 
-    /// The same with one more row.
-    pub(crate) fn stimulus(&self, net: &Net, state: usize, last: Option<&InputRow>) -> Stimulus {
-        let mut rows = self.way_to(state);
-        rows.extend(last.cloned());
-        Stimulus::of_rows(net, &rows)
+    /// The active steps of a node.
+    pub(crate) fn situation(&self, node: usize) -> &Situation {
+        self.state(node).situation()
     }
+
+    /// All situations, each at least once.
+    pub(crate) fn situations(&self) -> impl Iterator<Item = &Situation> {
+        self.states.iter().map(State::situation)
+    }
+
+    /// The node of a state, where each state is one.
+    pub(crate) fn node_of(&self, state: &State) -> Option<usize> {
+        self.states
+            .get_index_of(state)
+            .and_then(|at| self.by_state[at].first())
+            .map(|node| *node as usize)
+    }
+
+    /// A state of the node; with times, what it is without them.
+    pub(crate) fn state(&self, node: usize) -> &State {
+        &self.states[self.nodes[node].state]
+    }
+
+    /// Rows that lead from reset to the node, as few as possible.
+    pub(crate) fn way_to(&self, node: usize) -> Vec<InputRow> {
+        self.way(node, None)
+    }
+
+    /// The same, and then the reaction.
+    pub(crate) fn way_of(&self, seen: &Seen<'_, '_>) -> Vec<InputRow> {
+        self.way(seen.from, Some((seen.input, seen.came)))
+    }
+
+    /// A stimulus that leads from reset to the node, with as few rows as possible.
+    pub(crate) fn stimulus(&self, net: &Net, node: usize) -> Stimulus {
+        Stimulus::of_rows(net, &self.way_to(node))
+    }
+
+    fn way(&self, node: usize, last: Option<(&InputRow, &Came)>) -> Vec<InputRow> {
+        let mut parents: Vec<(usize, &Parent)> = Vec::new();
+        let mut at = node;
+        while let Some(parent) = &self.nodes[at].parent {
+            parents.push((at, parent));
+            at = parent.node as usize;
+        }
+        parents.reverse();
+        let mut rows: Vec<InputRow> =
+            parents.iter().map(|(_, parent)| parent.row.clone()).collect();
+        rows.extend(last.map(|(row, _)| row.clone()));
+        // The instant of row n is that of row m plus at least so much, for entries (m, n, least); the earliest instants that meet all of them.
+        let mut bounds: Vec<(usize, usize, i64)> = (0..rows.len()).map(|n| (n, n + 1, 0)).collect();
+        let root = &self.nodes[at];
+        // For each clock of the node on the way: the row in which it started, and its time then.
+        let mut origins: Vec<(usize, i64)> =
+            root.zone.first().into_iter().map(|time| (0, time)).collect();
+        let n_known = parents.len();
+        let steps = parents.iter().map(|(_, parent)| (&parent.came, Some(&parent.sources)));
+        let steps = steps.chain(last.map(|(_, came)| (came, None)));
+        for (now, (came, sources)) in (1..).zip(steps) {
+            for (clock, (least, most)) in came.times.iter().enumerate() {
+                let (start, time) = origins[clock];
+                bounds.push((start, now, least - time));
+                bounds.extend(most.map(|most| (now, start, time - most)));
+            }
+            for (first, second, by) in &came.ahead {
+                let ((a, time_a), (b, time_b)) = (origins[*first], origins[*second]);
+                // first - second = (b - a) + (time_a - time_b) <= by
+                bounds.push((b, a, time_a - time_b - by));
+            }
+            if let Some(sources) = sources {
+                origins = sources
+                    .iter()
+                    .map(|source| match source {
+                        Source::Kept(clock) => origins[*clock],
+                        Source::Started(time) => (now, *time),
+                    })
+                    .collect();
+            }
+        }
+        let instants = earliest(rows.len() + 1, &bounds);
+        let mut clocks_run = parents
+            .iter()
+            .map(|(_, parent)| parent.node as usize)
+            .chain((rows.len() > n_known).then_some(node));
+        for (at, row) in rows.iter_mut().enumerate() {
+            if clocks_run.next().is_some_and(|node| !self.nodes[node].clocks.is_empty()) {
+                row.dt = u32::try_from(instants[at + 1] - instants[at]).unwrap_or(0);
+            }
+        }
+        rows
+    }
+}
+
+/// The earliest instants, the first of them 0, that meet all bounds: the second is at least so much after the first.
+fn earliest(n: usize, bounds: &[(usize, usize, i64)]) -> Vec<i64> {
+    let mut instants = vec![0_i64; n];
+    // A way that was found can be gone, so this ends; the count only keeps a fault of ours from turning round for ever.
+    for _ in 0..=n {
+        let mut is_changed = false;
+        for (from, to, least) in bounds {
+            let after = instants[*from] + least;
+            if instants[*to] < after {
+                instants[*to] = after;
+                is_changed = true;
+            }
+        }
+        if !is_changed {
+            break;
+        }
+    }
+    instants
 }
 
 /// How a search ended.
@@ -73,79 +224,332 @@ pub(crate) enum Ended<B> {
 pub(crate) fn explore<'n, B>(
     net: &'n Valid<Net>,
     limits: &Limits,
-    ticks: Ticks,
+    times: Times,
     visit: &mut impl FnMut(&States, &Seen<'_, 'n>) -> Option<B>,
 ) -> (States, Ended<B>) {
-    let mut simulator = Simulator::new(net);
-    let mut found = States { states: IndexSet::new(), parents: Vec::new(), pairs: 0 };
-    found.states.insert(simulator.state().clone());
-    found.parents.push(None);
-    let alphabet = match Alphabet::of(net, false, limits.rows_per_state) {
-        Ok(alphabet) => alphabet,
-        // No stimulus is legal: reset is all there is.
-        Err(NoAlphabet::Contradiction) => return (found, Ended::Complete),
-        Err(NoAlphabet::TooMany(why)) => return (found, Ended::Open(why)),
-    };
-    let relevance = Relevance::of(net);
-    let mut cache: indexmap::IndexMap<crate::relevance::Inputs, Vec<InputRow>> =
-        indexmap::IndexMap::new();
-    let mut at = 0;
-    while at < found.states.len() {
-        let state = found.states[at].clone();
-        let matter = relevance.inputs(state.situation());
-        if !cache.contains_key(&matter) {
-            let Some(rows) = alphabet.rows(&matter, limits.rows_per_state) else {
-                let text = format!(
-                    "more than {} rows of inputs are possible in one state",
-                    limits.rows_per_state
-                );
-                return (found, Ended::Open(text));
-            };
-            cache.insert(matter.clone(), rows);
+    let mut search = Search::new(net, limits, times);
+    let ended = search.run(visit).unwrap_or_else(Ended::Open);
+    (search.found, ended)
+}
+
+/// Searches with any `dt`: by zones, and where these are too many one by one. What was visited is collected in a value, made anew for each search.
+pub(crate) fn explore_any<'n, T, B>(
+    net: &'n Valid<Net>,
+    limits: &Limits,
+    zones: Times,
+    begin: impl Fn() -> T,
+    visit: impl Fn(&mut T, &States, &Seen<'_, 'n>) -> Option<B>,
+) -> (T, States, Ended<B>) {
+    let has_time = Relevance::of(net).has_time();
+    let first = if has_time { zones } else { Times::Each(Ticks::Any) };
+    let mut seen = begin();
+    let (states, ended) =
+        explore(net, limits, first, &mut |states, one| visit(&mut seen, states, one));
+    // Where hardly any two nodes differ in their times alone, one by one there are no fewer.
+    let is_worth_it = has_time && states.nodes.len() > 4 * states.states.len();
+    if !matches!(ended, Ended::Open(_)) || !is_worth_it {
+        return (seen, states, ended);
+    }
+    let mut seen = begin();
+    let each = Times::Each(Ticks::Any);
+    let (states, ended) =
+        explore(net, limits, each, &mut |states, one| visit(&mut seen, states, one));
+    (seen, states, ended)
+}
+
+struct Search<'n, 'l> {
+    limits: &'l Limits,
+    times: Times,
+    simulator: Simulator<'n>,
+    net: &'n Valid<Net>,
+    found: States,
+}
+
+/// One kind of reactions from a node: a state of the node, `dt`, and what else leads to the same.
+struct Case {
+    before: State,
+    dt: u32,
+    came: Came,
+    /// The zone after the latch, and a point of it.
+    zone: Zone,
+    point: Vec<i64>,
+}
+
+impl<'n, 'l> Search<'n, 'l> {
+    fn new(net: &'n Valid<Net>, limits: &'l Limits, times: Times) -> Self {
+        let simulator = Simulator::new(net);
+        let clocks = match times {
+            Times::Zones | Times::AllZones => simulator.clocks(),
+            Times::Each(_) => Vec::new(),
+        };
+        let found = States {
+            states: IndexSet::new(),
+            by_state: Vec::new(),
+            nodes: Vec::new(),
+            clocks,
+            pairs: 0,
+            is_uniform: true,
+        };
+        Search { limits, times, simulator, net, found }
+    }
+
+    fn run<B>(
+        &mut self,
+        visit: &mut impl FnMut(&States, &Seen<'_, 'n>) -> Option<B>,
+    ) -> Result<Ended<B>, String> {
+        let (net, limits) = (self.net, self.limits);
+        let longest = self.found.clocks.iter().filter_map(|clock| clock.cuts.last()).max();
+        if longest.is_some_and(|longest| *longest > i64::from(MAX_DT)) {
+            return Err(format!("a time is longer than {MAX_DT} ticks"));
         }
-        let rows = &cache[&matter];
-        let dts = match (relevance.largest_dt(state.situation()), ticks) {
+        let reset = self.simulator.state().clone();
+        let (state, clocks, sources) = self.after(&reset, None)?;
+        let zone = Zone::point(&[]).map(&sources);
+        self.node(state, clocks, zone, None)?;
+        let alphabet = match Alphabet::of(net, false, limits.rows_per_state) {
+            Ok(alphabet) => alphabet,
+            // No stimulus is legal: reset is all there is.
+            Err(NoAlphabet::Contradiction) => return Ok(Ended::Complete),
+            Err(NoAlphabet::TooMany(why)) => return Err(why),
+        };
+        let relevance = Relevance::of(net);
+        let mut cache: IndexMap<Inputs, Vec<InputRow>> = IndexMap::new();
+        let mut at = 0;
+        while at < self.found.nodes.len() {
+            let matter = relevance.inputs(self.found.situation(at));
+            if !cache.contains_key(&matter) {
+                let rows = alphabet.rows(&matter, limits.rows_per_state).ok_or_else(|| {
+                    let most = limits.rows_per_state;
+                    format!("more than {most} rows of inputs are possible in one state")
+                })?;
+                cache.insert(matter.clone(), rows);
+            }
+            let rows = &cache[&matter];
+            let room = limits.pairs.saturating_sub(self.found.pairs) / (rows.len() as u64).max(1);
+            let cases = self.cases(at, &relevance, room).ok_or_else(|| {
+                format!(
+                    "more than {} pairs of a state and an input ({} states so far)",
+                    limits.pairs,
+                    self.found.nodes.len()
+                )
+            })?;
+            for case in cases {
+                for row in rows {
+                    if let Some(answer) = self.reaction(at, &case, row, visit)? {
+                        return Ok(Ended::Stopped(answer));
+                    }
+                }
+            }
+            at += 1;
+        }
+        Ok(Ended::Complete)
+    }
+
+    /// All that can happen to the times before a reaction from the node; none if that is more than there is room for.
+    fn cases(&self, node: usize, relevance: &Relevance<'_>, room: u64) -> Option<Vec<Case>> {
+        let Times::Each(ticks) = self.times else { return self.parts(node, room) };
+        let before = self.found.state(node);
+        let dts = match (relevance.largest_dt(before.situation()), ticks) {
             (None, _) => 1..=1,
             (Some(_), Ticks::Chip) => 0..=1,
             (Some(largest), Ticks::Any) => 0..=largest,
         };
-        let n_dts = u64::from(dts.end() - dts.start()) + 1;
-        if found.pairs.saturating_add(n_dts.saturating_mul(rows.len() as u64)) > limits.pairs {
-            let text = format!(
-                "more than {} pairs of a state and an input ({} states so far)",
-                limits.pairs,
-                found.states.len()
-            );
-            return (found, Ended::Open(text));
+        if u64::from(dts.end() - dts.start()) >= room {
+            return None;
         }
-        for row in rows {
-            for dt in dts.clone() {
-                let mut row = row.clone();
-                row.dt = dt;
-                found.pairs += 1;
-                simulator.set_state(&state);
-                simulator.step(&row);
-                let to = match found.states.get_index_of(simulator.state()) {
-                    Some(index) => index,
-                    None => {
-                        if found.states.len() >= limits.states {
-                            return (
-                                found,
-                                Ended::Open(format!("more than {} states", limits.states)),
-                            );
-                        }
-                        found.parents.push(Some((at as u32, row.clone())));
-                        found.states.insert_full(simulator.state().clone()).0
+        let case = |dt| Case {
+            before: before.clone(),
+            dt,
+            came: Came::default(),
+            zone: Zone::point(&[]),
+            point: Vec::new(),
+        };
+        Some(dts.map(case).collect())
+    }
+
+    /// The parts of the node's zone, after any time, in which no comparison changes its truth.
+    fn parts(&self, node: usize, room: u64) -> Option<Vec<Case>> {
+        let Node { clocks, zone, .. } = &self.found.nodes[node];
+        let mut parts = vec![(Came::default(), zone.later())];
+        for (place, clock) in clocks.iter().enumerate() {
+            let cuts = &self.found.clocks[*clock].cuts;
+            let mut finer = Vec::new();
+            for (came, part) in parts {
+                let starts = std::iter::once(0).chain(cuts.iter().copied());
+                let ends = cuts.iter().map(|cut| Some(cut - 1)).chain([None]);
+                for (least, most) in starts.zip(ends) {
+                    if let Some(part) = part.clone().within(place, least, most) {
+                        let mut came = came.clone();
+                        came.times.push((least, most));
+                        finer.push((came, part));
                     }
-                };
-                let seen =
-                    Seen { from: at, to, input: &row, row: simulator.row(), simulator: &simulator };
-                if let Some(answer) = visit(&found, &seen) {
-                    return (found, Ended::Stopped(answer));
                 }
             }
+            parts = finer;
+            if parts.len() as u64 > room {
+                return None;
+            }
         }
-        at += 1;
+        let sends: Vec<(usize, i64)> = (clocks.iter().enumerate())
+            .filter_map(|(place, clock)| Some((place, self.found.clocks[*clock].delay()?)))
+            .collect();
+        for (at, (second, later)) in sends.iter().enumerate() {
+            for (first, delay) in &sends[..at] {
+                // Of two that are due, the one with less time left joins first; of equals the first.
+                let is_due = |came: &Came, place: usize, delay: i64| came.times[place].0 >= delay;
+                let by = later - delay;
+                let mut finer = Vec::new();
+                for (came, part) in parts {
+                    if !is_due(&came, *first, *delay) || !is_due(&came, *second, *later) {
+                        finer.push((came, part));
+                        continue;
+                    }
+                    for (a, b, by) in [(*second, *first, by), (*first, *second, -by - 1)] {
+                        if let Some(part) = part.clone().ahead_at_most(a, b, by) {
+                            let mut came = came.clone();
+                            came.ahead.push((a, b, by));
+                            finer.push((came, part));
+                        }
+                    }
+                }
+                parts = finer;
+            }
+        }
+        if parts.len() as u64 > room {
+            return None;
+        }
+        Some(parts.into_iter().map(|(came, part)| self.case(node, came, part)).collect())
     }
-    (found, Ended::Complete)
+
+    /// A point of the part, and the point of the node from which it is reached.
+    fn case(&self, node: usize, came: Came, part: Zone) -> Case {
+        let Node { clocks, zone, .. } = &self.found.nodes[node];
+        // Not 0 where that can be, so that a clock which is put to 0 is told from one that goes on.
+        let mut moved = part.clone();
+        for clock in 0..part.len() {
+            if let Some(later) = moved.clone().within(clock, 1, None) {
+                moved = later;
+            }
+        }
+        let point = moved.first();
+        let too_late = |clock: usize| zone.most(clock).map_or(0, |most| point[clock] - most);
+        let dt = (0..point.len()).map(too_late).max().unwrap_or(0).max(0);
+        let mut before = self.found.state(node).clone();
+        for (place, clock) in clocks.iter().enumerate() {
+            let clock = &self.found.clocks[*clock];
+            self.simulator.set_ticks(&mut before, clock, point[place] - dt);
+        }
+        // Where nothing is counted a row is a tick.
+        let dt = if clocks.is_empty() { 1 } else { u32::try_from(dt).unwrap_or(MAX_DT) };
+        Case { before, dt, came, zone: part, point }
+    }
+
+    fn reaction<B>(
+        &mut self,
+        from: usize,
+        case: &Case,
+        row: &InputRow,
+        visit: &mut impl FnMut(&States, &Seen<'_, 'n>) -> Option<B>,
+    ) -> Result<Option<B>, String> {
+        let row = InputRow { dt: case.dt, ..row.clone() };
+        self.found.pairs += 1;
+        self.simulator.set_state(&case.before);
+        self.simulator.step(&row);
+        let (state, clocks, zone, sources) = match self.times {
+            Times::Each(_) => {
+                let zone = Zone::point(&[]);
+                (self.simulator.state().clone(), Vec::new(), zone, Vec::new())
+            }
+            Times::Zones | Times::AllZones => {
+                let ran = &self.found.nodes[from].clocks;
+                let reached = self.simulator.state().clone();
+                let (state, clocks, sources) = self.after(&reached, Some((ran, &case.point)))?;
+                let mut zone = case.zone.map(&sources);
+                let last_cut = |clock: &usize| self.found.clocks[*clock].cuts.last().copied();
+                let last: Vec<i64> = clocks.iter().filter_map(last_cut).collect();
+                zone.forget_beyond(&last);
+                (state, clocks, zone, sources)
+            }
+        };
+        if self.times == Times::AllZones && self.found.is_uniform {
+            self.found.is_uniform = case.zone.earlier().includes(&self.found.nodes[from].zone);
+        }
+        let parent =
+            Parent { node: from as u32, row: row.clone(), came: case.came.clone(), sources };
+        let to = self.node(state, clocks, zone, Some(parent))?;
+        let seen = Seen {
+            from,
+            to,
+            before: &case.before,
+            input: &row,
+            row: self.simulator.row(),
+            simulator: &self.simulator,
+            came: &case.came,
+        };
+        Ok(visit(&self.found, &seen))
+    }
+
+    /// The state without the times of clocks that run, these clocks, and where their times come from. After the latch the clocks in `ran` stood at the
+    /// point beside them; none of both at reset.
+    fn after(
+        &self,
+        reached: &State,
+        ran: Option<(&[usize], &[i64])>,
+    ) -> Result<(State, Vec<usize>, Vec<Source>), String> {
+        let mut state = reached.clone();
+        let (mut clocks, mut sources) = (Vec::new(), Vec::new());
+        for (at, clock) in self.found.clocks.iter().enumerate() {
+            let time = self.simulator.ticks(reached, clock);
+            if clock.cuts.is_empty() {
+                self.simulator.set_ticks(&mut state, clock, 0);
+            } else if !self.simulator.runs(reached, clock) {
+                self.simulator.set_ticks(&mut state, clock, clock.floor(time));
+            } else {
+                let before = ran.and_then(|(ran, point)| {
+                    let place = ran.iter().position(|other| *other == at)?;
+                    (time == clock.saturate(point[place])).then_some(place)
+                });
+                let source = match before {
+                    Some(place) => Source::Kept(place),
+                    None if time == 0 || ran.is_none() => Source::Started(time),
+                    None => {
+                        return Err("a counter goes on from a time that it had before".to_owned());
+                    }
+                };
+                clocks.push(at);
+                sources.push(source);
+                self.simulator.set_ticks(&mut state, clock, 0);
+            }
+        }
+        Ok((state, clocks, sources))
+    }
+
+    /// The node, made if it is new.
+    fn node(
+        &mut self,
+        state: State,
+        clocks: Vec<usize>,
+        zone: Zone,
+        parent: Option<Parent>,
+    ) -> Result<usize, String> {
+        let (at, is_new) = self.found.states.insert_full(state);
+        if is_new {
+            self.found.by_state.push(Vec::new());
+        }
+        let nodes = &mut self.found.by_state[at];
+        let is_known = |node: &&u32| {
+            let known = &self.found.nodes[**node as usize].zone;
+            if self.times == Times::Zones { known.includes(&zone) } else { *known == zone }
+        };
+        if let Some(node) = nodes.iter().find(is_known) {
+            return Ok(*node as usize);
+        }
+        let number = self.found.nodes.len();
+        if number >= self.limits.states {
+            return Err(format!("more than {} states", self.limits.states));
+        }
+        nodes.push(number as u32);
+        self.found.nodes.push(Node { state: at, clocks, zone, parent });
+        Ok(number)
+    }
 }

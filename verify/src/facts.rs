@@ -14,7 +14,7 @@ use indexmap::IndexSet;
 
 use crate::cover::{self, cover};
 use crate::exclusive::entered;
-use crate::explore::{Ended, Ticks, explore};
+use crate::explore::{Ended, Times, explore_any};
 use crate::limits::Limits;
 use crate::symbolic::{self, Reached};
 
@@ -153,29 +153,55 @@ impl Spread<'_> {
     }
 }
 
+/// What the reactions that were visited show.
+struct Watch<'n> {
+    net: &'n Net,
+    fired: IdMap<Transition, bool>,
+    touched: IdMap<Step, bool>,
+    most: Most,
+    unstable: bool,
+}
+
+impl<'n> Watch<'n> {
+    fn new(net: &'n Valid<Net>) -> Self {
+        let at_reset = Simulator::new(net);
+        let mut watch = Watch {
+            net,
+            fired: IdMap::filled(&net.transitions, false),
+            touched: IdMap::filled(&net.steps, false),
+            most: Most::default(),
+            unstable: at_reset.row().fault,
+        };
+        // Reset is a reaction too: a statechart runs to completion in it.
+        watch.note(&at_reset);
+        watch
+    }
+
+    fn note(&mut self, simulator: &Simulator<'_>) {
+        for transition in simulator.fired() {
+            self.fired[*transition] = true;
+            // A transient step is active between two micro-steps only.
+            entered(&self.net.transitions[*transition]).for_each(|step| self.touched[step] = true);
+        }
+        self.most.note(simulator);
+    }
+}
+
 /// Situations, what is never reached, and how deep a reaction goes, by enumeration.
 fn explicit_facts(net: &Valid<Net>, limits: &Limits, facts: &mut Facts) {
-    let mut fired = IdMap::filled(&net.transitions, false);
+    let (watch, states, ended) = explore_any::<_, ()>(
+        net,
+        limits,
+        Times::Zones,
+        || Watch::new(net),
+        |watch, _, seen| {
+            watch.note(seen.simulator);
+            watch.unstable |= seen.row.fault;
+            None
+        },
+    );
+    let Watch { fired, touched, most, unstable, .. } = watch;
     let mut situations: IndexSet<Vec<u64>> = IndexSet::new();
-    let at_reset = Simulator::new(net);
-    let mut unstable = at_reset.row().fault;
-    let mut most = Most::default();
-    let mut touched = IdMap::filled(&net.steps, false);
-    // Reset is a reaction too: a statechart runs to completion in it.
-    let mut note = |simulator: &Simulator<'_>| {
-        for transition in simulator.fired() {
-            fired[*transition] = true;
-            // A transient step is active between two micro-steps only.
-            entered(&net.transitions[*transition]).for_each(|step| touched[step] = true);
-        }
-        most.note(simulator);
-    };
-    note(&at_reset);
-    let (states, ended) = explore::<()>(net, limits, Ticks::Any, &mut |_, seen| {
-        note(seen.simulator);
-        unstable |= seen.row.fault;
-        None
-    });
     match ended {
         Ended::Complete => {}
         Ended::Stopped(()) => return,
@@ -189,9 +215,9 @@ fn explicit_facts(net: &Valid<Net>, limits: &Limits, facts: &mut Facts) {
         }
     }
     let mut active = IdMap::filled(&net.steps, false);
-    for state in &states.states {
-        situations.insert(state.situation().words().to_vec());
-        state.situation().iter().for_each(|step| active[step] = true);
+    for situation in states.situations() {
+        situations.insert(situation.words().to_vec());
+        situation.iter().for_each(|step| active[step] = true);
     }
     facts.reach = Some(Reach {
         situations: situations.len() as u128,

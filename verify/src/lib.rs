@@ -30,12 +30,12 @@ mod relevance;
 pub mod sharing;
 mod symbolic;
 mod waiting;
+mod zone;
 
 pub use equiv::{Certificate, Counterexample, Method, Verdict, equiv};
-pub use explore::Ticks;
 pub use facts::{facts, structural_facts};
 pub use limits::Limits;
-pub use lints::{lints, lints_with};
+pub use lints::{Check, Checked, Conflict, Decided, Findings, findings, lints};
 pub use properties::{Outcome, PropertyVerdict, check_assumption, properties, with_emergency};
 pub use symbolic::{Dominance, dominates};
 pub use waiting::{Wait, Waiting, waiting};

@@ -10,7 +10,7 @@ use grafsynth_sim::{Simulator, Stimulus, breaks_assumption};
 
 use crate::alphabet::{Alphabet, NoAlphabet};
 use crate::codes;
-use crate::explore::{Ended, Ticks, explore};
+use crate::explore::{Ended, Seen, States, Ticks, Times, explore, explore_any};
 use crate::facts::structural_facts;
 use crate::limits::Limits;
 use crate::relevance::Relevance;
@@ -28,14 +28,13 @@ pub struct PropertyVerdict {
 /// What is known of one property.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Outcome {
-    /// No stimulus that meets the assumptions breaks it.
+    /// No stimulus that meets the assumptions breaks it, whatever `dt` it has. What is known for some `dt` only is [`Open`](Outcome::Open).
     Proved {
         /// How it was proved.
         by: Proof,
-        /// States that were enumerated, or that the decision diagram holds; 0 where the proof needed none.
+        /// States that were enumerated (those that differ in their times alone may count as one), or that the decision diagram holds; 0 where the proof
+        /// needed none.
         states: u64,
-        /// The ticks for which it is proved; [`Ticks::Chip`] where all of them were too many.
-        ticks: Ticks,
     },
     /// The last row of this stimulus breaks it; no shorter one does, where `is_shortest`.
     Refuted {
@@ -43,7 +42,7 @@ pub enum Outcome {
         stimulus: Stimulus,
         /// The row of the trace: 0 is the reset.
         row: usize,
-        /// No stimulus with fewer rows breaks the property (with the ticks that were tried).
+        /// No stimulus with fewer rows breaks the property.
         is_shortest: bool,
     },
     /// It could not be found out, and why.
@@ -120,54 +119,27 @@ pub fn properties(net: &Valid<Net>, limits: &Limits) -> Vec<PropertyVerdict> {
                 Some(Outcome::Refuted { stimulus: Stimulus::new(net), row: 0, is_shortest: true });
         }
     }
-    let has_time = Relevance::of(net).has_time();
-    let mut why_open = String::new();
-    for ticks in [Ticks::Any, Ticks::Chip] {
-        if outcomes.iter().all(Option::is_some) || ticks == Ticks::Chip && !has_time {
-            break;
-        }
-        let before = outcomes.clone();
-        let mut found = before.clone();
-        let (states, ended) = explore(net, limits, ticks, &mut |states, seen| {
-            for ((_, property), outcome) in asserts.iter().zip(&mut found) {
-                if outcome.is_none() && !seen.row.open.any() && seen.simulator.is_violated(property)
-                {
-                    let stimulus = states.stimulus(net, seen.from, Some(seen.input));
-                    let row = stimulus.len();
-                    *outcome = Some(Outcome::Refuted { stimulus, row, is_shortest: true });
-                }
-            }
-            found.iter().all(Option::is_some).then_some(())
-        });
-        outcomes = found;
-        match ended {
-            Ended::Complete => {
-                for outcome in outcomes.iter_mut().filter(|outcome| outcome.is_none()) {
-                    *outcome = Some(Outcome::Proved {
-                        by: Proof::Explicit,
-                        states: states.states.len() as u64,
-                        ticks,
-                    });
-                }
-            }
-            Ended::Stopped(()) => {}
-            Ended::Open(why) => why_open = why,
-        }
+    let mut why_open = Vec::new();
+    match enumerate(net, limits, &asserts, &mut outcomes) {
+        Ok(()) => {}
+        Err(why) => why_open.push(why),
     }
     if outcomes.iter().any(Option::is_none) {
         let facts = structural_facts(net);
         for ((_, property), outcome) in asserts.iter().zip(&mut outcomes) {
-            if outcome.is_none()
-                && let Some(ticks) = symbolic::never(net, &facts, limits, &property.never)
-            {
-                let by = if ticks == Ticks::Any { Proof::Structural } else { Proof::Induction };
-                *outcome = Some(Outcome::Proved { by, states: 0, ticks });
+            if outcome.is_none() {
+                let by = symbolic::never(net, &facts, limits, &property.never);
+                *outcome = by.map(|by| Outcome::Proved { by, states: 0 });
             }
         }
     }
     let mut is_broken = vec![false; asserts.len()];
     if outcomes.iter().any(Option::is_none) {
         by_diagram(net, limits, &asserts, &mut outcomes, &mut is_broken);
+    }
+    let mut holds_for_chips = false;
+    if outcomes.iter().any(Option::is_none) && Relevance::of(net).has_time() {
+        holds_for_chips = for_chips(net, limits, &asserts, &mut outcomes);
     }
     if outcomes.iter().any(Option::is_none) {
         at_random(net, limits, &asserts, &mut outcomes);
@@ -180,16 +152,79 @@ pub fn properties(net: &Valid<Net>, limits: &Limits) -> Vec<PropertyVerdict> {
             property: *index,
             outcome: outcome.unwrap_or_else(|| {
                 let n_rows = limits.random_rows;
+                let why_open = why_open.join("; ");
                 Outcome::Open(if is_broken {
                     format!(
                         "some stimulus breaks it, but {n_rows} random reactions did not find one"
                     )
+                } else if holds_for_chips {
+                    format!("proved for at most one tick a reaction only; {why_open}; {n_rows} random reactions did not break it")
                 } else {
                     format!("{why_open}; {n_rows} random reactions did not break it")
                 })
             }),
         })
         .collect()
+}
+
+/// Asks the enumeration of all states, with any `dt`.
+fn enumerate(
+    net: &Valid<Net>,
+    limits: &Limits,
+    asserts: &[(usize, &Property)],
+    outcomes: &mut Vec<Option<Outcome>>,
+) -> Result<(), String> {
+    let (found, states, ended) = explore_any(
+        net,
+        limits,
+        Times::Zones,
+        || outcomes.clone(),
+        |found, states, seen| note_violations(net, asserts, found, states, seen, true),
+    );
+    *outcomes = found;
+    match ended {
+        Ended::Complete => {
+            for outcome in outcomes.iter_mut().filter(|outcome| outcome.is_none()) {
+                let by = Proof::Explicit;
+                *outcome = Some(Outcome::Proved { by, states: states.len() as u64 });
+            }
+            Ok(())
+        }
+        Ended::Stopped(()) => Ok(()),
+        Ended::Open(why) => Err(why),
+    }
+}
+
+/// Asks the enumeration of what a chip can do, for a counterexample or for something to say: true if no reaction of at most one tick breaks what is left.
+fn for_chips(
+    net: &Valid<Net>,
+    limits: &Limits,
+    asserts: &[(usize, &Property)],
+    outcomes: &mut [Option<Outcome>],
+) -> bool {
+    let (_, ended) = explore(net, limits, Times::Each(Ticks::Chip), &mut |states, seen| {
+        note_violations(net, asserts, outcomes, states, seen, false)
+    });
+    matches!(ended, Ended::Complete)
+}
+
+/// Notes which properties the reaction is the first to break; enough is known if all have an answer.
+fn note_violations(
+    net: &Net,
+    asserts: &[(usize, &Property)],
+    outcomes: &mut [Option<Outcome>],
+    states: &States,
+    seen: &Seen<'_, '_>,
+    is_shortest: bool,
+) -> Option<()> {
+    for ((_, property), outcome) in asserts.iter().zip(outcomes.iter_mut()) {
+        if outcome.is_none() && !seen.row.open.any() && seen.simulator.is_violated(property) {
+            let stimulus = Stimulus::of_rows(net, &states.way_of(seen));
+            let row = stimulus.len();
+            *outcome = Some(Outcome::Refuted { stimulus, row, is_shortest });
+        }
+    }
+    outcomes.iter().all(Option::is_some).then_some(())
 }
 
 /// Asks the decision diagram of all reachable states, where they could not be enumerated. It proves, and knows what is broken, but not by which stimulus.
@@ -206,8 +241,8 @@ fn by_diagram(
     for (at, breaks) in open.into_iter().zip(&reached.breaks) {
         match breaks {
             Some(false) => {
-                let (by, states, ticks) = (Proof::Symbolic, reached.states, Ticks::Any);
-                outcomes[at] = Some(Outcome::Proved { by, states, ticks });
+                let (by, states) = (Proof::Symbolic, reached.states);
+                outcomes[at] = Some(Outcome::Proved { by, states });
             }
             Some(true) => is_broken[at] = reached.exact,
             None => {}
@@ -311,10 +346,7 @@ mod tests {
     fn an_assumption_is_not_enough_where_tokens_part_later() {
         // Under `never (x and y)` the two transitions never fire together, and one token cannot be in two steps.
         let verdicts = properties(&fig5(Some(PropertyRole::Assume)), &Limits::default());
-        assert!(
-            matches!(verdicts[0].outcome, Outcome::Proved { states: 3, ticks: Ticks::Any, .. }),
-            "{verdicts:?}"
-        );
+        assert!(matches!(verdicts[0].outcome, Outcome::Proved { states: 3, .. }), "{verdicts:?}");
     }
 
     #[test]
@@ -323,7 +355,7 @@ mod tests {
         let (a, b) = (find(&net, "a"), find(&net, "b"));
         never(&mut net, PropertyRole::Assert, &[Leaf::Active(a), Leaf::Active(b)]);
         let verdicts = properties(&valid(net), &Limits { pairs: 1, ..Limits::default() });
-        let proved = Outcome::Proved { by: Proof::Structural, states: 0, ticks: Ticks::Any };
+        let proved = Outcome::Proved { by: Proof::Structural, states: 0 };
         assert_eq!(verdicts[0].outcome, proved);
     }
 

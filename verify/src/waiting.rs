@@ -16,7 +16,7 @@ use petgraph::graph::{DiGraph, NodeIndex};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use crate::alphabet::Alphabet;
-use crate::explore::{Ended, States, Ticks, explore};
+use crate::explore::{Ended, States, Ticks, Times, explore};
 use crate::guards::{holds, is_enabled, reads_inputs_only};
 use crate::limits::Limits;
 use crate::relevance::{Inputs, Relevance};
@@ -79,7 +79,7 @@ pub fn waiting(net: &Valid<Net>, limits: &Limits) -> Result<Vec<Waiting>, String
     if rivals.is_empty() {
         return Ok(Vec::new());
     }
-    let (states, ended) = explore::<()>(net, limits, Ticks::Any, &mut |_, _| None);
+    let (states, ended) = explore::<()>(net, limits, Times::Each(Ticks::Any), &mut |_, _| None);
     if let Ended::Open(why) = ended {
         return Err(why);
     }
@@ -138,24 +138,24 @@ impl<'n> Search<'n> {
     ) -> Result<Self, String> {
         let relevance = Relevance::of(net);
         let largest = states
-            .states
-            .iter()
-            .filter_map(|state| relevance.largest_dt(state.situation()))
+            .situations()
+            .filter_map(|situation| relevance.largest_dt(situation))
             .max()
             .unwrap_or(0);
         let dts = if relevance.has_time() { 0..=largest } else { 1..=1 };
         let rows: Vec<InputRow> =
             dts.flat_map(|dt| rows.iter().map(move |row| InputRow { dt, ..row.clone() })).collect();
-        if states.states.len().saturating_mul(rows.len()) > MOST_EDGES {
-            return Err(format!("{} states with {} rows each", states.states.len(), rows.len()));
+        if states.len().saturating_mul(rows.len()) > MOST_EDGES {
+            return Err(format!("{} states with {} rows each", states.len(), rows.len()));
         }
         let mut simulator = Simulator::new(net);
         let mut edges = Vec::new();
-        for (from, state) in states.states.iter().enumerate() {
+        for from in 0..states.len() {
+            let state = states.state(from);
             for (at, row) in rows.iter().enumerate() {
                 simulator.set_state(state);
                 simulator.step(row);
-                let Some(to) = states.states.get_index_of(simulator.state()) else {
+                let Some(to) = states.node_of(simulator.state()) else {
                     return Err("inputs that are read later make more states".to_owned());
                 };
                 let mut edge = Edge { from, to, row: at, lost: 0, won: 0, held: 0 };
@@ -223,7 +223,7 @@ impl<'n> Search<'n> {
         kept: impl Fn(&Edge) -> bool,
         counts: impl Fn(&Edge) -> bool,
     ) -> Result<Vec<usize>, Vec<usize>> {
-        let n_states = self.states.states.len();
+        let n_states = self.states.len();
         let mut out: Vec<Vec<usize>> = vec![Vec::new(); n_states];
         let mut graph: DiGraph<(), ()> = DiGraph::new();
         (0..n_states).for_each(|_| {

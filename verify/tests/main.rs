@@ -1,6 +1,7 @@
 //! The proofs against each other and against enumeration, and the pages of the findings.
 
 mod agreement;
+mod oracle;
 mod pages;
 mod reach;
 mod scale;

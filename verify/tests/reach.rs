@@ -8,7 +8,7 @@ use grafsynth_ir::facts::{Facts, Proof};
 use grafsynth_ir::lower::lower;
 use grafsynth_ir::net::{Evolution, Leaf, Net, Property, PropertyExpr, PropertyLeaf, PropertyRole};
 use grafsynth_ir::{FileId, Span, Valid, validate};
-use grafsynth_verify::{Limits, Outcome, Ticks, facts, properties};
+use grafsynth_verify::{Limits, Outcome, facts, properties};
 
 use crate::random_net::{Features, random_net};
 
@@ -200,9 +200,7 @@ fn properties_are_proved_beyond_enumeration() {
     let net = net(&text);
     let verdicts = properties(&net, &Limits { random_rows: 500, ..few_pairs() });
     let outcomes: Vec<&Outcome> = verdicts.iter().map(|verdict| &verdict.outcome).collect();
-    let [Outcome::Proved { by: Proof::Symbolic, states, ticks: Ticks::Any }, second, third] =
-        outcomes[..]
-    else {
+    let [Outcome::Proved { by: Proof::Symbolic, states }, second, third] = outcomes[..] else {
         panic!("{outcomes:?}")
     };
     assert_eq!(*states, 4 << 40);
@@ -252,7 +250,7 @@ fn properties_have_the_same_answers_from_the_diagram() {
         for (a, b) in properties(&net, &small).into_iter().zip(properties(&net, &none)) {
             match (&a.outcome, &b.outcome) {
                 (
-                    Outcome::Proved { by: Proof::Explicit, ticks: Ticks::Any, .. },
+                    Outcome::Proved { by: Proof::Explicit, .. },
                     Outcome::Proved { by: Proof::Symbolic, .. },
                 ) => n_proved += 1,
                 (Outcome::Refuted { .. }, Outcome::Open(why)) if why.contains("breaks it") => {
@@ -261,7 +259,7 @@ fn properties_have_the_same_answers_from_the_diagram() {
                 (Outcome::Refuted { row, .. }, Outcome::Proved { .. }) => {
                     panic!("seed {seed}: {:?} in row {row}", net.properties[a.property])
                 }
-                (Outcome::Proved { ticks: Ticks::Any, .. }, Outcome::Open(why)) => {
+                (Outcome::Proved { .. }, Outcome::Open(why)) => {
                     assert!(
                         !why.contains("breaks it"),
                         "seed {seed}: {:?}",

@@ -3,7 +3,7 @@
 use super::{Line, Outcome, Subject, table::inline};
 use grafsynth_ir::facts::Proof;
 use grafsynth_ir::net::PropertyRole;
-use grafsynth_verify::{Outcome as Verdict, Ticks};
+use grafsynth_verify::Outcome as Verdict;
 
 pub(super) fn write(subject: &Subject<'_>) -> Option<String> {
     let mut text = String::new();
@@ -56,7 +56,7 @@ pub(super) fn property(subject: &Subject<'_>, at: usize) -> String {
 /// What is known of a property.
 pub(super) fn said(outcome: &Verdict) -> String {
     match outcome {
-        Verdict::Proved { by, states, ticks } => {
+        Verdict::Proved { by, states } => {
             let how = match by {
                 Proof::Explicit => "by enumeration",
                 Proof::Symbolic => "in the decision diagram of all reachable states",
@@ -64,11 +64,7 @@ pub(super) fn said(outcome: &Verdict) -> String {
                 Proof::Induction => "by induction",
             };
             let states = if *states > 0 { format!(", {states} states") } else { String::new() };
-            let only = match ticks {
-                Ticks::Chip => ", for at most one tick in a reaction",
-                Ticks::Any => "",
-            };
-            format!("proved {how}{states}{only}")
+            format!("proved {how}{states}")
         }
         Verdict::Refuted { row, .. } => {
             format!("refuted: it can be broken in row {row}; `check` prints a stimulus")

@@ -558,10 +558,12 @@ fn saturation_and_races_are_noted() {
         "",
         "var n int 0..5 = 0
          step a in g initial
-             exit { n := 7 }
+             exit { n := 0 }
          step b in g
+             entry { n := 7 }
+         step c in g
              entry { n := 1 }
-         transition t in g a -> b",
+         transition t in g a -> b, c",
     );
     let mut simulator = Simulator::new(&chart);
     simulator.step(&InputRow::zero(&chart));
@@ -573,9 +575,27 @@ fn saturation_and_races_are_noted() {
         messages,
         [
             "a value for `n` did not fit 0..5, in row 1",
-            "`n` is written by the exit list of `a` and by the entry list of `b` in one micro-step, in row 1",
+            "`n` is written by the entry list of `b` and by the entry list of `c` in one micro-step, in row 1",
         ]
     );
+}
+
+/// §3.3: a deactivation list comes before the actions, and these before activation lists, whatever the order of declaration.
+#[test]
+fn lists_whose_order_is_fixed_do_not_race() {
+    let chart = net(
+        "",
+        "var n int 0..5 = 0
+         step b in g
+             entry { n := 1 }
+         step a in g initial
+             exit { n := 3 }
+         transition t in g a -> b
+             do { n := 2 }",
+    );
+    let mut simulator = Simulator::new(&chart);
+    simulator.step(&InputRow::zero(&chart));
+    assert_eq!(simulator.notes().iter().count(), 0);
 }
 
 /// §6: calls are counted, or shown with their arguments in order; continuous ones come last, with the arguments of the first step [C22].

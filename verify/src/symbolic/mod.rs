@@ -28,7 +28,7 @@ mod state;
 use std::collections::BTreeMap;
 
 use grafsynth_ir::Valid;
-use grafsynth_ir::facts::Facts;
+use grafsynth_ir::facts::{Facts, Proof as ProvedBy};
 use grafsynth_ir::logic::{Logic, Node, PinRole};
 use grafsynth_ir::net::{
     Driver, Expr, InputKind, Leaf, Net, OpenCell, PropertyExpr, PropertyLeaf, PropertyRole, StepId,
@@ -38,7 +38,6 @@ use grafsynth_ir::program::Origin;
 use crate::equiv::binding::{Binding, Shown, What};
 use crate::equiv::verdict::{Certificate, Method, Verdict};
 use crate::exclusive::net_expr;
-use crate::explore::Ticks;
 use crate::limits::Limits;
 pub use dominance::{Dominance, dominates};
 pub(crate) use reach::{Reached, reach};
@@ -556,21 +555,22 @@ impl Proof<'_, '_> {
     }
 }
 
-/// Proves that a property of rows never holds after a reaction, for a net of any size: because the invariants exclude it (then for any `dt`), or by
-/// induction over one reaction (then for `dt` 0 and 1). None where neither works; row 0 is left to the caller.
+/// Proves that a property of rows never holds after a reaction, for a net of any size: because the invariants exclude it, or by
+/// induction over one reaction, after any `dt`. None where neither works; row 0 is left to the caller.
 pub(crate) fn never(
     net: &Valid<Net>,
     facts: &Facts,
     limits: &Limits,
     property: &PropertyExpr,
-) -> Option<Ticks> {
+) -> Option<ProvedBy> {
     reaction::refuse_open_cells(net).ok()?;
     let never = over_state(net, property)?;
     let mut model = Model::of(net, known_depth(facts), limits).ok()?;
+    reach::any_time(&mut model);
     let (state, inputs) = (model.state.clone(), model.inputs.clone());
     let now = model.maker.forbidden(&state, &inputs, &never);
     if model.difference(facts, limits, now, Lit::FALSE)?.is_none() {
-        return Some(Ticks::Any);
+        return Some(ProvedBy::Structural);
     }
     // The row before had inputs of its own, of which nothing is known but that the property did not hold.
     let before = Inputs {
@@ -586,14 +586,13 @@ pub(crate) fn never(
                 }
             })
             .collect(),
-        tick: inputs.tick,
-        dt: None,
+        ..inputs.clone()
     };
     let held = model.maker.forbidden(&state, &before, &never);
     let next = model.maker.reaction(&state, &inputs).ok()?;
     let then = model.maker.forbidden(&next.state, &inputs, &never);
     let broken = model.aig().and(then, !held);
-    model.difference(facts, limits, broken, Lit::FALSE)?.is_none().then_some(Ticks::Chip)
+    model.difference(facts, limits, broken, Lit::FALSE)?.is_none().then_some(ProvedBy::Induction)
 }
 
 /// A property as an expression over the state and the inputs: outputs as what drives them. None for those that need more, and for times, whose caps

@@ -322,7 +322,7 @@ fn fixpoint(machine: &mut Machine, start: Ref) -> Result<Ref, Failed> {
 }
 
 /// Lets any number of ticks pass, where the net counts them. Gives the bits of that number.
-fn any_time(model: &mut Model<'_>) -> Vec<Lit> {
+pub(super) fn any_time(model: &mut Model<'_>) -> Vec<Lit> {
     let shape: &Shape = &model.maker.shape;
     let caps = [&shape.elapsed, &shape.last_elapsed, &shape.timers];
     let durations =

@@ -1,132 +1,43 @@
-//! What is probably not what the designer meant. Every finding is shown by an exhaustive search or follows from the structure of the chart; nothing is
-//! reported on suspicion.
+//! What a search through all reachable states shows: conflicts, dead ends, races, livelocks, starvation.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::facts::{Facts, Proof};
-use grafsynth_ir::net::{Evolution, Net, Policy, StepId, StepKind, TransitionId, TransitionKind};
+use grafsynth_ir::net::{
+    Evolution, Net, Policy, StepId, StepKind, Transition, TransitionId, TransitionKind,
+};
 use grafsynth_ir::{Diagnostic, Span, Valid};
 use grafsynth_sim::{InputRow, Noticed, Simulator, Situation, State, Stimulus, Writer};
 
+use super::{Check, Checked, Conflict, Decided, Findings, step_names};
 use crate::codes;
-use crate::exclusive::{Overlap, compatible_pairs};
-use crate::explore::{Ended, States, Ticks, explore};
+use crate::exclusive::{bare, compatible_pairs, entered};
+use crate::explore::{Ended, Seen, States, Ticks, Times, explore};
 use crate::guards::{holds, is_enabled, reads_inputs_only};
 use crate::limits::Limits;
-use crate::properties::check_assumption;
 
-/// The most findings of one kind; more would hide the first.
-const OF_A_KIND: usize = 8;
 /// Edges of the state graph that are kept for the questions about cycles.
 const EDGE_LIMIT: usize = 4_000_000;
-
-/// All findings about a net, in a fixed order. `facts` are those of the same net.
-#[must_use]
-pub fn lints(net: &Valid<Net>, facts: &Facts) -> Vec<Diagnostic> {
-    lints_with(net, facts, &Limits::default())
-}
-
-/// As [`lints`], with limits of one's own for the search.
-#[must_use]
-pub fn lints_with(net: &Valid<Net>, facts: &Facts, limits: &Limits) -> Vec<Diagnostic> {
-    let mut out = Vec::new();
-    if let Some(warning) = check_assumption(net) {
-        // Where no input is possible nothing ever happens, and whatever else could be said follows from that.
-        return vec![warning];
-    }
-    unreachable(net, facts, &mut out);
-    out.extend(crate::sharing::shared(net, facts));
-    let overlaps: Vec<Overlap> =
-        compatible_pairs(net).into_iter().filter(|overlap| overlap.is_certain).collect();
-    let is_enumerated =
-        facts.reach.as_ref().is_some_and(|reach| reach.by == Proof::Explicit && reach.exact);
-    if is_enumerated {
-        let mut search = Search::new(net, &overlaps);
-        if search.run(limits) {
-            search.report(&mut out);
-        }
-    }
-    out
-}
-
-fn step_names<'a>(net: &'a Net, steps: impl IntoIterator<Item = StepId>) -> String {
-    let names: Vec<&'a str> = steps
-        .into_iter()
-        .filter(|step| !net.steps[*step].hidden)
-        .map(|step| net.steps[step].name.text.as_str())
-        .collect();
-    names.join(" ")
-}
-
-fn unreachable(net: &Net, facts: &Facts, out: &mut Vec<Diagnostic>) {
-    let never: BTreeSet<StepId> = facts.unreachable_steps.iter().copied().collect();
-    for step in never.iter().filter(|step| !net.steps[**step].hidden).take(OF_A_KIND) {
-        let data = &net.steps[*step];
-        let entering: Vec<TransitionId> = net
-            .transitions
-            .iter()
-            .filter(|(_, transition)| {
-                crate::exclusive::entered(transition).any(|target| target == *step)
-            })
-            .map(|(id, _)| id)
-            .collect();
-        let mut warning = Diagnostic::warning(
-            codes::UNREACHABLE_STEP,
-            format!("step `{}` is never active", data.name),
-        )
-        .at(data.meta.span, "no stimulus activates it");
-        warning = match entering.first() {
-            None => warning.help("no transition leads to it: draw one, or make it initial"),
-            Some(first) => warning
-                .at(
-                    net.transitions[*first].meta.span,
-                    "this transition leads to it and never fires",
-                )
-                .help("see why the transitions to it never fire"),
-        };
-        out.push(warning);
-    }
-    let dead = facts.dead_transitions.iter().filter(|transition| {
-        // What hangs on a step that is never active needs no finding of its own.
-        !net.transitions[**transition].requires.iter().any(|step| never.contains(step))
-    });
-    for transition in dead.take(OF_A_KIND) {
-        let data = &net.transitions[*transition];
-        let what = match data.kind {
-            TransitionKind::Move => "transition",
-            TransitionKind::Reaction => "reaction",
-        };
-        let mut warning = Diagnostic::warning(
-            codes::DEAD_TRANSITION,
-            format!("{what} `{}` never fires", data.name),
-        )
-        .at(data.meta.span, "no stimulus makes it fire");
-        if data.guard.is_false() {
-            warning = warning.at(data.guard.span, "this is never true");
-        } else if data.requires.len() > 1 {
-            warning = warning
-                .help("its preceding steps are never active together with its receptivity true");
-        } else {
-            warning = warning.help("its receptivity is never true while its step is active, or another transition always wins");
-        }
-        out.push(warning);
-    }
-}
+/// Pairs that a search may try of which it is known beforehand that it does not end.
+const HOPELESS: u64 = 200_000;
 
 /// One search that answers all questions about states.
 struct Search<'n> {
     net: &'n Valid<Net>,
-    overlaps: &'n [Overlap],
-    /// Pairs of overlaps seen firing in one reaction.
-    fire_together: Vec<bool>,
     /// Transitions that compete, whose chances are followed.
     rivals: Vec<TransitionId>,
-    /// From, to, bit set of rivals that were fireable and did not fire, bit set of those that fired, whether anything fired.
+    /// Pairs that fired in one micro-step and share a preceding step, in declaration order.
+    together: BTreeSet<(TransitionId, TransitionId)>,
+    /// Pairs of a winner and a loser under the conflict policy.
+    contests: BTreeSet<(TransitionId, TransitionId)>,
     edges: Vec<Edge>,
+    /// Edges are followed, for questions about cycles and ends.
+    keeps_edges: bool,
+    n_noticed: usize,
     noticed: BTreeMap<Noticed, (Vec<InputRow>, State)>,
-    states: Option<States>,
 }
 
+/// From, to, bit set of rivals that were fireable and did not fire, bit set of those that fired, whether anything fired.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Edge {
     from: u32,
@@ -136,120 +47,233 @@ struct Edge {
     fires: bool,
 }
 
+/// Looks for everything that only the reachable states show.
+pub(super) fn run(net: &Valid<Net>, facts: &Facts, limits: &Limits, findings: &mut Findings) {
+    let is_enumerated =
+        facts.reach.as_ref().is_some_and(|reach| reach.by == Proof::Explicit && reach.exact);
+    let pairs = if is_enumerated { limits.pairs } else { limits.pairs.min(HOPELESS) };
+    let limits = &Limits { pairs, ..limits.clone() };
+    let has_time = crate::relevance::Relevance::of(net).has_time();
+    let (all, each) = (Times::AllZones, Times::Each(Ticks::Any));
+    let (mut search, mut states, mut ended) =
+        Search::of(net, limits, if has_time { all } else { each });
+    // A node that stands for states with different futures can hide that one of them has none.
+    let mut ends_open = None;
+    if has_time && !(states.is_uniform && matches!(ended, Ended::Complete)) {
+        let (one_by_one, states_of_it, ended_of_it) = Search::of(net, limits, each);
+        match ended_of_it {
+            Ended::Complete => (search, states, ended) = (one_by_one, states_of_it, ended_of_it),
+            Ended::Open(why) => ends_open = Some(why),
+            Ended::Stopped(()) => {}
+        }
+    }
+    let graph_open = match &ended {
+        Ended::Complete if search.edges.len() < EDGE_LIMIT => None,
+        Ended::Complete | Ended::Stopped(()) => Some(format!("more than {EDGE_LIMIT} reactions")),
+        Ended::Open(why) => Some(why.clone()),
+    };
+    let mut seen_open = graph_open.clone();
+    let mut late = Vec::new();
+    if graph_open.is_none() {
+        // Both show what is there; whether that is all is another question.
+        findings.dead_ends = search.dead_ends(&states, &mut late);
+        search.starvation(&states, &mut late);
+    } else if has_time {
+        // What happens at all is known with fewer nodes.
+        let (less, _, ended) = Search::of(net, limits, Times::Zones);
+        seen_open = match ended {
+            Ended::Complete | Ended::Stopped(()) => None,
+            Ended::Open(why) => Some(why),
+        };
+        search = less;
+    }
+    findings.conflicts = search.conflicts(&mut findings.found);
+    search.notes(&mut findings.found);
+    findings.found.append(&mut late);
+    let decided = search.contests.iter();
+    findings.decided =
+        decided.map(|(winner, loser)| Decided { winner: *winner, loser: *loser }).collect();
+    findings.notes = search.decided();
+    let is_single = net.settings.evolution == Evolution::Single;
+    let mut check = |check, open: &Option<String>| {
+        findings.checked.push(Checked { check, open: open.clone() });
+    };
+    check(Check::Conflicts, &seen_open);
+    check(Check::DeadEnds, if graph_open.is_some() { &graph_open } else { &ends_open });
+    check(Check::Races, &seen_open);
+    if !is_single {
+        check(Check::Livelock, &seen_open);
+    }
+    if is_single && matches!(net.settings.policy, Policy::Priority | Policy::PriorityAge) {
+        check(Check::Starvation, &graph_open);
+    }
+}
+
 impl<'n> Search<'n> {
-    fn new(net: &'n Valid<Net>, overlaps: &'n [Overlap]) -> Self {
-        let competes = matches!(net.settings.policy, Policy::Priority | Policy::PriorityAge);
-        let mut rivals = BTreeSet::new();
-        if competes && net.settings.evolution == Evolution::Single {
-            for overlap in overlaps {
-                for (id, transition) in net.transitions.iter() {
-                    if transition.kind == TransitionKind::Move
-                        && transition.requires == [overlap.step]
-                        && reads_inputs_only(net, transition)
-                    {
-                        rivals.insert(id);
-                    }
-                }
-            }
-        }
-        Search {
+    /// A search to the end, or to its limit.
+    fn of(net: &'n Valid<Net>, limits: &Limits, times: Times) -> (Self, States, Ended<()>) {
+        let mut search = Search {
             net,
-            overlaps,
-            fire_together: vec![false; overlaps.len()],
-            rivals: rivals.into_iter().take(32).collect(),
+            rivals: rivals(net),
+            together: BTreeSet::new(),
+            contests: BTreeSet::new(),
             edges: Vec::new(),
+            keeps_edges: times != Times::Zones,
+            n_noticed: 0,
             noticed: BTreeMap::new(),
-            states: None,
-        }
-    }
-
-    /// False if the search did not end.
-    fn run(&mut self, limits: &Limits) -> bool {
-        let net = self.net;
-        let mut fire_together = std::mem::take(&mut self.fire_together);
-        let mut noticed = std::mem::take(&mut self.noticed);
-        let mut edges = std::mem::take(&mut self.edges);
-        let mut n_noticed = 0;
-        let (states, ended) = explore::<()>(net, limits, Ticks::Any, &mut |states, seen| {
-            let fired = seen.simulator.fired();
-            for (overlap, together) in self.overlaps.iter().zip(&mut fire_together) {
-                *together |= fired.contains(&overlap.first) && fired.contains(&overlap.second);
-            }
-            let notes = seen.simulator.notes();
-            if notes.iter().count() > n_noticed {
-                for (what, _) in notes.iter() {
-                    noticed.entry(*what).or_insert_with(|| {
-                        let mut way = states.way_to(seen.from);
-                        way.push(seen.input.clone());
-                        (way, states.states[seen.from].clone())
-                    });
-                }
-                n_noticed = notes.iter().count();
-            }
-            if edges.len() < EDGE_LIMIT {
-                let situation = states.states[seen.from].situation();
-                let mut edge = Edge {
-                    from: seen.from as u32,
-                    to: seen.to as u32,
-                    lost: 0,
-                    won: 0,
-                    fires: !fired.is_empty(),
-                };
-                for (bit, rival) in self.rivals.iter().enumerate() {
-                    let data = &net.transitions[*rival];
-                    if fired.contains(rival) {
-                        edge.won |= 1 << bit;
-                    } else if is_enabled(data, situation) && holds(data, situation, seen.input) {
-                        edge.lost |= 1 << bit;
-                    }
-                }
-                if edges.last() != Some(&edge) {
-                    edges.push(edge);
-                }
-            }
-            None
+        };
+        // A statechart runs to completion in its reset.
+        search.firings(&Simulator::new(net));
+        let (states, ended) = explore(net, limits, times, &mut |states, seen| {
+            search.note(states, seen);
+            None::<()>
         });
-        edges.sort_unstable();
-        edges.dedup();
-        self.edges = edges;
-        self.fire_together = fire_together;
-        self.noticed = noticed;
-        self.states = Some(states);
-        matches!(ended, Ended::Complete)
+        search.edges.sort_unstable();
+        search.edges.dedup();
+        (search, states, ended)
     }
 
-    fn report(&self, out: &mut Vec<Diagnostic>) {
-        self.conflicts(out);
-        self.notes(out);
-        if self.edges.len() < EDGE_LIMIT {
-            self.dead_ends(out);
-            self.starvation(out);
-        }
-    }
-
-    fn conflicts(&self, out: &mut Vec<Diagnostic>) {
-        let net = self.net;
-        if net.settings.policy != Policy::All {
+    fn firings(&mut self, simulator: &Simulator<'_>) {
+        self.contests.extend(simulator.contests());
+        if self.net.settings.policy != Policy::All {
             return;
         }
-        let seen = self.overlaps.iter().zip(&self.fire_together).filter(|(_, together)| **together);
-        for (overlap, _) in seen.take(OF_A_KIND) {
-            let (first, second) =
-                (&net.transitions[overlap.first], &net.transitions[overlap.second]);
-            let step = &net.steps[overlap.step];
-            let targets = |transition| step_names(net, crate::exclusive::entered(transition));
+        let net = self.net;
+        for fired in simulator.firings() {
+            for (at, one) in fired.iter().enumerate() {
+                for other in &fired[..at] {
+                    if shared_step(net, *one, *other).is_some() {
+                        self.together.insert((*one.min(other), *one.max(other)));
+                    }
+                }
+            }
+        }
+    }
+
+    fn note(&mut self, states: &States, seen: &Seen<'_, 'n>) {
+        let net = self.net;
+        self.firings(seen.simulator);
+        let notes = seen.simulator.notes();
+        if notes.iter().count() > self.n_noticed {
+            for (what, _) in notes.iter() {
+                self.noticed
+                    .entry(*what)
+                    .or_insert_with(|| (states.way_of(seen), seen.before.clone()));
+            }
+            self.n_noticed = notes.iter().count();
+        }
+        if !self.keeps_edges || self.edges.len() >= EDGE_LIMIT {
+            return;
+        }
+        let fired = seen.simulator.fired();
+        let situation = states.situation(seen.from);
+        let mut edge = Edge {
+            from: seen.from as u32,
+            to: seen.to as u32,
+            lost: 0,
+            won: 0,
+            fires: !fired.is_empty(),
+        };
+        for (bit, rival) in self.rivals.iter().enumerate() {
+            let data = &net.transitions[*rival];
+            if fired.contains(rival) {
+                edge.won |= 1 << bit;
+            } else if is_enabled(data, situation) && holds(data, situation, seen.input) {
+                edge.lost |= 1 << bit;
+            }
+        }
+        if self.edges.last() != Some(&edge) {
+            self.edges.push(edge);
+        }
+    }
+
+    /// Two transitions that leave a step in one micro-step. Of two that do the same, firing both does what firing one does.
+    fn conflicts(&self, out: &mut Vec<Diagnostic>) -> Vec<Conflict> {
+        let net = self.net;
+        let mut conflicts = Vec::new();
+        for (a, b) in &self.together {
+            let Some(step) = shared_step(net, *a, *b) else { continue };
+            let (first, second) = (&net.transitions[*a], &net.transitions[*b]);
+            if does_the_same(first, second) {
+                continue;
+            }
+            conflicts.push(Conflict { step, first: *a, second: *b });
+            let targets = |transition| match step_names(net, entered(transition)) {
+                names if names.is_empty() => "activates nothing".to_owned(),
+                names => format!("activates {names}"),
+            };
+            let note = Diagnostic::note(
+                codes::CONFLICT,
+                format!(
+                    "`{}` and `{}` can leave step `{}` together: under `conflict all` both fire",
+                    first.name, second.name, net.steps[step].name
+                ),
+            )
+            .at(second.meta.span, targets(second))
+            .at(first.meta.span, format!("{} in the same micro-step", targets(first)));
+            let is_same_receptivity = first.events == second.events
+                && bare(&first.guard) == bare(&second.guard)
+                && first.requires == second.requires;
+            out.push(note.help(if is_same_receptivity {
+                "their receptivities are equal, so both always fire: write one transition that activates the steps of both (`s -> x & y when a`)"
+            } else {
+                "if only one of them shall fire, let the receptivities exclude each other (`a and not b`, `b and not a`), or declare `conflict priority`; \
+                 if both shall fire, write one transition that activates the steps of both for that case (`s -> x & y when a and b`)"
+            }));
+        }
+        conflicts
+    }
+
+    /// The conflicts that the policy decides: who wins, or that either may.
+    fn decided(&self) -> Vec<Diagnostic> {
+        let net = self.net;
+        let mut out = Vec::new();
+        for (won, lost) in &self.contests {
+            let is_mutual = self.contests.contains(&(*lost, *won));
+            if is_mutual && lost < won {
+                continue;
+            }
+            let (winner, loser) = (&net.transitions[*won], &net.transitions[*lost]);
+            let step = match shared_step(net, *won, *lost) {
+                Some(step) => format!("step `{}`", net.steps[step].name),
+                None => "a common state".to_owned(),
+            };
+            let (who, why) = if is_mutual {
+                ("either can fire first".to_owned(), "now one, now the other")
+            } else {
+                (format!("`{}` fires", winner.name), self.reason(*won, *lost))
+            };
             out.push(
                 Diagnostic::note(
-                    codes::CONFLICT,
-                    format!("`{}` and `{}` can leave step `{}` together: under `conflict all` both fire", first.name, second.name, step.name),
+                    codes::DECIDED_CONFLICT,
+                    format!(
+                        "`{}` and `{}` can want to leave {step} together: {who}",
+                        winner.name, loser.name
+                    ),
                 )
-                .at(second.meta.span, format!("activates {}", targets(second)))
-                .at(first.meta.span, format!("activates {} in the same micro-step", targets(first)))
-                .help(
-                    "if only one of them shall fire, let the receptivities exclude each other (`a and not b`, `b and not a`, and a third \
-                     transition for `a and b`), or declare `conflict priority`",
-                ),
+                .at(winner.meta.span, why)
+                .at(loser.meta.span, if is_mutual { "the other one" } else { "passed over" }),
             );
+        }
+        out
+    }
+
+    /// Why the first of two transitions always wins.
+    fn reason(&self, won: TransitionId, lost: TransitionId) -> &'static str {
+        let net = self.net;
+        let (winner, loser) = (&net.transitions[won], &net.transitions[lost]);
+        let in_one_state = winner.requires == loser.requires;
+        match net.settings.policy {
+            Policy::InnerFirst if !in_one_state => "its state lies deeper, or it is declared first",
+            Policy::OuterFirst if !in_one_state => {
+                "its state lies further out, or it is declared first"
+            }
+            Policy::InnerFirst | Policy::OuterFirst | Policy::All => "declared first",
+            Policy::Priority if winner.priority == loser.priority => "declared first",
+            Policy::Priority => "more urgent by its priority",
+            Policy::PriorityAge => {
+                "its following steps have the more urgent priority, or were always activated longer ago"
+            }
         }
     }
 
@@ -374,10 +398,9 @@ impl<'n> Search<'n> {
     }
 
     /// States from which nothing ever fires again.
-    fn dead_ends(&self, out: &mut Vec<Diagnostic>) {
-        let Some(states) = &self.states else { return };
+    fn dead_ends(&self, states: &States, out: &mut Vec<Diagnostic>) -> Vec<Vec<StepId>> {
         let net = self.net;
-        let n = states.states.len();
+        let n = states.len();
         let mut alive = vec![false; n];
         let mut before: Vec<Vec<u32>> = vec![Vec::new(); n];
         let mut todo: Vec<u32> = Vec::new();
@@ -399,19 +422,16 @@ impl<'n> Search<'n> {
             }
         }
         let mut reported: BTreeSet<&Situation> = BTreeSet::new();
-        for (at, state) in states.states.iter().enumerate() {
-            let situation = state.situation();
-            if alive[at]
-                || net.transitions.is_empty()
-                || reported.len() >= OF_A_KIND
-                || !reported.insert(situation)
-            {
+        let mut found = Vec::new();
+        for (at, is_alive) in alive.iter().enumerate() {
+            let situation = states.situation(at);
+            if *is_alive || net.transitions.is_empty() || !reported.insert(situation) {
                 continue;
             }
             if is_end(net, situation) {
                 continue;
             }
-            let rows = states.stimulus(net, at, None);
+            let rows = states.stimulus(net, at);
             let waiting = net.transitions.iter().find(|(_, transition)| {
                 transition.kind == TransitionKind::Move
                     && transition.requires.iter().any(|step| situation.contains(*step))
@@ -443,17 +463,18 @@ impl<'n> Search<'n> {
                 };
             }
             out.push(warning.help("draw a way out, or a receptivity that can become true"));
+            found.push(active);
         }
+        found
     }
 
     /// Competing transitions that are fireable again and again on some cycle and never fire there.
-    fn starvation(&self, out: &mut Vec<Diagnostic>) {
-        let Some(states) = &self.states else { return };
+    fn starvation(&self, states: &States, out: &mut Vec<Diagnostic>) {
         let net = self.net;
         let mut starving: BTreeMap<StepId, Vec<TransitionId>> = BTreeMap::new();
         for (bit, rival) in self.rivals.iter().enumerate() {
             let mut graph: petgraph::graph::DiGraph<(), ()> = petgraph::graph::DiGraph::new();
-            (0..states.states.len()).for_each(|_| {
+            (0..states.len()).for_each(|_| {
                 graph.add_node(());
             });
             let kept = || self.edges.iter().filter(|edge| edge.won >> bit & 1 == 0);
@@ -461,7 +482,7 @@ impl<'n> Search<'n> {
             for edge in kept() {
                 graph.update_edge(node(edge.from), node(edge.to), ());
             }
-            let mut component = vec![0_usize; states.states.len()];
+            let mut component = vec![0_usize; states.len()];
             for (number, members) in petgraph::algo::tarjan_scc(&graph).into_iter().enumerate() {
                 members.into_iter().for_each(|member| component[member.index()] = number);
             }
@@ -475,7 +496,7 @@ impl<'n> Search<'n> {
                 starving.entry(net.transitions[*rival].requires[0]).or_default().push(*rival);
             }
         }
-        for (step, transitions) in starving.into_iter().take(OF_A_KIND) {
+        for (step, transitions) in starving {
             let names: Vec<String> = transitions
                 .iter()
                 .map(|transition| format!("`{}`", net.transitions[*transition].name))
@@ -508,6 +529,53 @@ impl<'n> Search<'n> {
             out.push(note.help(help));
         }
     }
+}
+
+/// Transitions that compete for a step for which two can be fireable at once, and whose receptivity is known from a row and a situation.
+fn rivals(net: &Net) -> Vec<TransitionId> {
+    let competes = matches!(net.settings.policy, Policy::Priority | Policy::PriorityAge);
+    if !competes || net.settings.evolution != Evolution::Single {
+        return Vec::new();
+    }
+    let mut rivals = BTreeSet::new();
+    for overlap in compatible_pairs(net).into_iter().filter(|overlap| overlap.is_certain) {
+        for (id, transition) in net.transitions.iter() {
+            if transition.kind == TransitionKind::Move
+                && transition.requires == [overlap.step]
+                && reads_inputs_only(net, transition)
+            {
+                rivals.insert(id);
+            }
+        }
+    }
+    rivals.into_iter().take(32).collect()
+}
+
+/// The first step that both transitions leave, if they are moves and not one.
+fn shared_step(net: &Net, a: TransitionId, b: TransitionId) -> Option<StepId> {
+    let (first, second) = (&net.transitions[a], &net.transitions[b]);
+    let is_move = |one: &Transition| one.kind == TransitionKind::Move;
+    if a == b || !is_move(first) || !is_move(second) {
+        return None;
+    }
+    first.requires.iter().copied().find(|step| second.requires.contains(step))
+}
+
+/// Firing both does what firing one of them does: the same steps before and behind, and no actions.
+fn does_the_same(a: &Transition, b: &Transition) -> bool {
+    let sorted = |steps: &mut dyn Iterator<Item = StepId>| {
+        let mut steps: Vec<StepId> = steps.collect();
+        steps.sort_unstable();
+        steps
+    };
+    let same_before =
+        sorted(&mut a.requires.iter().copied()) == sorted(&mut b.requires.iter().copied());
+    let same_behind = sorted(&mut entered(a)) == sorted(&mut entered(b));
+    same_before
+        && same_behind
+        && a.restart == b.restart
+        && a.actions.is_empty()
+        && b.actions.is_empty()
 }
 
 /// A situation that is meant to be the end: final states, or only steps that nothing leaves.
@@ -547,77 +615,5 @@ fn shown(net: &Net, stimulus: &Stimulus) -> String {
         0 => " (after reset)".to_owned(),
         n if n <= ROWS => format!(" (after the rows {})", rows.join("; ")),
         n => format!(" (after {n} rows, beginning {})", rows.join("; ")),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::facts;
-    use crate::testing::{chart, valid};
-
-    fn found(net: Net) -> Vec<&'static str> {
-        let net = valid(net);
-        lints(&net, &facts(&net, &Limits::default()))
-            .iter()
-            .map(|diagnostic| diagnostic.code.id)
-            .collect()
-    }
-
-    #[test]
-    fn a_good_chart_is_quiet() {
-        assert!(found(chart("a* b c | a>b:x b>c:y c>a:nx")).is_empty());
-        assert!(found(chart("s* a b | s>a:x s>b:nx a>s:y b>s:y")).is_empty());
-    }
-
-    #[test]
-    fn what_never_happens_is_reported_once() {
-        assert_eq!(found(chart("a* b c d | a>b:x b>a:nx c>d:x d>c:x")), ["G0801", "G0801"]);
-    }
-
-    #[test]
-    fn a_join_that_waits_for_ever_is_a_dead_end() {
-        let found = found(chart("s* a b c | s>a:x s>b:nx a,b>c c>s"));
-        assert!(found.contains(&"G0803"), "{found:?}");
-    }
-
-    #[test]
-    fn a_conflict_is_reported_under_all_only() {
-        let fig5 = || chart("s* a b | s>a:x s>b:y a>s:nx b>s:ny");
-        assert_eq!(found(fig5()), ["G0804"]);
-        let mut net = fig5();
-        net.settings.policy = Policy::PriorityAge;
-        assert!(found(net).is_empty());
-    }
-
-    #[test]
-    fn who_always_loses_starves() {
-        let arbiter = |policy| {
-            let mut net = chart("f* a b c | f>a:x f>b:y f>c:z a>f:t b>f:t c>f:t");
-            net.settings.policy = policy;
-            found(net)
-        };
-        assert_eq!(arbiter(Policy::Priority), ["G0808"]);
-        assert!(arbiter(Policy::PriorityAge).is_empty());
-    }
-
-    #[test]
-    fn a_chart_that_turns_for_ever_is_an_error() {
-        let mut net = chart("a* b | a>b:x b>a:x");
-        net.settings.evolution = Evolution::Stable { limit: 4 };
-        let net = valid(net);
-        let diagnostics = lints(&net, &facts(&net, &Limits::default()));
-        assert!(
-            diagnostics.iter().any(|one| one.code == codes::LIVELOCK && one.is_error()),
-            "{diagnostics:?}"
-        );
-        let mut net = chart("a* b c d | a>b:x b>c:t c>d:t d>a:nx");
-        net.settings.evolution = Evolution::Stable { limit: 2 };
-        let net = valid(net);
-        let diagnostics = lints(&net, &facts(&net, &Limits::default()));
-        assert!(
-            diagnostics.iter().any(|one| one.code == codes::LIVELOCK && !one.is_error()),
-            "{diagnostics:?}"
-        );
     }
 }

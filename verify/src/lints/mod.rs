@@ -1,0 +1,263 @@
+//! What is probably not what the designer meant. Every finding is shown by an exhaustive search or follows from the structure of the chart; nothing is
+//! reported on suspicion, and what was not looked for is said.
+
+mod search;
+
+use std::collections::BTreeSet;
+
+use grafsynth_ir::facts::Facts;
+use grafsynth_ir::net::{Net, StepId, TransitionId, TransitionKind};
+use grafsynth_ir::{Diagnostic, Valid};
+
+use crate::codes;
+use crate::limits::Limits;
+use crate::properties::check_assumption;
+
+/// What is looked for in a chart.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Check {
+    /// Steps that are never active and transitions that never fire.
+    Unreachable,
+    /// Transitions that leave one step together.
+    Conflicts,
+    /// Situations that nothing leaves.
+    DeadEnds,
+    /// Two writers of one variable, values beyond a range, lost events, forcing orders that disagree.
+    Races,
+    /// Reactions that do not end.
+    Livelock,
+    /// Branches that others can keep waiting for ever.
+    Starvation,
+    /// Variables that others touch while the tasks of a step are half done.
+    Sharing,
+}
+
+impl Check {
+    /// Its name in a line that says what was looked for.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Check::Unreachable => "unreachable",
+            Check::Conflicts => "conflicts",
+            Check::DeadEnds => "dead ends",
+            Check::Races => "races",
+            Check::Livelock => "livelock",
+            Check::Starvation => "starvation",
+            Check::Sharing => "sharing",
+        }
+    }
+}
+
+/// Whether a check was carried out.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Checked {
+    /// What was looked for.
+    pub check: Check,
+    /// Why not all of it was found out; none if it was.
+    pub open: Option<String>,
+}
+
+/// Two transitions that share a preceding step and fire in one micro-step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Conflict {
+    /// The first step that both leave.
+    pub step: StepId,
+    /// The one declared first.
+    pub first: TransitionId,
+    /// The other one.
+    pub second: TransitionId,
+}
+
+/// Two transitions that were fireable in one micro-step, and of which the conflict policy let one fire.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Decided {
+    /// It fired.
+    pub winner: TransitionId,
+    /// It did not. Where either can win the pair is there twice.
+    pub loser: TransitionId,
+}
+
+/// The findings about a chart, and what was looked for.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Findings {
+    /// All findings, in a fixed order.
+    pub found: Vec<Diagnostic>,
+    /// Every pair in conflict, but for those of which firing both does what firing one does.
+    pub conflicts: Vec<Conflict>,
+    /// Conflicts that the conflict policy decides: right as they are.
+    pub decided: Vec<Decided>,
+    /// What there is to say of them to those who ask.
+    pub notes: Vec<Diagnostic>,
+    /// The situations from which nothing ever fires, though something leaves one of their steps.
+    pub dead_ends: Vec<Vec<StepId>>,
+    /// One for each check that this chart can fail.
+    pub checked: Vec<Checked>,
+}
+
+/// All findings about a net, in a fixed order. `facts` are those of the same net.
+#[must_use]
+pub fn lints(net: &Valid<Net>, facts: &Facts) -> Vec<Diagnostic> {
+    findings(net, facts, &Limits::default()).found
+}
+
+/// As [`lints`], with limits of one's own for the search, and with what was looked for.
+#[must_use]
+pub fn findings(net: &Valid<Net>, facts: &Facts, limits: &Limits) -> Findings {
+    let mut findings = Findings::default();
+    if let Some(warning) = check_assumption(net) {
+        // Where no input is possible nothing ever happens, and whatever else could be said follows from that.
+        findings.found.push(warning);
+        return findings;
+    }
+    unreachable(net, facts, &mut findings.found);
+    let not_counted = || facts.open.join("; ");
+    let is_counted = facts.reach.as_ref().is_some_and(|reach| reach.exact);
+    let open = (!is_counted).then(not_counted);
+    findings.checked.push(Checked { check: Check::Unreachable, open });
+    if net.steps.values().any(grafsynth_ir::net::Step::halts) {
+        findings.found.extend(crate::sharing::shared(net, facts));
+        let open = (!is_counted).then(not_counted);
+        findings.checked.push(Checked { check: Check::Sharing, open });
+    }
+    search::run(net, facts, limits, &mut findings);
+    findings.checked.sort_by_key(|checked| checked.check);
+    findings
+}
+
+fn step_names<'a>(net: &'a Net, steps: impl IntoIterator<Item = StepId>) -> String {
+    let names: Vec<&'a str> = steps
+        .into_iter()
+        .filter(|step| !net.steps[*step].hidden)
+        .map(|step| net.steps[step].name.text.as_str())
+        .collect();
+    names.join(" ")
+}
+
+fn unreachable(net: &Net, facts: &Facts, out: &mut Vec<Diagnostic>) {
+    let never: BTreeSet<StepId> = facts.unreachable_steps.iter().copied().collect();
+    for step in never.iter().filter(|step| !net.steps[**step].hidden) {
+        let data = &net.steps[*step];
+        let entering: Vec<TransitionId> = net
+            .transitions
+            .iter()
+            .filter(|(_, transition)| {
+                crate::exclusive::entered(transition).any(|target| target == *step)
+            })
+            .map(|(id, _)| id)
+            .collect();
+        let mut warning = Diagnostic::warning(
+            codes::UNREACHABLE_STEP,
+            format!("step `{}` is never active", data.name),
+        )
+        .at(data.meta.span, "no stimulus activates it");
+        warning = match entering.first() {
+            None => warning.help("no transition leads to it: draw one, or make it initial"),
+            Some(first) => warning
+                .at(
+                    net.transitions[*first].meta.span,
+                    "this transition leads to it and never fires",
+                )
+                .help("see why the transitions to it never fire"),
+        };
+        out.push(warning);
+    }
+    let dead = facts.dead_transitions.iter().filter(|transition| {
+        // What hangs on a step that is never active needs no finding of its own.
+        !net.transitions[**transition].requires.iter().any(|step| never.contains(step))
+    });
+    for transition in dead {
+        let data = &net.transitions[*transition];
+        let what = match data.kind {
+            TransitionKind::Move => "transition",
+            TransitionKind::Reaction => "reaction",
+        };
+        let mut warning = Diagnostic::warning(
+            codes::DEAD_TRANSITION,
+            format!("{what} `{}` never fires", data.name),
+        )
+        .at(data.meta.span, "no stimulus makes it fire");
+        if data.guard.is_false() {
+            warning = warning.at(data.guard.span, "this is never true");
+        } else if data.requires.len() > 1 {
+            warning = warning
+                .help("its preceding steps are never active together with its receptivity true");
+        } else {
+            warning = warning.help("its receptivity is never true while its step is active, or another transition always wins");
+        }
+        out.push(warning);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use grafsynth_ir::net::{Evolution, Policy};
+
+    use super::*;
+    use crate::facts;
+    use crate::testing::{chart, valid};
+
+    fn found(net: Net) -> Vec<&'static str> {
+        let net = valid(net);
+        lints(&net, &facts(&net, &Limits::default()))
+            .iter()
+            .map(|diagnostic| diagnostic.code.id)
+            .collect()
+    }
+
+    #[test]
+    fn a_good_chart_is_quiet() {
+        assert!(found(chart("a* b c | a>b:x b>c:y c>a:nx")).is_empty());
+        assert!(found(chart("s* a b | s>a:x s>b:nx a>s:y b>s:y")).is_empty());
+    }
+
+    #[test]
+    fn what_never_happens_is_reported_once() {
+        assert_eq!(found(chart("a* b c d | a>b:x b>a:nx c>d:x d>c:x")), ["G0801", "G0801"]);
+    }
+
+    #[test]
+    fn a_join_that_waits_for_ever_is_a_dead_end() {
+        let found = found(chart("s* a b c | s>a:x s>b:nx a,b>c c>s"));
+        assert!(found.contains(&"G0803"), "{found:?}");
+    }
+
+    #[test]
+    fn a_conflict_is_reported_under_all_only() {
+        let fig5 = || chart("s* a b | s>a:x s>b:y a>s:nx b>s:ny");
+        assert_eq!(found(fig5()), ["G0804"]);
+        let mut net = fig5();
+        net.settings.policy = Policy::PriorityAge;
+        assert!(found(net).is_empty());
+    }
+
+    #[test]
+    fn who_always_loses_starves() {
+        let arbiter = |policy| {
+            let mut net = chart("f* a b c | f>a:x f>b:y f>c:z a>f:t b>f:t c>f:t");
+            net.settings.policy = policy;
+            found(net)
+        };
+        assert_eq!(arbiter(Policy::Priority), ["G0808"]);
+        assert!(arbiter(Policy::PriorityAge).is_empty());
+    }
+
+    #[test]
+    fn a_chart_that_turns_for_ever_is_an_error() {
+        let mut net = chart("a* b | a>b:x b>a:x");
+        net.settings.evolution = Evolution::Stable { limit: 4 };
+        let net = valid(net);
+        let diagnostics = lints(&net, &facts(&net, &Limits::default()));
+        assert!(
+            diagnostics.iter().any(|one| one.code == codes::LIVELOCK && one.is_error()),
+            "{diagnostics:?}"
+        );
+        let mut net = chart("a* b c d | a>b:x b>c:t c>d:t d>a:nx");
+        net.settings.evolution = Evolution::Stable { limit: 2 };
+        let net = valid(net);
+        let diagnostics = lints(&net, &facts(&net, &Limits::default()));
+        assert!(
+            diagnostics.iter().any(|one| one.code == codes::LIVELOCK && !one.is_error()),
+            "{diagnostics:?}"
+        );
+    }
+}

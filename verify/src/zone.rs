@@ -1,0 +1,181 @@
+//! Sets of times: all ways in which a number of clocks that run side by side can stand, described by bounds on each and on the difference of each two
+//! (difference bound matrices; Dill 1989, Bengtsson and Yi 2004). Times are whole numbers here, and each operation is exact for them.
+
+/// No bound. Sums of two bounds do not overflow.
+const NONE: i64 = i64::MAX / 4;
+
+/// A set of points with a coordinate of at least 0 for each clock. It is never empty, and its bounds are the tightest ones.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(crate) struct Zone {
+    /// Clocks, and the constant 0 as the first.
+    size: usize,
+    /// Row i, column j: clock i minus clock j is at most this.
+    bounds: Vec<i64>,
+}
+
+fn sum(a: i64, b: i64) -> i64 {
+    if a >= NONE || b >= NONE { NONE } else { a + b }
+}
+
+impl Zone {
+    /// One point.
+    pub(crate) fn point(times: &[i64]) -> Zone {
+        let at = |clock: usize| if clock == 0 { 0 } else { times[clock - 1] };
+        let size = times.len() + 1;
+        let bounds = (0..size * size).map(|cell| at(cell / size) - at(cell % size)).collect();
+        Zone { size, bounds }
+    }
+
+    fn get(&self, a: usize, b: usize) -> i64 {
+        self.bounds[a * self.size + b]
+    }
+
+    fn put(&mut self, a: usize, b: usize, bound: i64) {
+        self.bounds[a * self.size + b] = bound;
+    }
+
+    /// The number of clocks.
+    pub(crate) fn len(&self) -> usize {
+        self.size - 1
+    }
+
+    /// The earliest time of a clock.
+    pub(crate) fn least(&self, clock: usize) -> i64 {
+        -self.get(0, clock + 1)
+    }
+
+    /// The latest time of a clock; none if there is no bound.
+    pub(crate) fn most(&self, clock: usize) -> Option<i64> {
+        let bound = self.get(clock + 1, 0);
+        (bound < NONE).then_some(bound)
+    }
+
+    /// The point at which each clock has its earliest time. There is one, for the lower of two points in each coordinate keeps all differences.
+    pub(crate) fn first(&self) -> Vec<i64> {
+        (0..self.len()).map(|clock| self.least(clock)).collect()
+    }
+
+    /// Any time passes.
+    pub(crate) fn later(&self) -> Zone {
+        let mut zone = self.clone();
+        for clock in 1..self.size {
+            zone.put(clock, 0, NONE);
+        }
+        zone
+    }
+
+    /// The points from which some time leads here.
+    pub(crate) fn earlier(&self) -> Zone {
+        let mut zone = self.clone();
+        for clock in 1..self.size {
+            let least = (1..self.size).map(|other| self.get(other, clock)).min().unwrap_or(0);
+            zone.put(0, clock, least.min(0));
+        }
+        zone
+    }
+
+    /// Every point of the other zone, which has the same clocks, is one of this.
+    pub(crate) fn includes(&self, other: &Zone) -> bool {
+        self.bounds.iter().zip(&other.bounds).all(|(mine, theirs)| theirs <= mine)
+    }
+
+    /// The points at which a clock is in `least..=most`; `most` is none where there is no bound.
+    pub(crate) fn within(mut self, clock: usize, least: i64, most: Option<i64>) -> Option<Zone> {
+        let clock = clock + 1;
+        let is_not_empty =
+            self.tighten(0, clock, -least) && most.is_none_or(|most| self.tighten(clock, 0, most));
+        is_not_empty.then_some(self)
+    }
+
+    /// The points at which the first clock is ahead of the second by at most so much (or behind).
+    pub(crate) fn ahead_at_most(mut self, first: usize, second: usize, by: i64) -> Option<Zone> {
+        self.tighten(first + 1, second + 1, by).then_some(self)
+    }
+
+    /// False, with bounds of no meaning, if nothing is left.
+    fn tighten(&mut self, a: usize, b: usize, bound: i64) -> bool {
+        if bound >= self.get(a, b) {
+            return true;
+        }
+        if sum(bound, self.get(b, a)) < 0 {
+            return false;
+        }
+        for i in 0..self.size {
+            let to_a = sum(self.get(i, a), bound);
+            for j in 0..self.size {
+                let way = sum(to_a, self.get(b, j));
+                if way < self.get(i, j) {
+                    self.put(i, j, way);
+                }
+            }
+        }
+        true
+    }
+
+    /// The zone of other clocks: each has the time of one of these, or a time of its own.
+    pub(crate) fn map(&self, clocks: &[Source]) -> Zone {
+        // A fixed time is that of the constant 0, so much later.
+        let place = |at: usize| match at.checked_sub(1).map(|clock| clocks[clock]) {
+            None => (0, 0),
+            Some(Source::Kept(clock)) => (clock + 1, 0),
+            Some(Source::Started(time)) => (0, time),
+        };
+        let size = clocks.len() + 1;
+        let mut bounds = Vec::with_capacity(size * size);
+        for (row, by_row) in (0..size).map(place) {
+            for (column, by_column) in (0..size).map(place) {
+                let bound = self.get(row, column);
+                bounds.push(if bound >= NONE { NONE } else { bound + by_row - by_column });
+            }
+        }
+        Zone { size, bounds }
+    }
+
+    /// Forgets by how much each clock is beyond its last cut, after which nothing tells two times apart: so there are finitely many zones. Every point that
+    /// is added reacts as one that was here (Behrmann, Bouyer, Larsen and Pelánek 2006, Extra_M).
+    pub(crate) fn forget_beyond(&mut self, last: &[i64]) {
+        let mut is_changed = false;
+        for a in 0..self.size {
+            for b in 0..self.size {
+                if a == b {
+                    continue;
+                }
+                let bound = self.get(a, b);
+                let wider = if a > 0 && bound < NONE && bound >= last[a - 1] {
+                    NONE
+                } else if b > 0 && bound < -last[b - 1] {
+                    -last[b - 1]
+                } else {
+                    continue;
+                };
+                self.put(a, b, wider);
+                is_changed = true;
+            }
+        }
+        if is_changed {
+            self.close();
+        }
+    }
+
+    fn close(&mut self) {
+        for k in 0..self.size {
+            for i in 0..self.size {
+                for j in 0..self.size {
+                    let way = sum(self.get(i, k), self.get(k, j));
+                    if way < self.get(i, j) {
+                        self.put(i, j, way);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Where the time of a clock comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Source {
+    /// It is a clock of the zone before, by its place there.
+    Kept(usize),
+    /// It begins with this time.
+    Started(i64),
+}
