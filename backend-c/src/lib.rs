@@ -55,10 +55,7 @@ pub use harness::{explorer, harness, multi_harness};
 
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::facts::Facts;
-use grafsynth_ir::net::{
-    ActionId, Block, InputId, Net, OutputId, StepId, StmtKind, TimerId, TransitionId, VarId,
-    Verbatim,
-};
+use grafsynth_ir::net::{ActionId, InputId, Net, OutputId, StepId, TimerId, TransitionId, VarId};
 use grafsynth_ir::{Span, Valid};
 
 /// The shape of the emitted code.
@@ -415,36 +412,9 @@ fn renamed(net: &Net, names: &names::Names) -> Vec<Diagnostic> {
 
 /// Verbatim text for other languages: it is left out.
 fn foreign_code(net: &Net) -> Vec<Diagnostic> {
-    fn look(block: &Block, found: &mut Vec<(Verbatim, Span)>) {
-        for stmt in block {
-            match &stmt.kind {
-                StmtKind::Code(text) => found.push((text.clone(), stmt.span)),
-                StmtKind::If { then, otherwise, .. } => {
-                    look(then, found);
-                    look(otherwise, found);
-                }
-                StmtKind::Assign { .. }
-                | StmtKind::Raise(_)
-                | StmtKind::Send(_)
-                | StmtKind::Cancel(_)
-                | StmtKind::Call { .. } => {}
-            }
-        }
-    }
-    let mut found = Vec::new();
-    for step in net.steps.values() {
-        found.extend(step.code.iter().map(|text| (text.clone(), step.meta.span)));
-        for block in [&step.entry, &step.exit, &step.initial_content] {
-            look(block, &mut found);
-        }
-        step.tasks.iter().for_each(|task| look(&task.body, &mut found));
-    }
-    net.transitions.values().for_each(|transition| look(&transition.actions, &mut found));
-    net.actions.values().for_each(|action| look(&action.body, &mut found));
-    net.histories.values().for_each(|history| look(&history.default_content, &mut found));
-    found
+    net.texts()
         .into_iter()
-        .filter(|(text, _)| !queries::is_c(&text.language))
+        .filter(|(text, _)| !text.is_c())
         .map(|(text, span)| {
             Diagnostic::warning(
                 codes::FOREIGN_CODE,

@@ -3,10 +3,7 @@
 use grafsynth_ir::net::{Driver, Net, OutputId, StepId};
 use grafsynth_ir::program::{Expr, Leaf};
 
-/// True for the names of C.
-pub(crate) fn is_c(language: &str) -> bool {
-    language.eq_ignore_ascii_case("c")
-}
+pub(crate) use grafsynth_ir::net::is_c;
 
 /// When an output asks its extern conditions: only while one of these steps is active, which carry it with a condition. None where `value`, what the output
 /// becomes, reads no input: then nothing is asked.

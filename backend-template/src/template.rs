@@ -4,7 +4,7 @@ use crate::codes;
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::{FileId, Span};
 use minijinja::syntax::SyntaxConfig;
-use minijinja::value::Serde;
+use minijinja::value::{Rest, Serde, ValueKind};
 use minijinja::{Environment, Error, ErrorKind, UndefinedBehavior, Value, context};
 use std::io;
 
@@ -16,6 +16,10 @@ pub const MOST_TEXT: usize = 64 << 20;
 
 /// Macros that call themselves, as those for expressions do, this deep at most.
 const RECURSION: usize = 400;
+
+/// Filters that make as much as a number tells them to, and the largest number that they take here: each call is one instruction, whatever it makes.
+const BY_NUMBER: [&str; 6] = ["batch", "format", "indent", "round", "slice", "tojson"];
+const MOST_NUMBER: f64 = 10_000.0;
 
 /// What stands in front of the reason when a template refuses a chart.
 const REFUSED: &str = "refused: ";
@@ -55,6 +59,17 @@ pub fn render(
     environment.add_function("refuse", |reason: String| -> Result<Value, Error> {
         Err(Error::new(ErrorKind::InvalidOperation, format!("{REFUSED}{reason}")))
     });
+    for name in BY_NUMBER {
+        let mut plain = Environment::new();
+        plain.set_undefined_behavior(UndefinedBehavior::Strict);
+        environment.add_filter(name, move |arguments: Rest<Value>| -> Result<Value, Error> {
+            if !is_modest(name, &arguments) {
+                let said = format!("{name} with a number above {MOST_NUMBER}");
+                return Err(Error::new(ErrorKind::InvalidOperation, said));
+            }
+            plain.empty_state().apply_filter(name, &arguments)
+        });
+    }
     let compiled = environment
         .template_from_named_str(template.path, template.text)
         .map_err(|error| vec![finding(&error, template)])?;
@@ -75,6 +90,26 @@ pub fn render(
         }
         Err(error) => Err(vec![finding(&error, template)]),
     }
+}
+
+/// True if no number tells a filter to make more than [`MOST_NUMBER`] of something.
+fn is_modest(name: &str, arguments: &[Value]) -> bool {
+    let is_number = |value: &Value| {
+        let number = (value.kind() == ValueKind::Number).then(|| f64::try_from(value.clone()));
+        number.is_none_or(|number| number.is_ok_and(|number| number.abs() <= MOST_NUMBER))
+    };
+    let is_named = |value: &Value| {
+        let names = value.try_iter().into_iter().flatten();
+        names.filter_map(|name| value.get_item(&name).ok()).all(|value| is_number(&value))
+    };
+    // `"%5d"` has its number in the text.
+    let is_short = |text: &str| text.split(|c: char| !c.is_ascii_digit()).all(|it| it.len() < 5);
+    let text = arguments.first().and_then(Value::as_str).filter(|_| name == "format");
+    text.is_none_or(is_short)
+        && arguments
+            .iter()
+            .skip(1)
+            .all(|value| is_number(value) && (value.kind() != ValueKind::Map || is_named(value)))
 }
 
 /// A text that grows to its bound and no further.

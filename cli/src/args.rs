@@ -119,6 +119,9 @@ pub(crate) struct Reading {
     /// A property to prove, such as `never (R and L)`; may be given several times.
     #[arg(long, value_name = "PROPERTY")]
     pub(crate) assert: Vec<String>,
+    /// Library files (`use "FILE"`) are read below this folder, instead of the folder of the chart.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) root: Option<PathBuf>,
     /// A board file: device, pins and places. `NAME.board` beside the chart is read by itself.
     #[arg(long, value_name = "FILE")]
     pub(crate) board: Option<String>,
@@ -254,6 +257,14 @@ pub(crate) struct Limits {
     pub(crate) proof_limit: u64,
 }
 
+/// Whose C may run on this machine. Only the command line says so: no chart and no board can.
+#[derive(Debug, Clone, Copy, Args)]
+pub(crate) struct Trust {
+    /// Run the C that the chart contains (`code c`) when its C is compiled and tested; without it, that text is left out.
+    #[arg(long)]
+    pub(crate) trust_code: bool,
+}
+
 #[derive(Debug, Args)]
 pub(crate) struct Build {
     #[command(flatten)]
@@ -336,6 +347,8 @@ pub(crate) struct Build {
     /// C, with `--report`: measure reactions on simulated machines too, where avr-gcc and simavr, arm-none-eabi-gcc and qemu are here.
     #[arg(long, requires = "report")]
     pub(crate) measure: bool,
+    #[command(flatten)]
+    pub(crate) trust: Trust,
     /// Do not prove the outputs equal (they are still read back).
     #[arg(long)]
     pub(crate) no_proof: bool,
@@ -347,6 +360,8 @@ pub(crate) struct Build {
 pub(crate) struct Sim {
     #[command(flatten)]
     pub(crate) input: Input,
+    #[command(flatten)]
+    pub(crate) trust: Trust,
     /// The stimulus, CSV.
     #[arg(long, short, value_name = "FILE", required_unless_present = "random")]
     pub(crate) stimulus: Option<String>,
@@ -385,6 +400,8 @@ pub(crate) struct Trace {
 pub(crate) struct Compare {
     #[command(flatten)]
     pub(crate) input: Input,
+    #[command(flatten)]
+    pub(crate) trust: Trust,
     /// A second design to compare with, by the columns that both have.
     pub(crate) other: Option<String>,
     /// The stimulus, CSV.

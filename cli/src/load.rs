@@ -14,6 +14,9 @@ use std::path::Path;
 /// The path that a property of the command line has.
 const ASSERT: &str = "<--assert>";
 
+/// The most library files of a design.
+const MOST_LIBRARIES: usize = 1_000;
+
 /// What every verb has at hand.
 pub(crate) struct Session {
     /// All texts read so far.
@@ -112,7 +115,8 @@ impl Session {
             let file = self.text(&beside)?;
             texts.properties.push(file);
         }
-        self.libraries(main, &input.file, &mut texts);
+        let folder = files::folder_of(Path::new(&input.file));
+        self.libraries(main, &input.file, reading.root.as_deref().unwrap_or(folder), &mut texts);
         for text in &reading.assert {
             let line = if starts_with_role(text) { text.clone() } else { format!("assert {text}") };
             texts.properties.push(self.sources.add(ASSERT, line));
@@ -131,9 +135,16 @@ impl Session {
         }
     }
 
-    /// Reads the files of library charts that a text names, and those that these name. One that cannot be read is left out: the driver reports it at
-    /// its name.
-    fn libraries(&mut self, main: grafsynth_ir::FileId, path: &str, texts: &mut Texts) {
+    /// Reads the files of library charts that a text names, and those that these name. One that cannot be read, is not below `root`, or is too much is
+    /// left out: the driver reports it at its name.
+    fn libraries(
+        &mut self,
+        main: grafsynth_ir::FileId,
+        path: &str,
+        root: &Path,
+        texts: &mut Texts,
+    ) {
+        let mut left = self.source_limit;
         let mut known = vec![(files::canonical(path), main)];
         let mut open = vec![(main, path.to_owned())];
         while let Some((from, path)) = open.pop() {
@@ -151,7 +162,14 @@ impl Session {
                 let text = match known.iter().find(|(other, _)| *other == one) {
                     Some((_, text)) => *text,
                     None => {
+                        let Some(size) = files::size_within(Path::new(&file), root) else {
+                            continue;
+                        };
+                        if size > left || known.len() > MOST_LIBRARIES {
+                            continue;
+                        }
                         let Ok(text) = self.text(&file) else { continue };
+                        left = left.saturating_sub(size);
                         known.push((one, text));
                         open.push((text, file));
                         text

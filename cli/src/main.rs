@@ -4,6 +4,7 @@ mod args;
 mod exit;
 mod files;
 mod load;
+mod memory;
 mod render;
 mod verbs;
 

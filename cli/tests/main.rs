@@ -1,7 +1,9 @@
 //! The program itself, started as a user starts it.
 
 mod cases;
+mod hostile;
 mod packages;
 mod pages;
 mod traced;
+mod trust;
 mod whole;

@@ -41,6 +41,8 @@ pub struct BuildOptions {
     pub stimulus: Option<Stimulus>,
     /// Prove the outputs equal.
     pub prove: bool,
+    /// [`Built::packages`] hold the C that the author of the chart wrote.
+    pub trusts_code: bool,
     /// Gather what a page says of each chip: [`Built::chips`].
     pub report: bool,
     /// How far proofs may go.
@@ -82,7 +84,7 @@ pub struct Built {
     pub lines: Vec<Line>,
     /// Findings of the back ends.
     pub found: Vec<Diagnostic>,
-    /// C packages, which the caller may compare with the net by running them.
+    /// C packages, which the caller may compare with the net by running them: without the C of the chart's author, unless that is trusted.
     pub packages: Vec<Package>,
     /// Bitstreams, which the caller may have made where the tools are.
     pub bitstreams: Vec<crate::ice40::Job>,
@@ -118,7 +120,9 @@ impl TemplateFile {
         let name = self.path.rsplit(['/', '\\']).next().unwrap_or(&self.path);
         let bare = [".j2", ".jinja", ".jinja2"].iter().find_map(|end| name.strip_suffix(end));
         let extension = bare.unwrap_or(name).rsplit_once('.').map_or("txt", |(_, it)| it);
-        format!("{stem}.{extension}")
+        let is_plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '+');
+        let plain: String = extension.chars().filter(|c| is_plain(*c)).collect();
+        format!("{stem}.{}", if plain.is_empty() { "txt" } else { &plain })
     }
 }
 
@@ -142,11 +146,13 @@ pub struct Measured {
 /// The name that the files of a net begin with.
 #[must_use]
 pub fn file_stem(net: &Net) -> String {
-    let stem: String = net
-        .name
-        .text
-        .chars()
-        .map(|c| if c.is_ascii_alphanumeric() || c == '_' || c == '-' { c } else { '_' })
-        .collect();
-    if stem.is_empty() { "chart".to_owned() } else { stem }
+    // The longest that still leaves room for the endings of all outputs on every file system, which take 255 bytes.
+    let plain = |c: char| if c.is_ascii_alphanumeric() || c == '_' || c == '-' { c } else { '_' };
+    let stem: String = net.name.text.chars().map(plain).take(200).collect();
+    match stem.strip_prefix('-') {
+        // Else tools would take it for an option.
+        Some(rest) => format!("_{rest}"),
+        None if stem.is_empty() => "chart".to_owned(),
+        None => stem,
+    }
 }

@@ -24,6 +24,8 @@ pub const SAME_OUTPUT: Code = Code { id: "G0013", title: "two outputs of one nam
 pub const ONE_CLOCK: Code = Code { id: "G0014", title: "no clock for each micro-step" };
 /// Files of the same chart that a build leaves as an older build wrote them.
 pub const OLDER_SOURCE: Code = Code { id: "G0015", title: "file of an older source" };
+/// C that the author of a chart wrote, which proofs do not see and which is not run unasked.
+pub const OWN_C: Code = Code { id: "G0016", title: "C of the chart's author" };
 /// All of them.
 pub const ALL: &[Code] = &[
     UNKNOWN_FORMAT,
@@ -37,4 +39,5 @@ pub const ALL: &[Code] = &[
     SAME_OUTPUT,
     ONE_CLOCK,
     OLDER_SOURCE,
+    OWN_C,
 ];

@@ -40,3 +40,4 @@ pub mod state_table;
 pub mod target;
 pub mod task_costs;
 pub mod template;
+pub mod trust;

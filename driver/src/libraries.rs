@@ -81,7 +81,7 @@ impl Reading<'_> {
                         format!("the library file {} cannot be read", import.file),
                     )
                     .at(import.span, "named here")
-                    .help("its place is told from the file that names it"),
+                    .help("its place is told from the file that names it, and it has to be a file below the folder of the chart, or below --root DIR"),
                 ),
             }
         }

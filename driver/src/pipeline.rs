@@ -31,7 +31,7 @@ pub use grafsynth_backend_pld::{Reset, ResetStyle};
 use grafsynth_ir::diag::any_error;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::logic::Logic;
-use grafsynth_ir::net::{Net, Sharing};
+use grafsynth_ir::net::{Net, Sharing, without_c_texts};
 use grafsynth_ir::{Diagnostic, FileId, Valid};
 pub use grafsynth_logic::BusyMode;
 use grafsynth_verify::Limits;
@@ -108,7 +108,15 @@ pub fn build(net: &Valid<Net>, facts: &Facts, targets: &[Target], options: &Buil
                                 Err(found) => built.found.extend(found),
                             }
                         }
-                        built.packages.push(package);
+                        match (options.trusts_code, without_c_texts(net)) {
+                            (true, _) | (false, None) => built.packages.push(package),
+                            (false, Some(bare)) => {
+                                match grafsynth_backend_c::emit(&bare, facts, &c) {
+                                    Ok(package) => built.packages.push(package),
+                                    Err(found) => built.found.extend(found),
+                                }
+                            }
+                        }
                     }
                     Err(found) => built.found.extend(found),
                 }

@@ -6,6 +6,7 @@ use crate::built::{Built, OutputFile, file_stem};
 use crate::codes;
 use crate::line::Line;
 use crate::target::Target;
+pub use grafsynth_backend_template::codes::TEMPLATE_ENDLESS as ENDLESS;
 use grafsynth_backend_template::{Template, json, render, text};
 use grafsynth_ir::net::Net;
 use grafsynth_ir::{Diagnostic, Span, Valid};

@@ -154,6 +154,10 @@ impl Engine for ArmEngine {
         false
     }
 
+    fn runs_c(&self) -> bool {
+        true
+    }
+
     fn availability(&self) -> Availability {
         for tool in ["arm-none-eabi-gcc", "qemu-system-arm"] {
             if tools::find(&[tool]).is_none() {

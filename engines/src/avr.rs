@@ -99,6 +99,10 @@ impl Engine for AvrEngine {
         false
     }
 
+    fn runs_c(&self) -> bool {
+        true
+    }
+
     fn availability(&self) -> Availability {
         if tools::find(&["avr-gcc"]).is_none() {
             Availability::Missing("avr-gcc".to_owned())

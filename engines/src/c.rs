@@ -33,6 +33,10 @@ impl Engine for CEngine {
         "the C text, compiled by the host's compiler"
     }
 
+    fn runs_c(&self) -> bool {
+        true
+    }
+
     fn availability(&self) -> Availability {
         if tools::c_compiler().is_some() {
             Availability::Here

@@ -81,6 +81,10 @@ impl Engine for C8051Engine {
         false
     }
 
+    fn runs_c(&self) -> bool {
+        true
+    }
+
     fn availability(&self) -> Availability {
         if tools::find(&["sdcc"]).is_none() {
             Availability::Missing("sdcc".to_owned())

@@ -92,6 +92,11 @@ pub trait Engine: Sync {
         false
     }
 
+    /// True if it compiles the emitted C and runs it, and with it what the author of the chart wrote in C.
+    fn runs_c(&self) -> bool {
+        false
+    }
+
     /// The trace of this job.
     ///
     /// # Errors

@@ -16,6 +16,7 @@
 
 mod behaviour;
 mod remarks;
+mod texts;
 
 pub use behaviour::{
     ActionUse, Block, ControlledAction, Qualifier, SendSlot, Stmt, StmtKind, Task, Verbatim,
@@ -24,6 +25,7 @@ pub use remarks::{
     Board, MacroStep, OpenCell, PlacedItem, Placement, Property, PropertyExpr, PropertyLeaf,
     PropertyRole, Side, Unspecified,
 };
+pub use texts::{is_c, without_c_texts};
 
 use crate::arena::{Arena, Id};
 use crate::expr::{Expr as GenericExpr, ExprKind, Type};

@@ -63,8 +63,8 @@ pub fn for_each_in_block(list: &Block, visit: &mut impl FnMut(&Expr)) {
 }
 
 /// Calls `visit` with every statement of the net, those inside `if` included.
-pub fn for_each_stmt(net: &Net, visit: &mut impl FnMut(&Stmt)) {
-    let mut todo: Vec<&Stmt> = Vec::new();
+pub fn for_each_stmt<'a>(net: &'a Net, visit: &mut impl FnMut(&'a Stmt)) {
+    let mut todo: Vec<&'a Stmt> = Vec::new();
     for step in net.steps.values() {
         todo.extend(step.entry.iter().chain(&step.exit).chain(&step.initial_content));
         step.tasks.iter().for_each(|task| todo.extend(&task.body));

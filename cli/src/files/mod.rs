@@ -184,7 +184,19 @@ pub(crate) fn canonical(path: &str) -> String {
         .map_or_else(|_| path.to_owned(), |path| path.to_string_lossy().into_owned())
 }
 
-/// True if there is a file of that name.
+/// True if there is a file of that name: no folder, and nothing that has no end or makes its reader wait.
 pub(crate) fn exists(path: &Path) -> bool {
-    path.exists()
+    path.is_file()
+}
+
+/// True if there is anything of that name.
+pub(crate) fn is_taken(path: &Path) -> bool {
+    fs::symlink_metadata(path).is_ok()
+}
+
+/// The size of an ordinary file below `root`, wherever symbolic links lead; none for all else. A text that somebody else wrote names it.
+pub(crate) fn size_within(path: &Path, root: &Path) -> Option<u64> {
+    let path = fs::canonicalize(path).ok()?;
+    let data = fs::metadata(&path).ok().filter(fs::Metadata::is_file)?;
+    path.starts_with(fs::canonicalize(root).ok()?).then_some(data.len())
 }

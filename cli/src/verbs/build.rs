@@ -1,9 +1,10 @@
 //! `grafsynth build FILE --target T -o DIR`.
 
-use crate::args::{Build, Busy, Input};
+use crate::args::{Build, Busy, Input, Trust};
 use crate::exit::Exit;
 use crate::files;
 use crate::load::{Session, Stop};
+use crate::memory::Bound;
 use grafsynth_backend_c::package::Ecosystem;
 use grafsynth_backend_c::{Style, cost};
 use grafsynth_driver::codes;
@@ -15,15 +16,17 @@ use grafsynth_driver::pipeline::{
 use grafsynth_driver::read::Design;
 use grafsynth_driver::report::{self, Line, Outcome};
 use grafsynth_driver::target::Target;
-use grafsynth_driver::template::TemplateFile;
+use grafsynth_driver::template::{ENDLESS, TemplateFile};
+use grafsynth_driver::trust;
 use grafsynth_engines::{EngineError, Job, exhaustive, ice40, measure};
 use grafsynth_ir::diag::any_error;
 use grafsynth_ir::facts::Facts;
-use grafsynth_ir::net::Net;
+use grafsynth_ir::net::{Net, without_c_texts};
 use grafsynth_ir::{Diagnostic, Valid};
 use grafsynth_sim::Stimulus;
 use grafsynth_verify::Limits;
 use serde_json::json;
+use std::borrow::Cow;
 
 pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop> {
     if arguments.target.iter().any(|target| target == "list") {
@@ -133,13 +136,27 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
         }),
         stimulus,
         prove: !arguments.no_proof,
+        trusts_code: arguments.trust.trust_code,
         report: arguments.report,
         limits: limits.clone(),
     };
-    let mut built = pipeline::build(net, &facts, &targets, &options);
+    let (templates, others): (Vec<Target>, Vec<Target>) =
+        targets.iter().partition(|target| **target == Target::Template);
+    let mut built = pipeline::build(net, &facts, &others, &options);
+    if !templates.is_empty() {
+        let bound = Bound::start(ENDLESS.id, "a template");
+        let mut rendered = pipeline::build(net, &facts, &templates, &options);
+        drop(bound);
+        built.files.append(&mut rendered.files);
+        built.lines.append(&mut rendered.lines);
+        built.found.append(&mut rendered.found);
+    }
     found.append(&mut built.found);
     if !arguments.no_proof {
-        check_c(net, &facts, &limits, &mut built);
+        check_c(net, &facts, &limits, options.trusts_code, &mut built);
+        if !built.packages.is_empty() && !options.trusts_code {
+            found.extend(trust::left_out(net));
+        }
     }
     let mut bitstreams = bitstreams(&limits, &mut built);
     if arguments.blob {
@@ -157,7 +174,8 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
         return Ok(Exit::Refuted);
     }
     if arguments.measure {
-        built.measured = measured(session, net, &facts, &options, &targets);
+        let runnable = runnable(net, arguments.trust);
+        built.measured = measured(session, &runnable, &facts, &options, &targets);
     }
     if arguments.report {
         let counted = design.counted.as_ref();
@@ -173,6 +191,14 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
     } else {
         Exit::Done
     })
+}
+
+/// The net whose C may be compiled and run: without the C of the chart's author, unless that is trusted.
+pub(super) fn runnable(net: &Valid<Net>, trust: Trust) -> Cow<'_, Valid<Net>> {
+    match without_c_texts(net) {
+        Some(bare) if !trust.trust_code => Cow::Owned(bare),
+        Some(_) | None => Cow::Borrowed(net),
+    }
 }
 
 /// The reactions on random inputs that `--measure` looks at.
@@ -309,7 +335,7 @@ fn is_file(output: &str, file: &str) -> bool {
 }
 
 /// Compares each C package with the net by running it, where there is a compiler.
-fn check_c(net: &Valid<Net>, facts: &Facts, limits: &Limits, built: &mut Built) {
+fn check_c(net: &Valid<Net>, facts: &Facts, limits: &Limits, trusts_code: bool, built: &mut Built) {
     let packages = std::mem::take(&mut built.packages);
     for package in &packages {
         let name = package
@@ -317,7 +343,10 @@ fn check_c(net: &Valid<Net>, facts: &Facts, limits: &Limits, built: &mut Built) 
             .iter()
             .find(|file| file.name.ends_with(".c"))
             .map_or("c", |file| file.name.as_str());
-        let line = exhaustive::check(name, net, facts, package, limits);
+        let mut line = exhaustive::check(name, net, facts, package, limits);
+        if !trusts_code && !net.c_texts().is_empty() {
+            line.text.push_str("; without the chart's own C (see --trust-code)");
+        }
         if line.outcome == Outcome::Refuted {
             built
                 .files

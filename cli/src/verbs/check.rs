@@ -31,6 +31,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Check) -> Result<Exit, Stop
     let visited = if net.steps.len() > LARGE { limits.pairs.min(100_000) } else { limits.pairs };
     let facts = grafsynth_verify::facts(net, &Limits { pairs: visited, ..limits.clone() });
     found.extend(grafsynth_verify::lints(net, &facts));
+    found.extend(grafsynth_driver::trust::unseen(net));
     let machine = arguments.input.reading.machine;
     if let Some(output) = &arguments.certify {
         return certify(session, &design, machine, output, &limits, found);

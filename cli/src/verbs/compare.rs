@@ -7,6 +7,7 @@ use crate::load::{Session, Stop};
 use grafsynth_driver::compare::{self as driver_compare, Apart};
 use grafsynth_driver::judge::{self, Judged, Renames};
 use grafsynth_driver::read::Design;
+use grafsynth_driver::trust;
 use grafsynth_engines::{Availability, Engine, EngineError, Job, ReferenceEngine};
 use grafsynth_ir::Span;
 use grafsynth_ir::logic::Logic;
@@ -51,7 +52,11 @@ pub(crate) fn run(session: &mut Session, arguments: &Compare) -> Result<Exit, St
         return Ok(Exit::Usage);
     };
     let facts = grafsynth_driver::pipeline::facts(net, &Limits::default());
-    let job = Job { net, facts: &facts, stimulus: &stimulus };
+    let runnable = super::build::runnable(net, arguments.trust);
+    if engines.iter().any(|engine| engine.runs_c()) && !arguments.trust.trust_code {
+        session.show(trust::left_out(net).as_slice());
+    }
+    let job = Job { net: &runnable, facts: &facts, stimulus: &stimulus };
     let reference = match ReferenceEngine.run(&job) {
         Ok(trace) => trace,
         Err(_) => unreachable!("the reference simulator runs every valid net"),

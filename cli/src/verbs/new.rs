@@ -22,7 +22,7 @@ pub(crate) fn run(arguments: &New, quiet: bool) -> Result<Exit, String> {
             "`{name}` cannot be the name of a chart: use letters, digits and _, not beginning with a digit"
         ));
     }
-    if files::exists(folder) {
+    if files::is_taken(folder) {
         return Err(format!("{} is there already", folder.display()));
     }
     let all: Vec<_> = FILES

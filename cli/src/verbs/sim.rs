@@ -6,6 +6,7 @@ use crate::files;
 use crate::load::{Session, Stop};
 use grafsynth_driver::logic::LogicDesign;
 use grafsynth_driver::read::Design;
+use grafsynth_driver::trust;
 use grafsynth_engines::{Availability, EngineError, Job};
 use grafsynth_ir::diag::any_error;
 use grafsynth_ir::net::Net;
@@ -69,7 +70,11 @@ pub(crate) fn run(session: &mut Session, arguments: &Sim) -> Result<Exit, Stop> 
             )));
         }
         let facts = grafsynth_driver::pipeline::facts(net, &grafsynth_verify::Limits::default());
-        match engine.run(&Job { net, facts: &facts, stimulus: &stimulus }) {
+        let runnable = super::build::runnable(net, arguments.trust);
+        if engine.runs_c() && !arguments.trust.trust_code {
+            session.show(trust::left_out(net).as_slice());
+        }
+        match engine.run(&Job { net: &runnable, facts: &facts, stimulus: &stimulus }) {
             Ok(trace) => trace,
             Err(EngineError::Refused(found)) => {
                 session.show(&found);

@@ -1,0 +1,97 @@
+//! Text of a target language in a net: where it is, and the net without it.
+//!
+//! Simulation and proofs do not see such text, but a C compiler does: whoever compiles and runs the emitted C runs what the author of the chart wrote.
+
+use super::{Block, Net, StmtKind, Verbatim};
+use crate::span::Span;
+use crate::validate::{Valid, validate};
+use crate::walk::for_each_stmt;
+
+/// What stands in place of a text that was left out.
+const LEFT_OUT: &str = "/* text of the chart, left out */";
+
+impl Verbatim {
+    /// True for text that emitted C contains.
+    #[must_use]
+    pub fn is_c(&self) -> bool {
+        is_c(&self.language)
+    }
+}
+
+/// True for the name of a language whose text emitted C contains.
+#[must_use]
+pub fn is_c(language: &str) -> bool {
+    language.eq_ignore_ascii_case("c")
+}
+
+impl Net {
+    /// All texts of target languages, in the order of the steps and then of their places.
+    #[must_use]
+    pub fn texts(&self) -> Vec<(&Verbatim, Span)> {
+        let mut all: Vec<(&Verbatim, Span)> = Vec::new();
+        for step in self.steps.values() {
+            all.extend(step.code.iter().map(|text| (text, step.meta.span)));
+        }
+        let n_levels = all.len();
+        for_each_stmt(self, &mut |stmt| {
+            if let StmtKind::Code(text) = &stmt.kind {
+                all.push((text, stmt.span));
+            }
+        });
+        all[n_levels..].sort_by_key(|(_, span)| *span);
+        all
+    }
+
+    /// The places of texts that emitted C contains.
+    #[must_use]
+    pub fn c_texts(&self) -> Vec<Span> {
+        self.texts().into_iter().filter(|(text, _)| text.is_c()).map(|(_, span)| span).collect()
+    }
+}
+
+/// The same net with a comment in place of each text of C, so that what is emitted has the same shape and runs nothing of the author's. None if there
+/// is no such text.
+#[must_use]
+pub fn without_c_texts(net: &Valid<Net>) -> Option<Valid<Net>> {
+    if net.c_texts().is_empty() {
+        return None;
+    }
+    let mut net: Net = (**net).clone();
+    for (_, step) in net.steps.iter_mut() {
+        step.code.iter_mut().for_each(leave_out);
+        for list in [&mut step.entry, &mut step.exit, &mut step.initial_content] {
+            leave_out_of(list);
+        }
+        step.tasks.iter_mut().for_each(|task| leave_out_of(&mut task.body));
+    }
+    net.transitions.iter_mut().for_each(|(_, it)| leave_out_of(&mut it.actions));
+    net.actions.iter_mut().for_each(|(_, it)| leave_out_of(&mut it.body));
+    net.histories.iter_mut().for_each(|(_, it)| leave_out_of(&mut it.default_content));
+    match validate(net) {
+        Ok(net) => Some(net),
+        Err(_) => unreachable!("nothing that is validated was changed"),
+    }
+}
+
+fn leave_out_of(list: &mut Block) {
+    for stmt in list {
+        match &mut stmt.kind {
+            StmtKind::Code(text) => leave_out(text),
+            StmtKind::If { then, otherwise, .. } => {
+                leave_out_of(then);
+                leave_out_of(otherwise);
+            }
+            StmtKind::Assign { .. }
+            | StmtKind::Raise(_)
+            | StmtKind::Send(_)
+            | StmtKind::Cancel(_)
+            | StmtKind::Call { .. } => {}
+        }
+    }
+}
+
+fn leave_out(text: &mut Verbatim) {
+    if text.is_c() {
+        LEFT_OUT.clone_into(&mut text.text);
+    }
+}
