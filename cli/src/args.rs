@@ -245,6 +245,9 @@ pub(crate) struct Check {
     /// Write the text with a certificate behind each library chart in it: which of its properties are proved, by which version, of which text. `-` is standard output.
     #[arg(long, value_name = "OUTPUT")]
     pub(crate) certify: Option<PathBuf>,
+    /// Show notes on what is right as it is: `conflicts`, which the conflict policy decides, and who wins.
+    #[arg(long, value_name = "WHAT", value_parser = ["conflicts"], value_delimiter = ',')]
+    pub(crate) notes: Vec<String>,
     #[command(flatten)]
     pub(crate) limits: Limits,
 }

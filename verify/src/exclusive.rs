@@ -4,7 +4,7 @@
 //! The answer is computed with a small decision diagram over *atoms*: Boolean leaves, thresholds of integer expressions, and whatever else is compared.
 //! What the diagram does not know (the meaning of an opaque atom) only makes it say "together" more often, never less.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::arena::IdMap;
 use grafsynth_ir::expr::{CompareOp, Expr as GenericExpr, ExprKind, Type};
@@ -70,6 +70,25 @@ pub fn compatible_pairs(net: &Net) -> Vec<Overlap> {
         }
     }
     overlaps
+}
+
+/// Every two moves that share a preceding step and whose receptivities can be true together, or for which that was not found out; the one declared first
+/// first.
+pub(crate) fn all_compatible_pairs(net: &Net) -> Vec<(TransitionId, TransitionId)> {
+    let mut pairs = BTreeSet::new();
+    for all in leaving(net).values() {
+        let mut guards = Guards::new(net);
+        for (at, second) in all.iter().enumerate() {
+            for first in &all[..at] {
+                if !pairs.contains(&(*first, *second))
+                    && guards.together(*first, *second).unwrap_or(true)
+                {
+                    pairs.insert((*first, *second));
+                }
+            }
+        }
+    }
+    pairs.into_iter().collect()
 }
 
 /// The pairs of [`compatible_pairs`] that really fire together: none where the policy lets transitions compete.

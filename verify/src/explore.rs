@@ -13,6 +13,7 @@ use indexmap::{IndexMap, IndexSet};
 use crate::alphabet::{Alphabet, NoAlphabet};
 use crate::limits::Limits;
 use crate::relevance::{Inputs, Relevance};
+use crate::verdict::OpenReason;
 use crate::zone::{Source, Zone};
 
 /// Which `dt` are tried.
@@ -46,6 +47,8 @@ pub(crate) struct Seen<'a, 'n> {
     pub(crate) input: &'a InputRow,
     pub(crate) row: &'a Row,
     pub(crate) simulator: &'a Simulator<'n>,
+    /// It can follow each state of the node before, after some `dt`, and not some of them only.
+    pub(crate) is_sure: bool,
     came: &'a Came,
 }
 
@@ -87,8 +90,6 @@ pub(crate) struct States {
     clocks: Vec<Clock>,
     /// Pairs of a node and a row (with a part of its zone) that were tried.
     pub(crate) pairs: u64,
-    /// Whatever can follow a node can follow each of its points: nodes are states in all that matters.
-    pub(crate) is_uniform: bool,
 }
 
 impl States {
@@ -217,7 +218,7 @@ pub(crate) enum Ended<B> {
     /// The visitor had enough.
     Stopped(B),
     /// It was given up, and why.
-    Open(String),
+    Open(OpenReason),
 }
 
 /// Visits every reaction from every reachable state, nearest to reset first. Inputs that cannot matter in a state keep one value.
@@ -288,7 +289,6 @@ impl<'n, 'l> Search<'n, 'l> {
             nodes: Vec::new(),
             clocks,
             pairs: 0,
-            is_uniform: true,
         };
         Search { limits, times, simulator, net, found }
     }
@@ -296,11 +296,12 @@ impl<'n, 'l> Search<'n, 'l> {
     fn run<B>(
         &mut self,
         visit: &mut impl FnMut(&States, &Seen<'_, 'n>) -> Option<B>,
-    ) -> Result<Ended<B>, String> {
+    ) -> Result<Ended<B>, OpenReason> {
         let (net, limits) = (self.net, self.limits);
         let longest = self.found.clocks.iter().filter_map(|clock| clock.cuts.last()).max();
         if longest.is_some_and(|longest| *longest > i64::from(MAX_DT)) {
-            return Err(format!("a time is longer than {MAX_DT} ticks"));
+            let why = format!("a time is longer than {MAX_DT} ticks");
+            return Err(OpenReason::Method(why));
         }
         let reset = self.simulator.state().clone();
         let (state, clocks, sources) = self.after(&reset, None)?;
@@ -318,21 +319,16 @@ impl<'n, 'l> Search<'n, 'l> {
         while at < self.found.nodes.len() {
             let matter = relevance.inputs(self.found.situation(at));
             if !cache.contains_key(&matter) {
-                let rows = alphabet.rows(&matter, limits.rows_per_state).ok_or_else(|| {
-                    let most = limits.rows_per_state;
-                    format!("more than {most} rows of inputs are possible in one state")
-                })?;
+                let limit = limits.rows_per_state;
+                let rows = alphabet.rows(&matter, limit).ok_or(OpenReason::Rows { limit })?;
                 cache.insert(matter.clone(), rows);
             }
             let rows = &cache[&matter];
             let room = limits.pairs.saturating_sub(self.found.pairs) / (rows.len() as u64).max(1);
-            let cases = self.cases(at, &relevance, room).ok_or_else(|| {
-                format!(
-                    "more than {} pairs of a state and an input ({} states so far)",
-                    limits.pairs,
-                    self.found.nodes.len()
-                )
-            })?;
+            let states = self.found.nodes.len();
+            let cases = self
+                .cases(at, &relevance, room)
+                .ok_or(OpenReason::Pairs { limit: limits.pairs, states })?;
             for case in cases {
                 for row in rows {
                     if let Some(answer) = self.reaction(at, &case, row, visit)? {
@@ -450,7 +446,7 @@ impl<'n, 'l> Search<'n, 'l> {
         case: &Case,
         row: &InputRow,
         visit: &mut impl FnMut(&States, &Seen<'_, 'n>) -> Option<B>,
-    ) -> Result<Option<B>, String> {
+    ) -> Result<Option<B>, OpenReason> {
         let row = InputRow { dt: case.dt, ..row.clone() };
         self.found.pairs += 1;
         self.simulator.set_state(&case.before);
@@ -471,9 +467,11 @@ impl<'n, 'l> Search<'n, 'l> {
                 (state, clocks, zone, sources)
             }
         };
-        if self.times == Times::AllZones && self.found.is_uniform {
-            self.found.is_uniform = case.zone.earlier().includes(&self.found.nodes[from].zone);
-        }
+        let is_sure = match self.times {
+            Times::Each(_) => true,
+            Times::Zones => false,
+            Times::AllZones => case.zone.earlier().includes(&self.found.nodes[from].zone),
+        };
         let parent =
             Parent { node: from as u32, row: row.clone(), came: case.came.clone(), sources };
         let to = self.node(state, clocks, zone, Some(parent))?;
@@ -484,6 +482,7 @@ impl<'n, 'l> Search<'n, 'l> {
             input: &row,
             row: self.simulator.row(),
             simulator: &self.simulator,
+            is_sure,
             came: &case.came,
         };
         Ok(visit(&self.found, &seen))
@@ -495,7 +494,7 @@ impl<'n, 'l> Search<'n, 'l> {
         &self,
         reached: &State,
         ran: Option<(&[usize], &[i64])>,
-    ) -> Result<(State, Vec<usize>, Vec<Source>), String> {
+    ) -> Result<(State, Vec<usize>, Vec<Source>), OpenReason> {
         let mut state = reached.clone();
         let (mut clocks, mut sources) = (Vec::new(), Vec::new());
         for (at, clock) in self.found.clocks.iter().enumerate() {
@@ -513,7 +512,8 @@ impl<'n, 'l> Search<'n, 'l> {
                     Some(place) => Source::Kept(place),
                     None if time == 0 || ran.is_none() => Source::Started(time),
                     None => {
-                        return Err("a counter goes on from a time that it had before".to_owned());
+                        let why = "a counter goes on from a time that it had before";
+                        return Err(OpenReason::Method(why.to_owned()));
                     }
                 };
                 clocks.push(at);
@@ -531,7 +531,7 @@ impl<'n, 'l> Search<'n, 'l> {
         clocks: Vec<usize>,
         zone: Zone,
         parent: Option<Parent>,
-    ) -> Result<usize, String> {
+    ) -> Result<usize, OpenReason> {
         let (at, is_new) = self.found.states.insert_full(state);
         if is_new {
             self.found.by_state.push(Vec::new());
@@ -546,7 +546,7 @@ impl<'n, 'l> Search<'n, 'l> {
         }
         let number = self.found.nodes.len();
         if number >= self.limits.states {
-            return Err(format!("more than {} states", self.limits.states));
+            return Err(OpenReason::States { limit: self.limits.states });
         }
         nodes.push(number as u32);
         self.found.nodes.push(Node { state: at, clocks, zone, parent });

@@ -279,7 +279,7 @@ fn shows_all_steps(net: &Net) -> bool {
 
 /// The same facts from a decision diagram of all reachable states, for charts with more states than can be visited. The error says why there is none.
 fn symbolic_facts(net: &Valid<Net>, limits: &Limits, facts: &mut Facts) -> Result<(), String> {
-    let mut reached = symbolic::reach(net, facts, limits, &[])?;
+    let mut reached = symbolic::reach(net, facts, limits, &[], &[])?;
     let situations = reached.count();
     if situations == u128::MAX {
         facts

@@ -15,6 +15,7 @@ use crate::facts::structural_facts;
 use crate::limits::Limits;
 use crate::relevance::Relevance;
 use crate::symbolic;
+use crate::verdict::{Open, OpenReason, Scope, Tested};
 
 /// The answer for one `assert`.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -46,7 +47,7 @@ pub enum Outcome {
         is_shortest: bool,
     },
     /// It could not be found out, and why.
-    Open(String),
+    Open(Open),
 }
 
 /// The net with one more `assert`, the last: never does the emergency hold while an output is not safe. The net itself where it has no emergency, or none of
@@ -151,16 +152,15 @@ pub fn properties(net: &Valid<Net>, limits: &Limits) -> Vec<PropertyVerdict> {
         .map(|(((index, _), outcome), is_broken)| PropertyVerdict {
             property: *index,
             outcome: outcome.unwrap_or_else(|| {
-                let n_rows = limits.random_rows;
-                let why_open = why_open.join("; ");
-                Outcome::Open(if is_broken {
-                    format!(
-                        "some stimulus breaks it, but {n_rows} random reactions did not find one"
-                    )
-                } else if holds_for_chips {
-                    format!("proved for at most one tick a reaction only; {why_open}; {n_rows} random reactions did not break it")
-                } else {
-                    format!("{why_open}; {n_rows} random reactions did not break it")
+                let reactions = limits.random_rows as u64;
+                let mut reasons =
+                    if is_broken { vec![OpenReason::Unfound] } else { why_open.clone() };
+                if holds_for_chips && !is_broken {
+                    reasons.insert(0, OpenReason::OnlyFor(Scope::OneTick));
+                }
+                Outcome::Open(Open {
+                    reasons,
+                    tested: Some(Tested { reactions, ..Tested::default() }),
                 })
             }),
         })
@@ -173,7 +173,7 @@ fn enumerate(
     limits: &Limits,
     asserts: &[(usize, &Property)],
     outcomes: &mut Vec<Option<Outcome>>,
-) -> Result<(), String> {
+) -> Result<(), OpenReason> {
     let (found, states, ended) = explore_any(
         net,
         limits,
@@ -237,7 +237,9 @@ fn by_diagram(
 ) {
     let open: Vec<usize> = (0..asserts.len()).filter(|at| outcomes[*at].is_none()).collect();
     let never: Vec<_> = open.iter().map(|at| &asserts[*at].1.never).collect();
-    let Ok(reached) = symbolic::reach(net, &structural_facts(net), limits, &never) else { return };
+    let Ok(reached) = symbolic::reach(net, &structural_facts(net), limits, &never, &[]) else {
+        return;
+    };
     for (at, breaks) in open.into_iter().zip(&reached.breaks) {
         match breaks {
             Some(false) => {

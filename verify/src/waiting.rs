@@ -20,6 +20,7 @@ use crate::explore::{Ended, States, Ticks, Times, explore};
 use crate::guards::{holds, is_enabled, reads_inputs_only};
 use crate::limits::Limits;
 use crate::relevance::{Inputs, Relevance};
+use crate::verdict::OpenReason;
 
 /// Reactions that are kept; with more the question stays open.
 const MOST_EDGES: usize = 1 << 20;
@@ -74,7 +75,7 @@ struct Edge {
 ///
 /// # Errors
 /// Why that is not known: the states or rows are too many.
-pub fn waiting(net: &Valid<Net>, limits: &Limits) -> Result<Vec<Waiting>, String> {
+pub fn waiting(net: &Valid<Net>, limits: &Limits) -> Result<Vec<Waiting>, OpenReason> {
     let rivals = rivals(net);
     if rivals.is_empty() {
         return Ok(Vec::new());
@@ -84,11 +85,11 @@ pub fn waiting(net: &Valid<Net>, limits: &Limits) -> Result<Vec<Waiting>, String
         return Err(why);
     }
     let Ok(alphabet) = Alphabet::of(net, false, limits.rows_per_state) else {
-        return Err("the inputs have too many values".to_owned());
+        return Err(OpenReason::Assumptions);
     };
     let mut matter = Inputs::none(net);
     net.inputs.ids().for_each(|input| matter.insert(input));
-    let too_many = || format!("more than {} rows of inputs are possible", limits.rows_per_state);
+    let too_many = || OpenReason::Rows { limit: limits.rows_per_state };
     let rows = alphabet.rows(&matter, limits.rows_per_state).ok_or_else(too_many)?;
     let search = Search::of(net, &rivals, states, &rows)?;
     let answer = |(bit, transition): (usize, &TransitionId)| Waiting {
@@ -135,7 +136,7 @@ impl<'n> Search<'n> {
         rivals: &[TransitionId],
         states: States,
         rows: &[InputRow],
-    ) -> Result<Self, String> {
+    ) -> Result<Self, OpenReason> {
         let relevance = Relevance::of(net);
         let largest = states
             .situations()
@@ -146,7 +147,11 @@ impl<'n> Search<'n> {
         let rows: Vec<InputRow> =
             dts.flat_map(|dt| rows.iter().map(move |row| InputRow { dt, ..row.clone() })).collect();
         if states.len().saturating_mul(rows.len()) > MOST_EDGES {
-            return Err(format!("{} states with {} rows each", states.len(), rows.len()));
+            return Err(OpenReason::Method(format!(
+                "{} states with {} rows each",
+                states.len(),
+                rows.len()
+            )));
         }
         let mut simulator = Simulator::new(net);
         let mut edges = Vec::new();
@@ -156,7 +161,8 @@ impl<'n> Search<'n> {
                 simulator.set_state(state);
                 simulator.step(row);
                 let Some(to) = states.node_of(simulator.state()) else {
-                    return Err("inputs that are read later make more states".to_owned());
+                    let why = "inputs that are read later make more states";
+                    return Err(OpenReason::Method(why.to_owned()));
                 };
                 let mut edge = Edge { from, to, row: at, lost: 0, won: 0, held: 0 };
                 for (bit, rival) in rivals.iter().enumerate() {

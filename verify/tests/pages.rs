@@ -51,7 +51,8 @@ fn each_page_shows_its_finding() {
         let example = page
             .split("```")
             .nth(1)
-            .and_then(|fence| fence.strip_prefix("graf\n"))
+            .and_then(|fence| fence.strip_prefix("graf")?.split_once('\n'))
+            .map(|(_, example)| example)
             .expect("an example");
         let is_note = *id == grafsynth_verify::codes::DECIDED_CONFLICT.id;
         let found = if is_note { all_codes(example) } else { codes(example) };

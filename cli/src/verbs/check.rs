@@ -10,7 +10,7 @@ use grafsynth_driver::read::{Design, NetDesign};
 use grafsynth_ir::diag::any_error;
 use grafsynth_ir::net::{Net, Policy};
 use grafsynth_ir::{Diagnostic, FileId, Valid};
-use grafsynth_verify::{Limits, Outcome, Wait, Waiting};
+use grafsynth_verify::{Checked, Limits, Outcome, Wait, Waiting};
 use std::path::Path;
 
 /// Steps from which on a chart is large.
@@ -29,8 +29,13 @@ pub(crate) fn run(session: &mut Session, arguments: &Check) -> Result<Exit, Stop
     let limits = Limits { pairs: arguments.limits.proof_limit, ..Limits::default() };
     // A large chart has more states than can be visited; what its structure shows is found without them.
     let visited = if net.steps.len() > LARGE { limits.pairs.min(100_000) } else { limits.pairs };
-    let facts = grafsynth_verify::facts(net, &Limits { pairs: visited, ..limits.clone() });
-    found.extend(grafsynth_verify::lints(net, &facts));
+    let visited = Limits { pairs: visited, ..limits.clone() };
+    let facts = grafsynth_verify::facts(net, &visited);
+    let findings = grafsynth_verify::findings(net, &facts, &visited);
+    found.extend(findings.found);
+    if arguments.notes.iter().any(|what| what == "conflicts") {
+        found.extend(findings.notes);
+    }
     found.extend(grafsynth_driver::trust::unseen(net));
     let machine = arguments.input.reading.machine;
     if let Some(output) = &arguments.certify {
@@ -59,8 +64,34 @@ pub(crate) fn run(session: &mut Session, arguments: &Check) -> Result<Exit, Stop
                 }
             })
         ));
+        if !findings.checked.is_empty() {
+            crate::print(&looked_for(&findings.checked));
+        }
     }
     Ok(exit)
+}
+
+/// The line that says what was looked for, and what was not and why.
+fn looked_for(checked: &[Checked]) -> String {
+    let names =
+        |all: &[&Checked]| all.iter().map(|one| one.check.name()).collect::<Vec<_>>().join(", ");
+    let done: Vec<&Checked> = checked.iter().filter(|one| one.open.is_none()).collect();
+    let mut parts = Vec::new();
+    if !done.is_empty() {
+        parts.push(format!("checked: {}", names(&done)));
+    }
+    let mut left: Vec<&Checked> = checked.iter().filter(|one| one.open.is_some()).collect();
+    while let Some(first) = left.first().copied() {
+        let (same, others): (Vec<_>, Vec<_>) =
+            left.into_iter().partition(|one| one.open == first.open);
+        let why = first.open.as_ref().map_or_else(String::new, |why| match why.option() {
+            Some(option) => format!("{why}; {option} allows more"),
+            None => why.to_string(),
+        });
+        parts.push(format!("not checked: {} ({why})", names(&same)));
+        left = others;
+    }
+    format!("{}\n", parts.join(" · "))
 }
 
 /// Logic has no properties; what was read is said.

@@ -69,6 +69,6 @@ pub(super) fn said(outcome: &Verdict) -> String {
         Verdict::Refuted { row, .. } => {
             format!("refuted: it can be broken in row {row}; `check` prints a stimulus")
         }
-        Verdict::Open(why) => format!("open: {}", inline(why)),
+        Verdict::Open(why) => format!("open: {}", inline(&why.to_string())),
     }
 }

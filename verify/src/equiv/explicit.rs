@@ -356,7 +356,7 @@ pub(super) fn equiv(
     let alphabet = match Alphabet::of(net, true, limits.rows_per_state) {
         Ok(alphabet) => Some(alphabet),
         Err(NoAlphabet::Contradiction) => None,
-        Err(NoAlphabet::TooMany(why)) => return Verdict::Open(why),
+        Err(NoAlphabet::TooMany(why)) => return Verdict::Open(why.to_string()),
     };
     let relevance = Relevance::of(net);
     let mut reads = Reads {

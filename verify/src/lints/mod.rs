@@ -12,6 +12,7 @@ use grafsynth_ir::{Diagnostic, Valid};
 use crate::codes;
 use crate::limits::Limits;
 use crate::properties::check_assumption;
+use crate::verdict::OpenReason;
 
 /// What is looked for in a chart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -54,7 +55,7 @@ pub struct Checked {
     /// What was looked for.
     pub check: Check,
     /// Why not all of it was found out; none if it was.
-    pub open: Option<String>,
+    pub open: Option<OpenReason>,
 }
 
 /// Two transitions that share a preceding step and fire in one micro-step.
@@ -110,7 +111,7 @@ pub fn findings(net: &Valid<Net>, facts: &Facts, limits: &Limits) -> Findings {
         return findings;
     }
     unreachable(net, facts, &mut findings.found);
-    let not_counted = || facts.open.join("; ");
+    let not_counted = || OpenReason::Method(facts.open.join("; "));
     let is_counted = facts.reach.as_ref().is_some_and(|reach| reach.exact);
     let open = (!is_counted).then(not_counted);
     findings.checked.push(Checked { check: Check::Unreachable, open });

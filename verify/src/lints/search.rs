@@ -4,17 +4,19 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::facts::{Facts, Proof};
 use grafsynth_ir::net::{
-    Evolution, Net, Policy, StepId, StepKind, Transition, TransitionId, TransitionKind,
+    Evolution, Net, Policy, StepId, StepKind, StmtKind, Transition, TransitionId, TransitionKind,
 };
 use grafsynth_ir::{Diagnostic, Span, Valid};
 use grafsynth_sim::{InputRow, Noticed, Simulator, Situation, State, Stimulus, Writer};
 
 use super::{Check, Checked, Conflict, Decided, Findings, step_names};
 use crate::codes;
-use crate::exclusive::{bare, compatible_pairs, entered};
+use crate::exclusive::{all_compatible_pairs, bare, compatible_pairs, entered};
 use crate::explore::{Ended, Seen, States, Ticks, Times, explore};
 use crate::guards::{holds, is_enabled, reads_inputs_only};
 use crate::limits::Limits;
+use crate::symbolic;
+use crate::verdict::OpenReason;
 
 /// Edges of the state graph that are kept for the questions about cycles.
 const EDGE_LIMIT: usize = 4_000_000;
@@ -37,7 +39,8 @@ struct Search<'n> {
     noticed: BTreeMap<Noticed, (Vec<InputRow>, State)>,
 }
 
-/// From, to, bit set of rivals that were fireable and did not fire, bit set of those that fired, whether anything fired.
+/// From, to, bit set of rivals that were fireable and did not fire, bit set of those that fired, whether anything fired, and whether it can follow each state
+/// of the node.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Edge {
     from: u32,
@@ -45,6 +48,7 @@ struct Edge {
     lost: u32,
     won: u32,
     fires: bool,
+    is_sure: bool,
 }
 
 /// Looks for everything that only the reachable states show.
@@ -57,9 +61,13 @@ pub(super) fn run(net: &Valid<Net>, facts: &Facts, limits: &Limits, findings: &m
     let (all, each) = (Times::AllZones, Times::Each(Ticks::Any));
     let (mut search, mut states, mut ended) =
         Search::of(net, limits, if has_time { all } else { each });
+    let is_exact = |search: &Search<'_>, states: &States, ended: &Ended<()>| {
+        matches!(ended, Ended::Complete)
+            && search.alive(states, |_| true) == search.alive(states, |edge| edge.is_sure)
+    };
     // A node that stands for states with different futures can hide that one of them has none.
     let mut ends_open = None;
-    if has_time && !(states.is_uniform && matches!(ended, Ended::Complete)) {
+    if has_time && !is_exact(&search, &states, &ended) {
         let (one_by_one, states_of_it, ended_of_it) = Search::of(net, limits, each);
         match ended_of_it {
             Ended::Complete => (search, states, ended) = (one_by_one, states_of_it, ended_of_it),
@@ -69,7 +77,9 @@ pub(super) fn run(net: &Valid<Net>, facts: &Facts, limits: &Limits, findings: &m
     }
     let graph_open = match &ended {
         Ended::Complete if search.edges.len() < EDGE_LIMIT => None,
-        Ended::Complete | Ended::Stopped(()) => Some(format!("more than {EDGE_LIMIT} reactions")),
+        Ended::Complete | Ended::Stopped(()) => {
+            Some(OpenReason::Method(format!("more than {EDGE_LIMIT} reactions")))
+        }
         Ended::Open(why) => Some(why.clone()),
     };
     let mut seen_open = graph_open.clone();
@@ -87,6 +97,10 @@ pub(super) fn run(net: &Valid<Net>, facts: &Facts, limits: &Limits, findings: &m
         };
         search = less;
     }
+    let mut conflicts_open = seen_open.clone();
+    if seen_open.is_some() && search.ask_diagram(facts, limits) {
+        conflicts_open = None;
+    }
     findings.conflicts = search.conflicts(&mut findings.found);
     search.notes(&mut findings.found);
     findings.found.append(&mut late);
@@ -95,14 +109,18 @@ pub(super) fn run(net: &Valid<Net>, facts: &Facts, limits: &Limits, findings: &m
         decided.map(|(winner, loser)| Decided { winner: *winner, loser: *loser }).collect();
     findings.notes = search.decided();
     let is_single = net.settings.evolution == Evolution::Single;
-    let mut check = |check, open: &Option<String>| {
+    let mut check = |check, open: &Option<OpenReason>| {
         findings.checked.push(Checked { check, open: open.clone() });
     };
-    check(Check::Conflicts, &seen_open);
+    check(Check::Conflicts, &conflicts_open);
     check(Check::DeadEnds, if graph_open.is_some() { &graph_open } else { &ends_open });
-    check(Check::Races, &seen_open);
+    if can_race(net) {
+        check(Check::Races, &seen_open);
+    }
     if !is_single {
-        check(Check::Livelock, &seen_open);
+        // A bound on the micro-steps that was proved in any way is one.
+        let is_bounded = facts.stable_depth.is_some() || facts.always_stable.is_some();
+        check(Check::Livelock, if is_bounded { &None } else { &seen_open });
     }
     if is_single && matches!(net.settings.policy, Policy::Priority | Policy::PriorityAge) {
         check(Check::Starvation, &graph_open);
@@ -150,6 +168,31 @@ impl<'n> Search<'n> {
         }
     }
 
+    /// Finds the pairs that fire together without a search: from the receptivities alone, or from the decision diagram of all reachable states. False if
+    /// that is not known of all of them.
+    fn ask_diagram(&mut self, facts: &Facts, limits: &Limits) -> bool {
+        let net = self.net;
+        if net.settings.policy != Policy::All || net.settings.fire_one {
+            return net.settings.fire_one;
+        }
+        let unknown: Vec<(TransitionId, TransitionId)> = all_compatible_pairs(net)
+            .into_iter()
+            .filter(|(first, second)| !self.together.contains(&(*first, *second)))
+            .filter(|(first, second)| {
+                !does_the_same(&net.transitions[*first], &net.transitions[*second])
+            })
+            .collect();
+        if unknown.is_empty() {
+            return true;
+        }
+        let Ok(reached) = symbolic::reach(net, facts, limits, &[], &unknown) else { return false };
+        if reached.exact {
+            let together = unknown.into_iter().zip(&reached.pairs).filter(|(_, fire)| **fire);
+            self.together.extend(together.map(|(pair, _)| pair));
+        }
+        reached.exact
+    }
+
     fn note(&mut self, states: &States, seen: &Seen<'_, 'n>) {
         let net = self.net;
         self.firings(seen.simulator);
@@ -173,6 +216,7 @@ impl<'n> Search<'n> {
             lost: 0,
             won: 0,
             fires: !fired.is_empty(),
+            is_sure: seen.is_sure,
         };
         for (bit, rival) in self.rivals.iter().enumerate() {
             let data = &net.transitions[*rival];
@@ -397,14 +441,13 @@ impl<'n> Search<'n> {
         error.help("let one of these wait for an edge, an event or a time; `evolution single` makes one micro-step a reaction")
     }
 
-    /// States from which nothing ever fires again.
-    fn dead_ends(&self, states: &States, out: &mut Vec<Diagnostic>) -> Vec<Vec<StepId>> {
-        let net = self.net;
+    /// For each node whether something fires in it or later, by edges that are `kept`.
+    fn alive(&self, states: &States, kept: impl Fn(&Edge) -> bool) -> Vec<bool> {
         let n = states.len();
         let mut alive = vec![false; n];
         let mut before: Vec<Vec<u32>> = vec![Vec::new(); n];
         let mut todo: Vec<u32> = Vec::new();
-        for edge in &self.edges {
+        for edge in self.edges.iter().filter(|edge| kept(edge)) {
             if edge.from != edge.to {
                 before[edge.to as usize].push(edge.from);
             }
@@ -421,6 +464,13 @@ impl<'n> Search<'n> {
                 }
             }
         }
+        alive
+    }
+
+    /// States from which nothing ever fires again.
+    fn dead_ends(&self, states: &States, out: &mut Vec<Diagnostic>) -> Vec<Vec<StepId>> {
+        let net = self.net;
+        let alive = self.alive(states, |_| true);
         let mut reported: BTreeSet<&Situation> = BTreeSet::new();
         let mut found = Vec::new();
         for (at, is_alive) in alive.iter().enumerate() {
@@ -549,6 +599,15 @@ fn rivals(net: &Net) -> Vec<TransitionId> {
         }
     }
     rivals.into_iter().take(32).collect()
+}
+
+/// Something in the net can be written twice, leave its range, be lost or be forced in two ways.
+fn can_race(net: &Net) -> bool {
+    let mut writes = net.settings.queue.is_some() || net.forcings.len() > 1;
+    grafsynth_ir::walk::for_each_stmt(net, &mut |stmt| {
+        writes |= matches!(stmt.kind, StmtKind::Assign { .. } | StmtKind::Call { .. });
+    });
+    writes || net.outputs.values().any(grafsynth_ir::net::Output::is_extern)
 }
 
 /// The first step that both transitions leave, if they are moves and not one.

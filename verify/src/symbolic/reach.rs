@@ -7,7 +7,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::facts::Facts;
-use grafsynth_ir::net::{Evolution, Expr, InputKind, Net, PropertyExpr, StepId};
+use grafsynth_ir::net::{Evolution, Expr, InputKind, Net, PropertyExpr, StepId, TransitionId};
 use grafsynth_ir::program::Origin;
 use grafsynth_logic::bdd::{Bdd, Full, Ref, Scarce};
 
@@ -35,6 +35,8 @@ pub(crate) struct Reached {
     pub(crate) fires: Vec<bool>,
     /// For each property that was asked about whether some row after the first breaks it; none where that cannot be said over state and inputs.
     pub(crate) breaks: Vec<Option<bool>>,
+    /// For each pair that was asked about whether both ever fire in one micro-step (of a reaction after the reset).
+    pub(crate) pairs: Vec<bool>,
     /// The number of states, as far as they tell anything asked; `u64::MAX` stands for that and more.
     pub(crate) states: u64,
     /// The largest number of micro-steps in a reaction, where none exceeds the limit of the net.
@@ -94,14 +96,16 @@ impl From<String> for Failed {
 
 /// All situations that the net can reach, for any `dt`. The error says why that could not be found out.
 ///
-/// `facts` gives the components, for the order of variables only. `never` are properties to ask about.
+/// `facts` gives the components, for the order of variables only. `never` are properties to ask about, and `pairs` are transitions.
 pub(crate) fn reach(
     net: &Net,
     facts: &Facts,
     limits: &Limits,
     never: &[&PropertyExpr],
+    pairs: &[(TransitionId, TransitionId)],
 ) -> Result<Reached, String> {
     let never: Vec<Option<Expr>> = never.iter().map(|one| over_state(net, one)).collect();
+    let asked = Asked { never: &never, pairs };
     let limit = match net.settings.evolution {
         Evolution::Single => 1,
         Evolution::Stable { limit } => limit,
@@ -110,7 +114,7 @@ pub(crate) fn reach(
     let mut work = limits.image_work;
     let mut depth = limit.min(4);
     loop {
-        match attempt(net, facts, limits, &never, limit, depth, &mut work) {
+        match attempt(net, facts, limits, &asked, limit, depth, &mut work) {
             Ok(reached) => return Ok(reached),
             Err(Failed::Open(why)) => return Err(why),
             // Earlier attempts took their share of the work.
@@ -129,12 +133,18 @@ pub(crate) fn reach(
     }
 }
 
+/// What is asked beside what can be reached.
+struct Asked<'a> {
+    never: &'a [Option<Expr>],
+    pairs: &'a [(TransitionId, TransitionId)],
+}
+
 /// With so many micro-steps in a reaction. Takes what it does from `work`.
 fn attempt(
     net: &Net,
     facts: &Facts,
     limits: &Limits,
-    never: &[Option<Expr>],
+    questions: &Asked<'_>,
     limit: u32,
     depth: u32,
     work: &mut u64,
@@ -174,8 +184,15 @@ fn attempt(
     let n_more = asked.len();
     asked.extend(model.maker.fired.iter().flatten());
     let n_fired = asked.len();
-    for never in never.iter().flatten() {
+    for never in questions.never.iter().flatten() {
         asked.push(model.maker.forbidden(&reaction.state, &inputs, never));
+    }
+    for (first, second) in questions.pairs {
+        let mut together = Vec::new();
+        for fired in model.maker.fired.clone() {
+            together.push(model.aig().and(fired[first.index()], fired[second.index()]));
+        }
+        asked.push(model.aig().or_all(together));
     }
     // All functions, in one list: next bits, conditions on inputs, what is asked.
     let mut roots: Vec<Lit> = next.values().copied().collect();
@@ -257,7 +274,9 @@ fn attempt(
     let broken = happens.split_off(n_fired - 1);
     let (more, fired) = happens.split_at(n_more - 1);
     let mut broken = broken.into_iter();
-    let breaks = never.iter().map(|one| one.as_ref().and_then(|_| broken.next())).collect();
+    let breaks =
+        questions.never.iter().map(|one| one.as_ref().and_then(|_| broken.next())).collect();
+    let pairs = broken.collect();
     state_levels.sort_unstable();
     let states = machine.bdd.sat_count(all, &state_levels);
     let states = u64::try_from(states).unwrap_or(u64::MAX);
@@ -267,7 +286,7 @@ fn attempt(
         .collect();
     let depth = more.iter().position(|more| !more).map(|depth| depth as u32);
     let exact = model.n_passed_over == 0;
-    Ok(Reached { machine, situations, level_of, exact, fires, breaks, states, depth })
+    Ok(Reached { machine, situations, level_of, exact, fires, breaks, pairs, states, depth })
 }
 
 /// Leaves out the bits of the state that no step ever depends on, neither at once nor by way of other bits: what is only counted, stored or put out.
