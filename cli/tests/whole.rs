@@ -291,6 +291,30 @@ fn a_foreign_journal_stays_in_its_folder() {
     assert!(folder.path().join("out/x").is_file(), "a sound journal is completed");
 }
 
+/// A write that was killed after some renames, and that cannot be completed since, is undone: the old files come back.
+#[test]
+fn a_write_that_cannot_be_completed_is_undone() {
+    let folder = project();
+    let at = |name: &str| folder.path().join("out").join(name);
+    fs::create_dir(at(".grafsynth-build")).expect("it is made");
+    // The first was renamed into place, the second is a new file there, the third meets a folder.
+    fs::write(at("a.txt"), "new\n").expect("it is written");
+    fs::write(at(".grafsynth-build/old-0"), "old\n").expect("it is written");
+    fs::write(at("b.txt"), "new\n").expect("it is written");
+    fs::write(at(".grafsynth-build/2"), "new\n").expect("it is written");
+    fs::create_dir(at("c.txt")).expect("it is made");
+    let file = |name: &str, replaces: bool| {
+        format!("{{\"name\":\"{name}\",\"replaces\":{replaces},\"keep_existing\":false}}")
+    };
+    let files = [file("a.txt", true), file("b.txt", false), file("c.txt", false)].join(",");
+    let journal = format!("{{\"folders\":[],\"files\":[{files}]}}");
+    fs::write(at(".grafsynth-build/journal"), journal).expect("it is written");
+    assert!(done(build(folder.path(), 0)).status.success());
+    assert_eq!(fs::read_to_string(at("a.txt")).expect("it is there"), "old\n");
+    assert!(!at("b.txt").exists() && at("c.txt").is_dir() && at("lamp.net").is_file());
+    assert_eq!(entries(folder.path()), Vec::<PathBuf>::new());
+}
+
 /// What does not arrive on standard output is an error; a reader that went away is none.
 #[cfg(target_os = "linux")]
 #[test]
