@@ -7,6 +7,7 @@
 mod chart;
 mod run;
 mod search;
+mod simulated;
 
 use chart::{Chart, Span};
 use grafsynth_frontend::graf;
