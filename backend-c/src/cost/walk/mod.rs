@@ -4,10 +4,12 @@
 //! `switch` take the dearest of each kind; so a branch that returns early is not added to what stands behind it. The path is found afterwards, by asking
 //! in reverse which part gave the figure.
 
+mod compile;
 mod expr;
 mod frame;
 mod trace;
 
+pub(super) use compile::{NOWHERE, cells, numbers};
 pub use trace::Place;
 
 use self::frame::{Frame, is_one_return};
@@ -16,33 +18,49 @@ use super::NotUnderstood;
 use super::TaskBound;
 use super::machine::{Machine, Op, Widths};
 use super::memory::size;
+use super::paths::code::{self, Price, What};
+use super::paths::run::Stopped;
+use super::paths::{self, Contract, Way};
 use super::tree::{Expr, Function, Kind, Stmt, Type, Unit};
 use crate::Object;
 use crate::ctext::Marks;
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
-/// Time, and calls of functions of the user.
+/// Time, and calls of functions of the user; and both without what functions of the text take that are called.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 struct Cost {
     time: u64,
     user: u64,
+    own: u64,
+    own_user: u64,
 }
 
 impl Cost {
-    fn plus(self, other: Cost) -> Cost {
+    /// Something that calls nothing.
+    fn of(time: u64) -> Cost {
+        Cost { time, user: 0, own: time, own_user: 0 }
+    }
+
+    fn each(self, other: Cost, both: impl Fn(u64, u64) -> u64) -> Cost {
         Cost {
-            time: self.time.saturating_add(other.time),
-            user: self.user.saturating_add(other.user),
+            time: both(self.time, other.time),
+            user: both(self.user, other.user),
+            own: both(self.own, other.own),
+            own_user: both(self.own_user, other.own_user),
         }
     }
 
+    fn plus(self, other: Cost) -> Cost {
+        self.each(other, u64::saturating_add)
+    }
+
     fn times(self, n: u64) -> Cost {
-        Cost { time: self.time.saturating_mul(n), user: self.user.saturating_mul(n) }
+        self.each(self, |one, _| one.saturating_mul(n))
     }
 
     fn or(self, other: Cost) -> Cost {
-        Cost { time: self.time.max(other.time), user: self.user.max(other.user) }
+        self.each(other, u64::max)
     }
 }
 
@@ -99,6 +117,8 @@ struct Summary {
     /// Bytes of it that are locals in memory, of all that is part of it.
     memory: u64,
     entry: u64,
+    /// The same, or that of a function which becomes part of it, where that is dearer.
+    whole_entry: u64,
     user_code: bool,
 }
 
@@ -108,6 +128,8 @@ struct Local {
     rom: bool,
     /// The value that it begins with, if that is a constant.
     start: Option<i128>,
+    /// Its first cell in runs.
+    cell: usize,
 }
 
 struct Walker<'a> {
@@ -134,6 +156,14 @@ struct Walker<'a> {
     user_code: bool,
     /// Bytes of stack of the library's functions.
     helper: u64,
+    // --- for runs (see [`compile`]):
+    /// What a function costs that was found in another way.
+    known: Option<(String, Cost)>,
+    routines: Vec<code::Routine>,
+    ops: Vec<Option<code::Op>>,
+    n_cells: usize,
+    /// Why the present statement can't be run.
+    lost: Option<String>,
     // --- of the present statement:
     line: u32,
     cost: Cost,
@@ -146,6 +176,7 @@ fn walked<'a>(
     machine: &'a Machine,
     marks: &'a Marks,
     roots: &[String],
+    known: Option<(String, Cost)>,
 ) -> Result<Walker<'a>, NotUnderstood> {
     let mut walker = Walker {
         unit,
@@ -169,6 +200,11 @@ fn walked<'a>(
         far: false,
         user_code: false,
         helper: 0,
+        known,
+        routines: Vec::new(),
+        ops: vec![None; unit.n_stmts],
+        n_cells: 0,
+        lost: None,
         line: 0,
         cost: Cost::default(),
         calls: Vec::new(),
@@ -190,20 +226,22 @@ fn walked<'a>(
     Ok(walker)
 }
 
+/// A reaction that goes to its limit and takes this many times what one takes that does not says nothing.
+const FAR: u64 = 3;
+
 /// The bound of a whole chart.
 pub(super) fn bound(
     unit: &Unit,
     machine: &Machine,
     prefix: &str,
     marks: &Marks,
+    contract: &Contract,
     map: &[(u32, Vec<Object>)],
 ) -> Result<super::Bound, NotUnderstood> {
     let named = |ends: &[&str]| -> Vec<String> {
         ends.iter().map(|end| format!("{prefix}_{end}")).collect()
     };
-    let walker = walked(unit, machine, marks, &named(&["init", "step"]))?;
-    // The scan lies in the header, and is text only where it is called: it is looked at by itself.
-    let scanning = walked(unit, machine, marks, &named(&["scan_isr", "scan"]))?;
+    let walker = walked(unit, machine, marks, &named(&["init", "step"]), None)?;
     let tables = unit.globals.values().map(|it| size(unit, machine, &it.ty)).sum::<u64>();
     let find = |end: &str| {
         let name = format!("{prefix}_{end}");
@@ -218,7 +256,52 @@ pub(super) fn bound(
         let name = format!("{prefix}_{end}");
         unit.types.get(&*name).map_or(0, |ty| size(unit, machine, ty))
     };
-    let call = Cost { time: u64::from(machine.call.time), user: 0 };
+    let total = |index: usize| walker.summaries.get(index).cloned().unwrap_or_default();
+    let of_text = total(step).cost;
+    let call = Cost::of(u64::from(machine.call.time));
+    let mut tracer = Tracer { walker: &walker, map, path: Vec::new() };
+    let chart = paths::Chart {
+        unit,
+        routines: &walker.routines,
+        int_bits: machine.int_bits,
+        step,
+        init,
+        prefix,
+        contract,
+    };
+    // An estimate, to choose a style, is made from the text.
+    let found = if machine.is_bounded {
+        paths::worst(&chart)
+    } else {
+        Err(Stopped::Lost("more than the instructions of this machine".to_owned()))
+    };
+    let (cost, of_one_event, way, open) = match &found {
+        Ok(found) if found.price.time <= of_text.time => {
+            let cost = |price: Price| Cost { user: price.user, ..Cost::of(price.time) };
+            tracer.gone(&found.path);
+            (cost(found.price), cost(found.of_one_event), found.way, None)
+        }
+        Ok(_) | Err(_) => {
+            tracer.function(step, 1, &[]);
+            (of_text, of_text, Way::Text, found.as_ref().err().map(ToString::to_string))
+        }
+    };
+    let path = tracer.path;
+    let unbounded = contract.limit.and_then(|limit| {
+        let settled = found.as_ref().ok().map(|it| it.settled);
+        match settled {
+            Some(Some(settled)) if settled.time.saturating_mul(FAR) >= cost.time => None,
+            Some(None) => None,
+            Some(Some(_)) | None => Some(format!(
+                "no number of micro-steps is proved, and up to the limit of {limit} a reaction would take {} {}",
+                cost.plus(call).time,
+                machine.unit
+            )),
+        }
+    });
+    // The scan lies in the header, and is text only where it is called: it is looked at by itself. The ring hands over one event for each reaction.
+    let known = Some((format!("{prefix}_step"), of_one_event));
+    let scanning = walked(unit, machine, marks, &named(&["scan_isr", "scan"]), known)?;
     let scan = |end: &str| {
         let name = format!("{prefix}_{end}");
         let summary = scanning.summaries.get(*scanning.by_name.get(&*name)?)?;
@@ -228,14 +311,13 @@ pub(super) fn bound(
             stack: summary.stack,
         })
     };
-    let mut path = Vec::new();
-    let mut tracer = Tracer { walker: &walker, map, path: &mut path };
-    tracer.function(step, 1, &[]);
-    let total = |index: usize| walker.summaries.get(index).cloned().unwrap_or_default();
     Ok(super::Bound {
-        step: total(step).cost.plus(call).time,
+        step: cost.plus(call).time,
+        way,
+        open,
+        unbounded,
         init: total(init).cost.plus(call).time,
-        user_calls: total(step).cost.user,
+        user_calls: cost.user,
         user_code: total(step).user_code,
         stack: total(step).stack.max(total(init).stack),
         instance: of_type("t"),
@@ -302,12 +384,16 @@ impl Walker<'_> {
         Err(NotUnderstood::new(self.line, what))
     }
 
+    fn spend(&mut self, time: u64) {
+        self.cost = self.cost.plus(Cost::of(time));
+    }
+
     fn pay(&mut self, op: Op) {
         self.pay_times(op, 1);
     }
 
     fn pay_times(&mut self, op: Op, n: u64) {
-        self.cost.time = self.cost.time.saturating_add(u64::from(op.time) * n);
+        self.spend(u64::from(op.time) * n);
         self.text += u64::from(op.text) * n;
     }
 
@@ -319,11 +405,13 @@ impl Walker<'_> {
 
     fn function(&mut self, function: &Function) -> Result<(), NotUnderstood> {
         let machine = self.machine;
-        self.locals = function
-            .parameters
-            .iter()
-            .map(|(name, ty)| (name.clone(), Local { ty: ty.clone(), rom: false, start: None }))
-            .collect();
+        self.n_cells = 0;
+        self.locals = Vec::new();
+        for (name, ty) in &function.parameters {
+            let cell = self.place_for(ty);
+            let local = Local { ty: ty.clone(), rom: false, start: None, cell };
+            self.locals.push((name.clone(), local));
+        }
         self.user_code = false;
         let mut frame = Frame::default();
         for (_, ty) in &function.parameters {
@@ -350,7 +438,7 @@ impl Walker<'_> {
             self.pay(machine.stack_frame);
         }
         let entry = self.cost;
-        let flow = self.list(&function.body)?;
+        let (flow, body) = self.list(&function.body)?;
         let mut both = Flow::NONE;
         both.join(flow, entry);
         let cost = match (both.on[NEXT], both.on[RETURN]) {
@@ -363,6 +451,7 @@ impl Walker<'_> {
             u64::from(machine.return_address) + saved
         };
         // A function with one place of call becomes part of its caller, whose frame then holds what it keeps in memory beside everything else there.
+        let mut whole_entry = entry.time;
         let (mut memory, mut below, mut user_code) = (on_stack, self.helper, self.user_code);
         for index in frame.called.keys().filter_map(|name| self.by_name.get(name)) {
             let Some(callee) = self.summaries.get(*index) else { continue };
@@ -370,7 +459,15 @@ impl Walker<'_> {
             memory += if is_part { callee.memory } else { 0 };
             below = below.max(callee.stack - if is_part { callee.memory } else { 0 });
             user_code |= callee.user_code;
+            // The caller then saves what both need.
+            whole_entry = whole_entry.max(if is_part { callee.whole_entry } else { 0 });
         }
+        let called = frame.called.keys().filter_map(|name| self.by_name.get(name));
+        let deepest = called.filter_map(|index| self.routines.get(*index)).map(|it| it.depth).max();
+        let routine = self.routine(function, body, whole_entry, deepest.unwrap_or(0));
+        self.routines.push(routine);
+        let known = self.known.as_ref().filter(|(name, _)| **name == *function.name);
+        let cost = known.map_or(cost, |(_, known)| *known);
         self.by_name.insert(function.name.clone(), self.summaries.len());
         self.call_sites.push(self.sites.get(&*function.name).copied().unwrap_or(0));
         self.summaries.push(Summary {
@@ -378,6 +475,7 @@ impl Walker<'_> {
             stack: own + memory + below,
             memory,
             entry: entry.time,
+            whole_entry,
             user_code,
         });
         Ok(())
@@ -385,18 +483,22 @@ impl Walker<'_> {
 
     // --- statements ------------------------------------------------------------------------------------------------------------------------
 
-    fn list(&mut self, list: &[Stmt]) -> Result<Flow, NotUnderstood> {
-        let depth = self.locals.len();
+    fn list(&mut self, list: &[Stmt]) -> Result<(Flow, Vec<code::Op>), NotUnderstood> {
+        let (depth, first_cell) = (self.locals.len(), self.n_cells);
         let mut flow = Flow::only(NEXT, Cost::default());
+        let mut ops = Vec::with_capacity(list.len());
         for stmt in list {
             let one = self.stmt(stmt)?;
+            let op = self.taken(stmt);
+            ops.push(op);
             // What can't be reached is looked at, for its text, and costs nothing.
             if let Some(before) = flow.on[NEXT].take() {
                 flow.join(one, before);
             }
         }
         self.locals.truncate(depth);
-        Ok(flow)
+        ops.extend(self.forget(list.last().map_or(0, |it| it.line), first_cell));
+        Ok((flow, ops))
     }
 
     /// The cost of expressions on their own.
@@ -423,10 +525,11 @@ impl Walker<'_> {
             arms: Vec::new(),
             rounds: 0,
         };
-        match &stmt.kind {
+        let op = match &stmt.kind {
             Kind::Expr(expr) => {
                 (info.own, info.calls) = self.measured(|it| it.effect(expr))?;
                 info.flow = Flow::only(NEXT, info.own);
+                self.op(stmt.line, |it| it.effect_op(expr, info.own))
             }
             Kind::Local { name, ty, rom, init } => {
                 (info.own, info.calls) = self.measured(|it| {
@@ -449,10 +552,14 @@ impl Walker<'_> {
                 })?;
                 info.flow = Flow::only(NEXT, info.own);
                 let start = init.as_ref().and_then(|init| self.unit.value(init));
-                self.locals.push((name.clone(), Local { ty: ty.clone(), rom: *rom, start }));
+                let cell = self.place_for(ty);
+                let op = self.op(stmt.line, |it| it.local_op(cell, ty, init.as_ref(), info.own));
+                self.locals.push((name.clone(), Local { ty: ty.clone(), rom: *rom, start, cell }));
+                op
             }
             Kind::If(arms, otherwise) => {
                 let mut before = Cost::default();
+                let mut ways = Vec::new();
                 let last = arms.len();
                 for (at, (condition, body)) in arms.iter().enumerate() {
                     self.line = stmt.line;
@@ -462,16 +569,21 @@ impl Walker<'_> {
                     let more = at + 1 < last || !otherwise.is_empty();
                     let jump = if more { machine.jump } else { Op::default() };
                     self.text += u64::from(jump.text);
-                    let flow = self.list(body)?;
-                    let mut flow = flow;
+                    let question = self.op_of_question(stmt.line, condition);
+                    let (mut flow, body) = self.list(body)?;
+                    ways.push((question, body, Price { time: u64::from(jump.time), user: 0 }));
                     if let Some(next) = &mut flow.on[NEXT] {
-                        next.time = next.time.saturating_add(u64::from(jump.time));
+                        *next = next.plus(Cost::of(u64::from(jump.time)));
                     }
                     info.flow.join(flow, before);
                     info.arms.push((cost, calls));
                 }
-                let flow = self.list(otherwise)?;
+                let (flow, otherwise) = self.list(otherwise)?;
                 info.flow.join(flow, before);
+                self.op(stmt.line, |it| match compile::all_asked(ways) {
+                    Some(ways) => What::If(ways, otherwise),
+                    None => it.lost_op("a condition"),
+                })
             }
             Kind::Switch(subject, sections) => {
                 let labels = sections.iter().flat_map(|(labels, _)| labels);
@@ -492,14 +604,14 @@ impl Walker<'_> {
                     let tree = u64::from(u64::BITS - n.leading_zeros());
                     let by_tree = n.min(tree * 2) * u64::from(machine.switch_compare.time);
                     let by_table = u64::from(machine.switch_table.time);
-                    it.cost.time += if is_dense && groups > from {
+                    it.spend(if is_dense && groups > from {
                         by_table
                     } else if n < from {
                         by_tree
                     } else {
                         // Labels with one body may or may not count as one.
                         by_tree.max(by_table)
-                    };
+                    });
                     it.text += (n * u64::from(machine.switch_compare.text))
                         .min(u64::from(machine.switch_table.text) + 2 * n);
                     Ok(())
@@ -509,8 +621,11 @@ impl Walker<'_> {
                 let mut suffix = Flow::only(NEXT, Cost::default());
                 let mut all = Flow::NONE;
                 let mut flows = Vec::new();
-                for (_, body) in sections {
-                    flows.push(self.list(body)?);
+                let mut runs = Vec::new();
+                for (labels, body) in sections {
+                    let (flow, body) = self.list(body)?;
+                    flows.push(flow);
+                    runs.push((self.labels(labels), body));
                 }
                 for flow in flows.into_iter().rev() {
                     let mut one = flow;
@@ -524,21 +639,31 @@ impl Walker<'_> {
                     all.join(Flow::only(NEXT, Cost::default()), Cost::default());
                 }
                 if let Some(out) = all.on[BREAK].take() {
-                    let jump = Cost { time: u64::from(machine.jump.time), user: 0 };
+                    let jump = Cost::of(u64::from(machine.jump.time));
                     all.join(Flow::only(NEXT, out), jump);
                 }
                 self.text += u64::from(machine.jump.text) * sections.len() as u64;
                 info.flow.join(all, info.own);
+                self.line = stmt.line;
+                self.op(stmt.line, |it| What::Switch {
+                    price: compile::own(info.own),
+                    subject: it.code(subject),
+                    sections: runs,
+                    jump: Price { time: u64::from(machine.jump.time), user: 0 },
+                })
             }
             Kind::Loop { init, condition, step, body } => {
                 let depth = self.locals.len();
+                let first_cell = self.n_cells;
                 let mut first = Cost::default();
+                let mut begin = Vec::new();
                 if let Some(init) = init {
                     let flow = self.stmt(init)?;
                     first = flow.on[NEXT].unwrap_or_default();
+                    begin.push(self.taken(init));
                 }
                 self.line = stmt.line;
-                let Some(rounds) = self.rounds(stmt, condition.as_ref(), body) else {
+                let Some((rounds, is_proved)) = self.rounds(stmt, condition.as_ref(), body) else {
                     return self.unknown("a loop without a bound");
                 };
                 let asked = match condition {
@@ -549,9 +674,17 @@ impl Walker<'_> {
                     Some(step) => self.measured(|it| it.effect(step))?,
                     None => (Cost::default(), Vec::new()),
                 };
-                let jump = Cost { time: u64::from(machine.jump.time), user: 0 };
+                // A counter that only the loop asks for is no part of what is known: its rounds say it.
+                let free = compile::without_counter(stmt, condition.as_ref(), body);
+                let question =
+                    free.unwrap_or(condition.as_ref()).map(|it| self.op_of_question(stmt.line, it));
+                let (price, is_free) = (compile::own(asked.0), free.is_some());
+                let counted = step
+                    .as_ref()
+                    .map(|step| self.op(stmt.line, |it| it.effect_op(step, stepped.0)));
+                let jump = Cost::of(u64::from(machine.jump.time));
                 self.text += u64::from(machine.jump.text);
-                let flow = self.list(body)?;
+                let (flow, ops) = self.list(body)?;
                 // A round that goes on.
                 let round = match (flow.on[NEXT], flow.on[CONTINUE]) {
                     (Some(a), Some(b)) => Some(a.or(b)),
@@ -574,24 +707,81 @@ impl Walker<'_> {
                 info.arms = vec![(asked.0, asked.1), (stepped.0.plus(jump), stepped.1)];
                 info.flow = all;
                 self.locals.truncate(depth);
+                let gone = self.forget(stmt.line, first_cell);
+                let whole = self.op(stmt.line, |it| {
+                    let condition = match question {
+                        Some(None) => return it.lost_op("a condition"),
+                        Some(found) => found,
+                        None => None,
+                    };
+                    let left = condition.as_ref().map_or(price, |it| price.less(it.price()));
+                    let (begin, counted) = match (is_free, begin.as_slice()) {
+                        (true, [only]) => {
+                            (vec![compile::paid(only)], counted.map(|it| compile::paid(&it)))
+                        }
+                        _ => (begin, counted),
+                    };
+                    // What is not asked any more is asked all the same: before each round, and once more.
+                    let asked = |at: u32| code::Op { line: at, what: What::Pay(left) };
+                    let mut init = begin;
+                    init.push(asked(stmt.line));
+                    let mut step: Vec<code::Op> = counted.into_iter().collect();
+                    step.push(asked(stmt.line));
+                    What::Loop {
+                        init,
+                        condition,
+                        step,
+                        body: ops,
+                        jump: compile::own(jump),
+                        rounds,
+                        is_proved,
+                    }
+                });
+                match gone {
+                    Some(gone) => {
+                        code::Op { line: stmt.line, what: What::Block(vec![whole, gone]) }
+                    }
+                    None => whole,
+                }
             }
             Kind::Return(value) => {
                 (info.own, info.calls) = self.measured(|it| match value {
                     Some(value) => it.value(value).map(|_| ()),
                     None => Ok(()),
                 })?;
-                let jump = Cost { time: u64::from(machine.jump.time), user: 0 };
+                let jump = Cost::of(u64::from(machine.jump.time));
                 info.own = info.own.plus(jump);
                 self.text += u64::from(machine.jump.text);
                 info.flow = Flow::only(RETURN, info.own);
+                self.op(stmt.line, |it| {
+                    let Some(value) = value else {
+                        return What::Return(compile::own(info.own), None);
+                    };
+                    let (value, asked) = it.root(value);
+                    What::Return(compile::own(info.own).less(asked), Some(value))
+                })
             }
-            Kind::Break => info.flow = Flow::only(BREAK, Cost::default()),
-            Kind::Continue => info.flow = Flow::only(CONTINUE, Cost::default()),
-            Kind::Block(body) => info.flow = self.list(body)?,
+            Kind::Break => {
+                info.flow = Flow::only(BREAK, Cost::default());
+                code::Op { line: stmt.line, what: What::Break }
+            }
+            Kind::Continue => {
+                info.flow = Flow::only(CONTINUE, Cost::default());
+                code::Op { line: stmt.line, what: What::Continue }
+            }
+            Kind::Block(body) => {
+                let (flow, body) = self.list(body)?;
+                info.flow = flow;
+                code::Op { line: stmt.line, what: What::Block(body) }
+            }
             Kind::UserCode => {
                 self.user_code = true;
                 info.flow = Flow::only(NEXT, Cost::default());
+                code::Op { line: stmt.line, what: What::Lost("code of the user".to_owned()) }
             }
+        };
+        if let Some(place) = self.ops.get_mut(stmt.id) {
+            *place = Some(op);
         }
         let flow = info.flow;
         if let (Kind::If(..), Ok(at)) =
@@ -608,7 +798,8 @@ impl Walker<'_> {
     }
 
     /// The most rounds of a loop: from the emitter, or from a conjunct `counter < constant` of a counter that begins with a constant and is counted in every round.
-    fn rounds(&self, stmt: &Stmt, condition: Option<&Expr>, body: &[Stmt]) -> Option<u64> {
+    /// True with it: the text alone does not end the loop there.
+    fn rounds(&self, stmt: &Stmt, condition: Option<&Expr>, body: &[Stmt]) -> Option<(u64, bool)> {
         let marked = self
             .marks
             .loops
@@ -618,8 +809,8 @@ impl Walker<'_> {
             .map(|(_, n)| *n);
         let counted = condition.and_then(|condition| self.counted(stmt, condition, body));
         match (marked, counted) {
-            (Some(a), Some(b)) => Some(a.min(b)),
-            (a, b) => a.or(b),
+            (Some(a), Some(b)) => Some((a.min(b), a < b)),
+            (a, b) => a.map(|it| (it, true)).or(b.map(|it| (it, false))),
         }
     }
 
