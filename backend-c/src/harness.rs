@@ -20,7 +20,7 @@ use grafsynth_ir::net::{Driver, InputKind, Net, StepId, VarOrigin};
 #[must_use]
 pub fn harness(net: &Valid<Net>, package: &Package) -> String {
     let mut nodes = heading(net, package, "runs the chart and prints its trace");
-    nodes.extend(bench(net, &package.interface, false));
+    nodes.extend(bench(net, &package.interface, None));
     nodes.push(main_of(package));
     Writer::write(&nodes).0
 }
@@ -29,16 +29,33 @@ pub fn harness(net: &Valid<Net>, package: &Package) -> String {
 /// goes on as a line of [`harness`]. The answer is two lines: the row of the trace (its scan is always 0), and the number of the state that the
 /// instance is in then. Equal instances have equal numbers; 0 is the state after `init`, whose row and number come first, after the heading.
 ///
-/// What `step` leaves in the output structure is not carried over: an output that `step` does not write would show.
+/// What `step` leaves in the output structure is not carried over: an output that `step` does not write would show. With a gate in front of `step` that is
+/// so only for [`Carried::State`], where each reaction stands alone.
 #[must_use]
-pub fn explorer(net: &Valid<Net>, package: &Package) -> String {
+pub fn explorer(net: &Valid<Net>, package: &Package, carried: Carried) -> String {
     let mut nodes = heading(net, package, "answers for single reactions");
     if package.interface.has_instance {
-        nodes.push(Kind::Verbatim(instances(&package.interface.names.prefix)).into());
+        let with_outputs = carried.with_outputs(&package.interface);
+        nodes.push(Kind::Verbatim(instances(&package.interface.names.prefix, with_outputs)).into());
     }
-    nodes.extend(bench(net, &package.interface, true));
+    nodes.extend(bench(net, &package.interface, Some(carried)));
     nodes.push(main_of(package));
     Writer::write(&nodes).0
+}
+
+/// What an [`explorer`] carries from one reaction to the next.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Carried {
+    /// The state of the chart alone: what a gate remembers is forgotten, so that no reaction is skipped.
+    State,
+    /// All that a program would carry: with a gate, also what it remembers, and the outputs that a skipped reaction leaves as they are.
+    All,
+}
+
+impl Carried {
+    fn with_outputs(self, interface: &Interface) -> bool {
+        self == Carried::All && interface.gate && interface.has_out
+    }
 }
 
 /// What the program is for, the headers of the package, and what all programs need.
@@ -67,30 +84,35 @@ fn main_of(package: &Package) -> Node {
 }
 
 /// The table of instances seen so far, open addressing with linear probing.
-fn instances(prefix: &str) -> String {
+fn instances(prefix: &str, with_outputs: bool) -> String {
+    let outputs = if with_outputs { format!("    {prefix}_out_t out;\n") } else { String::new() };
     format!(
-        r#"static {prefix}_t *bench_seen;
+        r#"typedef struct {{
+    {prefix}_t self;
+{outputs}}} bench_state_t;
+
+static bench_state_t *bench_seen;
 static size_t bench_n_seen;
 static size_t bench_room;
 static size_t *bench_slots;
 static size_t bench_n_slots;
 
-static size_t bench_slot(const {prefix}_t *self)
+static size_t bench_slot(const bench_state_t *state)
 {{
-    const unsigned char *bytes = (const unsigned char *)self;
+    const unsigned char *bytes = (const unsigned char *)state;
     uint64_t hash = 1469598103934665603U;
-    for (size_t i = 0; i < sizeof *self; ++i) {{
+    for (size_t i = 0; i < sizeof *state; ++i) {{
         hash = (hash ^ bytes[i]) * 1099511628211U;
     }}
     size_t at = (size_t)(hash % bench_n_slots);
-    while (bench_slots[at] != 0U && memcmp(&bench_seen[bench_slots[at] - 1U], self, sizeof *self) != 0) {{
+    while (bench_slots[at] != 0U && memcmp(&bench_seen[bench_slots[at] - 1U], state, sizeof *state) != 0) {{
         at = (at + 1U) % bench_n_slots;
     }}
     return at;
 }}
 
-/* The number of an instance; a new one gets the next. */
-static size_t bench_instance(const {prefix}_t *self)
+/* The number of a state; a new one gets the next. */
+static size_t bench_instance(const bench_state_t *state)
 {{
     if (2U * (bench_n_seen + 1U) > bench_n_slots) {{
         bench_n_slots = bench_n_slots * 2U + 64U;
@@ -103,16 +125,16 @@ static size_t bench_instance(const {prefix}_t *self)
             bench_slots[bench_slot(&bench_seen[i])] = i + 1U;
         }}
     }}
-    const size_t at = bench_slot(self);
+    const size_t at = bench_slot(state);
     if (bench_slots[at] == 0U) {{
         if (bench_n_seen == bench_room) {{
             bench_room = bench_room * 2U + 64U;
-            bench_seen = ({prefix}_t *)realloc(bench_seen, bench_room * sizeof *bench_seen);
+            bench_seen = (bench_state_t *)realloc(bench_seen, bench_room * sizeof *bench_seen);
             if (bench_seen == NULL) {{
                 exit(1);
             }}
         }}
-        memcpy(&bench_seen[bench_n_seen], self, sizeof *self);
+        memcpy(&bench_seen[bench_n_seen], state, sizeof *state);
         bench_slots[at] = ++bench_n_seen;
     }}
     return bench_slots[at] - 1U;
@@ -165,7 +187,7 @@ pub fn multi_harness(all: &[(&Valid<Net>, &Package)]) -> String {
                 push_without_includes(&mut text, &file.text);
             }
         }
-        text.push_str(&Writer::write(&bench(net, &package.interface, false)).0);
+        text.push_str(&Writer::write(&bench(net, &package.interface, None)).0);
         for name in &library {
             text.push_str(&format!("#undef {name}\n"));
         }
@@ -309,8 +331,8 @@ static void bench_add(bench_calls_t *calls, int64_t value, char joint)
     ]
 }
 
-/// The functions of the library and `NAME_run`; with `explore` it takes a state from the beginning of each line and prints the one it comes to.
-fn bench(net: &Net, interface: &Interface, explore: bool) -> Vec<Node> {
+/// The functions of the library and `NAME_run`; to explore, it takes a state from the beginning of each line and prints the one it comes to.
+fn bench(net: &Net, interface: &Interface, explore: Option<Carried>) -> Vec<Node> {
     let prefix = &interface.names.prefix;
     let mut nodes = stand_ins(net, interface);
     let mut body = Vec::new();
@@ -352,8 +374,8 @@ fn bench(net: &Net, interface: &Interface, explore: bool) -> Vec<Node> {
     body.push(Node::line(format!("fputs(\"{}\\n\", stdout);", columns(net, interface).join(","))));
     body.push(Node::line(format!("{prefix}_init({});", arguments(interface, false))));
     let mut round = row(net, interface);
-    if explore {
-        if interface.gate {
+    if let Some(carried) = explore {
+        if interface.gate && carried == Carried::State {
             // What the gate remembers is no state of the chart, and the outputs that belong to a state are not in `out`: each reaction stands alone.
             for member in crate::gate::members(interface) {
                 let name = member.declaration.rsplit(' ').next().unwrap_or_default();
@@ -365,16 +387,29 @@ fn bench(net: &Net, interface: &Interface, explore: bool) -> Vec<Node> {
             let member = crate::names::MEMBER_OF_TRACE;
             round.push(Node::line(format!("memset(&self.{member}, 0, sizeof self.{member});")));
         }
-        let number = if interface.has_instance { "(int64_t)bench_instance(&self)" } else { "0" };
+        let with_outputs = carried.with_outputs(interface);
+        if interface.has_instance {
+            round.push(Node::line("bench_state_t state;"));
+            round.push(
+                Node::line("memset(&state, 0, sizeof state);").note("what lies between members too"),
+            );
+            round.push(Node::line("memcpy(&state.self, &self, sizeof self);"));
+        }
+        if with_outputs && interface.has_instance {
+            round.push(Node::line("memcpy(&state.out, &out, sizeof out);"));
+        }
+        let number = if interface.has_instance { "(int64_t)bench_instance(&state)" } else { "0" };
         round.push(Node::line(format!("bench_print({number});")));
         round.push(Node::line("putchar('\\n');"));
         round.push(Node::line("fflush(stdout);").note("the caller waits for it"));
         round.push(Node::line("int64_t from = 0;"));
         round.push(Node::when("!bench_number(&from)", vec![Node::line("break;")]));
         if interface.has_instance {
-            round.push(Node::line("memcpy(&self, &bench_seen[from], sizeof self);"));
+            round.push(Node::line("memcpy(&self, &bench_seen[from].self, sizeof self);"));
         }
-        if interface.has_out {
+        if with_outputs && interface.has_instance {
+            round.push(Node::line("memcpy(&out, &bench_seen[from].out, sizeof out);"));
+        } else if interface.has_out {
             round.push(Node::line("memset(&out, 0x55, sizeof out);"));
         }
     } else {
@@ -414,7 +449,7 @@ fn bench(net: &Net, interface: &Interface, explore: bool) -> Vec<Node> {
     round.push(Node::line(format!("{prefix}_step({});", arguments(interface, true))));
     round.extend(told::after(net, interface));
     body.push(Node::block("for (;;)", round));
-    if let (Some(_), false) = (interface.trace, explore) {
+    if let (Some(_), None) = (interface.trace, explore) {
         body.extend(crate::trace::dump(&interface.names));
     }
     for (id, _) in net.outputs.iter().filter(|(_, it)| it.is_extern()) {

@@ -34,7 +34,7 @@ mod rescue;
 pub mod ring;
 pub mod rows;
 pub mod run;
-mod said;
+pub mod said;
 pub mod source;
 pub mod state_table;
 pub mod target;

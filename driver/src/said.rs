@@ -12,7 +12,43 @@ use grafsynth_ir::net::{Evolution, Net};
 use grafsynth_ir::{Diagnostic, Valid};
 use grafsynth_logic::BusyMode;
 use grafsynth_logic::recode::Encoding;
+use grafsynth_sim::Coverage;
 use grafsynth_verify::Dominance;
+
+/// How well an output was tested: `tested: 10 000 reactions, 41 of 43 transitions fired (never: t7, t19)`.
+#[must_use]
+pub fn tested(net: &Net, coverage: &Coverage) -> String {
+    let n = net.transitions.len();
+    let never: Vec<&str> =
+        coverage.never.iter().map(|id| net.transitions[*id].name.text.as_str()).collect();
+    let fired = match (n, never.len()) {
+        (0, _) => String::new(),
+        (_, 0) => format!(", all {n} transitions fired"),
+        (_, 1..=NAMED) => {
+            format!(", {} of {n} transitions fired (never: {})", coverage.fired, never.join(", "))
+        }
+        (_, more) => format!(
+            ", {} of {n} transitions fired (never: {} and {} more)",
+            coverage.fired,
+            never[..NAMED].join(", "),
+            more - NAMED
+        ),
+    };
+    format!("tested: {} reactions{fired}", grouped(coverage.reactions))
+}
+
+/// The most names of a list in a line.
+const NAMED: usize = 12;
+
+/// A number with its digits in threes.
+fn grouped(number: u64) -> String {
+    let digits = number.to_string();
+    let first = digits.len() % 3;
+    let (head, tail) = digits.split_at(first);
+    let threes = tail.as_bytes().chunks(3).map(|three| String::from_utf8_lossy(three).into_owned());
+    let head = Some(head.to_owned()).filter(|head| !head.is_empty());
+    head.into_iter().chain(threes).collect::<Vec<_>>().join(" ")
+}
 
 /// What a page says of the codes of a circuit; none where no page was asked for.
 pub(crate) fn code_of(

@@ -6,7 +6,7 @@ use crate::files;
 use crate::load::{Session, Stop};
 use crate::memory::Bound;
 use grafsynth_backend_c::package::Ecosystem;
-use grafsynth_backend_c::{Style, cost};
+use grafsynth_backend_c::{Package, Style, cost};
 use grafsynth_driver::codes;
 use grafsynth_driver::coding::{Encoding, EncodingChoice};
 use grafsynth_driver::ice40::judge;
@@ -152,11 +152,12 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
         built.found.append(&mut rendered.found);
     }
     found.append(&mut built.found);
-    if !arguments.no_proof {
-        check_c(net, &facts, &limits, options.trusts_code, &mut built);
-        if !built.packages.is_empty() && !options.trusts_code {
-            found.extend(trust::left_out(net));
-        }
+    if let Err(stop) = check_c(net, &facts, &options, &mut built) {
+        session.show(&found);
+        return Err(stop);
+    }
+    if !built.packages.is_empty() && !options.trusts_code {
+        found.extend(trust::left_out(net));
     }
     let mut bitstreams = bitstreams(&limits, &mut built);
     if arguments.blob {
@@ -334,8 +335,16 @@ fn is_file(output: &str, file: &str) -> bool {
     output.rsplit('/').next() == Some(file)
 }
 
-/// Compares each C package with the net by running it, where there is a compiler.
-fn check_c(net: &Valid<Net>, facts: &Facts, limits: &Limits, trusts_code: bool, built: &mut Built) {
+/// Compares each C package with the net by running it, where there is a compiler: proved if `prove` and where it can be, else tested.
+///
+/// # Errors
+/// The compiler refuses a text.
+fn check_c(
+    net: &Valid<Net>,
+    facts: &Facts,
+    options: &BuildOptions,
+    built: &mut Built,
+) -> Result<(), Stop> {
     let packages = std::mem::take(&mut built.packages);
     for package in &packages {
         let name = package
@@ -343,11 +352,17 @@ fn check_c(net: &Valid<Net>, facts: &Facts, limits: &Limits, trusts_code: bool, 
             .iter()
             .find(|file| file.name.ends_with(".c"))
             .map_or("c", |file| file.name.as_str());
-        let mut line = exhaustive::check(name, net, facts, package, limits);
-        if !trusts_code && !net.c_texts().is_empty() {
+        let answer = exhaustive::answer(net, package, &options.limits, options.prove);
+        if let exhaustive::Answer::Uncompiled(words) = &answer {
+            crate::print_error(&format!("grafsynth: {name} was not written: {words}\n"));
+            return Err(Stop::Errors);
+        }
+        let mut line = exhaustive::line(name, net, package, &answer);
+        if !options.trusts_code && !net.c_texts().is_empty() {
             line.text.push_str("; without the chart's own C (see --trust-code)");
         }
         if line.outcome == Outcome::Refuted {
+            line.text.push_str(&right_style(net, facts, options, package));
             built
                 .files
                 .retain(|file| !package.files.iter().any(|own| is_file(&file.name, &own.name)));
@@ -355,6 +370,32 @@ fn check_c(net: &Valid<Net>, facts: &Facts, limits: &Limits, trusts_code: bool, 
         built.lines.push(line);
     }
     built.packages = packages;
+    Ok(())
+}
+
+/// Another style that agrees with the chart where one does not: the first, for a line.
+fn right_style(
+    net: &Valid<Net>,
+    facts: &Facts,
+    options: &BuildOptions,
+    wrong: &Package,
+) -> String {
+    for style in [Style::Switch, Style::Bits, Style::Engine] {
+        let c = grafsynth_backend_c::Options { style, ..options.c.clone() };
+        let Ok(package) = grafsynth_backend_c::emit(net, facts, &c) else { continue };
+        if package.files == wrong.files {
+            continue;
+        }
+        let said = match exhaustive::answer(net, &package, &options.limits, options.prove) {
+            exhaustive::Answer::Proved { .. } => "proved equal",
+            exhaustive::Answer::Tested { .. } => "equal in what was tested",
+            exhaustive::Answer::Refuted { .. }
+            | exhaustive::Answer::Uncompiled(_)
+            | exhaustive::Answer::Unchecked(_) => continue,
+        };
+        return format!("; this is a fault of grafsynth: the style `{}` is {said}", style.name());
+    }
+    "; this is a fault of grafsynth".to_owned()
 }
 
 /// The tables of charts that an engine interprets, but for those that were refuted.
