@@ -391,7 +391,8 @@ fn bench(net: &Net, interface: &Interface, explore: Option<Carried>) -> Vec<Node
         if interface.has_instance {
             round.push(Node::line("bench_state_t state;"));
             round.push(
-                Node::line("memset(&state, 0, sizeof state);").note("what lies between members too"),
+                Node::line("memset(&state, 0, sizeof state);")
+                    .note("what lies between members too"),
             );
             round.push(Node::line("memcpy(&state.self, &self, sizeof self);"));
         }

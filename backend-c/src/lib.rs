@@ -256,7 +256,8 @@ impl Package {
     #[must_use]
     pub fn critical_section(&self, net: &Net) -> Option<String> {
         let is_wide = |ty: grafsynth_ir::expr::Type| ty.bits() > 8;
-        let mut inputs = net.inputs.values().filter(|input| input.kind == grafsynth_ir::net::InputKind::Pin);
+        let mut inputs =
+            net.inputs.values().filter(|input| input.kind == grafsynth_ir::net::InputKind::Pin);
         let mut outputs = net.outputs.values().filter(|output| !output.is_extern());
         (inputs.any(|input| is_wide(input.ty)) || outputs.any(|output| is_wide(output.ty)))
             .then(|| format!("{}_ENTER_CRITICAL", self.interface.names.upper))

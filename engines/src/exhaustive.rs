@@ -283,7 +283,9 @@ impl Search<'_> {
         // Every pair is known now, so it can be told what every `dt` will cost.
         let mut cost = self.reactions;
         for at in 0..self.order.len() {
-            cost = cost.saturating_add(self.ticks(at, Ticks::Others).len() as u64 * self.inputs.len() as u64);
+            cost = cost.saturating_add(
+                self.ticks(at, Ticks::Others).len() as u64 * self.inputs.len() as u64,
+            );
             if cost > bound_of_ticks {
                 return Ok(self.equal(false));
             }

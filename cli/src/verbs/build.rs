@@ -374,12 +374,7 @@ fn check_c(
 }
 
 /// Another style that agrees with the chart where one does not: the first, for a line.
-fn right_style(
-    net: &Valid<Net>,
-    facts: &Facts,
-    options: &BuildOptions,
-    wrong: &Package,
-) -> String {
+fn right_style(net: &Valid<Net>, facts: &Facts, options: &BuildOptions, wrong: &Package) -> String {
     for style in [Style::Switch, Style::Bits, Style::Engine] {
         let c = grafsynth_backend_c::Options { style, ..options.c.clone() };
         let Ok(package) = grafsynth_backend_c::emit(net, facts, &c) else { continue };
