@@ -131,6 +131,7 @@ impl Reader<'_, '_> {
             let places = Places::Mapped(&mapped);
             let mut parser = Parser::new(&mapped.text, places, self.findings, self.nesting);
             let found = parser.options(0, mapped.text.len());
+            parser.unread_pragmas();
             options.final_scan |= found.final_scan;
             options.settings = found.settings;
         }

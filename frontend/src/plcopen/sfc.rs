@@ -99,13 +99,17 @@ pub(super) fn chart(
         let priority =
             node.attribute("priority").and_then(|one| one.trim().parse().ok()).filter(|n| *n > 0);
         let Some(condition) = condition else { continue };
+        let label = documentation(node);
+        let restart = label.contains(RESTART);
+        let label = label.replace(RESTART, "").trim().to_owned();
         let transition = Transition {
             name: transition_name(reader, node),
             from,
             to,
             priority,
+            restart,
             condition,
-            label: documentation(node),
+            label,
             span,
         };
         transitions.push((node, transition));
@@ -140,7 +144,8 @@ pub(super) fn chart(
                         let body = chart(reader, pou, inner, unit);
                         sfc.actions.extend(body.actions.iter().cloned());
                         always.extend(body.always.iter().cloned());
-                        sfc.elements.push(Element::Macro(MacroStep { name, body, span }));
+                        let role = entries.get(&name.text).copied().unwrap_or_default();
+                        sfc.elements.push(Element::Macro(MacroStep { name, body, role, span }));
                     }
                     Some(_) | None => {
                         unit.refuse(
@@ -163,6 +168,9 @@ pub(super) fn chart(
     sfc.always = always;
     sfc
 }
+
+/// In the documentation of a transition: the step that it leaves and enters begins anew.
+pub(super) const RESTART: &str = "{grafsynth restart}";
 
 /// The name of a transition: its own, or that of its inline condition.
 fn transition_name(reader: &Reader<'_, '_>, node: Node<'_, '_>) -> Option<Name> {
@@ -281,6 +289,11 @@ fn left_to_right(drawing: &Drawing<'_, '_>, transitions: &mut [(Node<'_, '_>, Tr
     }
 }
 
+/// A step, or a macro-step, which is one of the chart around it.
+fn is_step(node: Node<'_, '_>) -> bool {
+    matches!(tag(node), "step" | "macroStep")
+}
+
 /// In the body of a macro-step the one step that nothing leads to is its entry, the one that leads nowhere its exit.
 fn roles(drawing: &Drawing<'_, '_>, body: Node<'_, '_>) -> BTreeMap<String, Role> {
     let mut roles = BTreeMap::new();
@@ -292,7 +305,7 @@ fn roles(drawing: &Drawing<'_, '_>, body: Node<'_, '_>) -> BTreeMap<String, Role
         return roles;
     }
     let steps: Vec<Node<'_, '_>> =
-        drawing.order.iter().copied().filter(|node| tag(*node) == "step").collect();
+        drawing.order.iter().copied().filter(|node| is_step(*node)).collect();
     let jumps: BTreeSet<&str> = drawing
         .order
         .iter()
@@ -308,7 +321,7 @@ fn roles(drawing: &Drawing<'_, '_>, body: Node<'_, '_>) -> BTreeMap<String, Role
             if !seen.insert(id.to_owned()) {
                 continue;
             }
-            if tag(one) == "step" {
+            if is_step(one) {
                 left.insert(id.to_owned());
             } else {
                 next.extend(drawing.before(one));

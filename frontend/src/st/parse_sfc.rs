@@ -228,7 +228,23 @@ impl Parser<'_> {
         let span = self.span_from(start);
         self.take(Kind::Semicolon);
         let label = self.label();
-        Ok(Transition { name, from, to, priority, condition, label, span })
+        let (begin, end) = (start, self.peek(0).start);
+        let mut restart = false;
+        for setting in self.pragmas(begin, end) {
+            if setting.text == "restart" {
+                restart = true;
+                continue;
+            }
+            self.report(|| {
+                Diagnostic::error(
+                    codes::ST_UNEXPECTED,
+                    format!("`{}` is nothing that a transition can be asked for", setting.text),
+                )
+                .at(setting.span, "in this transition")
+                .help("a transition has {grafsynth restart}; settings of the chart stand above or below")
+            });
+        }
+        Ok(Transition { name, from, to, priority, restart, condition, label, span })
     }
 
     fn steps(&mut self) -> Parse<Vec<Name>> {

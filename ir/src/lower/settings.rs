@@ -82,6 +82,14 @@ fn read(lowering: &mut Lowering<'_>, items: &[Item]) -> Said {
         let Item::Setting(setting) = item else { continue };
         let span = setting.span;
         let earlier = match &setting.kind {
+            SettingKind::Tick(0) => {
+                lowering.report(
+                    Diagnostic::error(codes::RANGE, "a tick of 0 is no time")
+                        .at(span, "every time is a multiple of it")
+                        .help("say how long a tick is, such as 10 ms; without it a tick is 10 ms"),
+                );
+                None
+            }
             SettingKind::Tick(ns) => once(&mut said.tick, *ns, span),
             SettingKind::Conflict(policy) => once(&mut said.policy, *policy, span),
             SettingKind::EvolutionSingle => {
