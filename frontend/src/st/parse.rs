@@ -576,6 +576,16 @@ impl<'a> Parser<'a> {
                     interval = self.time(token).and_then(|ns| u64::try_from(ns).ok());
                 } else {
                     self.expression()?;
+                    if !key.text.eq_ignore_ascii_case("PRIORITY") {
+                        self.findings.report(|| {
+                            Diagnostic::warning(
+                                codes::ST_LEFT_OUT,
+                                format!("`{key}` of the task {name} is left out: its programs run once a tick"),
+                            )
+                            .at(key.span, "")
+                            .help("write an INTERVAL such as T#10ms")
+                        });
+                    }
                 }
                 if !self.take(Kind::Comma) {
                     break;
@@ -596,8 +606,17 @@ impl<'a> Parser<'a> {
         let task = if self.take_word("WITH") { Some(self.name("a task")?) } else { None };
         self.expect(Kind::Colon, "`:` and a program")?;
         let program = self.name("a program")?;
-        // Which channel of the machine an input stands for is the board's matter.
+        let start = self.peek(0).start;
         if self.take(Kind::Open) {
+            let open_at = self.places.span(start, start + 1);
+            self.findings.report(|| {
+                Diagnostic::warning(
+                    codes::ST_LEFT_OUT,
+                    format!("what the instance {name} connects is left out: the inputs and outputs of its program are those of the design"),
+                )
+                .at(open_at, "begins here")
+                .help("which channel of the machine they are is said on the board")
+            });
             let mut open = 1usize;
             while open > 0 && self.kind(0) != Kind::End {
                 match self.advance().kind {

@@ -171,8 +171,14 @@ impl Parser<'_> {
                     break;
                 }
                 let value = self.expression()?;
-                if duration.is_none() && is_timed(found) {
+                let is_time = matches!(value.kind, super::ast::ExprKind::Time(_));
+                if duration.is_none() && (is_timed(found) || is_time) {
                     duration = Some(value);
+                } else {
+                    self.findings.report(|| {
+                        Diagnostic::warning(codes::ST_LEFT_OUT, "an indicator variable is left out")
+                            .at(value.span, "without effect")
+                    });
                 }
             }
             self.expect(Kind::Close, "`)`")?;
