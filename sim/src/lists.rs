@@ -2,8 +2,8 @@
 
 use grafsynth_ir::expr::{ArithOp, ExprKind, Type};
 use grafsynth_ir::net::{
-    Driver, Expr, InputId, Leaf, Net, OutputId, SendId, StepId, Stmt, StmtKind, TransitionId, VarId,
-    VarOrigin,
+    Driver, Expr, InputId, Leaf, Net, OutputId, SendId, StepId, Stmt, StmtKind, TransitionId,
+    VarId, VarOrigin,
 };
 
 use crate::layout::Cell;

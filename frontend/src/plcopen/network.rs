@@ -474,7 +474,7 @@ pub(super) fn condition(
         );
         return None;
     };
-    let is_negated = is_set(sink, "negated");
+    let is_negated = is_set(*sink, "negated");
     let value = incoming(reader, &mut network, *sink, unit, list)?;
     Some(if is_negated { Expr::new(ExprKind::Not(Box::new(value)), span) } else { value })
 }

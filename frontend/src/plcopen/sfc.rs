@@ -13,7 +13,7 @@ use crate::codes;
 use crate::st::ast::{
     Action, Element, Expr, ExprKind, MacroStep, Role, Sfc, Step, Transition, Use,
 };
-use crate::st::parse_sfc::{is_timed, qualifier};
+use crate::st::parse_sfc::qualifier;
 use crate::st::parse_stmt::duration;
 
 /// Attributes in which CODESYS keeps the actions of a step: while it is active, when it is entered, when it is left.
