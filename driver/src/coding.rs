@@ -6,7 +6,7 @@
 
 use grafsynth_backend_pld::device::{Device, PowerUp};
 use grafsynth_backend_pld::equations::Equations;
-use grafsynth_backend_pld::{Dialect, EmitOptions};
+use grafsynth_backend_pld::{Dialect, EmitOptions, too_small};
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::logic::{FlopId, Logic, PinRole};
 use grafsynth_ir::net::{Net, StepId, StepKind};
@@ -266,7 +266,12 @@ pub fn code_knowing(
     }
     let Err(mut why) = fits(&choice, options) else { return choice };
     for encoding in [Encoding::ZeroHot, Encoding::Compact] {
-        let is_whole = situations.is_some() && encoding == Encoding::Compact;
+        let is_whole = encoding == Encoding::Compact
+            && situations.as_ref().is_some_and(|situations| {
+                let n_others = known.flops.len().saturating_sub(situations.flops.len());
+                let most = device_of(options).map_or(0, Device::n_cells);
+                n_others + situations.n_bits() <= most
+            });
         if !is_whole && !may_fit(logic, &groups, encoding, options) {
             continue;
         }
@@ -341,6 +346,9 @@ pub fn why_not_one_hot(
     }
     let one_hot = EncodingChoice::This(Encoding::OneHot);
     let coded = code(net, facts, logic, one_hot, safe, dialect, options);
+    if let Some(lack) = too_small(&coded.logic, options) {
+        return Some(lack);
+    }
     match Equations::new(&coded.logic, Dialect::Palasm, options) {
         Ok(made) => misfit(&made).map(str::to_owned),
         Err(found) => found.into_iter().next().map(|finding| finding.message),
@@ -372,6 +380,9 @@ fn fits(coded: &Coded, options: &EmitOptions) -> Result<(), String> {
         Encoding::ZeroHot => "zero-hot",
         Encoding::Compact => "compact",
     };
+    if let Some(lack) = too_small(&coded.logic, options) {
+        return Err(format!("{code} does not fit: {lack}"));
+    }
     match Equations::new(&coded.logic, Dialect::Palasm, options) {
         Ok(made) if made.has_pins => Ok(()),
         Ok(made) => Err(format!("{code} does not fit: {}", made.lacks.join("; "))),
