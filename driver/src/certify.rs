@@ -119,7 +119,7 @@ fn proved(
                 continue;
             }
             Outcome::Refuted { row, .. } => format!("it is broken in row {row} of a stimulus"),
-            Outcome::Open(why) => why,
+            Outcome::Open(why) => why.to_string(),
         };
         let message = format!("{name} of {} is not certified: it is not proved", library.name);
         found.push(Diagnostic::warning(codes::CERTIFICATE, message).at(span, why));

@@ -198,7 +198,7 @@ pub fn certificates(
                     ),
                     true,
                 ),
-                Some(grafsynth_verify::Outcome::Open(why)) => (why.clone(), false),
+                Some(grafsynth_verify::Outcome::Open(why)) => (why.to_string(), false),
                 None => ("no property of the library chart has that name".to_owned(), true),
             };
             let message = format!("{property} of {} is certified, and not proved", library.name);

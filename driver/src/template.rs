@@ -4,7 +4,7 @@
 pub use crate::built::TemplateFile;
 use crate::built::{Built, OutputFile, file_stem};
 use crate::codes;
-use crate::line::Line;
+use crate::output_report::{OutputReport, OutputVerdict};
 use crate::target::Target;
 use grafsynth_backend_template::{Template, json, render, text};
 use grafsynth_ir::net::Net;
@@ -48,7 +48,7 @@ pub(crate) fn build(
 }
 
 fn add(built: &mut Built, name: String, text: String) {
-    built.lines.push(Line::open(&name, "not checked: grafsynth does not read it back"));
+    built.lines.push(OutputReport::new(&name, OutputVerdict::NotChecked));
     built.files.push(OutputFile { name, text, keep_existing: false, map: Vec::new() });
 }
 

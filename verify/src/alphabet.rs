@@ -6,6 +6,7 @@ use grafsynth_sim::{InputRow, breaks_assumption};
 
 use crate::exclusive::net_expr;
 use crate::relevance::Inputs;
+use crate::verdict::OpenReason;
 
 /// The values of each input that are worth trying, and what the chart assumes of them.
 #[derive(Debug, Clone)]
@@ -25,7 +26,7 @@ pub(crate) enum NoAlphabet {
     /// No row meets the assumptions.
     Contradiction,
     /// Too many values or rows.
-    TooMany(String),
+    TooMany(OpenReason),
 }
 
 impl<'n> Alphabet<'n> {
@@ -43,12 +44,12 @@ impl<'n> Alphabet<'n> {
                         Some(classes) => classes,
                         None if hi.abs_diff(lo) < limit.min(4096) => (lo..=hi).collect(),
                         None => {
-                            let text = format!(
-                                "input `{}` has {} values",
-                                input.name,
-                                hi.abs_diff(lo).saturating_add(1)
-                            );
-                            return Err(NoAlphabet::TooMany(text));
+                            let input = input.name.to_string();
+                            let values = hi.abs_diff(lo).saturating_add(1);
+                            return Err(NoAlphabet::TooMany(OpenReason::InputValues {
+                                input,
+                                values,
+                            }));
                         }
                     }
                 }
@@ -78,11 +79,9 @@ impl<'n> Alphabet<'n> {
             events_exclusive: net.settings.events_exclusive,
         };
         if alphabet.excludes(&alphabet.base) {
-            let rows = alphabet.rows(&constrained, limit.saturating_mul(16)).ok_or_else(|| {
-                NoAlphabet::TooMany(
-                    "the assumptions read too many inputs to try all of them".to_owned(),
-                )
-            })?;
+            let rows = alphabet
+                .rows(&constrained, limit.saturating_mul(16))
+                .ok_or(NoAlphabet::TooMany(OpenReason::Assumptions))?;
             match rows.first() {
                 Some(row) => alphabet.base = row.clone(),
                 None => return Err(NoAlphabet::Contradiction),

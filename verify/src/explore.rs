@@ -8,6 +8,7 @@ use indexmap::IndexSet;
 use crate::alphabet::{Alphabet, NoAlphabet};
 use crate::limits::Limits;
 use crate::relevance::Relevance;
+use crate::verdict::OpenReason;
 
 /// Which `dt` are tried.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -66,7 +67,7 @@ pub(crate) enum Ended<B> {
     /// The visitor had enough.
     Stopped(B),
     /// It was given up, and why.
-    Open(String),
+    Open(OpenReason),
 }
 
 /// Visits every reaction from every reachable state, nearest to reset first. Inputs that cannot matter in a state keep one value.
@@ -95,11 +96,8 @@ pub(crate) fn explore<'n, B>(
         let matter = relevance.inputs(state.situation());
         if !cache.contains_key(&matter) {
             let Some(rows) = alphabet.rows(&matter, limits.rows_per_state) else {
-                let text = format!(
-                    "more than {} rows of inputs are possible in one state",
-                    limits.rows_per_state
-                );
-                return (found, Ended::Open(text));
+                let limit = limits.rows_per_state;
+                return (found, Ended::Open(OpenReason::Rows { limit }));
             };
             cache.insert(matter.clone(), rows);
         }
@@ -111,12 +109,8 @@ pub(crate) fn explore<'n, B>(
         };
         let n_dts = u64::from(dts.end() - dts.start()) + 1;
         if found.pairs.saturating_add(n_dts.saturating_mul(rows.len() as u64)) > limits.pairs {
-            let text = format!(
-                "more than {} pairs of a state and an input ({} states so far)",
-                limits.pairs,
-                found.states.len()
-            );
-            return (found, Ended::Open(text));
+            let states = found.states.len();
+            return (found, Ended::Open(OpenReason::Pairs { limit: limits.pairs, states }));
         }
         for row in rows {
             for dt in dts.clone() {
@@ -129,10 +123,8 @@ pub(crate) fn explore<'n, B>(
                     Some(index) => index,
                     None => {
                         if found.states.len() >= limits.states {
-                            return (
-                                found,
-                                Ended::Open(format!("more than {} states", limits.states)),
-                            );
+                            let limit = limits.states;
+                            return (found, Ended::Open(OpenReason::States { limit }));
                         }
                         found.parents.push(Some((at as u32, row.clone())));
                         found.states.insert_full(simulator.state().clone()).0

@@ -29,6 +29,7 @@ mod properties;
 mod relevance;
 pub mod sharing;
 mod symbolic;
+pub mod verdict;
 mod waiting;
 
 pub use equiv::{Certificate, Counterexample, Method, Verdict, equiv};
@@ -38,6 +39,7 @@ pub use limits::Limits;
 pub use lints::{lints, lints_with};
 pub use properties::{Outcome, PropertyVerdict, check_assumption, properties, with_emergency};
 pub use symbolic::{Dominance, dominates};
+pub use verdict::{Open, OpenReason, Scope, Tested};
 pub use waiting::{Wait, Waiting, waiting};
 
 #[cfg(test)]

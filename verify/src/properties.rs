@@ -15,6 +15,7 @@ use crate::facts::structural_facts;
 use crate::limits::Limits;
 use crate::relevance::Relevance;
 use crate::symbolic;
+use crate::verdict::{Open, OpenReason, Tested};
 
 /// The answer for one `assert`.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -47,7 +48,7 @@ pub enum Outcome {
         is_shortest: bool,
     },
     /// It could not be found out, and why.
-    Open(String),
+    Open(Open),
 }
 
 /// The net with one more `assert`, the last: never does the emergency hold while an output is not safe. The net itself where it has no emergency, or none of
@@ -121,7 +122,7 @@ pub fn properties(net: &Valid<Net>, limits: &Limits) -> Vec<PropertyVerdict> {
         }
     }
     let has_time = Relevance::of(net).has_time();
-    let mut why_open = String::new();
+    let mut why_open = Vec::new();
     for ticks in [Ticks::Any, Ticks::Chip] {
         if outcomes.iter().all(Option::is_some) || ticks == Ticks::Chip && !has_time {
             break;
@@ -151,7 +152,7 @@ pub fn properties(net: &Valid<Net>, limits: &Limits) -> Vec<PropertyVerdict> {
                 }
             }
             Ended::Stopped(()) => {}
-            Ended::Open(why) => why_open = why,
+            Ended::Open(why) => why_open = vec![why],
         }
     }
     if outcomes.iter().any(Option::is_none) {
@@ -179,13 +180,11 @@ pub fn properties(net: &Valid<Net>, limits: &Limits) -> Vec<PropertyVerdict> {
         .map(|(((index, _), outcome), is_broken)| PropertyVerdict {
             property: *index,
             outcome: outcome.unwrap_or_else(|| {
-                let n_rows = limits.random_rows;
-                Outcome::Open(if is_broken {
-                    format!(
-                        "some stimulus breaks it, but {n_rows} random reactions did not find one"
-                    )
-                } else {
-                    format!("{why_open}; {n_rows} random reactions did not break it")
+                let reactions = limits.random_rows as u64;
+                let reasons = if is_broken { vec![OpenReason::Unfound] } else { why_open.clone() };
+                Outcome::Open(Open {
+                    reasons,
+                    tested: Some(Tested { reactions, ..Tested::default() }),
                 })
             }),
         })

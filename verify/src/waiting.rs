@@ -20,6 +20,7 @@ use crate::explore::{Ended, States, Ticks, explore};
 use crate::guards::{holds, is_enabled, reads_inputs_only};
 use crate::limits::Limits;
 use crate::relevance::{Inputs, Relevance};
+use crate::verdict::OpenReason;
 
 /// Reactions that are kept; with more the question stays open.
 const MOST_EDGES: usize = 1 << 20;
@@ -74,7 +75,7 @@ struct Edge {
 ///
 /// # Errors
 /// Why that is not known: the states or rows are too many.
-pub fn waiting(net: &Valid<Net>, limits: &Limits) -> Result<Vec<Waiting>, String> {
+pub fn waiting(net: &Valid<Net>, limits: &Limits) -> Result<Vec<Waiting>, OpenReason> {
     let rivals = rivals(net);
     if rivals.is_empty() {
         return Ok(Vec::new());
@@ -84,11 +85,11 @@ pub fn waiting(net: &Valid<Net>, limits: &Limits) -> Result<Vec<Waiting>, String
         return Err(why);
     }
     let Ok(alphabet) = Alphabet::of(net, false, limits.rows_per_state) else {
-        return Err("the inputs have too many values".to_owned());
+        return Err(OpenReason::Assumptions);
     };
     let mut matter = Inputs::none(net);
     net.inputs.ids().for_each(|input| matter.insert(input));
-    let too_many = || format!("more than {} rows of inputs are possible", limits.rows_per_state);
+    let too_many = || OpenReason::Rows { limit: limits.rows_per_state };
     let rows = alphabet.rows(&matter, limits.rows_per_state).ok_or_else(too_many)?;
     let search = Search::of(net, &rivals, states, &rows)?;
     let answer = |(bit, transition): (usize, &TransitionId)| Waiting {

@@ -12,7 +12,7 @@ use grafsynth_driver::pipeline::{
     self, BuildOptions, Built, BusyMode, MapEntry, Reset, ResetStyle,
 };
 use grafsynth_driver::read::Design;
-use grafsynth_driver::report::{self, Line, Outcome};
+use grafsynth_driver::report::{self, Note, Outcome, OutputReport, OutputVerdict};
 use grafsynth_driver::target::Target;
 use grafsynth_driver::template::TemplateFile;
 use grafsynth_engines::{EngineError, Job, exhaustive, ice40, measure};
@@ -21,7 +21,7 @@ use grafsynth_ir::diag::any_error;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::Net;
 use grafsynth_sim::Stimulus;
-use grafsynth_verify::Limits;
+use grafsynth_verify::{Limits, OpenReason};
 use serde_json::json;
 
 pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop> {
@@ -145,7 +145,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
     }
     session.show(&found);
     for line in &built.lines {
-        if !session.quiet || line.outcome == Outcome::Refuted {
+        if !session.quiet || line.outcome() == Outcome::Refuted {
             crate::print(&format!("{line}\n"));
         }
     }
@@ -245,8 +245,12 @@ fn earlier_pins(session: &mut Session, path: &str) -> Result<Vec<(String, u32)>,
     }
 }
 
-fn is_limit(line: &Line) -> bool {
-    line.outcome == Outcome::Open && !line.text.starts_with("not checked")
+/// A limit was met before the output was proved.
+fn is_limit(line: &OutputReport) -> bool {
+    match &line.verdict {
+        OutputVerdict::Open(open) => open.tested.is_some(),
+        _ => line.outcome() == Outcome::Open,
+    }
 }
 
 fn targets(names: &[String]) -> Result<Vec<Target>, Stop> {
@@ -319,7 +323,7 @@ fn check_c(net: &Valid<Net>, facts: &Facts, limits: &Limits, built: &mut Built) 
             .find(|file| file.name.ends_with(".c"))
             .map_or("c", |file| file.name.as_str());
         let line = exhaustive::check(name, net, facts, package, limits);
-        if line.outcome == Outcome::Refuted {
+        if line.outcome() == Outcome::Refuted {
             built
                 .files
                 .retain(|file| !package.files.iter().any(|own| is_file(&file.name, &own.name)));
@@ -349,22 +353,24 @@ fn bitstreams(limits: &Limits, built: &mut Built) -> Vec<(String, Vec<u8>)> {
     for job in std::mem::take(&mut built.bitstreams) {
         let missing = ice40::missing();
         if !missing.is_empty() {
-            let text = format!("not made: {} not here", missing.join(", "));
-            built.lines.push(Line::open(&job.name, format!("not checked: {text}")));
+            let missing = missing.iter().map(ToString::to_string).collect();
+            built.lines.push(OutputReport::open(&job.name, OpenReason::ToolMissing(missing)));
             continue;
         }
         match ice40::bitstream(&job) {
             Ok(bitstream) => {
                 let mut line = judge(&job, &bitstream.read_back, limits);
                 if !bitstream.remark.is_empty() {
-                    line.text = format!("{}; {}", line.text, bitstream.remark);
+                    line.notes.push(Note::Remark(bitstream.remark.clone()));
                 }
-                if line.outcome != Outcome::Refuted {
+                if line.outcome() != Outcome::Refuted {
                     made.push((job.name, bitstream.bytes));
                 }
                 built.lines.push(line);
             }
-            Err(why) => built.lines.push(Line::open(&job.name, format!("not checked: {why}"))),
+            Err(why) => {
+                built.lines.push(OutputReport::open(&job.name, OpenReason::ToolFailed(why)));
+            }
         }
     }
     made

@@ -58,10 +58,10 @@ pub(super) fn run(
             arguments.report,
         ) {
             Ok(made) => {
-                if !session.quiet || made.line.outcome == Outcome::Refuted {
+                if !session.quiet || made.line.outcome() == Outcome::Refuted {
                     crate::print(&format!("{}\n", made.line));
                 }
-                outcome = outcome.max(made.line.outcome);
+                outcome = outcome.max(made.line.outcome());
                 built.lines.push(made.line);
                 built.chips.extend(made.chip);
                 written.push((arguments.output.join(&made.file.name), made.file.text.into_bytes()));

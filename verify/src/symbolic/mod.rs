@@ -40,6 +40,7 @@ use crate::equiv::verdict::{Certificate, Method, Verdict};
 use crate::exclusive::net_expr;
 use crate::explore::Ticks;
 use crate::limits::Limits;
+use crate::verdict::Open;
 pub use dominance::{Dominance, dominates};
 pub(crate) use reach::{Reached, reach};
 
@@ -332,7 +333,7 @@ pub(crate) fn equiv(
 ) -> Verdict {
     match prove(net, facts, logic, binding, limits) {
         Ok(certificate) => Verdict::Proved(certificate),
-        Err(why) => Verdict::Open(why),
+        Err(why) => Verdict::Open(Open::because(why)),
     }
 }
 

@@ -1,0 +1,263 @@
+//! Answers as data: proved, refuted or open, for which stimuli, and why not more.
+//!
+//! Every question of this crate ends in a [`Verdict`]. Text is made of it only where it is printed, so that people and machines get the same answer.
+
+use std::fmt;
+
+/// The answer to a question: proved as `P` says, refuted by the witness `W`, or open.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Verdict<P, W> {
+    /// It holds, and how that was proved.
+    Proved(P),
+    /// It does not hold, and where.
+    Refuted(W),
+    /// Neither was found out.
+    Open(Open),
+}
+
+/// The stimuli for which an answer holds. A proof without its scope is a claim about stimuli that nobody looked at.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+pub enum Scope {
+    /// Every stimulus that the contract allows: any `dt`, any inputs that meet the assumptions.
+    #[default]
+    EveryStimulus,
+    /// Stimuli in which no reaction takes more than one tick. For a chip this is every stimulus there is (semantics §9), for C it is not.
+    OneTick,
+    /// Stimuli whose reactions take these numbers of ticks.
+    Ticks(Vec<u32>),
+}
+
+impl Scope {
+    /// Its name for machines.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        match self {
+            Scope::EveryStimulus => "every-stimulus",
+            Scope::OneTick => "one-tick",
+            Scope::Ticks(_) => "ticks",
+        }
+    }
+}
+
+impl fmt::Display for Scope {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Scope::EveryStimulus => write!(f, "for every stimulus"),
+            Scope::OneTick => write!(f, "for at most one tick a reaction"),
+            Scope::Ticks(ticks) => {
+                let ticks: Vec<String> = ticks.iter().map(ToString::to_string).collect();
+                write!(f, "for dt {}", ticks.join(" "))
+            }
+        }
+    }
+}
+
+/// Why a question stayed open.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum OpenReason {
+    /// An exploration met its limit on pairs of a state and an input row.
+    Pairs {
+        /// The limit.
+        limit: u64,
+        /// States found by then.
+        states: usize,
+    },
+    /// An exploration met its limit on states.
+    States {
+        /// The limit.
+        limit: usize,
+    },
+    /// Too many input rows are possible in one state.
+    Rows {
+        /// The limit.
+        limit: u64,
+    },
+    /// An input has too many values to try each.
+    InputValues {
+        /// Its name.
+        input: String,
+        /// How many values.
+        values: u64,
+    },
+    /// The assumptions read too many inputs to try all of them.
+    Assumptions,
+    /// Too many inputs to enumerate.
+    Inputs {
+        /// How many.
+        inputs: usize,
+    },
+    /// A method does not carry this design, or its limit was met on the way; says what and where.
+    Method(String),
+    /// It holds for these stimuli, and for the rest nobody knows.
+    OnlyFor(Scope),
+    /// Some stimulus breaks it, but none was found.
+    Unfound,
+    /// Programs that the question needs are not installed.
+    ToolMissing(Vec<String>),
+    /// A program that the question needs failed: what it printed.
+    ToolFailed(String),
+    /// The user asked for no proof.
+    NotAsked,
+}
+
+impl OpenReason {
+    /// Its name for machines.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        match self {
+            OpenReason::Pairs { .. } => "too-many-pairs",
+            OpenReason::States { .. } => "too-many-states",
+            OpenReason::Rows { .. } => "too-many-rows",
+            OpenReason::InputValues { .. } => "too-many-values",
+            OpenReason::Assumptions => "assumptions-too-wide",
+            OpenReason::Inputs { .. } => "too-many-inputs",
+            OpenReason::Method(_) => "method",
+            OpenReason::OnlyFor(_) => "scope",
+            OpenReason::Unfound => "witness-not-found",
+            OpenReason::ToolMissing(_) => "tool-missing",
+            OpenReason::ToolFailed(_) => "tool-failed",
+            OpenReason::NotAsked => "not-asked",
+        }
+    }
+
+    /// The option of the command line that would settle more of such questions, if there is one.
+    #[must_use]
+    pub fn option(&self) -> Option<&'static str> {
+        match self {
+            OpenReason::Pairs { .. } => Some("--proof-limit"),
+            _ => None,
+        }
+    }
+}
+
+impl fmt::Display for OpenReason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            OpenReason::Pairs { limit, states } => {
+                write!(
+                    f,
+                    "more than {limit} pairs of a state and an input ({states} states so far)"
+                )
+            }
+            OpenReason::States { limit } => write!(f, "more than {limit} states"),
+            OpenReason::Rows { limit } => {
+                write!(f, "more than {limit} rows of inputs are possible in one state")
+            }
+            OpenReason::InputValues { input, values } => {
+                write!(f, "input `{input}` has {values} values")
+            }
+            OpenReason::Assumptions => {
+                write!(f, "the assumptions read too many inputs to try all of them")
+            }
+            OpenReason::Inputs { inputs } => {
+                write!(f, "{inputs} inputs are too many to enumerate")
+            }
+            OpenReason::Method(why) => f.write_str(why),
+            OpenReason::OnlyFor(scope) => write!(f, "proved {scope} only"),
+            OpenReason::Unfound => write!(f, "some stimulus breaks it, but none was found"),
+            OpenReason::ToolMissing(tools) => write!(f, "{} not installed", tools.join(", ")),
+            OpenReason::ToolFailed(text) => f.write_str(text),
+            OpenReason::NotAsked => write!(f, "not proved, as asked"),
+        }
+    }
+}
+
+/// What a method that can only say a sentence says.
+impl From<String> for OpenReason {
+    fn from(why: String) -> Self {
+        OpenReason::Method(why)
+    }
+}
+
+/// An open question: why each method gave up, and how well the answer was tested instead.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Open {
+    /// Why, in the order in which the methods were tried.
+    pub reasons: Vec<OpenReason>,
+    /// The random reactions that found no difference; none if there were none.
+    pub tested: Option<Tested>,
+}
+
+impl Open {
+    /// An open question that nothing was tested of.
+    #[must_use]
+    pub fn because(reason: impl Into<OpenReason>) -> Self {
+        Open { reasons: vec![reason.into()], tested: None }
+    }
+
+    /// The same, with what was tested instead.
+    #[must_use]
+    pub fn tested(self, tested: Tested) -> Self {
+        Open { tested: Some(tested), ..self }
+    }
+}
+
+impl fmt::Display for Open {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut parts: Vec<String> = self.reasons.iter().map(ToString::to_string).collect();
+        parts.extend(self.tested.as_ref().map(ToString::to_string));
+        f.write_str(&parts.join("; "))
+    }
+}
+
+/// How much a test looked at. It is no proof: it says what was seen.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Tested {
+    /// Reactions compared.
+    pub reactions: u64,
+    /// Transitions that fired in them.
+    pub fired: usize,
+    /// Transitions that there are.
+    pub transitions: usize,
+    /// The names of those that never fired.
+    pub never: Vec<String>,
+}
+
+/// Names that a line shows of those that never fired.
+const SHOWN: usize = 8;
+
+impl fmt::Display for Tested {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "tested: {} reactions", self.reactions)?;
+        if self.transitions > 0 {
+            write!(f, ", {} of {} transitions fired", self.fired, self.transitions)?;
+        }
+        if !self.never.is_empty() {
+            let more = self.never.len().saturating_sub(SHOWN);
+            let names: Vec<&str> = self.never.iter().take(SHOWN).map(String::as_str).collect();
+            write!(f, " (never: {}", names.join(", "))?;
+            if more > 0 {
+                write!(f, " and {more} more")?;
+            }
+            f.write_str(")")?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_open_answer_says_why_and_what_was_tested() {
+        let tested = Tested {
+            reactions: 10_000,
+            fired: 41,
+            transitions: 43,
+            never: vec!["t7".to_owned(), "t19".to_owned()],
+        };
+        let open = Open::because(OpenReason::States { limit: 500 }).tested(tested);
+        assert_eq!(
+            open.to_string(),
+            "more than 500 states; tested: 10000 reactions, 41 of 43 transitions fired (never: t7, t19)"
+        );
+    }
+
+    #[test]
+    fn names_beyond_the_eighth_are_counted() {
+        let never: Vec<String> = (0..11).map(|n| format!("t{n}")).collect();
+        let text = Tested { reactions: 1, fired: 0, transitions: 11, never }.to_string();
+        assert!(text.ends_with("t6, t7 and 3 more)"), "{text}");
+    }
+}
