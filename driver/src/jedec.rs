@@ -237,7 +237,7 @@ pub(crate) fn build(
     } else {
         OutputReport::new(&name, OutputVerdict::ReadBack(Open::because(OpenReason::NotAsked)))
     };
-    line.notes.push(Note::Burned(said(&burned, &name)));
+    line.notes.extend(said(&burned, &name));
     say_emergency(&mut line, net, &read_back, options);
     if let Some(said) = codes_and_dont_cares(&coded, logic, &wishes) {
         line.notes.push(Note::Codes(said));
@@ -289,33 +289,35 @@ fn times(n: usize) -> String {
 }
 
 /// What is said of a fuse map beside its proof.
-fn said(burned: &Burned, file: &str) -> String {
+fn said(burned: &Burned, file: &str) -> Vec<Note> {
     let device = burned.placement.device;
     let terms: usize = burned.placement.cells.iter().map(|cell| cell.sum.len()).sum();
-    let mut text = format!(
+    let mut parts = vec![format!(
         "{} macrocells with {terms} product terms of a {}, fuse by fuse as meant, {} test vectors",
         burned.placement.cells.len(),
         device.name,
         burned.vectors.len()
-    );
-    match command(&burned.placement, file) {
-        Some(command) => text += &format!("; burn it with `{command}`"),
-        None => text += "; no programmer is known to us for it",
-    }
+    )];
+    parts.push(match command(&burned.placement, file) {
+        Some(command) => format!("burn it with `{command}`"),
+        None => "no supported programmer".to_owned(),
+    });
     let n_parts = burned.roles.iter().filter(|role| matches!(role.object, Object::Buried)).count();
     if n_parts > 0 {
-        text += &format!(
-            "; {} of sums that are too wide: signals go through the array up to {} more before the clock",
+        parts.push(format!(
+            "{} of sums that are too wide: signals go through the array up to {} more before the clock",
             if n_parts == 1 { "one is a part".to_owned() } else { format!("{n_parts} are parts") },
             times(burned.placement.n_passes())
-        );
+        ));
     }
     let remembered: Vec<&str> = device.remembered().map(|figure| figure.what).collect();
     if !remembered.is_empty() {
-        text +=
-            &format!("; rests on what is remembered of the data sheet: {}", remembered.join(", "));
+        parts.push(format!(
+            "rests on what is remembered of the data sheet: {}",
+            remembered.join(", ")
+        ));
     }
-    text
+    parts.into_iter().map(Note::Burned).collect()
 }
 
 /// A file as a design of its own: its macrocells, its circuit where it is one, and what is to be said of it.

@@ -115,7 +115,7 @@ pub enum OutputFault {
 /// What else a line says of an output.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Note {
-    /// What a fuse map holds: macrocells, products, vectors; how to burn it.
+    /// A part of what a fuse map holds: macrocells, products, vectors; how to burn it.
     Burned(String),
     /// Whether the emergency dominates in every state of what was read back.
     Emergency(Dominance),
