@@ -410,7 +410,7 @@ pub(crate) struct Compare {
     /// The stimulus, CSV.
     #[arg(long, short, value_name = "FILE")]
     pub(crate) stimulus: Option<String>,
-    /// So many random reactions.
+    /// Run N random reactions; with a second design, instead of a proof.
     #[arg(long, value_name = "N", conflicts_with = "stimulus")]
     pub(crate) random: Option<usize>,
     /// The seed of the random reactions.
@@ -419,7 +419,7 @@ pub(crate) struct Compare {
     /// A name of the second design and what it is called in the first, where that is not the same but for letter case; may be given several times.
     #[arg(long, value_name = "OTHER=NAME")]
     pub(crate) rename: Vec<String>,
-    /// Compare logic on the stimulus only, without a proof for all of them.
+    /// Test two designs on random reactions only, without a proof.
     #[arg(long)]
     pub(crate) no_proof: bool,
     /// Only these engines, separated by commas; without it all but those on microcontrollers (`sim --engine list` names them).

@@ -132,7 +132,12 @@ pub fn with_net(
     let theirs = logic_trace(net, &bound.logic, stimulus)?;
     let ours = net_trace(net, stimulus);
     let difference = first_difference(&ours, &theirs, &bound.outputs);
-    Ok(Outcome { difference, n_columns: bound.outputs.len(), apart: bound.apart })
+    Ok(Outcome {
+        difference,
+        n_columns: bound.outputs.len(),
+        n_rows: stimulus.len(),
+        apart: bound.apart,
+    })
 }
 
 fn first_difference(ours: &Trace, theirs: &Trace, outputs: &[OutputId]) -> Option<Difference> {
@@ -210,7 +215,12 @@ pub fn with_logic(
     let bound = bind(&left.interface, right, renames)?;
     let theirs = logic_trace(&left.interface, &bound.logic, stimulus)?;
     let difference = first_difference(&ours, &theirs, &bound.outputs);
-    Ok(Outcome { difference, n_columns: bound.outputs.len(), apart: bound.apart })
+    Ok(Outcome {
+        difference,
+        n_columns: bound.outputs.len(),
+        n_rows: stimulus.len(),
+        apart: bound.apart,
+    })
 }
 
 /// What a proof of two circuits found, in words, and whether they were shown to differ.

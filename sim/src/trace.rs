@@ -219,6 +219,21 @@ impl TraceLayout {
         cells
     }
 
+    /// The cell of one column alone.
+    #[must_use]
+    pub fn cell(&self, column: usize, row: &Row) -> Value {
+        self.columns.get(column).map_or(Value::Number(0), |column| self.value(column.kind, row))
+    }
+
+    /// True if the chart leaves the cell open.
+    #[must_use]
+    pub fn is_open(&self, column: usize, row: &Row) -> bool {
+        self.columns.get(column).is_some_and(|column| {
+            (row.open.row && !is_given(column.kind))
+                || (row.open.any() && is_open(column.kind, row))
+        })
+    }
+
     /// Marks every cell but the stimulus's own as open.
     pub fn open_all(&self, row: &mut TraceRow) {
         row.open = self.columns.iter().map(|column| !is_given(column.kind)).collect();

@@ -8,6 +8,7 @@ pub mod large_chart;
 pub mod random_c;
 pub mod random_net;
 pub mod random_table;
+pub mod variants;
 
 use grafsynth_driver::read::{Design, ReadLimits, Texts, read};
 use grafsynth_driver::source::Sources;

@@ -7,6 +7,7 @@ mod arbiter;
 mod busy;
 mod c_random;
 mod c_sources;
+mod chart_pairs;
 mod controllers;
 mod drawn_again;
 mod emergency;

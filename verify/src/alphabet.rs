@@ -39,7 +39,7 @@ impl<'n> Alphabet<'n> {
                 (InputKind::InternalEvent, _) => vec![0],
                 (_, Type::Bool) => vec![0, 1],
                 (_, Type::Int { lo, hi }) => {
-                    let classes = if all_values { None } else { classes(net, id, lo, hi) };
+                    let classes = if all_values { None } else { cuts(net, id, lo, hi) };
                     match classes {
                         Some(classes) => classes,
                         None if hi.abs_diff(lo) < limit.min(4096) => (lo..=hi).collect(),
@@ -151,7 +151,7 @@ impl<'n> Alphabet<'n> {
 }
 
 /// One value of each interval between the constants that an input is compared with; none if it is used in any other way, or in a property.
-fn classes(net: &Net, input: InputId, lo: i64, hi: i64) -> Option<Vec<i64>> {
+pub(crate) fn cuts(net: &Net, input: InputId, lo: i64, hi: i64) -> Option<Vec<i64>> {
     let mut cuts: Vec<i64> = vec![lo];
     let mut only_compared = true;
     grafsynth_ir::walk::for_each_expr(net, &mut |expr| {

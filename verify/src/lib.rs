@@ -25,6 +25,7 @@ mod facts;
 mod guards;
 mod limits;
 mod lints;
+pub mod pair;
 mod properties;
 mod relevance;
 pub mod sharing;

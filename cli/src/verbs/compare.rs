@@ -1,10 +1,11 @@
 //! `grafsynth compare FILE`: all engines on one stimulus, and the first difference.
 
+use super::compare_charts;
 use super::sim::{engine_named, stimulus};
 use crate::args::{Compare, Input};
 use crate::exit::Exit;
 use crate::load::{Session, Stop};
-use grafsynth_driver::compare::{self as driver_compare, Apart};
+use grafsynth_driver::compare::Apart;
 use grafsynth_driver::judge::{self, Judged, Renames};
 use grafsynth_driver::read::Design;
 use grafsynth_driver::trust;
@@ -78,7 +79,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Compare) -> Result<Exit, St
         match engine.run(&job) {
             Ok(trace) => match compare(&reference, &trace) {
                 None => {
-                    say(format!("{name:<10} equal\n"));
+                    say(format!("{name:<10} no difference\n"));
                     n_equal += 1;
                 }
                 Some(difference) => {
@@ -112,7 +113,11 @@ pub(crate) fn run(session: &mut Session, arguments: &Compare) -> Result<Exit, St
     }
     if exit == Exit::Done {
         let skipped = if n_skipped > 0 { format!(", {n_skipped} not run") } else { String::new() };
-        say(format!("equal: {} engines, {} reactions{skipped}\n", n_equal + 1, stimulus.len()));
+        say(format!(
+            "no difference found in {} reactions: {} engines{skipped}\n",
+            stimulus.len(),
+            n_equal + 1
+        ));
     }
     Ok(exit)
 }
@@ -172,6 +177,9 @@ fn with_other(
             }
         }
     }
+    if let (Design::Net(left), Design::Net(right)) = (&design, &other) {
+        return compare_charts::run(session, arguments, &left.net, &right.net);
+    }
     // A chart comes first, so that a proof is one about a chart wherever there is one.
     let (design, other) = match (design, other) {
         (Design::Logic(logic), Design::Net(net)) => (Design::Net(net), Design::Logic(logic)),
@@ -198,9 +206,7 @@ fn with_other(
         return Ok(Exit::Usage);
     };
     let difference = match (&design, &other) {
-        (Design::Net(design), Design::Net(other)) => {
-            driver_compare::nets(&design.net, &other.net, &stimulus)
-        }
+        (Design::Net(_), Design::Net(_)) => unreachable!("charts have an answer of their own"),
         (Design::Net(design), Design::Logic(other)) => other
             .circuit()
             .and_then(|circuit| judge::with_net(&design.net, circuit, &stimulus, renames)),
@@ -212,7 +218,8 @@ fn with_other(
     let is_equal = difference.as_ref().is_ok_and(|outcome| outcome.difference.is_none());
     let exit = finish(session, &stimulus, difference)?;
     let Design::Logic(other) = &other else { return Ok(exit) };
-    if !is_equal || arguments.no_proof || arguments.stimulus.is_some() {
+    let is_test = arguments.no_proof || arguments.stimulus.is_some() || arguments.random.is_some();
+    if !is_equal || is_test {
         return Ok(exit);
     }
     let Ok(circuit) = other.circuit() else { return Ok(exit) };
@@ -253,7 +260,7 @@ fn prove(
         }
         Ok(Judged::Equal(how)) => {
             if !session.quiet {
-                crate::print(&format!("{how}\n"));
+                crate::print(&format!("equal: {how}\n"));
             }
             Ok(Exit::Done)
         }
@@ -263,9 +270,9 @@ fn prove(
         }
         Ok(Judged::Open(why)) => {
             if !session.quiet {
-                crate::print(&format!("not proved: {why}\n"));
+                crate::print(&format!("open: not proved equal: {why}\n"));
             }
-            Ok(Exit::Done)
+            Ok(Exit::Open)
         }
     }
 }
@@ -284,7 +291,7 @@ fn finish(
             None => {
                 if !session.quiet {
                     crate::print(&format!(
-                        "equal: {} reactions, {} columns in common\n",
+                        "no difference found in {} reactions, {} columns in common\n",
                         stimulus.len(),
                         outcome.n_columns
                     ));

@@ -1,9 +1,11 @@
 //! `grafsynth diff OLD NEW`.
 
+use super::compare_charts::{compared, different};
 use crate::args::{Diff, Reading};
 use crate::exit::Exit;
 use crate::load::{Session, Stop};
 use grafsynth_driver::diff::{Behaviour, Part};
+use grafsynth_verify::verdict::Verdict;
 
 pub(crate) fn run(session: &mut Session, arguments: &Diff) -> Result<Exit, Stop> {
     let reading = Reading { machine: arguments.machine, ..Reading::default() };
@@ -27,30 +29,30 @@ pub(crate) fn run(session: &mut Session, arguments: &Diff) -> Result<Exit, Stop>
         }
     }
     let exit = match &diff.behaviour {
-        Behaviour::Same { states } => {
-            text.push_str(&format!("the same behaviour: proved over {states} pairs of states\n"));
-            if diff.parts.is_empty() { Exit::Done } else { Exit::Refuted }
-        }
-        Behaviour::SameAsFarAsSeen { reactions } => {
-            text.push_str(&format!(
-                "no difference in behaviour in {reactions} random reactions (not proved)\n"
-            ));
-            if diff.parts.is_empty() { Exit::Done } else { Exit::Refuted }
-        }
-        Behaviour::NothingInCommon => {
-            text.push_str("no output, variable or set of steps in common\n");
+        Behaviour::Incomparable(why) => {
+            text.push_str(&format!("behaviour not compared: {why}\n"));
             Exit::Refuted
         }
-        Behaviour::Different { stimulus, difference, is_shortest } => {
-            let shortest = if *is_shortest { "shortest " } else { "" };
-            text.push_str(&format!(
-                "different behaviour: scan {}, {}: `{}` in the old, `{}` in the new, under the {shortest}stimulus\n",
-                difference.row, difference.column, difference.left, difference.right
-            ));
-            for line in stimulus.to_csv(&old.net).lines() {
-                text.push_str(&format!("    {line}\n"));
+        Behaviour::Compared(common, answer) => {
+            let same = if diff.parts.is_empty() { Exit::Done } else { Exit::Refuted };
+            match answer {
+                Verdict::Proved(by) => {
+                    text.push_str(&format!("same behaviour: proved for every stimulus {by}\n"));
+                    text.push_str(&compared(common));
+                    same
+                }
+                Verdict::Open(why) => {
+                    text.push_str(&format!(
+                        "no difference in behaviour found, not proved: {why}\n"
+                    ));
+                    text.push_str(&compared(common));
+                    same
+                }
+                Verdict::Refuted(apart) => {
+                    text.push_str(&different(&old.net, &new.net, common, apart, "old", "new"));
+                    Exit::Refuted
+                }
             }
-            Exit::Refuted
         }
     };
     crate::print(&text);

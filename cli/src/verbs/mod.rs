@@ -3,6 +3,7 @@
 pub(crate) mod build;
 pub(crate) mod check;
 pub(crate) mod compare;
+mod compare_charts;
 pub(crate) mod convert;
 pub(crate) mod diff;
 pub(crate) mod doctor;

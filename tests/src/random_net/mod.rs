@@ -29,7 +29,7 @@ use grafsynth_ir::{Name, Span, Valid, validate};
 use grafsynth_sim::Random;
 
 pub use features::Features;
-pub use shrink::shrink;
+pub use shrink::{shrink, weakened};
 
 /// Attempts to make a valid net before a net of one step is given instead.
 const ATTEMPTS: u64 = 20;

@@ -6,6 +6,7 @@ use grafsynth_ir::net::{
     Schedule, Step, StmtKind, TransitionKind,
 };
 use grafsynth_ir::{Arena, Id, Valid, validate};
+use grafsynth_sim::Random;
 
 /// The smallest net found by dropping things from `net` such that `is_wanted` stays true of it. Every net that is tried is valid. It ends when no
 /// single change is possible any more.
@@ -36,6 +37,15 @@ pub fn shrink(net: &Valid<Net>, is_wanted: impl Fn(&Valid<Net>) -> bool) -> Vali
             return best;
         }
     }
+}
+
+/// The net with one thing dropped or made simpler, by chance; none where that is not valid or changes nothing.
+#[must_use]
+pub fn weakened(net: &Net, random: &mut Random) -> Option<Valid<Net>> {
+    let pass = PASSES[random.below(PASSES.len())];
+    let n_ways = (0..).take_while(|at| pass(net, *at).is_some()).count();
+    let changed = pass(net, random.below(n_ways))??;
+    validate(changed).ok().filter(|changed| **changed != *net)
 }
 
 /// The n-th way to make the net smaller: none when there are no more, an inner none when this one does not apply.

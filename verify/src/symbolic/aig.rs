@@ -216,6 +216,45 @@ impl Aig {
         roots.iter().map(|root| read(&values, *root)).collect()
     }
 
+    /// The values of the functions for 64 choices of the variables at once: one word for each root.
+    pub(crate) fn words(&self, roots: &[Lit], value: impl Fn(Lit) -> u64) -> Vec<u64> {
+        let mut words = vec![0; self.nodes.len()];
+        let read = |words: &[u64], lit: Lit| {
+            let word = words[lit.node()];
+            if lit.is_negated() { !word } else { word }
+        };
+        for (at, node) in self.nodes.iter().enumerate() {
+            words[at] = match node {
+                Node::Constant => 0,
+                Node::Variable => value(Lit((at as u32) << 1)),
+                Node::And(a, b) => read(&words, *a) & read(&words, *b),
+            };
+        }
+        roots.iter().map(|root| read(&words, *root)).collect()
+    }
+
+    /// The functions with other functions in place of variables.
+    pub(crate) fn substitute(&mut self, roots: &[Lit], instead: &IndexMap<Lit, Lit>) -> Vec<Lit> {
+        // A cone is never larger than the graph.
+        let Some(cone) = self.cone(roots, usize::MAX) else { return roots.to_vec() };
+        let mut made: IndexMap<usize, Lit> = IndexMap::new();
+        let read =
+            |made: &IndexMap<usize, Lit>, lit: Lit| made[&lit.node()].negate_if(lit.is_negated());
+        for node in cone {
+            let own = Lit((node as u32) << 1);
+            let lit = match self.nodes[node] {
+                Node::Constant => Lit::FALSE,
+                Node::Variable => instead.get(&own).copied().unwrap_or(own),
+                Node::And(a, b) => {
+                    let (a, b) = (read(&made, a), read(&made, b));
+                    self.and(a, b)
+                }
+            };
+            made.insert(node, lit);
+        }
+        roots.iter().map(|root| read(&made, *root)).collect()
+    }
+
     /// The functions as decision diagrams, with the variables at the given levels. None inside if they need more than so many nodes of the graph.
     ///
     /// # Errors

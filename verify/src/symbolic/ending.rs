@@ -212,6 +212,7 @@ impl Maker<'_> {
                     }
                     let asks = self.aig.or_all(asks);
                     ways.push(self.aig.and(asks, !emergency));
+                    self.called.insert(id, ways.clone());
                     all.push(vec![self.aig.or_all(ways)]);
                     continue;
                 }

@@ -20,6 +20,7 @@ mod forcing;
 mod image;
 mod number;
 mod order;
+mod pair;
 mod reach;
 mod reaction;
 mod select;
@@ -31,7 +32,8 @@ use grafsynth_ir::Valid;
 use grafsynth_ir::facts::{Facts, Proof as ProvedBy};
 use grafsynth_ir::logic::{Logic, Node, PinRole};
 use grafsynth_ir::net::{
-    Driver, Expr, InputKind, Leaf, Net, OpenCell, PropertyExpr, PropertyLeaf, PropertyRole, StepId,
+    Driver, Expr, InputId, InputKind, Leaf, Net, OpenCell, PropertyExpr, PropertyLeaf,
+    PropertyRole, StepId,
 };
 use grafsynth_ir::program::Origin;
 
@@ -40,6 +42,7 @@ use crate::equiv::verdict::{Certificate, Method, Verdict};
 use crate::exclusive::net_expr;
 use crate::limits::Limits;
 pub use dominance::{Dominance, dominates};
+pub(crate) use pair::{Diagram, Equalities, Induction, Question, diagram, induction};
 pub(crate) use reach::{Reached, reach};
 
 use aig::{Aig, Lit};
@@ -49,6 +52,26 @@ use state::{Key, State, Value};
 
 /// The largest part of the graph that one question may need.
 const CONE: usize = 100_000;
+
+/// An input that two nets are given together: a code counted from `lo`, of a value that suits both.
+#[derive(Debug, Clone)]
+struct SharedInput {
+    bits: Vec<Lit>,
+    lo: i64,
+}
+
+impl SharedInput {
+    fn value(&self, aig: &mut Aig, ty: grafsynth_ir::expr::Type) -> Value {
+        match ty {
+            grafsynth_ir::expr::Type::Bool => {
+                Value::Flag(self.bits.first().copied().unwrap_or(Lit::constant(self.lo != 0)))
+            }
+            grafsynth_ir::expr::Type::Int { .. } => {
+                Value::Number(Number::from_code(aig, &self.bits, self.lo))
+            }
+        }
+    }
+}
 
 /// The functions of a net over free variables.
 struct Model<'n> {
@@ -78,12 +101,35 @@ struct Model<'n> {
 impl<'n> Model<'n> {
     /// `depth` is a bound on the micro-steps of a reaction, if one is known.
     fn of(net: &'n Net, depth: Option<u32>, limits: &Limits) -> Result<Self, String> {
+        Self::within(Aig::new(), net, depth, limits, &BTreeMap::new())
+    }
+
+    /// The same in a graph that holds other functions already, with inputs that are shared with those.
+    fn within(
+        aig: Aig,
+        net: &'n Net,
+        depth: Option<u32>,
+        limits: &Limits,
+        shared: &BTreeMap<InputId, SharedInput>,
+    ) -> Result<Self, String> {
         let mut maker = Maker::new(net, depth, limits.circuit_nodes)?;
+        maker.aig = aig;
         let (state, state_bits, mut valid) = maker.shape.clone().free(net, &mut maker.aig);
         let mut input_bits = BTreeMap::new();
         let mut values = Vec::new();
         let mut events = Vec::new();
         for (id, input) in net.inputs.iter() {
+            if let Some(shared) = shared.get(&id) {
+                for (bit, lit) in shared.bits.iter().enumerate() {
+                    input_bits.insert((id.index() as u32, bit as u32), *lit);
+                }
+                let value = shared.value(&mut maker.aig, input.ty);
+                if let (Value::Flag(flag), InputKind::Event) = (&value, input.kind) {
+                    events.push(*flag);
+                }
+                values.push(value);
+                continue;
+            }
             let bits: Vec<Lit> = (0..input.ty.bits()).map(|_| maker.aig.variable()).collect();
             for (bit, lit) in bits.iter().enumerate() {
                 input_bits.insert((id.index() as u32, bit as u32), *lit);

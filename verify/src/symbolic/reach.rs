@@ -75,7 +75,7 @@ fn full(full: Full) -> String {
 }
 
 /// Why an attempt ended without an answer.
-enum Failed {
+pub(super) enum Failed {
     /// A reaction takes more micro-steps than were unrolled.
     Deeper,
     Full(Full),
@@ -342,21 +342,22 @@ fn fixpoint(machine: &mut Machine, start: Ref) -> Result<Ref, Failed> {
 
 /// Lets any number of ticks pass, where the net counts them. Gives the bits of that number.
 pub(super) fn any_time(model: &mut Model<'_>) -> Vec<Lit> {
-    let shape: &Shape = &model.maker.shape;
-    let caps = [&shape.elapsed, &shape.last_elapsed, &shape.timers];
-    let durations =
-        shape.times.iter().map(|(id, _)| i64::from(model.maker.net.actions[*id].duration));
-    let longest =
-        caps.into_iter().flatten().filter_map(|cap| *cap).chain(durations).max().unwrap_or(0);
-    let n_bits = 64 - longest.leading_zeros();
+    let n_bits = 64 - longest_time(model.maker.net, &model.maker.shape).leading_zeros();
     let bits: Vec<Lit> = (0..n_bits).map(|_| model.aig().variable()).collect();
     model.inputs.tick = Lit::TRUE;
     model.inputs.dt = Some(Number::from_code(model.aig(), &bits, 0));
     bits
 }
 
+/// Beyond so many ticks all counters stand at their caps; 0 where there are none.
+pub(super) fn longest_time(net: &Net, shape: &Shape) -> i64 {
+    let caps = [&shape.elapsed, &shape.last_elapsed, &shape.timers];
+    let durations = shape.times.iter().map(|(id, _)| i64::from(net.actions[*id].duration));
+    caps.into_iter().flatten().filter_map(|cap| *cap).chain(durations).max().unwrap_or(0)
+}
+
 /// The state after reset.
-fn initial(model: &mut Model<'_>) -> Result<BTreeMap<Key, bool>, Failed> {
+pub(super) fn initial(model: &mut Model<'_>) -> Result<BTreeMap<Key, bool>, Failed> {
     let reset = model.maker.reset()?;
     let shape = model.maker.shape.clone();
     let net = model.maker.net;
@@ -371,7 +372,7 @@ fn initial(model: &mut Model<'_>) -> Result<BTreeMap<Key, bool>, Failed> {
 }
 
 /// What holds of the inputs in every row: codes stand for values, assumptions hold, events that exclude each other do.
-fn legal_inputs(model: &mut Model<'_>) -> Vec<Lit> {
+pub(super) fn legal_inputs(model: &mut Model<'_>) -> Vec<Lit> {
     let net = model.maker.net;
     let is_input: BTreeSet<Lit> = model.input_bits.values().copied().collect();
     let mut legal: Vec<Lit> = model

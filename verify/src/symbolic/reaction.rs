@@ -70,6 +70,8 @@ pub(crate) struct Maker<'n> {
     /// Forced charts, top of the hierarchy first.
     pub(super) forced: Vec<ForcedChart>,
     pub(super) calls: BTreeMap<OutputId, Vec<Lit>>,
+    /// Of the last reaction: every call that is made under some condition, each with its own.
+    pub(super) called: BTreeMap<OutputId, Vec<Lit>>,
     /// With simultaneous assignments: what every list of the micro-step reads.
     pub(super) frozen: Option<Box<State>>,
     /// Of the last reaction: which transitions fire, micro-step by micro-step.
@@ -114,6 +116,7 @@ impl<'n> Maker<'n> {
             free: Vec::new(),
             forced: forced_charts(net)?,
             calls: BTreeMap::new(),
+            called: BTreeMap::new(),
             frozen: None,
         };
         if maker.depth > 64 {

@@ -1,0 +1,319 @@
+//! Do two nets do the same? Every row of both is compared, in the columns that both have, for every stimulus that both allow: any inputs of the same names, any
+//! number of ticks.
+//!
+//! Three ways, one after the other: the product of two reference simulators, searched breadth first, where a difference comes with a shortest stimulus
+//! ([`product`]); induction over bits of state that are always equal; and the decision diagram of all pairs of states, both over the reaction as
+//! [`crate::symbolic`] writes it. Between them directed random runs look for a difference, so that two large nets that differ do not wait for a proof.
+
+mod chance;
+mod common;
+mod product;
+mod rows;
+
+use grafsynth_ir::Valid;
+use grafsynth_ir::net::Net;
+use grafsynth_sim::{Difference, MAX_DT, Simulator, Stimulus};
+
+pub use common::{Common, CommonColumn, CommonInput, Incomparable, Omitted, Side};
+pub(crate) use rows::{RowPair, Rows};
+
+use crate::facts::structural_facts;
+use crate::limits::Limits;
+use crate::symbolic::{self, Diagram, Equalities, Induction, Question};
+use crate::verdict::{Open, OpenReason, Tested, Verdict};
+use product::{Budget, Found};
+
+/// Reactions of the product that are tried before anything else.
+const FIRST_REACTIONS: u64 = 100_000;
+/// Random reactions before the proofs that cannot say where two nets differ.
+const FIRST_CHANCE: usize = 2_000;
+
+/// How two nets were proved equal, for every stimulus that both allow.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SameBy {
+    /// All pairs of states that both reach together, each with every row that matters to either.
+    Product {
+        /// Pairs of states.
+        states: u64,
+        /// Reactions compared.
+        reactions: u64,
+    },
+    /// Induction over one reaction.
+    Induction {
+        /// Bits of state that equal another one or are constant.
+        equal: usize,
+        /// Questions that the solver answered; the others needed none.
+        solved: usize,
+    },
+    /// The decision diagram of all pairs of states.
+    Diagram {
+        /// Pairs of states, as far as they tell anything that is compared; `u64::MAX` stands for that and more.
+        states: u64,
+    },
+}
+
+impl std::fmt::Display for SameBy {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            SameBy::Product { states, reactions } => {
+                write!(f, "by enumeration: {states} pairs of states, {reactions} reactions")
+            }
+            SameBy::Induction { equal, solved } => {
+                write!(f, "by induction: {equal} equal bits of state, {solved} questions solved")
+            }
+            SameBy::Diagram { states: u64::MAX } => {
+                write!(f, "by a decision diagram of more than {} pairs of states", u64::MAX)
+            }
+            SameBy::Diagram { states } => {
+                write!(f, "by a decision diagram of {states} pairs of states")
+            }
+        }
+    }
+}
+
+/// A stimulus whose last row shows a difference.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Apart {
+    /// What to feed the first net.
+    pub left: Stimulus,
+    /// What to feed the second.
+    pub right: Stimulus,
+    /// Where they differ.
+    pub difference: Difference,
+    /// No stimulus with fewer rows shows a difference.
+    pub is_shortest: bool,
+}
+
+/// The answer about two nets.
+pub type Answer = Verdict<SameBy, Box<Apart>>;
+
+/// Proves that two nets do the same for every stimulus that both allow, or finds one that tells them apart. An open answer says how many random reactions
+/// showed no difference; `seed` makes them others.
+#[must_use]
+pub fn charts_equal(
+    left: &Valid<Net>,
+    right: &Valid<Net>,
+    common: &Common,
+    limits: &Limits,
+    seed: u64,
+) -> Answer {
+    let mut rows = Rows::of(left, right, common, limits.rows_per_state);
+    let mut reasons = Vec::new();
+    let first = Budget {
+        reactions: limits.pairs.min(FIRST_REACTIONS),
+        states: limits.states,
+        rows: usize::MAX,
+    };
+    match product::search(left, right, common, &mut rows, first) {
+        Found::Complete { states, reactions } => {
+            return Verdict::Proved(SameBy::Product { states, reactions });
+        }
+        Found::Apart(found) => return apart(left, right, common, &found, true),
+        Found::Deep | Found::Open(_) => {}
+    }
+    let n_first = limits.random_rows.min(FIRST_CHANCE);
+    let tried = chance::compare(left, right, common, &rows, n_first, seed, MAX_DT);
+    if let Some(found) = tried.apart {
+        return shortened(left, right, common, &mut rows, limits, &found);
+    }
+    let facts = (structural_facts(left), structural_facts(right));
+    let question = Question { left, right, common, facts: (&facts.0, &facts.1), limits };
+    let equal = match symbolic::induction(&question, &rows) {
+        Induction::Proved { equal, solved } => {
+            return Verdict::Proved(SameBy::Induction { equal, solved });
+        }
+        Induction::Open(why, equal) => {
+            reasons.push(OpenReason::Method(why));
+            equal
+        }
+    };
+    let whole = Budget { reactions: limits.pairs, states: limits.states, rows: usize::MAX };
+    if let Some(settled) = by_diagram(&question, &equal, &mut reasons) {
+        return settled;
+    }
+    if whole.reactions > first.reactions {
+        match product::search(left, right, common, &mut rows, whole) {
+            Found::Complete { states, reactions } => {
+                return Verdict::Proved(SameBy::Product { states, reactions });
+            }
+            Found::Apart(found) => return apart(left, right, common, &found, true),
+            Found::Deep => {}
+            Found::Open(why) => reasons.push(why),
+        }
+    }
+    let tried = chance::compare(
+        left,
+        right,
+        common,
+        &rows,
+        limits.random_rows,
+        seed.wrapping_add(1),
+        MAX_DT,
+    );
+    if let Some(found) = tried.apart {
+        return shortened(left, right, common, &mut rows, limits, &found);
+    }
+    reasons.dedup();
+    Verdict::Open(Open { reasons, tested: Some(tried.tested) })
+}
+
+fn by_diagram(
+    question: &Question<'_>,
+    equal: &Equalities,
+    reasons: &mut Vec<OpenReason>,
+) -> Option<Answer> {
+    match symbolic::diagram(question, equal) {
+        Diagram::Proved { states } => Some(Verdict::Proved(SameBy::Diagram { states })),
+        Diagram::Apart(found) => {
+            let Question { left, right, common, .. } = question;
+            match apart(left, right, common, &found, true) {
+                refuted @ Verdict::Refuted(_) => Some(refuted),
+                // The two writings of the reaction do not agree, so neither is believed.
+                Verdict::Proved(_) | Verdict::Open(_) => {
+                    reasons.push(OpenReason::Unfound);
+                    None
+                }
+            }
+        }
+        Diagram::Open(why) => {
+            reasons.push(OpenReason::Method(why));
+            None
+        }
+    }
+}
+
+/// Compares two nets in so many directed random reactions with `dt` in `0..=max_dt`; the same for the same seed.
+///
+/// # Errors
+/// The stimulus that tells them apart. It is not known to be a shortest one.
+pub fn charts_by_chance(
+    left: &Valid<Net>,
+    right: &Valid<Net>,
+    common: &Common,
+    reactions: usize,
+    seed: u64,
+    max_dt: u32,
+) -> Result<Tested, Box<Apart>> {
+    let limits = Limits::default();
+    let rows = Rows::of(left, right, common, limits.rows_per_state);
+    let tried = chance::compare(left, right, common, &rows, reactions, seed, max_dt);
+    let found = tried.apart.and_then(|found| match apart(left, right, common, &found, false) {
+        Verdict::Refuted(apart) => Some(apart),
+        Verdict::Proved(_) | Verdict::Open(_) => None,
+    });
+    found.map_or(Ok(tried.tested), Err)
+}
+
+/// The same difference by a shortest stimulus, if the product is searched that far.
+fn shortened(
+    left: &Valid<Net>,
+    right: &Valid<Net>,
+    common: &Common,
+    rows: &mut Rows<'_, '_>,
+    limits: &Limits,
+    found: &[RowPair],
+) -> Answer {
+    let budget = Budget {
+        reactions: limits.pairs,
+        states: limits.states,
+        rows: found.len().saturating_sub(1),
+    };
+    match product::search(left, right, common, rows, budget) {
+        Found::Apart(shorter) => apart(left, right, common, &shorter, true),
+        Found::Deep | Found::Complete { .. } => apart(left, right, common, found, true),
+        Found::Open(_) => apart(left, right, common, found, false),
+    }
+}
+
+/// Replays a stimulus; open if it shows no difference after all.
+fn apart(
+    left: &Valid<Net>,
+    right: &Valid<Net>,
+    common: &Common,
+    rows: &[RowPair],
+    is_shortest: bool,
+) -> Answer {
+    let (mut ours, mut theirs) = (Simulator::new(left), Simulator::new(right));
+    let mut column = common.differs(ours.row(), theirs.row());
+    let mut n_rows = 0;
+    for (a, b) in rows {
+        if column.is_some() {
+            break;
+        }
+        ours.step(a);
+        theirs.step(b);
+        n_rows += 1;
+        column = common.differs(ours.row(), theirs.row());
+    }
+    let Some(column) = column else {
+        return Verdict::Open(Open::because(OpenReason::Unfound));
+    };
+    Verdict::Refuted(Box::new(Apart {
+        left: Stimulus::of_rows(left, rows[..n_rows].iter().map(|(row, _)| row)),
+        right: Stimulus::of_rows(right, rows[..n_rows].iter().map(|(_, row)| row)),
+        difference: common.difference(column, n_rows, ours.row(), theirs.row()),
+        is_shortest,
+    }))
+}
+
+/// Two nets under one stimulus of the first, up to the first difference or the first row that is no stimulus of both.
+#[must_use]
+pub fn charts_on(
+    left: &Valid<Net>,
+    right: &Valid<Net>,
+    common: &Common,
+    stimulus: &Stimulus,
+) -> OnStimulus {
+    let rows = Rows::of(left, right, common, 1);
+    let (mut ours, mut theirs) = (Simulator::new(left), Simulator::new(right));
+    let mut compared = 0;
+    let mut column = common.differs(ours.row(), theirs.row());
+    let zero = grafsynth_sim::InputRow::zero(right);
+    for row in stimulus.rows() {
+        if column.is_some() {
+            break;
+        }
+        let mut values = Vec::new();
+        let mut is_outside = false;
+        for input in &common.inputs {
+            let (lo, hi) = input.bounds;
+            let value = match (input.left, input.right) {
+                (Some(id), _) => row.value(id),
+                (None, Some(id)) => zero.value(id),
+                (None, None) => 0,
+            };
+            is_outside |= !(lo..=hi).contains(&value);
+            values.push(value);
+        }
+        let pair = common.rows(left, right, row.dt, &values);
+        let open = (&ours.row().open, &theirs.row().open);
+        if is_outside
+            || rows.excludes(&pair)
+            || open.0.next
+            || open.1.next
+            || open.0.row
+            || open.1.row
+        {
+            break;
+        }
+        ours.step(&pair.0);
+        theirs.step(&pair.1);
+        compared += 1;
+        column = common.differs(ours.row(), theirs.row());
+    }
+    let difference =
+        column.map(|column| common.difference(column, compared, ours.row(), theirs.row()));
+    OnStimulus { difference, compared }
+}
+
+/// What a stimulus showed of two nets.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct OnStimulus {
+    /// The first difference.
+    pub difference: Option<Difference>,
+    /// Rows that were compared beside that of the reset; fewer than the stimulus has where a row is none that both allow, or leaves what follows open.
+    pub compared: usize,
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,301 @@
+//! Bits of state that are always equal, found by induction over one reaction [van Eijk, Sequential equivalence checking based on structural similarities,
+//! 2000]: what random runs from reset cannot tell apart is taken to be equal, and classes are split until each step keeps what is left. If the compared
+//! columns cannot differ between equal bits, the nets are equal for ever.
+
+use std::collections::BTreeMap;
+
+use grafsynth_sim::Random;
+use indexmap::IndexMap;
+
+use super::{Chance, Joint, Question, depths, why};
+use crate::symbolic::aig::Lit;
+use crate::symbolic::reach::Failed;
+
+/// Reactions of the random runs, 64 runs at once.
+const ROUNDS: usize = 48;
+/// Passes over all classes; each splits at least one.
+const MAX_PASSES: usize = 400;
+/// A graph beyond this size is not tried: each pass writes it again.
+const MAX_NODES: usize = 4_000_000;
+
+/// State bits that are always equal to another one, or constant: the variable and what stands for it.
+pub(crate) type Equalities = IndexMap<Lit, Lit>;
+
+/// How an attempt ended.
+pub(crate) enum Induction {
+    /// The nets are equal.
+    Proved {
+        /// State bits that equal another one or are constant.
+        equal: usize,
+        /// Questions that the solver answered.
+        solved: usize,
+    },
+    /// It is not known, and why; what was found equal all the same.
+    Open(String, Equalities),
+}
+
+pub(crate) fn induction(question: &Question<'_>, rows: Chance<'_, '_, '_>) -> Induction {
+    let mut last = Induction::Open("no depth was tried".to_owned(), Equalities::new());
+    for depth in depths(question) {
+        let joint = match Joint::of(question, depth) {
+            Ok(joint) => joint,
+            Err(failed) => return Induction::Open(why(failed), Equalities::new()),
+        };
+        let mut search = Search { joint, classes: Vec::new(), solved: 0 };
+        match search.run(rows) {
+            Ok(settled) => return settled,
+            // What was found equal rests on reactions that were cut short.
+            Err(failed @ Failed::Deeper) => {
+                last = Induction::Open(why(failed), Equalities::new());
+            }
+            Err(failed) => return Induction::Open(why(failed), Equalities::new()),
+        }
+    }
+    last
+}
+
+/// Bits that nothing told apart so far, by their place in [`Joint::bits`].
+#[derive(Debug, Clone)]
+struct Class {
+    /// The value, if they never had another.
+    constant: Option<bool>,
+    /// The first stands for all, unless they are constant.
+    bits: Vec<usize>,
+}
+
+struct Search<'q> {
+    joint: Joint<'q>,
+    classes: Vec<Class>,
+    solved: usize,
+}
+
+impl Search<'_> {
+    fn run(&mut self, rows: Chance<'_, '_, '_>) -> Result<Induction, Failed> {
+        self.guess(rows);
+        let mut is_stable = false;
+        for _ in 0..MAX_PASSES {
+            // A pass writes both reactions once more.
+            if self.joint.aig.len() > MAX_NODES {
+                return self.give_up("the graph of both reactions grows too large");
+            }
+            is_stable = self.pass()?;
+            if is_stable {
+                break;
+            }
+        }
+        if !is_stable {
+            return self.give_up("the classes of equal bits do not settle");
+        }
+        let instead = self.equalities();
+        let overrun = self.joint.overrun;
+        if !self.is_never(overrun, &instead) {
+            return Err(Failed::Deeper);
+        }
+        for at in 0..self.joint.differ.len() {
+            let differ = self.joint.differ[at];
+            if !self.is_never(differ, &instead) {
+                let name = &self.joint.question.common.columns[at].name;
+                let text = format!("`{name}` may differ in a state that no invariant excludes");
+                return Ok(Induction::Open(text, instead));
+            }
+        }
+        Ok(Induction::Proved { equal: instead.len(), solved: self.solved })
+    }
+
+    /// Nothing is claimed of classes that were not confirmed.
+    fn give_up(&mut self, text: &str) -> Result<Induction, Failed> {
+        self.classes.clear();
+        Ok(Induction::Open(text.to_owned(), Equalities::new()))
+    }
+
+    /// Runs from reset with random rows, and puts bits into one class that were equal all the time.
+    fn guess(&mut self, rows: Chance<'_, '_, '_>) {
+        let joint = &self.joint;
+        let mut random = Random::new(1);
+        let inputs = &joint.question.common.inputs;
+        let zero: Vec<i64> =
+            inputs.iter().map(|input| 0.clamp(input.bounds.0, input.bounds.1)).collect();
+        let mut lanes: Vec<Vec<i64>> = vec![zero; 64];
+        let first: Vec<u64> = joint.bits.iter().map(|bit| if bit.first { !0 } else { 0 }).collect();
+        let mut state = first.clone();
+        let mut signatures: Vec<Vec<u64>> = state.iter().map(|word| vec![*word]).collect();
+        let next: Vec<Lit> = joint.bits.iter().map(|bit| bit.next).collect();
+        let place: IndexMap<Lit, usize> =
+            joint.bits.iter().enumerate().map(|(at, bit)| (bit.lit, at)).collect();
+        for _ in 0..ROUNDS {
+            let mut words: IndexMap<Lit, u64> = IndexMap::new();
+            for (lane, values) in lanes.iter_mut().enumerate() {
+                let Some(row) = rows.by_chance(&mut random, values) else { continue };
+                *values = row;
+                let mut set = |bits: &[Lit], code: u64| {
+                    for (at, bit) in bits.iter().enumerate() {
+                        *words.entry(*bit).or_insert(0) |= (code >> at & 1) << lane;
+                    }
+                };
+                for (input, value) in joint.inputs.iter().zip(values.iter()) {
+                    set(&input.bits, value.abs_diff(input.lo));
+                }
+                let dt = match random.below(8) {
+                    0 => 0,
+                    1..=4 => 1,
+                    5 => random.between(0, joint.longest.min(8)),
+                    _ => random.between(0, joint.longest),
+                };
+                set(&joint.time, dt.min(joint.longest).unsigned_abs());
+            }
+            state = joint.aig.words(&next, |lit| match place.get(&lit) {
+                Some(at) => state[*at],
+                None => words.get(&lit).copied().unwrap_or(0),
+            });
+            // Some runs start again.
+            let restart = random.bits() & random.bits() & random.bits();
+            for (word, first) in state.iter_mut().zip(&first) {
+                *word = *word & !restart | first & restart;
+            }
+            for (signature, word) in signatures.iter_mut().zip(&state) {
+                signature.push(*word);
+            }
+        }
+        let mut classes: BTreeMap<Vec<u64>, Vec<usize>> = BTreeMap::new();
+        for (at, signature) in signatures.into_iter().enumerate() {
+            classes.entry(signature).or_default().push(at);
+        }
+        self.classes = classes
+            .into_iter()
+            .map(|(signature, bits)| {
+                let constant = [false, true].into_iter().find(|value| {
+                    signature.iter().all(|word| *word == if *value { !0 } else { 0 })
+                });
+                Class { constant, bits }
+            })
+            .collect();
+    }
+
+    fn equalities(&self) -> Equalities {
+        let mut instead = Equalities::new();
+        for class in &self.classes {
+            let Some(first) = class.bits.first() else { continue };
+            for bit in &class.bits {
+                let stands = match class.constant {
+                    Some(value) => Lit::constant(value),
+                    None if bit == first => continue,
+                    None => self.joint.bits[*first].lit,
+                };
+                instead.insert(self.joint.bits[*bit].lit, stands);
+            }
+        }
+        instead
+    }
+
+    /// Asks whether each class stays together; splits those that do not. True if all did.
+    fn pass(&mut self) -> Result<bool, Failed> {
+        let instead = self.equalities();
+        let next: Vec<Lit> = self.joint.bits.iter().map(|bit| bit.next).collect();
+        let next = self.joint.aig.substitute(&next, &instead);
+        let mut is_stable = true;
+        let mut at = 0;
+        while at < self.classes.len() {
+            let Class { constant, bits } = self.classes[at].clone();
+            let wanted = match constant {
+                Some(value) => Lit::constant(value),
+                None => next[bits[0]],
+            };
+            for bit in bits {
+                // A split on the way may have moved it.
+                if !self.classes[at].bits.contains(&bit) || next[bit] == wanted {
+                    continue;
+                }
+                let differ = self.joint.aig.xor(next[bit], wanted);
+                match self.example(differ, &instead) {
+                    Some(None) => self.solved += 1,
+                    Some(Some(ones)) => {
+                        is_stable = false;
+                        self.split(&next, &ones);
+                        if self.classes[at].bits.contains(&bit) {
+                            self.remove(at, bit);
+                        }
+                    }
+                    None => {
+                        is_stable = false;
+                        self.remove(at, bit);
+                    }
+                }
+            }
+            at += 1;
+        }
+        self.classes.retain(|class| !class.bits.is_empty());
+        Ok(is_stable)
+    }
+
+    /// Takes a bit out of its class.
+    fn remove(&mut self, class: usize, bit: usize) {
+        self.classes[class].bits.retain(|one| *one != bit);
+        self.classes.push(Class { constant: None, bits: vec![bit] });
+    }
+
+    /// Splits every class by what an example makes of its bits. The bits that agree with the constant, or with the first, stay.
+    fn split(&mut self, next: &[Lit], ones: &[Lit]) {
+        let ones: indexmap::IndexSet<Lit> = ones.iter().copied().collect();
+        let values = self.joint.aig.words(next, |lit| if ones.contains(&lit) { !0 } else { 0 });
+        let mut more = Vec::new();
+        for class in &mut self.classes {
+            let Some(first) = class.bits.first().copied() else { continue };
+            let wanted = class.constant.unwrap_or(values[first] & 1 == 1);
+            let (stay, go): (Vec<usize>, Vec<usize>) =
+                class.bits.iter().partition(|bit| (values[**bit] & 1 == 1) == wanted);
+            class.bits = stay;
+            if !go.is_empty() {
+                more.push(Class { constant: None, bits: go });
+            }
+        }
+        self.classes.extend(more);
+    }
+
+    fn is_never(&mut self, function: Lit, instead: &Equalities) -> bool {
+        let Some(function) = self.joint.aig.substitute(&[function], instead).first().copied()
+        else {
+            return false;
+        };
+        if function == Lit::FALSE {
+            return true;
+        }
+        let is_never = self.example(function, instead) == Some(None);
+        self.solved += usize::from(is_never);
+        is_never
+    }
+
+    /// Variables that are 1 where the function, over representatives, holds together with all that is known. None inside if nothing makes it true.
+    fn example(&mut self, function: Lit, instead: &Equalities) -> Option<Option<Vec<Lit>>> {
+        let joint = &mut self.joint;
+        let mut support = joint.aig.support(&[function], super::super::CONE)?;
+        // What is known of a bit is known of those that it stands for.
+        let stood: Vec<Lit> = instead
+            .iter()
+            .filter(|(_, stands)| support.contains(stands))
+            .map(|(lit, _)| *lit)
+            .collect();
+        support.extend(stood);
+        let (mut holds, mut clauses) = (vec![function], Vec::new());
+        let facts = [joint.question.facts.0, joint.question.facts.1];
+        for (model, facts) in joint.models.iter().zip(facts) {
+            let own: Vec<Lit> = support
+                .iter()
+                .copied()
+                .filter(|lit| {
+                    model.name_of.contains_key(lit)
+                        || model.input_bits.values().any(|input| input == lit)
+                })
+                .collect();
+            let (more, also) = model.invariants(facts, &own);
+            holds.extend(more);
+            clauses.extend(also);
+        }
+        holds.extend(&joint.legal);
+        let holds = joint.aig.substitute(&holds, instead);
+        let clauses: Vec<Vec<Lit>> =
+            clauses.iter().map(|clause| joint.aig.substitute(clause, instead)).collect();
+        let ranks = [&joint.models[0].bit_of, &joint.models[1].bit_of];
+        let rank = |lit: Lit| ranks.iter().find_map(|ranks| ranks.get(&lit)).copied().unwrap_or(0);
+        joint.aig.settle(&holds, &clauses, rank, joint.question.limits)
+    }
+}
