@@ -103,6 +103,7 @@ impl Emit<'_> {
         let mut entered = BTreeSet::new();
         let mut at = 0;
         while let Some(enter) = list.get(at).copied() {
+            let first = at;
             at += 1;
             match enter {
                 Enter::Step(step) => {
@@ -117,8 +118,12 @@ impl Emit<'_> {
                         at += length - 1;
                     } else {
                         nodes.extend(self.enter_state(step));
-                        entered.insert(step);
                     }
+                    // Contents run for what was entered, by a function of several states too.
+                    entered.extend(list[first..at].iter().filter_map(|enter| match enter {
+                        Enter::Step(step) => Some(*step),
+                        Enter::InitialContent(_) | Enter::History(_) => None,
+                    }));
                 }
                 Enter::InitialContent(step) => {
                     if entered.contains(&step) {
