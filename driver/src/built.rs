@@ -1,7 +1,7 @@
 //! What is asked of a build, and what it gives: the data that all ways from a net to an output share.
 
 use crate::coding::EncodingChoice;
-use crate::line::{Line, Outcome};
+use crate::output_report::{Outcome, OutputReport};
 use crate::report::chip::Chip;
 use grafsynth_backend_c::Package;
 use grafsynth_backend_c::package::Ecosystem;
@@ -81,7 +81,7 @@ pub struct Built {
     /// The files, in the order of the targets.
     pub files: Vec<OutputFile>,
     /// What was proved and how, a line for each output.
-    pub lines: Vec<Line>,
+    pub lines: Vec<OutputReport>,
     /// Findings of the back ends.
     pub found: Vec<Diagnostic>,
     /// C packages, which the caller may compare with the net by running them: without the C of the chart's author, unless that is trusted.
@@ -98,7 +98,7 @@ impl Built {
     /// The worst of all lines.
     #[must_use]
     pub fn outcome(&self) -> Outcome {
-        self.lines.iter().map(|line| line.outcome).max().unwrap_or(Outcome::Proved)
+        self.lines.iter().map(OutputReport::outcome).max().unwrap_or(Outcome::Proved)
     }
 }
 

@@ -3,7 +3,8 @@
 //! The Verilog is proved equal to the net as for any FPGA. Other tools make the bitstream of it; what its bits mean is read back as Verilog, and
 //! that is proved equal to the first one: together, the bitstream is the chart.
 
-use crate::line::Line;
+use crate::judge::EqualBy;
+use crate::output_report::{OutputFault, OutputProof, OutputReport, OutputVerdict};
 use grafsynth_backend_pld::ice40::{Package, constraints};
 use grafsynth_backend_pld::{Dialect, Emitted, codes, read};
 use grafsynth_ir::diag::nearest;
@@ -67,7 +68,7 @@ pub fn job(
 
 /// Whether a bitstream, given as the Verilog that was made from it, is the circuit that went into it.
 #[must_use]
-pub fn judge(job: &Job, read_back: &str, limits: &Limits) -> Line {
+pub fn judge(job: &Job, read_back: &str, limits: &Limits) -> OutputReport {
     let circuit = |text: &str| -> Result<Logic, String> {
         let (logic, found) = read(Dialect::Verilog, FileId(u32::MAX), text);
         logic.ok_or_else(|| {
@@ -77,10 +78,8 @@ pub fn judge(job: &Job, read_back: &str, limits: &Limits) -> Line {
     let (ours, theirs) = match (circuit(&job.verilog), circuit(read_back)) {
         (Ok(ours), Ok(theirs)) => (ours, theirs),
         (Err(why), _) | (_, Err(why)) => {
-            return Line::open(
-                &job.name,
-                format!("not proved: what was read back does not parse: {why}"),
-            );
+            let why = format!("what was read back does not parse: {why}");
+            return OutputReport::open(&job.name, why);
         }
     };
     let inputs = ours.inputs.iter().map(|(id, pin)| {
@@ -95,30 +94,23 @@ pub fn judge(job: &Job, read_back: &str, limits: &Limits) -> Line {
     if let Some((_, lost)) =
         ours.outputs.iter().find(|(id, _)| !pairs.outputs.iter().any(|(own, _)| own == id))
     {
-        return Line::refuted(&job.name, format!("`{}` is on no pin of the bitstream", lost.name));
+        return OutputReport::refuted(&job.name, OutputFault::PinLost(lost.name.clone()));
     }
     match circuits(&ours, &theirs, &pairs, limits) {
-        Equality::Enumerated { states, outputs } => Line::proved(
-            &job.name,
-            format!(
-                "read back and proved equal to the Verilog by enumeration: {states} states, {outputs} pins compared under every input"
-            ),
-        ),
-        Equality::ByFunctions(n) => Line::proved(
-            &job.name,
-            format!("read back and proved equal to the Verilog by induction: {n} functions"),
-        ),
-        Equality::Different(apart) => Line::refuted(
-            &job.name,
-            format!(
-                "is not the Verilog: `{}` differs after {} clocks",
-                pairs
-                    .outputs
-                    .get(apart.output)
-                    .map_or("", |(pin, _)| ours.outputs[*pin].name.as_str()),
-                apart.rows.len().saturating_sub(1)
-            ),
-        ),
-        Equality::Open(why) => Line::open(&job.name, format!("read back; {why}")),
+        Equality::Enumerated { states, outputs } => {
+            let by = EqualBy::Enumerated { states, outputs };
+            OutputReport::proved(&job.name, OutputProof::Bitstream(by))
+        }
+        Equality::ByFunctions(n) => {
+            let by = EqualBy::Functions(n);
+            OutputReport::proved(&job.name, OutputProof::Bitstream(by))
+        }
+        Equality::Different(apart) => {
+            let pin = pairs.outputs.get(apart.output);
+            let pin = pin.map_or(String::new(), |(pin, _)| ours.outputs[*pin].name.clone());
+            let clocks = apart.rows.len().saturating_sub(1);
+            OutputReport::refuted(&job.name, OutputFault::Clock { pin, clocks })
+        }
+        Equality::Open(open) => OutputReport::new(&job.name, OutputVerdict::ReadBack(open)),
     }
 }

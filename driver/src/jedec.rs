@@ -15,8 +15,8 @@
 use crate::built::{BuildOptions, Built, OutputFile, file_stem};
 use crate::circuit::{delayed_vectors, emit_options, may_be_free, synchronised, unconditional};
 use crate::coding::{self, EncodingChoice};
-use crate::line::{Line, Outcome};
 use crate::logic::{Fuses, LogicDesign};
+use crate::output_report::{Note, Outcome, OutputReport, OutputVerdict};
 use crate::report::chip::{Chip, Made};
 use crate::said::{self, code_of, codes_and_dont_cares, say_emergency, say_safe};
 use grafsynth_backend_pld::device::Device;
@@ -30,6 +30,7 @@ use grafsynth_ir::facts::Facts;
 use grafsynth_ir::logic::Logic;
 use grafsynth_ir::net::Net;
 use grafsynth_ir::{Diagnostic, FileId, Span, Valid, validate};
+use grafsynth_verify::{Open, OpenReason};
 
 /// Levels that a map does not give though its vectors want them: so many are shown.
 const SHOWN_FAILURES: usize = 6;
@@ -233,29 +234,31 @@ pub(crate) fn build(
     };
     let name = format!("{}.jed", file_stem(net));
     let mut line = if options.prove {
-        Line::of_verdict(&name, &grafsynth_verify::equiv(net, facts, &read_back, &options.limits))
+        OutputReport::of_verdict(
+            &name,
+            grafsynth_verify::equiv(net, facts, &read_back, &options.limits),
+        )
     } else {
-        Line::open(&name, "read back; not proved, as asked")
+        OutputReport::new(&name, OutputVerdict::ReadBack(Open::because(OpenReason::NotAsked)))
     };
-    line.text += &said(&burned, &name);
+    line.notes.extend(said(&burned, &name));
     say_emergency(&mut line, net, &read_back, options);
     if let Some(said) = codes_and_dont_cares(&coded, logic, &wishes) {
-        line.text = format!("{}; {said}", line.text);
+        line.notes.push(Note::Codes(said));
     }
     if options.safe {
         say_safe(&mut line, logic, &read_back);
     }
-    let is_refuted = line.outcome == Outcome::Refuted;
+    let outcome = line.outcome();
+    let is_refuted = outcome == Outcome::Refuted;
     let form = said::form(net, facts, logic, options.busy);
     if let Some(form) = &form {
-        line.text = format!("{}; {form}", line.text);
+        line.notes.push(Note::Form(form.clone()));
     }
     if let Some(chain) = chains.first() {
         let (pins, stages) = (chains.len(), chain.flops.len());
-        line.text =
-            format!("{}; {pins} inputs arrive {stages} clocks later, by synchronisers", line.text);
+        line.notes.push(Note::Synchronised { pins, stages });
     }
-    let outcome = line.outcome;
     built.lines.push(line);
     if let Some(code) = code.filter(|_| !is_refuted) {
         let made = Made {
@@ -290,33 +293,35 @@ fn times(n: usize) -> String {
 }
 
 /// What is said of a fuse map beside its proof.
-fn said(burned: &Burned, file: &str) -> String {
+fn said(burned: &Burned, file: &str) -> Vec<Note> {
     let device = burned.placement.device;
     let terms: usize = burned.placement.cells.iter().map(|cell| cell.sum.len()).sum();
-    let mut text = format!(
-        "; {} macrocells with {terms} product terms of a {}, fuse by fuse as meant, {} test vectors",
+    let mut parts = vec![format!(
+        "{} macrocells with {terms} product terms of a {}, fuse by fuse as meant, {} test vectors",
         burned.placement.cells.len(),
         device.name,
         burned.vectors.len()
-    );
-    match command(&burned.placement, file) {
-        Some(command) => text += &format!("; burn it with `{command}`"),
-        None => text += "; no programmer is known to us for it",
-    }
+    )];
+    parts.push(match command(&burned.placement, file) {
+        Some(command) => format!("burn it with `{command}`"),
+        None => "no supported programmer".to_owned(),
+    });
     let n_parts = burned.roles.iter().filter(|role| matches!(role.object, Object::Buried)).count();
     if n_parts > 0 {
-        text += &format!(
-            "; {} of sums that are too wide: signals go through the array up to {} more before the clock",
+        parts.push(format!(
+            "{} of sums that are too wide: signals go through the array up to {} more before the clock",
             if n_parts == 1 { "one is a part".to_owned() } else { format!("{n_parts} are parts") },
             times(burned.placement.n_passes())
-        );
+        ));
     }
     let remembered: Vec<&str> = device.remembered().map(|figure| figure.what).collect();
     if !remembered.is_empty() {
-        text +=
-            &format!("; rests on what is remembered of the data sheet: {}", remembered.join(", "));
+        parts.push(format!(
+            "rests on what is remembered of the data sheet: {}",
+            remembered.join(", ")
+        ));
     }
-    text
+    parts.into_iter().map(Note::Burned).collect()
 }
 
 /// A file as a design of its own: its macrocells, its circuit where it is one, and what is to be said of it.

@@ -11,7 +11,7 @@ use grafsynth_ir::{Diagnostic, Valid};
 use grafsynth_logic::chip::most_clocks;
 use grafsynth_sim::{ColumnKind, Difference, Stimulus, Trace};
 use grafsynth_verify::circuits::{Apart, Equality, Pairs, circuits};
-use grafsynth_verify::{Limits, Verdict};
+use grafsynth_verify::{Limits, Open, Verdict};
 
 /// Names of the second design and what they are called in the first.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -227,11 +227,37 @@ pub fn with_logic(
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Judged {
     /// They are equal, and how that was proved.
-    Equal(String),
+    Equal(EqualBy),
     /// They differ, and where.
     Different(String),
     /// It was not found out, and why.
-    Open(String),
+    Open(Open),
+}
+
+/// How two circuits were proved equal.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum EqualBy {
+    /// Every state of both together was visited under every input.
+    Enumerated {
+        /// Pairs of states.
+        states: usize,
+        /// Outputs compared.
+        outputs: usize,
+    },
+    /// Their flip-flops wake alike, and this many functions are equal.
+    Functions(usize),
+}
+
+impl std::fmt::Display for EqualBy {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            EqualBy::Enumerated { states, outputs } => write!(
+                f,
+                "proved by enumeration: {states} states, {outputs} outputs compared under every input"
+            ),
+            EqualBy::Functions(n) => write!(f, "proved by induction: {n} functions are equal"),
+        }
+    }
 }
 
 /// Proves two circuits equal from power-up on, in the outputs that both have, or finds out where they differ.
@@ -258,12 +284,10 @@ pub fn judge(left: &Logic, right: &Logic, limits: &Limits) -> Judged {
 fn judge_as(ours: &Logic, theirs: &Logic, renames: &Renames, limits: &Limits) -> Judged {
     let pairs = pairs(ours, theirs, renames);
     match circuits(ours, theirs, &pairs, limits) {
-        Equality::Enumerated { states, outputs } => Judged::Equal(format!(
-            "proved by enumeration: {states} states, {outputs} outputs compared under every input"
-        )),
-        Equality::ByFunctions(n) => {
-            Judged::Equal(format!("proved by induction: {n} functions are equal"))
+        Equality::Enumerated { states, outputs } => {
+            Judged::Equal(EqualBy::Enumerated { states, outputs })
         }
+        Equality::ByFunctions(n) => Judged::Equal(EqualBy::Functions(n)),
         Equality::Different(apart) => Judged::Different(describe(ours, &pairs, &apart)),
         Equality::Open(why) => Judged::Open(why),
     }

@@ -18,7 +18,7 @@ pub use crate::circuit::{
     Through, emit_options, facts, logic, logic_as, synchronised, through, vectors,
 };
 use crate::coding;
-use crate::line::{Line, Outcome};
+use crate::output_report::{Note, Outcome, OutputFault, OutputProof, OutputReport, OutputVerdict};
 use crate::report::chip::{Chip, Made};
 use crate::rescue;
 pub use crate::said::form;
@@ -34,7 +34,7 @@ use grafsynth_ir::logic::Logic;
 use grafsynth_ir::net::{Net, Sharing, without_c_texts};
 use grafsynth_ir::{Diagnostic, FileId, Valid};
 pub use grafsynth_logic::BusyMode;
-use grafsynth_verify::Limits;
+use grafsynth_verify::{Limits, Open, OpenReason};
 
 /// Errors about variables that the designer wants not to be shared with a halted step (semantics §6). They need the situations, not the structure alone.
 fn refused_sharing(net: &Valid<Net>) -> Vec<Diagnostic> {
@@ -227,16 +227,16 @@ fn equations(
         }
     };
     let mut line = if options.prove {
-        Line::of_verdict(
+        OutputReport::of_verdict(
             &name,
-            &grafsynth_verify::equiv(net, facts, &through.read_back, &options.limits),
+            grafsynth_verify::equiv(net, facts, &through.read_back, &options.limits),
         )
     } else {
-        Line::open(&name, "read back; not proved, as asked")
+        OutputReport::new(&name, OutputVerdict::ReadBack(Open::because(OpenReason::NotAsked)))
     };
     say_emergency(&mut line, net, &through.read_back, options);
     if let Some(said) = codes_and_dont_cares(&coded, logic, &emit_options) {
-        line.text = format!("{}; {said}", line.text);
+        line.notes.push(Note::Codes(said));
     }
     if options.safe {
         say_safe(&mut line, logic, &through.read_back);
@@ -246,23 +246,22 @@ fn equations(
     };
     if is_flat && options.device.is_some() && through.emitted.names.iter().any(has_open_pins) {
         let advice = rescue::advice_for(&asked);
-        line.text = format!("{}; pins are open, for it does not fit; {advice}", line.text);
+        line.notes.push(Note::PinsOpen(advice));
     }
-    let is_refuted = line.outcome == Outcome::Refuted;
+    let outcome = line.outcome();
+    let is_refuted = outcome == Outcome::Refuted;
     let form = form(net, facts, logic, options.busy);
     if let Some(form) = &form {
-        line.text = format!("{}; {form}", line.text);
+        line.notes.push(Note::Form(form.clone()));
     }
     for (history, why) in grafsynth_logic::kept_apart(net) {
-        let name = &net.histories[history].name;
-        line.text = format!("{}; history `{name}` has flip-flops of its own: {why}", line.text);
+        let name = net.histories[history].name.to_string();
+        line.notes.push(Note::History { name, why: why.to_string() });
     }
     if let Some(chain) = chains.first() {
         let (pins, stages) = (chains.len(), chain.flops.len());
-        line.text =
-            format!("{}; {pins} inputs arrive {stages} clocks later, by synchronisers", line.text);
+        line.notes.push(Note::Synchronised { pins, stages });
     }
-    let outcome = line.outcome;
     built.lines.push(line);
     if is_refuted {
         return None;
@@ -346,12 +345,12 @@ fn c_files(net: &Net, files: &[File]) -> Vec<OutputFile> {
         .collect()
 }
 
-fn read_back_net(net: &Net, name: &str, text: &str) -> Line {
+fn read_back_net(net: &Net, name: &str, text: &str) -> OutputReport {
     let (again, found) = grafsynth_ir::text::parse(FileId(u32::MAX), text);
     match again {
         Some(again) if !any_error(&found) && grafsynth_ir::text::same(net, &again) => {
-            Line::proved(name, "read back: the same net")
+            OutputReport::proved(name, OutputProof::SameNet)
         }
-        Some(_) | None => Line::refuted(name, "reads back as another net"),
+        Some(_) | None => OutputReport::refuted(name, OutputFault::ReadsBackAsAnother),
     }
 }

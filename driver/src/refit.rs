@@ -8,8 +8,8 @@
 use crate::built::OutputFile;
 use crate::jedec::{Written, written};
 use crate::judge::{Judged, judge};
-use crate::line::Line;
 use crate::logic::LogicDesign;
+use crate::output_report::{OutputFault, OutputProof, OutputReport, OutputVerdict};
 use crate::report::chip::{Chip, Made as About};
 use grafsynth_backend_pld::equations::Equations;
 use grafsynth_backend_pld::fuse::{self, Role, own_roles, shell};
@@ -38,7 +38,7 @@ pub struct Made {
     /// The file.
     pub file: OutputFile,
     /// What was proved, or why nothing was.
-    pub line: Line,
+    pub line: OutputReport,
     /// What a page says of it, where one was asked for.
     pub chip: Option<Chip>,
 }
@@ -59,10 +59,7 @@ pub fn make(
         Wanted::AsWritten => {
             let placement = design.placement.as_ref().map_err(Clone::clone)?;
             let name = format!("{stem}.jed");
-            let line = Line::proved(
-                &name,
-                "read back and decoded: the same products in the same macrocells",
-            );
+            let line = OutputReport::proved(&name, OutputProof::SameProducts);
             burned(name, placement, line, report)
         }
         Wanted::Text(dialect) => {
@@ -102,7 +99,7 @@ pub fn make(
 fn burned(
     name: String,
     placement: &Placement,
-    line: Line,
+    line: OutputReport,
     report: bool,
 ) -> Result<Made, Vec<Diagnostic>> {
     let written = written(placement)?;
@@ -111,7 +108,7 @@ fn burned(
 }
 
 /// What a page says of a placement that was burned as it is.
-fn chip(name: &str, placement: &Placement, line: &Line, written: &Written) -> Chip {
+fn chip(name: &str, placement: &Placement, line: &OutputReport, written: &Written) -> Chip {
     let mut roles = own_roles(placement);
     // Devices without one clock for all are no circuit: of those the page has products and no counts.
     let circuit = fuse::logic(placement, &roles).unwrap_or_else(|_| {
@@ -130,10 +127,10 @@ fn chip(name: &str, placement: &Placement, line: &Line, written: &Written) -> Ch
 }
 
 /// What a page knows of logic by others.
-fn about<'a>(name: &'a str, line: &Line, circuit: &'a Logic) -> About<'a> {
+fn about<'a>(name: &'a str, line: &OutputReport, circuit: &'a Logic) -> About<'a> {
     About {
         file: name,
-        outcome: line.outcome,
+        outcome: line.outcome(),
         circuit,
         chains: &[],
         code: None,
@@ -147,12 +144,15 @@ fn file(name: String, text: String) -> OutputFile {
     OutputFile { name, text, keep_existing: false, map: Vec::new() }
 }
 
-fn line(name: &str, judged: Judged) -> Line {
-    match judged {
-        Judged::Equal(how) => Line::proved(name, format!("read back and {how}")),
-        Judged::Different(how) => Line::refuted(name, format!("differs from the text: {how}")),
-        Judged::Open(why) => Line::open(name, format!("read back; not proved: {why}")),
-    }
+fn line(name: &str, judged: Judged) -> OutputReport {
+    OutputReport::new(
+        name,
+        match judged {
+            Judged::Equal(by) => OutputVerdict::Proved(OutputProof::Rebuilt(by)),
+            Judged::Different(how) => OutputVerdict::Refuted(OutputFault::Rebuilt(how)),
+            Judged::Open(open) => OutputVerdict::ReadBack(open),
+        },
+    )
 }
 
 /// A circuit that was fitted.

@@ -3,7 +3,7 @@
 use crate::built::BuildOptions;
 use crate::codes;
 use crate::coding;
-use crate::line::{Line, Outcome};
+use crate::output_report::{Note, OutputReport};
 use crate::report::chip::Code;
 use grafsynth_backend_pld::{Dialect, EmitOptions};
 use grafsynth_ir::facts::Facts;
@@ -12,7 +12,6 @@ use grafsynth_ir::net::{Evolution, Net};
 use grafsynth_ir::{Diagnostic, Valid};
 use grafsynth_logic::BusyMode;
 use grafsynth_logic::recode::Encoding;
-use grafsynth_verify::Dominance;
 
 /// What a page says of the codes of a circuit; none where no page was asked for.
 pub(crate) fn code_of(
@@ -35,28 +34,24 @@ pub(crate) fn code_of(
 }
 
 /// Says of a circuit that was to be made safe whether that is proved of what was read back; if it is not, the line is open.
-pub(crate) fn say_safe(line: &mut Line, logic: &Logic, read_back: &Logic) {
-    let said = if logic.outputs.values().any(|output| output.role == PinRole::Busy) {
-        "not made safe: it makes one micro-step a clock".to_owned()
+pub(crate) fn say_safe(line: &mut OutputReport, logic: &Logic, read_back: &Logic) {
+    line.notes.push(if logic.outputs.values().any(|output| output.role == PinRole::Busy) {
+        Note::Safe("not made safe: it makes one micro-step a clock".to_owned())
     } else {
         match grafsynth_logic::recode::is_safe(read_back) {
-            Ok(codes) if codes.illegal == 0 => "safe: no code is illegal".to_owned(),
-            Ok(codes) => format!(
+            Ok(codes) if codes.illegal == 0 => Note::Safe("safe: no code is illegal".to_owned()),
+            Ok(codes) => Note::Safe(format!(
                 "safe: all {} illegal codes of {} flip-flops lead back in one clock, proved over all codes",
                 codes.illegal, codes.n_flops
-            ),
-            Err(why) => {
-                line.outcome = line.outcome.max(Outcome::Open);
-                format!("not proved safe: {why}")
-            }
+            )),
+            Err(why) => Note::NotSafe(why),
         }
-    };
-    line.text = format!("{}; {said}", line.text);
+    });
 }
 
 /// Says of a circuit whether the emergency dominates in every state of what was read back; if it does not, the line is refuted.
 pub(crate) fn say_emergency(
-    line: &mut Line,
+    line: &mut OutputReport,
     net: &Valid<Net>,
     read_back: &Logic,
     options: &BuildOptions,
@@ -65,12 +60,7 @@ pub(crate) fn say_emergency(
         return;
     }
     let Some(found) = grafsynth_verify::dominates(net, read_back, &options.limits) else { return };
-    line.outcome = line.outcome.max(match found {
-        Dominance::Proved { .. } => Outcome::Proved,
-        Dominance::Open(_) => Outcome::Open,
-        Dominance::Refuted { .. } => Outcome::Refuted,
-    });
-    line.text = format!("{}; {found}", line.text);
+    line.notes.push(Note::Emergency(found));
 }
 
 /// What a line says of codes and don't-cares; nothing where each step has its flip-flop and each function is what it is everywhere.

@@ -4,7 +4,7 @@
 pub use crate::built::TemplateFile;
 use crate::built::{Built, OutputFile, file_stem};
 use crate::codes;
-use crate::line::Line;
+use crate::output_report::{OutputReport, OutputVerdict};
 use crate::target::Target;
 pub use grafsynth_backend_template::codes::TEMPLATE_ENDLESS as ENDLESS;
 use grafsynth_backend_template::{Template, json, render, text};
@@ -49,7 +49,7 @@ pub(crate) fn build(
 }
 
 fn add(built: &mut Built, name: String, text: String) {
-    built.lines.push(Line::open(&name, "not checked: grafsynth does not read it back"));
+    built.lines.push(OutputReport::new(&name, OutputVerdict::NotChecked));
     built.files.push(OutputFile { name, text, keep_existing: false, map: Vec::new() });
 }
 

@@ -8,13 +8,13 @@
 use crate::c;
 use crate::tools;
 use grafsynth_backend_c::Package;
-use grafsynth_driver::report::Line;
+use grafsynth_driver::report::{OutputFault, OutputProof, OutputReport, OutputVerdict};
 use grafsynth_driver::rows;
 use grafsynth_ir::Valid;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::Net;
-use grafsynth_sim::{InputRow, Row, Simulator, State, TraceLayout};
-use grafsynth_verify::Limits;
+use grafsynth_sim::{InputRow, Row, Simulator, State, Stimulus, TraceLayout};
+use grafsynth_verify::{Limits, Open, OpenReason, Scope, Tested};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::io::{BufRead, BufReader, Write as _};
@@ -33,58 +33,47 @@ pub fn check(
     _facts: &Facts,
     package: &Package,
     limits: &Limits,
-) -> Line {
+) -> OutputReport {
     if tools::c_compiler().is_none() {
-        return Line::open(name, "not checked: no C compiler is here");
+        return OutputReport::open(name, OpenReason::ToolMissing(vec!["a C compiler".to_owned()]));
     }
     let dts: &[u32] = if rows::uses_time(net) { &[0, 1, 1000] } else { &[1] };
     let Some(rows) = rows::all(net, dts, MAX_ROWS) else {
-        return Line::open(
-            name,
-            format!(
-                "not checked: more than {MAX_ROWS} inputs in each state (compare runs random ones)"
-            ),
-        );
+        return OutputReport::open(name, OpenReason::Rows { limit: MAX_ROWS as u64 });
     };
     let bound = limits.pairs.min(MAX_REACTIONS);
     if rows.len() as u64 > bound {
-        return Line::open(name, format!("not checked: {} inputs in each state", rows.len()));
+        return OutputReport::open(name, OpenReason::Rows { limit: bound });
     }
     let main = grafsynth_backend_c::explorer(net, package);
     // The text is compared as it is written; optimising would only cost time here.
     let program = match c::compile(package, &main, &["-std=c99", "-O0"]) {
         Ok(program) => program,
-        Err(why) => return Line::open(name, format!("not checked: {why}")),
+        Err(why) => return OutputReport::open(name, OpenReason::ToolFailed(why)),
     };
     let explored = Explorer::start(&program)
         .and_then(|mut explorer| explore(net, &mut explorer, &rows, bound));
     match explored {
-        Ok(Explored::Equal { states, reactions }) => Line::proved(
-            name,
-            format!(
-                "compiled and proved by enumeration: {states} states, {reactions} reactions, dt {}",
-                list(dts)
-            ),
-        ),
-        Ok(Explored::TooMany { states, reactions }) => Line::open(
-            name,
-            format!(
-                "not checked to the end: equal in {reactions} reactions from {states} states, and there are more"
-            ),
-        ),
-        Ok(Explored::Different { path, column, expected, got }) => Line::refuted(
-            name,
-            format!(
-                "differs from the chart after {} reactions: {column} is `{expected}` in the chart and `{got}` in C",
-                path.len()
-            ),
-        ),
-        Err(why) => Line::open(name, format!("not checked: {why}")),
+        Ok(Explored::Equal { states, reactions }) => {
+            let scope = Scope::Ticks(dts.to_vec());
+            let states = states as u64;
+            OutputReport::proved(name, OutputProof::Run { states, reactions, scope })
+        }
+        Ok(Explored::TooMany { states, reactions }) => {
+            let open = Open::because(OpenReason::Pairs { limit: bound, states });
+            let tested = Tested { reactions, ..Tested::default() };
+            OutputReport::new(name, OutputVerdict::Open(open.tested(tested)))
+        }
+        Ok(Explored::Different { path, column, expected, got }) => {
+            let stimulus = Stimulus::of_rows(net, &path);
+            let (chart, output) = (expected, got);
+            OutputReport::refuted(
+                name,
+                OutputFault::Row { stimulus, column, chart, output, of: "C" },
+            )
+        }
+        Err(why) => OutputReport::open(name, OpenReason::ToolFailed(why)),
     }
-}
-
-fn list(dts: &[u32]) -> String {
-    dts.iter().map(ToString::to_string).collect::<Vec<_>>().join(" ")
 }
 
 /// What an exploration ended with.

@@ -3,6 +3,7 @@
 //! Outputs are compared in every state that both can reach together, under every input: before a clock as well as after it.
 
 use crate::limits::Limits;
+use crate::verdict::{Open, OpenReason};
 use grafsynth_ir::logic::{FlopId, Logic, PinInputId, PinOutputId};
 use grafsynth_logic::bdd::{Bdd, Full};
 use grafsynth_logic::sim::LogicSim;
@@ -36,7 +37,7 @@ pub enum Equality {
     /// They differ after these clocks.
     Different(Apart),
     /// It could not be found out, and why.
-    Open(String),
+    Open(Open),
 }
 
 /// Where two circuits differ.
@@ -59,12 +60,15 @@ pub fn circuits(left: &Logic, right: &Logic, pairs: &Pairs, limits: &Limits) -> 
     let found = if pairs.inputs.len() <= MAX_INPUTS {
         enumerate(left, right, pairs, limits)
     } else {
-        Equality::Open(format!("{} inputs are too many to enumerate", pairs.inputs.len()))
+        Equality::Open(Open::because(OpenReason::Inputs { inputs: pairs.inputs.len() }))
     };
-    let Equality::Open(why) = found else { return found };
+    let Equality::Open(mut open) = found else { return found };
     match by_functions(left, right, pairs) {
         Ok(n_functions) => Equality::ByFunctions(n_functions),
-        Err(also) => Equality::Open(format!("{why}; {also}")),
+        Err(also) => {
+            open.reasons.push(also.into());
+            Equality::Open(open)
+        }
     }
 }
 
@@ -89,7 +93,8 @@ fn put_state(sim: &mut LogicSim<'_>, code: &[u64]) {
 fn enumerate(left: &Logic, right: &Logic, pairs: &Pairs, limits: &Limits) -> Equality {
     if left.outputs.values().chain(right.outputs.values()).any(|output| output.registered.is_some())
     {
-        return Equality::Open("an output with a register of its own is not enumerated".to_owned());
+        let why = "an output with a register of its own is not enumerated".to_owned();
+        return Equality::Open(Open::because(why));
     }
     let n_rows = 1_u64 << pairs.inputs.len();
     let (mut ours, mut theirs) = (LogicSim::new(left), LogicSim::new(right));
@@ -105,11 +110,8 @@ fn enumerate(left: &Logic, right: &Logic, pairs: &Pairs, limits: &Limits) -> Equ
             let lanes = u32::try_from((n_rows - first).min(64)).unwrap_or(64);
             work = work.saturating_add(u64::from(lanes));
             if work > limits.pairs {
-                return Equality::Open(format!(
-                    "more than {} pairs of a state and an input ({} states so far)",
-                    limits.pairs,
-                    states.len()
-                ));
+                let reason = OpenReason::Pairs { limit: limits.pairs, states: states.len() };
+                return Equality::Open(Open::because(reason));
             }
             put_state(&mut ours, &state.0);
             put_state(&mut theirs, &state.1);
@@ -147,7 +149,9 @@ fn enumerate(left: &Logic, right: &Logic, pairs: &Pairs, limits: &Limits) -> Equ
                 let next = (state_of(&ours, lane), state_of(&theirs, lane));
                 states.entry(next).or_insert(Some((at, first + u64::from(lane))));
                 if states.len() > limits.states {
-                    return Equality::Open(format!("more than {} states", limits.states));
+                    return Equality::Open(Open::because(OpenReason::States {
+                        limit: limits.states,
+                    }));
                 }
             }
         }

@@ -59,7 +59,7 @@ fn both_proofs_agree_on_random_nets() {
         }
         match induction {
             Verdict::Proved(_) => n_induction += 1,
-            Verdict::Open(why) => open.entry(why).or_default().push(seed),
+            Verdict::Open(why) => open.entry(why.to_string()).or_default().push(seed),
             Verdict::Refuted(_) => panic!("the induction does not refute"),
         }
     }

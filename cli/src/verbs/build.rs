@@ -14,7 +14,7 @@ use grafsynth_driver::pipeline::{
     self, BuildOptions, Built, BusyMode, MapEntry, Reset, ResetStyle,
 };
 use grafsynth_driver::read::Design;
-use grafsynth_driver::report::{self, Line, Outcome};
+use grafsynth_driver::report::{self, Note, Outcome, OutputReport, OutputVerdict};
 use grafsynth_driver::target::Target;
 use grafsynth_driver::template::{ENDLESS, TemplateFile};
 use grafsynth_driver::trust;
@@ -24,7 +24,7 @@ use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::{Net, without_c_texts};
 use grafsynth_ir::{Diagnostic, Valid};
 use grafsynth_sim::Stimulus;
-use grafsynth_verify::Limits;
+use grafsynth_verify::{Limits, OpenReason};
 use serde_json::json;
 use std::borrow::Cow;
 
@@ -270,8 +270,12 @@ fn earlier_pins(session: &mut Session, path: &str) -> Result<Vec<(String, u32)>,
     }
 }
 
-fn is_limit(line: &Line) -> bool {
-    line.outcome == Outcome::Open && !line.text.starts_with("not checked")
+/// A limit was met before the output was proved.
+fn is_limit(line: &OutputReport) -> bool {
+    match &line.verdict {
+        OutputVerdict::Open(open) => open.tested.is_some(),
+        _ => line.outcome() == Outcome::Open,
+    }
 }
 
 fn targets(names: &[String]) -> Result<Vec<Target>, Stop> {
@@ -345,9 +349,9 @@ fn check_c(net: &Valid<Net>, facts: &Facts, limits: &Limits, trusts_code: bool, 
             .map_or("c", |file| file.name.as_str());
         let mut line = exhaustive::check(name, net, facts, package, limits);
         if !trusts_code && !net.c_texts().is_empty() {
-            line.text.push_str("; without the chart's own C (see --trust-code)");
+            line.notes.push(Note::WithoutForeignCode);
         }
-        if line.outcome == Outcome::Refuted {
+        if line.outcome() == Outcome::Refuted {
             built
                 .files
                 .retain(|file| !package.files.iter().any(|own| is_file(&file.name, &own.name)));
@@ -377,22 +381,24 @@ fn bitstreams(limits: &Limits, built: &mut Built) -> Vec<(String, Vec<u8>)> {
     for job in std::mem::take(&mut built.bitstreams) {
         let missing = ice40::missing();
         if !missing.is_empty() {
-            let text = format!("not made: {} not here", missing.join(", "));
-            built.lines.push(Line::open(&job.name, format!("not checked: {text}")));
+            let missing = missing.iter().map(ToString::to_string).collect();
+            built.lines.push(OutputReport::open(&job.name, OpenReason::ToolMissing(missing)));
             continue;
         }
         match ice40::bitstream(&job) {
             Ok(bitstream) => {
                 let mut line = judge(&job, &bitstream.read_back, limits);
                 if !bitstream.remark.is_empty() {
-                    line.text = format!("{}; {}", line.text, bitstream.remark);
+                    line.notes.push(Note::Remark(bitstream.remark.clone()));
                 }
-                if line.outcome != Outcome::Refuted {
+                if line.outcome() != Outcome::Refuted {
                     made.push((job.name, bitstream.bytes));
                 }
                 built.lines.push(line);
             }
-            Err(why) => built.lines.push(Line::open(&job.name, format!("not checked: {why}"))),
+            Err(why) => {
+                built.lines.push(OutputReport::open(&job.name, OpenReason::ToolFailed(why)));
+            }
         }
     }
     made
@@ -428,7 +434,7 @@ pub(super) fn write(
     made_of: Vec<files::Hashed>,
     outputs: Vec<files::Output>,
     mut found: Vec<Diagnostic>,
-    lines: &[Line],
+    lines: &[OutputReport],
 ) -> Result<(), Stop> {
     let read = session.paths();
     let plan = files::Plan { folder: &arguments.output, chart: stem, made_of, read, outputs };
@@ -450,12 +456,12 @@ fn stale(all: &[files::Stale]) -> Option<Diagnostic> {
 }
 
 /// Says of each output what was found out about it; before that, that it was not written, and why.
-pub(super) fn say(session: &Session, lines: &[Line], unwritten: Option<&str>) {
+pub(super) fn say(session: &Session, lines: &[OutputReport], unwritten: Option<&str>) {
     if let Some(why) = unwritten.filter(|_| !lines.is_empty()) {
         session.tell(&format!("nothing was written: {why}\n"));
     }
     for line in lines {
-        if !session.quiet || line.outcome == Outcome::Refuted {
+        if !session.quiet || line.outcome() == Outcome::Refuted {
             crate::print(&format!("{line}\n"));
         }
     }

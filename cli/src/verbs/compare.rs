@@ -14,7 +14,7 @@ use grafsynth_ir::Span;
 use grafsynth_ir::logic::Logic;
 use grafsynth_ir::net::Net;
 use grafsynth_sim::{Difference, Stimulus, Trace, compare};
-use grafsynth_verify::{Limits, Verdict};
+use grafsynth_verify::{Limits, Verdict, verdict};
 
 pub(crate) fn run(session: &mut Session, arguments: &Compare) -> Result<Exit, Stop> {
     let renames = Renames::parse(&arguments.rename).map_err(|text| {
@@ -234,11 +234,13 @@ fn prove(
     renames: &Renames,
 ) -> Result<Exit, Stop> {
     let limits = Limits::default();
-    let judged =
+    let judged: Result<verdict::Verdict<String, String>, _> =
         match design {
             Design::Net(design) => judge::prove_with_net(&design.net, circuit, renames, &limits)
                 .map(|verdict| match verdict {
-                    Verdict::Proved(certificate) => Judged::Equal(certificate.to_string()),
+                    Verdict::Proved(certificate) => {
+                        verdict::Verdict::Proved(certificate.to_string())
+                    }
                     Verdict::Refuted(found) => {
                         let Difference { row, column, left, right } = &found.difference;
                         let mut text = format!(
@@ -247,28 +249,33 @@ fn prove(
                         for line in found.stimulus.to_csv(&design.net).lines() {
                             text += &format!("\n  {line}");
                         }
-                        Judged::Different(text)
+                        verdict::Verdict::Refuted(text)
                     }
-                    Verdict::Open(why) => Judged::Open(why),
+                    Verdict::Open(why) => verdict::Verdict::Open(why),
                 }),
-            Design::Logic(design) => judge::prove_with_logic(design, circuit, renames, &limits),
+            Design::Logic(design) => judge::prove_with_logic(design, circuit, renames, &limits)
+                .map(|judged| match judged {
+                    Judged::Equal(by) => verdict::Verdict::Proved(by.to_string()),
+                    Judged::Different(how) => verdict::Verdict::Refuted(how),
+                    Judged::Open(why) => verdict::Verdict::Open(why),
+                }),
         };
     match judged {
         Err(found) => {
             session.show(&found);
             Ok(Exit::Usage)
         }
-        Ok(Judged::Equal(how)) => {
+        Ok(verdict::Verdict::Proved(how)) => {
             if !session.quiet {
                 crate::print(&format!("equal: {how}\n"));
             }
             Ok(Exit::Done)
         }
-        Ok(Judged::Different(how)) => {
+        Ok(verdict::Verdict::Refuted(how)) => {
             crate::print(&format!("different: {how}\n"));
             Ok(Exit::Refuted)
         }
-        Ok(Judged::Open(why)) => {
+        Ok(verdict::Verdict::Open(why)) => {
             if !session.quiet {
                 crate::print(&format!("open: not proved equal: {why}\n"));
             }

@@ -65,7 +65,7 @@ pub(super) fn run(
             arguments.report,
         ) {
             Ok(made) => {
-                outcome = outcome.max(made.line.outcome);
+                outcome = outcome.max(made.line.outcome());
                 built.lines.push(made.line);
                 built.chips.extend(made.chip);
                 outputs.push(output(made.file));

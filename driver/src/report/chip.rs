@@ -4,7 +4,7 @@
 //! from the equations that were printed. A netlist has signals and no macrocells.
 
 use crate::coding::{Coded, Encoding, EncodingChoice};
-use crate::line::Outcome;
+use crate::output_report::Outcome;
 use grafsynth_backend_pld::device::{Device, FlipFlop};
 use grafsynth_backend_pld::equations::{self, Equations};
 use grafsynth_backend_pld::fuse::{self, FuseMap, Role};

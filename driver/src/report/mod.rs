@@ -30,7 +30,9 @@ mod requirements;
 #[cfg(test)]
 mod tests;
 
-pub use crate::line::{Line, Outcome};
+pub use crate::output_report::{
+    Note, Outcome, OutputFault, OutputProof, OutputReport, OutputVerdict,
+};
 pub use chip::Chip;
 
 use crate::built::{Built, MapEntry, OutputFile, file_stem};

@@ -48,7 +48,9 @@ fn situation(subject: &Subject<'_>, chip: &Chip, is_safe: bool) -> String {
             "That `{}` wakes in it is part of its proof, which begins with the registers as they wake.\n",
             chip.file
         ),
-        Outcome::Open => format!("That `{}` wakes in it was not proved.\n", chip.file),
+        Outcome::NotChecked | Outcome::Open => {
+            format!("That `{}` wakes in it was not proved.\n", chip.file)
+        }
         Outcome::Refuted => format!("`{}` does not do what the chart does.\n", chip.file),
     };
     if is_safe {

@@ -1,6 +1,6 @@
 //! What was proved of each output and of each property, how, and over how much.
 
-use super::{Line, Outcome, Subject, table::inline};
+use super::{OutputReport, Subject, table::inline};
 use grafsynth_ir::facts::Proof;
 use grafsynth_ir::net::PropertyRole;
 use grafsynth_verify::Outcome as Verdict;
@@ -28,14 +28,9 @@ pub(super) fn write(subject: &Subject<'_>) -> Option<String> {
 }
 
 /// An output: the parts of its line one by one.
-fn of_line(line: &Line) -> String {
-    let outcome = match line.outcome {
-        Outcome::Proved => "proved",
-        Outcome::Open => "open",
-        Outcome::Refuted => "refuted",
-    };
-    let mut text = format!("- **{}**: {outcome}\n", inline(&line.name));
-    for part in line.text.split("; ") {
+fn of_line(line: &OutputReport) -> String {
+    let mut text = format!("- **{}**: {}\n", inline(&line.name), line.outcome().name());
+    for part in line.parts() {
         text += &format!("  - {}\n", part.replace('\n', " "));
     }
     text

@@ -2,7 +2,7 @@
 
 use super::chip::{Chip, Kind};
 use super::table::Table;
-use super::{Outcome, Subject};
+use super::{Outcome, OutputReport, Subject};
 use grafsynth_ir::logic::{PinOutputId, PinRole};
 use grafsynth_ir::net::{Enter, Meta, Net, PropertyRole, StepId};
 use grafsynth_ir::program::Origin;
@@ -161,9 +161,10 @@ fn outputs(subject: &Subject<'_>, tag: &str, tagged: &Tagged) -> Vec<[String; 3]
         let line = (subject.built.lines.iter()).find(|line| line.name == file.name).or_else(|| {
             subject.built.lines.iter().find(|line| stem(&line.name) == stem(&file.name))
         });
-        let proved = match line.map(|line| line.outcome) {
+        let proved = match line.map(OutputReport::outcome) {
             Some(Outcome::Proved) => "proved",
             Some(Outcome::Refuted) => "refuted",
+            Some(Outcome::NotChecked) => "not checked",
             Some(Outcome::Open) | None => "open",
         };
         rows.push([file.name.clone(), said.join("; "), proved.to_owned()]);

@@ -14,6 +14,7 @@ use super::{Certificate, Counterexample, Method, Verdict};
 use crate::alphabet::{Alphabet, NoAlphabet};
 use crate::limits::Limits;
 use crate::relevance::{Inputs, Relevance};
+use crate::verdict::{Open, OpenReason};
 
 /// A circuit that executes up to 64 rows at once, each from a state of its own.
 pub(super) struct Lanes<'a> {
@@ -356,7 +357,7 @@ pub(super) fn equiv(
     let alphabet = match Alphabet::of(net, true, limits.rows_per_state) {
         Ok(alphabet) => Some(alphabet),
         Err(NoAlphabet::Contradiction) => None,
-        Err(NoAlphabet::TooMany(why)) => return Verdict::Open(why.to_string()),
+        Err(NoAlphabet::TooMany(why)) => return Verdict::Open(Open::because(why)),
     };
     let relevance = Relevance::of(net);
     let mut reads = Reads {
@@ -390,10 +391,8 @@ pub(super) fn equiv(
                 Some(alphabet) => alphabet.rows(&key.0, limits.rows_per_state),
             };
             let Some(rows) = rows else {
-                return Verdict::Open(format!(
-                    "more than {} rows of inputs are possible in one state",
-                    limits.rows_per_state
-                ));
+                let limit = limits.rows_per_state;
+                return Verdict::Open(Open::because(OpenReason::Rows { limit }));
             };
             let dts = if time { 0..=1 } else { 1..=1 };
             let rows = rows
@@ -403,11 +402,8 @@ pub(super) fn equiv(
         }
         let rows = &cache[&key];
         if pairs.saturating_add(rows.len() as u64) > limits.pairs {
-            return Verdict::Open(format!(
-                "more than {} pairs of a state and an input ({} states so far)",
-                limits.pairs,
-                states.len()
-            ));
+            let reason = OpenReason::Pairs { limit: limits.pairs, states: states.len() };
+            return Verdict::Open(Open::because(reason));
         }
         pairs += rows.len() as u64;
         for chunk in rows.chunks(64) {
@@ -455,7 +451,8 @@ pub(super) fn equiv(
                     debug_assert_eq!(to, parents.len());
                     parents.push(Some((at as u32, input.clone())));
                     if states.len() > limits.states {
-                        return Verdict::Open(format!("more than {} states", limits.states));
+                        let limit = limits.states;
+                        return Verdict::Open(Open::because(OpenReason::States { limit }));
                     }
                 }
             }

@@ -21,6 +21,7 @@ use grafsynth_ir::net::Net;
 
 use crate::limits::Limits;
 use crate::symbolic;
+use crate::verdict::{Open, Tested};
 use binding::Binding;
 pub use verdict::{Certificate, Counterexample, Method, Verdict};
 
@@ -47,19 +48,20 @@ pub fn equiv(net: &Valid<Net>, facts: &Facts, logic: &Logic, limits: &Limits) ->
             by_enumeration(net, logic, limits)
         };
         match verdict {
-            Verdict::Open(why) => reasons.push(why),
+            Verdict::Open(open) => reasons.extend(open.reasons),
             settled @ (Verdict::Proved(_) | Verdict::Refuted(_)) => return settled,
         }
     }
     reasons.dedup();
     match by_chance(net, logic, limits.random_rows) {
         Some(counterexample) => Verdict::Refuted(counterexample),
-        None => Verdict::Open(format!(
-            "{}; compared on {} random reactions, not proved",
-            reasons.join("; "),
-            limits.random_rows
-        )),
+        None => Verdict::Open(Open { reasons, tested: Some(tested(limits.random_rows)) }),
     }
+}
+
+/// Random reactions without a difference; which transitions fired in them is not counted.
+fn tested(n_rows: usize) -> Tested {
+    Tested { reactions: n_rows as u64, ..Tested::default() }
 }
 
 /// The explicit proof alone; a counterexample is a shortest one.
@@ -67,7 +69,7 @@ pub fn equiv(net: &Valid<Net>, facts: &Facts, logic: &Logic, limits: &Limits) ->
 pub fn by_enumeration(net: &Valid<Net>, logic: &Logic, limits: &Limits) -> Verdict {
     match Binding::of(net, logic) {
         Ok(binding) => explicit::equiv(net, logic, &binding, limits),
-        Err(why) => Verdict::Open(why),
+        Err(why) => Verdict::Open(Open::because(why)),
     }
 }
 
@@ -76,7 +78,7 @@ pub fn by_enumeration(net: &Valid<Net>, logic: &Logic, limits: &Limits) -> Verdi
 pub fn by_induction(net: &Valid<Net>, facts: &Facts, logic: &Logic, limits: &Limits) -> Verdict {
     match Binding::of(net, logic) {
         Ok(binding) => symbolic::equiv(net, facts, logic, &binding, limits),
-        Err(why) => Verdict::Open(why),
+        Err(why) => Verdict::Open(Open::because(why)),
     }
 }
 

@@ -2,16 +2,9 @@
 
 use grafsynth_sim::{Difference, Stimulus};
 
-/// What is known of a circuit and a net.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Verdict {
-    /// They agree for every stimulus that meets the assumptions.
-    Proved(Certificate),
-    /// They do not, and here is where.
-    Refuted(Counterexample),
-    /// It could not be found out, and why; says how many random reactions were compared without a difference.
-    Open(String),
-}
+/// What is known of a circuit and a net. Proofs hold for every stimulus with `dt` 0 or 1 ([`Scope::OneTick`](crate::Scope::OneTick)), which is all that a
+/// chip sees.
+pub type Verdict = crate::verdict::Verdict<Certificate, Counterexample>;
 
 /// How an equivalence was proved.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -41,6 +41,7 @@ use crate::equiv::binding::{Binding, Shown, What};
 use crate::equiv::verdict::{Certificate, Method, Verdict};
 use crate::exclusive::net_expr;
 use crate::limits::Limits;
+use crate::verdict::Open;
 pub use dominance::{Dominance, dominates};
 pub(crate) use pair::{Diagram, Equalities, Induction, Question, diagram, induction};
 pub(crate) use reach::{Reached, reach};
@@ -377,7 +378,7 @@ pub(crate) fn equiv(
 ) -> Verdict {
     match prove(net, facts, logic, binding, limits) {
         Ok(certificate) => Verdict::Proved(certificate),
-        Err(why) => Verdict::Open(why),
+        Err(why) => Verdict::Open(Open::because(why)),
     }
 }
 
