@@ -231,7 +231,16 @@ impl OutputReport {
         let of_note = |note: &Note| match note {
             Note::Emergency(Dominance::Refuted { .. }) => Outcome::Refuted,
             Note::Emergency(Dominance::Open(_)) | Note::NotSafe(_) => Outcome::Open,
-            _ => Outcome::Proved,
+            Note::Emergency(Dominance::Proved { .. })
+            | Note::Burned(_)
+            | Note::Codes(_)
+            | Note::Safe(_)
+            | Note::PinsOpen(_)
+            | Note::Form(_)
+            | Note::History { .. }
+            | Note::Synchronised { .. }
+            | Note::WithoutForeignCode
+            | Note::Remark(_) => Outcome::Proved,
         };
         self.notes.iter().map(of_note).fold(own, Outcome::max)
     }

@@ -272,10 +272,10 @@ fn earlier_pins(session: &mut Session, path: &str) -> Result<Vec<(String, u32)>,
 
 /// A limit was met before the output was proved.
 fn is_limit(line: &OutputReport) -> bool {
-    match &line.verdict {
-        OutputVerdict::Open(open) => open.tested.is_some(),
-        _ => line.outcome() == Outcome::Open,
+    if let OutputVerdict::Open(open) = &line.verdict {
+        return open.tested.is_some();
     }
+    line.outcome() == Outcome::Open
 }
 
 fn targets(names: &[String]) -> Result<Vec<Target>, Stop> {
