@@ -25,21 +25,51 @@ pub fn harness(net: &Valid<Net>, package: &Package) -> String {
     Writer::write(&nodes).0
 }
 
-/// A `main` that answers for single reactions, so that a caller can visit every state: each line begins with the number of the state to start from, then
-/// goes on as a line of [`harness`]. The answer is two lines: the row of the trace (its scan is always 0), and the number of the state that the
-/// instance is in then. Equal instances have equal numbers; 0 is the state after `init`, whose row and number come first, after the heading.
+/// A program that answers for single reactions, for whoever looks at all that a chart can do.
 ///
-/// What `step` leaves in the output structure is not carried over: an output that `step` does not write would show.
+/// It reads batches: a line with the number of questions, then so many questions. A question is a state and then the line of a [`harness`]; the state is
+/// the number of one that an answer gave, or `-1 - n` for the state after the answer `n`. The answers of a batch come when all are made. An answer is two
+/// lines: the row of the trace (its scan is always 0), and the number of the state that the instance is in then. Equal states have equal numbers. The
+/// heading of the trace and the answer 0 come first: state 0 is the one after `init`.
+///
+/// What `step` leaves in the output structure is not carried over: an output that `step` does not write would show. With a gate in front of `step` the
+/// outputs belong to the state, for a reaction that it skips leaves them.
 #[must_use]
 pub fn explorer(net: &Valid<Net>, package: &Package) -> String {
     let mut nodes = heading(net, package, "answers for single reactions");
     if package.interface.has_instance {
-        nodes.push(Kind::Verbatim(instances(&package.interface.names.prefix)).into());
+        let text = instances(&package.interface.names.prefix, carries_outputs(&package.interface));
+        nodes.push(Kind::Verbatim(text).into());
     }
+    nodes.push(Kind::Verbatim(ANSWERS.to_owned()).into());
     nodes.extend(bench(net, &package.interface, true));
     nodes.push(main_of(package));
     Writer::write(&nodes).0
 }
+
+/// A skipped reaction leaves the outputs as they are.
+fn carries_outputs(interface: &Interface) -> bool {
+    interface.gate && interface.has_out
+}
+
+/// The states after all answers.
+const ANSWERS: &str = r#"static int64_t *bench_after;
+static size_t bench_n_answers;
+static size_t bench_n_after;
+
+static void bench_answered(int64_t state)
+{
+    if (bench_n_answers == bench_n_after) {
+        bench_n_after = bench_n_after * 2U + 64U;
+        bench_after = (int64_t *)realloc(bench_after, bench_n_after * sizeof *bench_after);
+        if (bench_after == NULL) {
+            exit(1);
+        }
+    }
+    bench_after[bench_n_answers++] = state;
+}
+
+"#;
 
 /// What the program is for, the headers of the package, and what all programs need.
 fn heading(net: &Net, package: &Package, what: &str) -> Vec<Node> {
@@ -67,30 +97,35 @@ fn main_of(package: &Package) -> Node {
 }
 
 /// The table of instances seen so far, open addressing with linear probing.
-fn instances(prefix: &str) -> String {
+fn instances(prefix: &str, with_outputs: bool) -> String {
+    let outputs = if with_outputs { format!("    {prefix}_out_t out;\n") } else { String::new() };
     format!(
-        r#"static {prefix}_t *bench_seen;
+        r#"typedef struct {{
+    {prefix}_t self;
+{outputs}}} bench_state_t;
+
+static bench_state_t *bench_seen;
 static size_t bench_n_seen;
 static size_t bench_room;
 static size_t *bench_slots;
 static size_t bench_n_slots;
 
-static size_t bench_slot(const {prefix}_t *self)
+static size_t bench_slot(const bench_state_t *state)
 {{
-    const unsigned char *bytes = (const unsigned char *)self;
+    const unsigned char *bytes = (const unsigned char *)state;
     uint64_t hash = 1469598103934665603U;
-    for (size_t i = 0; i < sizeof *self; ++i) {{
+    for (size_t i = 0; i < sizeof *state; ++i) {{
         hash = (hash ^ bytes[i]) * 1099511628211U;
     }}
     size_t at = (size_t)(hash % bench_n_slots);
-    while (bench_slots[at] != 0U && memcmp(&bench_seen[bench_slots[at] - 1U], self, sizeof *self) != 0) {{
+    while (bench_slots[at] != 0U && memcmp(&bench_seen[bench_slots[at] - 1U], state, sizeof *state) != 0) {{
         at = (at + 1U) % bench_n_slots;
     }}
     return at;
 }}
 
-/* The number of an instance; a new one gets the next. */
-static size_t bench_instance(const {prefix}_t *self)
+/* The number of a state; a new one gets the next. */
+static size_t bench_instance(const bench_state_t *state)
 {{
     if (2U * (bench_n_seen + 1U) > bench_n_slots) {{
         bench_n_slots = bench_n_slots * 2U + 64U;
@@ -103,16 +138,16 @@ static size_t bench_instance(const {prefix}_t *self)
             bench_slots[bench_slot(&bench_seen[i])] = i + 1U;
         }}
     }}
-    const size_t at = bench_slot(self);
+    const size_t at = bench_slot(state);
     if (bench_slots[at] == 0U) {{
         if (bench_n_seen == bench_room) {{
             bench_room = bench_room * 2U + 64U;
-            bench_seen = ({prefix}_t *)realloc(bench_seen, bench_room * sizeof *bench_seen);
+            bench_seen = (bench_state_t *)realloc(bench_seen, bench_room * sizeof *bench_seen);
             if (bench_seen == NULL) {{
                 exit(1);
             }}
         }}
-        memcpy(&bench_seen[bench_n_seen], self, sizeof *self);
+        memcpy(&bench_seen[bench_n_seen], state, sizeof *state);
         bench_slots[at] = ++bench_n_seen;
     }}
     return bench_slots[at] - 1U;
@@ -309,7 +344,7 @@ static void bench_add(bench_calls_t *calls, int64_t value, char joint)
     ]
 }
 
-/// The functions of the library and `NAME_run`; with `explore` it takes a state from the beginning of each line and prints the one it comes to.
+/// The functions of the library and `NAME_run`; if it explores, it takes a state from the beginning of each line and prints the one it comes to.
 fn bench(net: &Net, interface: &Interface, explore: bool) -> Vec<Node> {
     let prefix = &interface.names.prefix;
     let mut nodes = stand_ins(net, interface);
@@ -325,6 +360,9 @@ fn bench(net: &Net, interface: &Interface, explore: bool) -> Vec<Node> {
     }
     body.push(Node::line("int64_t dt = 0;"));
     body.push(Node::line("int64_t scan = 0;"));
+    if explore {
+        body.push(Node::line("int64_t left = 0;"));
+    }
     if interface.has_instance {
         body.push(
             Node::line("memset(&self, 0x55, sizeof self);")
@@ -353,30 +391,12 @@ fn bench(net: &Net, interface: &Interface, explore: bool) -> Vec<Node> {
     body.push(Node::line(format!("{prefix}_init({});", arguments(interface, false))));
     let mut round = row(net, interface);
     if explore {
-        if interface.gate {
-            // What the gate remembers is no state of the chart, and the outputs that belong to a state are not in `out`: each reaction stands alone.
-            for member in crate::gate::members(interface) {
-                let name = member.declaration.rsplit(' ').next().unwrap_or_default();
-                round.push(Node::line(format!("memset(&self.{name}, 0, sizeof self.{name});")));
-            }
-        }
         if interface.trace.is_some() {
-            // Nor is the ring.
+            // The ring is no state of the chart.
             let member = crate::names::MEMBER_OF_TRACE;
             round.push(Node::line(format!("memset(&self.{member}, 0, sizeof self.{member});")));
         }
-        let number = if interface.has_instance { "(int64_t)bench_instance(&self)" } else { "0" };
-        round.push(Node::line(format!("bench_print({number});")));
-        round.push(Node::line("putchar('\\n');"));
-        round.push(Node::line("fflush(stdout);").note("the caller waits for it"));
-        round.push(Node::line("int64_t from = 0;"));
-        round.push(Node::when("!bench_number(&from)", vec![Node::line("break;")]));
-        if interface.has_instance {
-            round.push(Node::line("memcpy(&self, &bench_seen[from], sizeof self);"));
-        }
-        if interface.has_out {
-            round.push(Node::line("memset(&out, 0x55, sizeof out);"));
-        }
+        round.extend(answer(interface));
     } else {
         round.push(Node::line("++scan;"));
     }
@@ -425,6 +445,47 @@ fn bench(net: &Net, interface: &Interface, explore: bool) -> Vec<Node> {
     }
     nodes.push(Node::function(format!("static void {prefix}_run(void)"), body));
     nodes.push(Node::blank());
+    nodes
+}
+
+/// The second line of an answer, and the state that the next question starts from.
+fn answer(interface: &Interface) -> Vec<Node> {
+    let with_outputs = carries_outputs(interface) && interface.has_instance;
+    let mut nodes = Vec::new();
+    if interface.has_instance {
+        nodes.push(Node::line("bench_state_t state;"));
+        nodes.push(
+            Node::line("memset(&state, 0, sizeof state);").note("what lies between members too"),
+        );
+        nodes.push(Node::line("memcpy(&state.self, &self, sizeof self);"));
+        if with_outputs {
+            nodes.push(Node::line("memcpy(&state.out, &out, sizeof out);"));
+        }
+        nodes.push(Node::line("const int64_t number = (int64_t)bench_instance(&state);"));
+    } else {
+        nodes.push(Node::line("const int64_t number = 0;"));
+    }
+    nodes.push(Node::line("bench_print(number);"));
+    nodes.push(Node::line("putchar('\\n');"));
+    nodes.push(Node::line("bench_answered(number);"));
+    let batch = vec![
+        Node::line("fflush(stdout);").note("the caller waits for it"),
+        Node::when("!bench_number(&left)", vec![Node::line("break;")]),
+        Node::line("bench_end_of_line();"),
+    ];
+    nodes.push(Node::when("left == 0", batch));
+    nodes.push(Node::line("--left;"));
+    nodes.push(Node::line("int64_t from = 0;"));
+    nodes.push(Node::when("!bench_number(&from)", vec![Node::line("break;")]));
+    if interface.has_instance {
+        nodes.push(Node::when("from < 0", vec![Node::line("from = bench_after[-1 - from];")]));
+        nodes.push(Node::line("memcpy(&self, &bench_seen[from].self, sizeof self);"));
+    }
+    if with_outputs {
+        nodes.push(Node::line("memcpy(&out, &bench_seen[from].out, sizeof out);"));
+    } else if interface.has_out {
+        nodes.push(Node::line("memset(&out, 0x55, sizeof out);"));
+    }
     nodes
 }
 

@@ -245,6 +245,25 @@ pub struct Package {
     marks: ctext::Marks,
 }
 
+impl Package {
+    /// The quiescence gate stands in front of the reaction, so that some are skipped.
+    #[must_use]
+    pub fn has_gate(&self) -> bool {
+        self.interface.gate
+    }
+
+    /// The macro that must switch interrupts off where one shares numbers with the chart: there is a number that a processor of 8 bits does not read or write at once.
+    #[must_use]
+    pub fn critical_section(&self, net: &Net) -> Option<String> {
+        let is_wide = |ty: grafsynth_ir::expr::Type| ty.bits() > 8;
+        let mut inputs =
+            net.inputs.values().filter(|input| input.kind == grafsynth_ir::net::InputKind::Pin);
+        let mut outputs = net.outputs.values().filter(|output| !output.is_extern());
+        (inputs.any(|input| is_wide(input.ty)) || outputs.any(|output| is_wide(output.ty)))
+            .then(|| format!("{}_ENTER_CRITICAL", self.interface.names.upper))
+    }
+}
+
 /// The net in C.
 ///
 /// A fact is used only as far as it is proved; without facts every chart becomes the style `bits` or variables of one step each.

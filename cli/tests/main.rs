@@ -4,6 +4,7 @@ mod cases;
 mod hostile;
 mod packages;
 mod pages;
+mod tested_c;
 mod traced;
 mod trust;
 mod whole;

@@ -16,7 +16,7 @@ use crate::built::{BuildOptions, Built, OutputFile, file_stem};
 use crate::circuit::{delayed_vectors, emit_options, may_be_free, synchronised, unconditional};
 use crate::coding::{self, EncodingChoice};
 use crate::logic::{Fuses, LogicDesign};
-use crate::output_report::{Note, Outcome, OutputReport, OutputVerdict};
+use crate::output_report::{Note, Outcome, OutputReport};
 use crate::report::chip::{Chip, Made};
 use crate::said::{self, code_of, codes_and_dont_cares, say_emergency, say_safe};
 use grafsynth_backend_pld::device::Device;
@@ -30,7 +30,8 @@ use grafsynth_ir::facts::Facts;
 use grafsynth_ir::logic::Logic;
 use grafsynth_ir::net::Net;
 use grafsynth_ir::{Diagnostic, FileId, Span, Valid, validate};
-use grafsynth_verify::{Open, OpenReason};
+use grafsynth_verify::OpenReason;
+use grafsynth_verify::equiv::only_tested;
 
 /// Levels that a map does not give though its vectors want them: so many are shown.
 const SHOWN_FAILURES: usize = 6;
@@ -239,7 +240,8 @@ pub(crate) fn build(
             grafsynth_verify::equiv(net, facts, &read_back, &options.limits),
         )
     } else {
-        OutputReport::new(&name, OutputVerdict::ReadBack(Open::because(OpenReason::NotAsked)))
+        let reasons = vec![OpenReason::NotAsked];
+        OutputReport::of_verdict(&name, only_tested(net, &read_back, reasons, &options.limits))
     };
     line.notes.extend(said(&burned, &name));
     say_emergency(&mut line, net, &read_back, options);

@@ -110,6 +110,8 @@ pub enum OutputFault {
     },
     /// It differs from the circuit that it was made of; says where.
     Rebuilt(String),
+    /// Compiled C does not answer: it crashes, or does not end a reaction.
+    NoAnswer(String),
 }
 
 /// What else a line says of an output.
@@ -145,6 +147,19 @@ pub enum Note {
     },
     /// The chart's own C was left out when this was compiled and run.
     WithoutForeignCode,
+    /// The macro that the user defines where an interrupt shares numbers with the chart; nothing of that was checked.
+    CriticalSection(String),
+    /// The quiescence gate was in front of the reactions that were compared.
+    Gate,
+    /// A style of C is wrong, by a fault of the tool, and another one is right.
+    OtherStyle {
+        /// Its name.
+        style: &'static str,
+        /// How sure that is.
+        outcome: Outcome,
+    },
+    /// A style of C is wrong, by a fault of the tool, and no other style is right.
+    NoStyle,
     /// What a tool remarked.
     Remark(String),
 }
@@ -165,6 +180,23 @@ impl std::fmt::Display for Note {
             Note::History { name, why } => {
                 write!(f, "history `{name}` has flip-flops of its own: {why}")
             }
+            Note::CriticalSection(name) => {
+                write!(
+                    f,
+                    "with interrupts, define {name}: without it numbers of more than 8 bits can tear"
+                )
+            }
+            Note::Gate => f.write_str("with the gate of --gate"),
+            Note::OtherStyle { style, outcome } => {
+                let how = match outcome {
+                    Outcome::Proved => "is proved equal",
+                    Outcome::NotChecked | Outcome::Open | Outcome::Refuted => {
+                        "is equal in what was tested"
+                    }
+                };
+                write!(f, "this is a fault of grafsynth: the style `{style}` {how}")
+            }
+            Note::NoStyle => f.write_str("this is a fault of grafsynth"),
             Note::WithoutForeignCode => f.write_str("without the chart's own C (see --trust-code)"),
             Note::Synchronised { pins, stages } => {
                 write!(f, "{pins} inputs arrive {stages} clocks later, by synchronisers")
@@ -240,6 +272,10 @@ impl OutputReport {
             | Note::History { .. }
             | Note::Synchronised { .. }
             | Note::WithoutForeignCode
+            | Note::CriticalSection(_)
+            | Note::Gate
+            | Note::OtherStyle { .. }
+            | Note::NoStyle
             | Note::Remark(_) => Outcome::Proved,
         };
         self.notes.iter().map(of_note).fold(own, Outcome::max)
@@ -258,6 +294,7 @@ impl std::fmt::Display for OutputVerdict {
             OutputVerdict::Refuted(fault) => write!(f, "{fault}"),
             OutputVerdict::ReadBack(open) => write!(f, "read back; {open}"),
             OutputVerdict::Open(open) => match open.tested {
+                Some(_) if open.reasons == [OpenReason::NotAsked] => write!(f, "{open}"),
                 Some(_) => write!(f, "not proved: {open}"),
                 None => write!(f, "not checked: {open}"),
             },
@@ -306,6 +343,7 @@ impl std::fmt::Display for OutputFault {
                 write!(f, "is not the Verilog: `{pin}` differs after {clocks} clocks")
             }
             OutputFault::Rebuilt(how) => write!(f, "differs from the text: {how}"),
+            OutputFault::NoAnswer(how) => f.write_str(how),
         }
     }
 }

@@ -18,7 +18,7 @@ pub use crate::circuit::{
     Through, emit_options, facts, logic, logic_as, synchronised, through, vectors,
 };
 use crate::coding;
-use crate::output_report::{Note, Outcome, OutputFault, OutputProof, OutputReport, OutputVerdict};
+use crate::output_report::{Note, Outcome, OutputFault, OutputProof, OutputReport};
 use crate::report::chip::{Chip, Made};
 use crate::rescue;
 pub use crate::said::form;
@@ -34,7 +34,8 @@ use grafsynth_ir::logic::Logic;
 use grafsynth_ir::net::{Net, Sharing, without_c_texts};
 use grafsynth_ir::{Diagnostic, FileId, Valid};
 pub use grafsynth_logic::BusyMode;
-use grafsynth_verify::{Limits, Open, OpenReason};
+use grafsynth_verify::equiv::only_tested;
+use grafsynth_verify::{Limits, OpenReason};
 
 /// Errors about variables that the designer wants not to be shared with a halted step (semantics §6). They need the situations, not the structure alone.
 fn refused_sharing(net: &Valid<Net>) -> Vec<Diagnostic> {
@@ -232,7 +233,11 @@ fn equations(
             grafsynth_verify::equiv(net, facts, &through.read_back, &options.limits),
         )
     } else {
-        OutputReport::new(&name, OutputVerdict::ReadBack(Open::because(OpenReason::NotAsked)))
+        let reasons = vec![OpenReason::NotAsked];
+        OutputReport::of_verdict(
+            &name,
+            only_tested(net, &through.read_back, reasons, &options.limits),
+        )
     };
     say_emergency(&mut line, net, &through.read_back, options);
     if let Some(said) = codes_and_dont_cares(&coded, logic, &emit_options) {

@@ -49,7 +49,8 @@ impl Engine for CEngine {
         let package = grafsynth_backend_c::emit(job.net, job.facts, &self.options)
             .map_err(EngineError::Refused)?;
         let main = grafsynth_backend_c::harness(job.net, &package);
-        let program = compile(&package, &main, &FLAGS).map_err(EngineError::Failed)?;
+        let program = compile(&package, &main, &FLAGS)
+            .map_err(|error| EngineError::Failed(error.to_string()))?;
         let input = lines(job.net, job.stimulus);
         let run = tools::run(&program.path, &[], program.folder.path(), input.as_bytes(), LIMIT)
             .map_err(EngineError::Failed)?;
@@ -85,20 +86,44 @@ pub struct Program {
     pub path: PathBuf,
 }
 
+/// Why there is no program.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum CompileError {
+    /// The compiler refuses the text: its words.
+    Refused(String),
+    /// There is no compiler, or it cannot be run.
+    Machine(String),
+}
+
+impl std::fmt::Display for CompileError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            CompileError::Refused(words) => write!(f, "the C compiler refused our text: {words}"),
+            CompileError::Machine(why) => f.write_str(why),
+        }
+    }
+}
+
+impl From<CompileError> for String {
+    fn from(error: CompileError) -> Self {
+        error.to_string()
+    }
+}
+
 /// Compiles a package with a `main`, without the user's library (the harness brings its functions).
 ///
 /// # Errors
 /// What the compiler says.
-pub fn compile(package: &Package, main: &str, flags: &[&str]) -> Result<Program, String> {
-    let folder = temporary()?;
+pub fn compile(package: &Package, main: &str, flags: &[&str]) -> Result<Program, CompileError> {
+    let folder = temporary().map_err(CompileError::Machine)?;
     let mut sources = vec!["bench_main.c".to_owned()];
     for file in &package.files {
-        write(folder.path(), &file.name, &file.text)?;
+        write(folder.path(), &file.name, &file.text).map_err(CompileError::Machine)?;
         if file.name.ends_with(".c") && !file.keep_existing {
             sources.push(file.name.clone());
         }
     }
-    write(folder.path(), "bench_main.c", main)?;
+    write(folder.path(), "bench_main.c", main).map_err(CompileError::Machine)?;
     compile_in(folder, &sources, flags, &[])
 }
 
@@ -109,7 +134,7 @@ pub fn compile(package: &Package, main: &str, flags: &[&str]) -> Result<Program,
 pub fn compile_text(text: &str, flags: &[&str]) -> Result<Program, String> {
     let folder = temporary()?;
     write(folder.path(), "bench_main.c", text)?;
-    compile_in(folder, &["bench_main.c".to_owned()], flags, &[])
+    Ok(compile_in(folder, &["bench_main.c".to_owned()], flags, &[])?)
 }
 
 /// The same by another compiler than the host's.
@@ -119,7 +144,7 @@ pub fn compile_text(text: &str, flags: &[&str]) -> Result<Program, String> {
 pub fn compile_text_by(compiler: &Path, text: &str, flags: &[&str]) -> Result<Program, String> {
     let folder = temporary()?;
     write(folder.path(), "bench_main.c", text)?;
-    compile_by(compiler, folder, &["bench_main.c".to_owned()], flags, &[])
+    Ok(compile_by(compiler, folder, &["bench_main.c".to_owned()], flags, &[])?)
 }
 
 /// [`compile_text`] with libraries, which stand behind the text on the command line.
@@ -129,7 +154,7 @@ pub fn compile_text_by(compiler: &Path, text: &str, flags: &[&str]) -> Result<Pr
 pub fn compile_with(text: &str, flags: &[&str], libraries: &[&str]) -> Result<Program, String> {
     let folder = temporary()?;
     write(folder.path(), "bench_main.c", text)?;
-    compile_in(folder, &["bench_main.c".to_owned()], flags, libraries)
+    Ok(compile_in(folder, &["bench_main.c".to_owned()], flags, libraries)?)
 }
 
 fn compile_in(
@@ -137,8 +162,9 @@ fn compile_in(
     sources: &[String],
     flags: &[&str],
     libraries: &[&str],
-) -> Result<Program, String> {
-    let compiler = tools::c_compiler().ok_or("no C compiler is here")?;
+) -> Result<Program, CompileError> {
+    let compiler = tools::c_compiler()
+        .ok_or_else(|| CompileError::Machine("no C compiler is here".to_owned()))?;
     compile_by(&compiler, folder, sources, flags, libraries)
 }
 
@@ -148,18 +174,19 @@ fn compile_by(
     sources: &[String],
     flags: &[&str],
     libraries: &[&str],
-) -> Result<Program, String> {
+) -> Result<Program, CompileError> {
     let path = folder.path().join("bench");
     let output = path.display().to_string();
     let mut arguments: Vec<&str> = flags.to_vec();
     arguments.extend(["-o", &output]);
     arguments.extend(sources.iter().map(String::as_str));
     arguments.extend(libraries);
-    let compiled = tools::run(compiler, &arguments, folder.path(), b"", LIMIT)?;
+    let compiled = tools::run(compiler, &arguments, folder.path(), b"", LIMIT)
+        .map_err(CompileError::Machine)?;
     if compiled.is_success {
         Ok(Program { folder, path })
     } else {
-        Err(format!("the C compiler refused our text: {}", compiled.stderr.trim()))
+        Err(CompileError::Refused(compiled.stderr.trim().to_owned()))
     }
 }
 

@@ -1,270 +1,323 @@
-//! Emitted C compared with the net over every state that either of them can reach and every input.
+//! Emitted C compared with the net over every state that either of them can reach, every input and every number of ticks that makes a difference.
 //!
 //! The compiled chart is asked for one reaction after another: from a numbered state of its instance, with given inputs. It answers with the row of the
 //! trace and the number of the state it is in then; equal instances have equal numbers. The pairs of a net's state and an instance are
-//! explored breadth first until no new one turns up, so that rows that agree everywhere are a proof for stimuli of any length (for this compiler and
-//! the ticks that were tried).
+//! explored breadth first until no new one turns up, so that rows that agree everywhere are a proof for stimuli of any length (for this compiler).
+//!
+//! # Ticks
+//! What a reaction of the net does depends on `dt` only up to the *horizon* of the state: the ticks after which all that counts has arrived at its last
+//! threshold. C could do otherwise, so the proof tries every `dt` from 0 to one beyond the horizon, and what 8, 16 and 31 bits would lose. Where
+//! that is too much, it tries those at, before and after each threshold, and says that it is no proof for every `dt`.
 
-use crate::c;
-use crate::tools;
+use crate::explorer::{Cell, Explorer, Instance, Start, Trouble, differs, push};
+use crate::{tested, tools};
 use grafsynth_backend_c::Package;
-use grafsynth_driver::report::{OutputFault, OutputProof, OutputReport, OutputVerdict};
+use grafsynth_driver::report::{Note, OutputFault, OutputProof, OutputReport, OutputVerdict};
 use grafsynth_driver::rows;
 use grafsynth_ir::Valid;
-use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::Net;
-use grafsynth_sim::{InputRow, Row, Simulator, State, Stimulus, TraceLayout};
-use grafsynth_verify::{Limits, Open, OpenReason, Scope, Tested};
+use grafsynth_sim::{InputRow, MAX_DT, Simulator, State, Stimulus, Thresholds, TraceLayout};
+use grafsynth_verify::{Limits, Open, OpenReason, Scope};
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
-use std::io::{BufRead, BufReader, Write as _};
-use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 
-/// The most input rows that are tried in a state.
+/// The most combinations of inputs that are tried in a state.
 const MAX_ROWS: usize = 1 << 12;
-/// The most reactions of a check; a compiled chart answers about a million a second.
-const MAX_REACTIONS: u64 = 200_000;
+/// The most reactions at and around thresholds; some hundred thousand are compared in a second.
+const MAX_REACTIONS: u64 = 400_000;
+/// The most reactions that every `dt` may take besides.
+const MAX_TICKS: u64 = 1_000_000;
+/// Ticks that counters of 8 and 16 bits and a signed one of 32 would lose.
+const WIDE: [u32; 3] = [1 << 8, 1 << 16, MAX_DT];
 
-/// Compares a package with its net; the line says what was proved, or why nothing was.
-#[must_use]
+/// A shortest way, if it was enumerated, to a row that differs.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Difference {
+    pub(crate) path: Vec<InputRow>,
+    pub(crate) cell: Cell,
+}
+
+/// The host's compiler refuses emitted C: its words.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Refused(pub String);
+
+/// Compares a package with its net: by enumeration if `prove`, and by directed random reactions where that is no whole proof.
+///
+/// # Errors
+/// The compiler refuses the text.
 pub fn check(
     name: &str,
     net: &Valid<Net>,
-    _facts: &Facts,
     package: &Package,
     limits: &Limits,
-) -> OutputReport {
+    prove: bool,
+) -> Result<OutputReport, Refused> {
+    let verdict = match verdict(net, package, limits, prove) {
+        Ok(verdict) => verdict,
+        Err(Trouble::Compiler(words)) => return Err(Refused(words)),
+        Err(Trouble::Machine(why)) => {
+            OutputVerdict::Open(Open::because(OpenReason::ToolFailed(why)))
+        }
+        Err(Trouble::Chart(why)) => OutputVerdict::Refuted(OutputFault::NoAnswer(why)),
+    };
+    let mut report = OutputReport::new(name, verdict);
+    report.notes.extend(package.has_gate().then_some(Note::Gate));
+    report.notes.extend(package.critical_section(net).map(Note::CriticalSection));
+    Ok(report)
+}
+
+fn verdict(
+    net: &Valid<Net>,
+    package: &Package,
+    limits: &Limits,
+    prove: bool,
+) -> Result<OutputVerdict, Trouble> {
     if tools::c_compiler().is_none() {
-        return OutputReport::open(name, OpenReason::ToolMissing(vec!["a C compiler".to_owned()]));
+        let reason = OpenReason::ToolMissing(vec!["a C compiler".to_owned()]);
+        return Ok(OutputVerdict::Open(Open::because(reason)));
     }
-    let dts: &[u32] = if rows::uses_time(net) { &[0, 1, 1000] } else { &[1] };
-    let Some(rows) = rows::all(net, dts, MAX_ROWS) else {
-        return OutputReport::open(name, OpenReason::Rows { limit: MAX_ROWS as u64 });
+    let reason = match proof(net, package, limits, prove)? {
+        Proof::Verdict(verdict) => return Ok(verdict),
+        Proof::None(reason) => reason,
     };
-    let bound = limits.pairs.min(MAX_REACTIONS);
-    if rows.len() as u64 > bound {
-        return OutputReport::open(name, OpenReason::Rows { limit: bound });
-    }
-    let main = grafsynth_backend_c::explorer(net, package);
-    // The text is compared as it is written; optimising would only cost time here.
-    let program = match c::compile(package, &main, &["-std=c99", "-O0"]) {
-        Ok(program) => program,
-        Err(why) => return OutputReport::open(name, OpenReason::ToolFailed(why)),
-    };
-    let explored = Explorer::start(&program)
-        .and_then(|mut explorer| explore(net, &mut explorer, &rows, bound));
-    match explored {
-        Ok(Explored::Equal { states, reactions }) => {
-            let scope = Scope::Ticks(dts.to_vec());
-            let states = states as u64;
-            OutputReport::proved(name, OutputProof::Run { states, reactions, scope })
-        }
-        Ok(Explored::TooMany { states, reactions }) => {
-            let open = Open::because(OpenReason::Pairs { limit: bound, states });
-            let tested = Tested { reactions, ..Tested::default() };
-            OutputReport::new(name, OutputVerdict::Open(open.tested(tested)))
-        }
-        Ok(Explored::Different { path, column, expected, got }) => {
-            let stimulus = Stimulus::of_rows(net, &path);
-            let (chart, output) = (expected, got);
-            OutputReport::refuted(
-                name,
-                OutputFault::Row { stimulus, column, chart, output, of: "C" },
-            )
-        }
-        Err(why) => OutputReport::open(name, OpenReason::ToolFailed(why)),
-    }
+    Ok(match tested::run(net, package, 1)? {
+        tested::Answer::Equal(tested) => OutputVerdict::Open(Open::because(reason).tested(tested)),
+        tested::Answer::Different(found) => refuted(net, found),
+    })
+}
+
+fn refuted(net: &Net, Difference { path, cell }: Difference) -> OutputVerdict {
+    OutputVerdict::Refuted(OutputFault::Row {
+        stimulus: Stimulus::of_rows(net, &path),
+        column: cell.column,
+        chart: cell.expected,
+        output: cell.got,
+        of: "C",
+    })
+}
+
+/// What became of a proof.
+enum Proof {
+    /// It settles the question.
+    Verdict(OutputVerdict),
+    /// There is none, and why.
+    None(OpenReason),
 }
 
 /// What an exploration ended with.
 #[derive(Debug, Clone, PartialEq, Eq)]
 enum Explored {
     /// No pair is left, and all rows agreed.
-    Equal { states: usize, reactions: u64 },
+    Equal { states: usize, reactions: u64, scope: Scope },
     /// A bound was met before; all rows so far agreed.
-    TooMany { states: usize, reactions: u64 },
-    /// A shortest way to a row that differs.
-    Different { path: Vec<InputRow>, column: String, expected: String, got: String },
+    TooMany { states: usize, limit: u64 },
+    /// A way to a row that differs.
+    Different(Difference),
 }
 
-/// The compiled chart with its pipes.
-struct Explorer {
-    child: Child,
-    input: Option<ChildStdin>,
-    output: BufReader<ChildStdout>,
-}
-
-impl Drop for Explorer {
-    fn drop(&mut self) {
-        // It ends when its input does; if not, it is stopped.
-        self.input = None;
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-    }
-}
-
-impl Explorer {
-    fn start(program: &c::Program) -> Result<Self, String> {
-        let mut child = Command::new(&program.path)
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .map_err(|error| format!("the compiled chart cannot be started: {error}"))?;
-        let (Some(input), Some(output)) = (child.stdin.take(), child.stdout.take()) else {
-            return Err("the compiled chart has no pipes".to_owned());
-        };
-        Ok(Explorer { child, input: Some(input), output: BufReader::new(output) })
-    }
-
-    fn answer(&mut self) -> Result<(String, usize), String> {
-        let mut line = |text: &mut String| match self.output.read_line(text) {
-            Ok(n) if n > 0 => Ok(()),
-            Ok(_) => Err("the compiled chart ended early".to_owned()),
-            Err(error) => Err(format!("the compiled chart cannot be read: {error}")),
-        };
-        let (mut row, mut state) = (String::new(), String::new());
-        line(&mut row)?;
-        line(&mut state)?;
-        let state = state
-            .trim()
-            .parse()
-            .map_err(|_| format!("the compiled chart printed `{}`", state.trim()))?;
-        row.truncate(row.trim_end().len());
-        Ok((row, state))
-    }
-
-    /// Asks for all of these reactions and takes the answers as they come.
-    fn ask(
-        &mut self,
-        questions: &str,
-        n_answers: usize,
-        mut take: impl FnMut(usize, &str, usize) -> bool,
-    ) -> Result<(), String> {
-        let Some(mut input) = self.input.take() else {
-            return Err("the compiled chart has ended".to_owned());
-        };
-        std::thread::scope(|scope| {
-            // Questions and answers are served at once: a full pipe on one side must not stop the other.
-            let writer = scope.spawn(move || {
-                let sent = input.write_all(questions.as_bytes()).and_then(|()| input.flush());
-                (input, sent)
-            });
-            let mut outcome = Ok(());
-            for at in 0..n_answers {
-                match self.answer() {
-                    // A difference was found: the rest is read, so that the writer ends.
-                    Ok((row, state)) => {
-                        if !take(at, &row, state) {
-                            let _ = self.child.kill();
-                            break;
-                        }
-                    }
-                    Err(why) => {
-                        outcome = Err(why);
-                        let _ = self.child.kill();
-                        break;
-                    }
-                }
-            }
-            match writer.join() {
-                Ok((input, _)) => {
-                    self.input = Some(input);
-                    outcome
-                }
-                Err(_) => Err("the compiled chart cannot be asked".to_owned()),
-            }
-        })
-    }
-}
-
-fn explore(
+/// The proof by enumeration.
+fn proof(
     net: &Valid<Net>,
-    explorer: &mut Explorer,
-    rows: &[InputRow],
-    bound: u64,
-) -> Result<Explored, String> {
-    let layout = TraceLayout::of(net);
-    let mut simulator = Simulator::new(net);
-    let first = simulator.reset();
-    let (row, start) = {
-        let mut header = String::new();
-        explorer
-            .output
-            .read_line(&mut header)
-            .map_err(|error| format!("the compiled chart cannot be read: {error}"))?;
-        explorer.answer()?
-    };
-    if let Some((column, expected, got)) = differs(&layout, &first, &row) {
-        return Ok(Explored::Different { path: Vec::new(), column, expected, got });
+    package: &Package,
+    limits: &Limits,
+    prove: bool,
+) -> Result<Proof, Trouble> {
+    if !prove {
+        return Ok(Proof::None(OpenReason::NotAsked));
     }
-    let mut pairs: BTreeMap<(State, usize), usize> = BTreeMap::new();
-    let mut order = vec![(simulator.state().clone(), start)];
-    let mut came_from: Vec<Option<(usize, usize)>> = vec![None];
-    pairs.insert(order[0].clone(), 0);
-    let (mut from, mut reactions) = (0, 0_u64);
-    while from < order.len() {
-        // One level at a time, but not more than a pipe's worth of text.
-        let to = order.len().min(from + 4096 / rows.len().max(1) + 1);
-        if reactions + ((to - from) * rows.len()) as u64 > bound {
-            return Ok(Explored::TooMany { states: order.len(), reactions });
+    let Some(inputs) = rows::all(net, &[1], MAX_ROWS) else {
+        return Ok(Proof::None(OpenReason::Rows { limit: MAX_ROWS as u64 }));
+    };
+    let bound = limits.pairs.min(MAX_REACTIONS);
+    let started = Explorer::start(net, package)?;
+    let mut search = Search {
+        net,
+        layout: TraceLayout::of(net),
+        thresholds: Thresholds::of(net),
+        simulator: Simulator::new(net),
+        explorer: started.explorer,
+        inputs,
+        is_timed: rows::uses_time(net),
+        pairs: BTreeMap::new(),
+        order: Vec::new(),
+        came_from: Vec::new(),
+        reactions: 0,
+    };
+    let explored =
+        search.explore((&started.row, started.instance), bound, limits.pairs.min(MAX_TICKS))?;
+    Ok(match explored {
+        Explored::Equal { states, reactions, scope: Scope::EveryStimulus } => {
+            let (states, scope) = (states as u64, Scope::EveryStimulus);
+            Proof::Verdict(OutputVerdict::Proved(OutputProof::Run { states, reactions, scope }))
         }
-        let mut questions = String::new();
-        for (_, instance) in &order[from..to] {
-            for row in rows {
-                let _ = write!(questions, "{instance} ");
-                c::line(net, row, &mut questions);
+        Explored::Equal { states, reactions, scope } => {
+            Proof::None(OpenReason::RunOnlyFor { scope, states: states as u64, reactions })
+        }
+        Explored::TooMany { states, limit } => Proof::None(OpenReason::Pairs { limit, states }),
+        Explored::Different(found) => Proof::Verdict(refuted(net, found)),
+    })
+}
+
+/// Ticks of a state.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Ticks {
+    /// At and around thresholds, and what counters would lose.
+    Around,
+    /// All others up to the horizon.
+    Others,
+    /// Both.
+    All,
+}
+
+struct Search<'n> {
+    net: &'n Valid<Net>,
+    layout: TraceLayout,
+    thresholds: Thresholds,
+    simulator: Simulator<'n>,
+    explorer: Explorer,
+    /// All combinations of inputs.
+    inputs: Vec<InputRow>,
+    is_timed: bool,
+    pairs: BTreeMap<(State, Instance), usize>,
+    order: Vec<(State, Instance)>,
+    came_from: Vec<Option<(usize, InputRow)>>,
+    reactions: u64,
+}
+
+impl Search<'_> {
+    fn explore(
+        &mut self,
+        (first, start): (&str, Instance),
+        bound: u64,
+        bound_of_ticks: u64,
+    ) -> Result<Explored, Trouble> {
+        let row = self.simulator.reset();
+        if let Some(cell) = differs(&self.layout, &row, first) {
+            return Ok(Explored::Different(Difference { path: Vec::new(), cell }));
+        }
+        let pair = (self.simulator.state().clone(), start);
+        self.pairs.insert(pair.clone(), 0);
+        self.order.push(pair);
+        self.came_from.push(None);
+        if let Some(ended) = self.all_pairs(bound, false)? {
+            return Ok(ended);
+        }
+        // Every pair is known now, so it can be told what every `dt` will cost.
+        let mut cost = self.reactions;
+        for at in 0..self.order.len() {
+            cost = cost.saturating_add(
+                self.ticks(at, Ticks::Others).len() as u64 * self.inputs.len() as u64,
+            );
+            if cost > bound_of_ticks {
+                return Ok(self.equal(false));
             }
         }
+        if cost > self.reactions
+            && let Some(ended) = self.all_pairs(bound_of_ticks, true)?
+        {
+            return Ok(match ended {
+                Explored::TooMany { .. } => self.equal(false),
+                Explored::Equal { .. } | Explored::Different(_) => ended,
+            });
+        }
+        Ok(self.equal(true))
+    }
+
+    fn equal(&self, is_every_dt: bool) -> Explored {
+        let scope = if is_every_dt { Scope::EveryStimulus } else { Scope::Thresholds };
+        Explored::Equal { states: self.order.len(), reactions: self.reactions, scope }
+    }
+
+    /// The ticks to try in the state of a pair.
+    fn ticks(&mut self, pair: usize, which: Ticks) -> Vec<u32> {
+        if !self.is_timed {
+            return if which == Ticks::Others { Vec::new() } else { vec![1] };
+        }
+        self.simulator.set_state(&self.order[pair].0);
+        let horizon = self.thresholds.horizon(&self.simulator);
+        let mut around = vec![0, 1, horizon, horizon + 1];
+        around.extend(self.thresholds.ahead(&self.simulator, MAX_DT));
+        around.extend(WIDE);
+        around.sort_unstable();
+        around.dedup();
+        let others = || (0..=horizon).filter(|dt| around.binary_search(dt).is_err());
+        match which {
+            Ticks::Around => around,
+            Ticks::Others => others().collect(),
+            Ticks::All => others().chain(around.iter().copied()).collect(),
+        }
+    }
+
+    /// Visits every pair with the ticks around thresholds, or those visited so with all others, and each new one; what ended it before.
+    fn all_pairs(&mut self, bound: u64, others: bool) -> Result<Option<Explored>, Trouble> {
+        let mut from = 0;
+        let n_visited = if others { self.order.len() } else { 0 };
+        while from < self.order.len() {
+            // Some pairs at a time, but not more than a pipe's worth of text.
+            let mut asked: Vec<(usize, InputRow)> = Vec::new();
+            let mut questions = String::new();
+            while from < self.order.len() && asked.len() < 4096 {
+                let which = match others {
+                    false => Ticks::Around,
+                    true if from < n_visited => Ticks::Others,
+                    true => Ticks::All,
+                };
+                let ticks = self.ticks(from, which);
+                let cost = ticks.len() as u64 * self.inputs.len() as u64;
+                if self.reactions + asked.len() as u64 + cost > bound {
+                    let states = self.order.len();
+                    return Ok(Some(Explored::TooMany { states, limit: bound }));
+                }
+                let instance = self.order[from].1;
+                for dt in ticks {
+                    for row in &self.inputs {
+                        let row = InputRow { dt, ..row.clone() };
+                        push(self.net, Start::State(instance), &row, &mut questions);
+                        asked.push((from, row));
+                    }
+                }
+                from += 1;
+            }
+            if let Some(found) = self.batch(&asked, &questions)? {
+                return Ok(Some(found));
+            }
+        }
+        Ok(None)
+    }
+
+    fn batch(
+        &mut self,
+        asked: &[(usize, InputRow)],
+        questions: &str,
+    ) -> Result<Option<Explored>, Trouble> {
+        let Search { explorer, simulator, layout, pairs, order, came_from, .. } = self;
         let mut found = None;
-        let batch: Vec<State> = order[from..to].iter().map(|(state, _)| state.clone()).collect();
-        explorer.ask(&questions, batch.len() * rows.len(), |at, answer, instance| {
-            let (pair, row) = (at / rows.len(), at % rows.len());
-            simulator.set_state(&batch[pair]);
-            let expected = simulator.step(&rows[row]);
-            if let Some(difference) = differs(&layout, expected, answer) {
-                found = Some((from + pair, row, difference));
+        explorer.ask(questions, asked.len(), |at, answer, instance| {
+            let (pair, row) = &asked[at];
+            simulator.set_state(&order[*pair].0);
+            let expected = simulator.step(row);
+            if let Some(cell) = differs(layout, expected, answer) {
+                found = Some((at, cell));
                 return false;
             }
             let next = (simulator.state().clone(), instance);
             if !pairs.contains_key(&next) {
                 pairs.insert(next.clone(), order.len());
                 order.push(next);
-                came_from.push(Some((from + pair, row)));
+                came_from.push(Some((*pair, row.clone())));
             }
             true
         })?;
-        reactions += (batch.len() * rows.len()) as u64;
-        if let Some((pair, row, (column, expected, got))) = found {
-            let mut path = vec![rows[row].clone()];
-            let mut back = pair;
-            while let Some((before, by)) = came_from[back] {
-                path.push(rows[by].clone());
-                back = before;
+        self.reactions += asked.len() as u64;
+        Ok(found.map(|(at, cell)| {
+            let (pair, row) = &asked[at];
+            let mut path = vec![row.clone()];
+            let mut back = *pair;
+            while let Some((before, by)) = &self.came_from[back] {
+                path.push(by.clone());
+                back = *before;
             }
             path.reverse();
-            return Ok(Explored::Different { path, column, expected, got });
-        }
-        from = to;
+            Explored::Different(Difference { path, cell })
+        }))
     }
-    Ok(Explored::Equal { states: order.len(), reactions })
-}
-
-/// The first cell of a printed row that differs from the simulator's: its column and both texts. The number of the scan is not compared.
-fn differs(
-    layout: &TraceLayout,
-    expected: &Row,
-    printed: &str,
-) -> Option<(String, String, String)> {
-    let wanted = layout.row(expected);
-    let mut cells = printed.split(',');
-    for (at, column) in layout.columns.iter().enumerate() {
-        let got = cells.next().unwrap_or("(missing)");
-        let is_open = wanted.open.get(at).copied().unwrap_or(false);
-        let expected = wanted.values.get(at).map(|value| layout.text(value)).unwrap_or_default();
-        if at > 0 && !is_open && got != expected {
-            return Some((column.name.clone(), expected, got.to_owned()));
-        }
-    }
-    None
 }

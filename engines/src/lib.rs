@@ -19,10 +19,12 @@ mod c8051;
 mod circuit;
 mod device;
 pub mod exhaustive;
+mod explorer;
 mod firmware;
 pub mod ice40;
 pub mod measure;
 mod simavr;
+pub mod tested;
 pub mod tools;
 mod verilog;
 

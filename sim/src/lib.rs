@@ -43,6 +43,7 @@ mod trace_text;
 mod tests;
 
 pub use clocks::Clock;
+pub use directed::ticks::Thresholds;
 pub use directed::{Coverage, Directed, Move, Start};
 pub use notes::{Notes, Noticed, Occurrence, Writer};
 pub use random::Random;

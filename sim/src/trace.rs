@@ -285,6 +285,16 @@ impl TraceLayout {
         shown
     }
 
+    /// Adds the cells of a row as a trace in CSV shows them, without its number and without a line end; what the chart leaves open is not marked.
+    pub fn write_cells(&self, row: &Row, text: &mut String) {
+        for (place, column) in self.columns.iter().skip(1).enumerate() {
+            if place > 0 {
+                text.push(',');
+            }
+            self.write_value(text, &self.value(column.kind, row));
+        }
+    }
+
     /// The cell as a trace in CSV shows it.
     #[must_use]
     pub fn text(&self, value: &Value) -> String {

@@ -2,6 +2,8 @@
 //!
 //! Every question of this crate ends in a [`Verdict`]. Text is made of it only where it is printed, so that people and machines get the same answer.
 
+use grafsynth_ir::net::Net;
+use grafsynth_sim::Coverage;
 use std::fmt;
 
 /// The answer to a question: proved as `P` says, refuted by the witness `W`, or open.
@@ -25,6 +27,8 @@ pub enum Scope {
     OneTick,
     /// Stimuli whose reactions take these numbers of ticks.
     Ticks(Vec<u32>),
+    /// Stimuli in which a reaction takes no tick or one, or comes to a threshold of a time, to the tick before it or to the one after.
+    Thresholds,
 }
 
 impl Scope {
@@ -35,6 +39,7 @@ impl Scope {
             Scope::EveryStimulus => "every-stimulus",
             Scope::OneTick => "one-tick",
             Scope::Ticks(_) => "ticks",
+            Scope::Thresholds => "thresholds",
         }
     }
 }
@@ -48,6 +53,7 @@ impl fmt::Display for Scope {
                 let ticks: Vec<String> = ticks.iter().map(ToString::to_string).collect();
                 write!(f, "for dt {}", ticks.join(" "))
             }
+            Scope::Thresholds => write!(f, "for the dt at and around each threshold"),
         }
     }
 }
@@ -90,6 +96,15 @@ pub enum OpenReason {
     Method(String),
     /// It holds for these stimuli, and for the rest nobody knows.
     OnlyFor(Scope),
+    /// An enumeration found it true for these stimuli, and for the rest nobody knows.
+    RunOnlyFor {
+        /// Which.
+        scope: Scope,
+        /// The states there are.
+        states: u64,
+        /// The reactions compared.
+        reactions: u64,
+    },
     /// Some stimulus breaks it, but none was found.
     Unfound,
     /// Programs that the question needs are not installed.
@@ -112,7 +127,7 @@ impl OpenReason {
             OpenReason::Assumptions => "assumptions-too-wide",
             OpenReason::Inputs { .. } => "too-many-inputs",
             OpenReason::Method(_) => "method",
-            OpenReason::OnlyFor(_) => "scope",
+            OpenReason::OnlyFor(_) | OpenReason::RunOnlyFor { .. } => "scope",
             OpenReason::Unfound => "witness-not-found",
             OpenReason::ToolMissing(_) => "tool-missing",
             OpenReason::ToolFailed(_) => "tool-failed",
@@ -151,6 +166,9 @@ impl fmt::Display for OpenReason {
             }
             OpenReason::Method(why) => f.write_str(why),
             OpenReason::OnlyFor(scope) => write!(f, "proved {scope} only"),
+            OpenReason::RunOnlyFor { scope, states, reactions } => {
+                write!(f, "proved {scope} only ({states} states, {reactions} reactions)")
+            }
             OpenReason::Unfound => write!(f, "some stimulus breaks it, but none was found"),
             OpenReason::ToolMissing(tools) => write!(f, "{} not installed", tools.join(", ")),
             OpenReason::ToolFailed(text) => f.write_str(text),
@@ -210,12 +228,39 @@ pub struct Tested {
     pub never: Vec<String>,
 }
 
+impl Tested {
+    /// What directed random reactions of a net saw.
+    #[must_use]
+    pub fn of(net: &Net, coverage: &Coverage) -> Self {
+        let never = coverage.never.iter().map(|id| net.transitions[*id].name.text.clone());
+        Tested {
+            reactions: coverage.reactions,
+            fired: coverage.fired,
+            transitions: net.transitions.len(),
+            never: never.collect(),
+        }
+    }
+}
+
 /// Names that a line shows of those that never fired.
 const SHOWN: usize = 8;
 
+/// A number with its digits in threes.
+fn grouped(number: u64) -> String {
+    let digits = number.to_string();
+    let mut text = String::new();
+    for (place, digit) in digits.chars().enumerate() {
+        if place > 0 && (digits.len() - place).is_multiple_of(3) {
+            text.push(' ');
+        }
+        text.push(digit);
+    }
+    text
+}
+
 impl fmt::Display for Tested {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "tested: {} reactions", self.reactions)?;
+        write!(f, "tested: {} reactions", grouped(self.reactions))?;
         if self.transitions > 0 {
             write!(f, ", {} of {} transitions fired", self.fired, self.transitions)?;
         }
@@ -247,7 +292,7 @@ mod tests {
         let open = Open::because(OpenReason::States { limit: 500 }).tested(tested);
         assert_eq!(
             open.to_string(),
-            "more than 500 states; tested: 10000 reactions, 41 of 43 transitions fired (never: t7, t19)"
+            "more than 500 states; tested: 10 000 reactions, 41 of 43 transitions fired (never: t7, t19)"
         );
     }
 

@@ -6,7 +6,7 @@ use crate::files;
 use crate::load::{Session, Stop};
 use crate::memory::Bound;
 use grafsynth_backend_c::package::Ecosystem;
-use grafsynth_backend_c::{Style, cost};
+use grafsynth_backend_c::{Package, Style, cost};
 use grafsynth_driver::codes;
 use grafsynth_driver::coding::{Encoding, EncodingChoice};
 use grafsynth_driver::ice40::judge;
@@ -152,11 +152,12 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
         built.found.append(&mut rendered.found);
     }
     found.append(&mut built.found);
-    if !arguments.no_proof {
-        check_c(net, &facts, &limits, options.trusts_code, &mut built);
-        if !built.packages.is_empty() && !options.trusts_code {
-            found.extend(trust::left_out(net));
-        }
+    if let Err(stop) = check_c(net, &facts, &options, &mut built) {
+        session.show(&found);
+        return Err(stop);
+    }
+    if !built.packages.is_empty() && !options.trusts_code {
+        found.extend(trust::left_out(net));
     }
     let mut bitstreams = bitstreams(&limits, &mut built);
     if arguments.blob {
@@ -185,12 +186,8 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
     let outputs = outputs(session, arguments, &built, bitstreams);
     let stem = pipeline::file_stem(net);
     write(session, arguments, &stem, made_of, outputs, found, &built.lines)?;
-    // What could not be proved is written and said; only a limit that was reached is worth an exit code of its own.
-    Ok(if outcome == Outcome::Open && !arguments.no_proof && built.lines.iter().any(is_limit) {
-        Exit::Open
-    } else {
-        Exit::Done
-    })
+    let is_open = built.lines.iter().any(|line| is_open(line, arguments.no_proof));
+    Ok(if is_open { Exit::Open } else { Exit::Done })
 }
 
 /// The net whose C may be compiled and run: without the C of the chart's author, unless that is trusted.
@@ -270,12 +267,12 @@ fn earlier_pins(session: &mut Session, path: &str) -> Result<Vec<(String, u32)>,
     }
 }
 
-/// A limit was met before the output was proved.
-fn is_limit(line: &OutputReport) -> bool {
-    if let OutputVerdict::Open(open) = &line.verdict {
-        return open.tested.is_some();
-    }
-    line.outcome() == Outcome::Open
+/// The proof of an output stayed open, and not because the user asked for none. What was not even tested is open all the same.
+fn is_open(line: &OutputReport, no_proof: bool) -> bool {
+    let (OutputVerdict::Open(open) | OutputVerdict::ReadBack(open)) = &line.verdict else {
+        return line.outcome() == Outcome::Open && !no_proof;
+    };
+    !no_proof || open.reasons.iter().any(|reason| *reason != OpenReason::NotAsked)
 }
 
 fn targets(names: &[String]) -> Result<Vec<Target>, Stop> {
@@ -338,8 +335,16 @@ fn is_file(output: &str, file: &str) -> bool {
     output.rsplit('/').next() == Some(file)
 }
 
-/// Compares each C package with the net by running it, where there is a compiler.
-fn check_c(net: &Valid<Net>, facts: &Facts, limits: &Limits, trusts_code: bool, built: &mut Built) {
+/// Compares each C package with the net by running it, where there is a compiler: proved if that is asked for and where it can be, else tested.
+///
+/// # Errors
+/// The compiler refuses a text.
+fn check_c(
+    net: &Valid<Net>,
+    facts: &Facts,
+    options: &BuildOptions,
+    built: &mut Built,
+) -> Result<(), Stop> {
     let packages = std::mem::take(&mut built.packages);
     for package in &packages {
         let name = package
@@ -347,11 +352,21 @@ fn check_c(net: &Valid<Net>, facts: &Facts, limits: &Limits, trusts_code: bool, 
             .iter()
             .find(|file| file.name.ends_with(".c"))
             .map_or("c", |file| file.name.as_str());
-        let mut line = exhaustive::check(name, net, facts, package, limits);
-        if !trusts_code && !net.c_texts().is_empty() {
+        let checked = exhaustive::check(name, net, package, &options.limits, options.prove);
+        let mut line = match checked {
+            Ok(line) => line,
+            Err(exhaustive::Refused(words)) => {
+                crate::print_error(&format!(
+                    "grafsynth: {name} was not written: the C compiler refuses it\n{words}\n"
+                ));
+                return Err(Stop::Errors);
+            }
+        };
+        if !options.trusts_code && !net.c_texts().is_empty() {
             line.notes.push(Note::WithoutForeignCode);
         }
         if line.outcome() == Outcome::Refuted {
+            line.notes.push(right_style(net, facts, options, package));
             built
                 .files
                 .retain(|file| !package.files.iter().any(|own| is_file(&file.name, &own.name)));
@@ -359,6 +374,24 @@ fn check_c(net: &Valid<Net>, facts: &Facts, limits: &Limits, trusts_code: bool, 
         built.lines.push(line);
     }
     built.packages = packages;
+    Ok(())
+}
+
+/// The first style that agrees with the chart where another one does not.
+fn right_style(net: &Valid<Net>, facts: &Facts, options: &BuildOptions, wrong: &Package) -> Note {
+    for style in [Style::Switch, Style::Bits, Style::Engine] {
+        let c = grafsynth_backend_c::Options { style, ..options.c.clone() };
+        let Ok(package) = grafsynth_backend_c::emit(net, facts, &c) else { continue };
+        if package.files == wrong.files {
+            continue;
+        }
+        let checked = exhaustive::check("", net, &package, &options.limits, options.prove);
+        let outcome = checked.map_or(Outcome::Refuted, |line| line.outcome());
+        if outcome != Outcome::Refuted {
+            return Note::OtherStyle { style: style.name(), outcome };
+        }
+    }
+    Note::NoStyle
 }
 
 /// The tables of charts that an engine interprets, but for those that were refuted.

@@ -18,7 +18,7 @@
 
 mod distance;
 mod solve;
-mod ticks;
+pub(crate) mod ticks;
 
 use std::collections::BTreeMap;
 

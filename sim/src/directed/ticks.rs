@@ -7,13 +7,16 @@ use grafsynth_ir::net::{Leaf, Net};
 
 use crate::layout::Cell;
 use crate::simulator::Simulator;
+use crate::stimulus::MAX_DT;
 
 /// The constants that each time of a net is compared with.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Thresholds(BTreeMap<Leaf, BTreeSet<i64>>);
+pub struct Thresholds(BTreeMap<Leaf, BTreeSet<i64>>);
 
 impl Thresholds {
-    pub(super) fn of(net: &Net) -> Self {
+    /// Those of all expressions of the net.
+    #[must_use]
+    pub fn of(net: &Net) -> Self {
         let mut thresholds = Thresholds::default();
         grafsynth_ir::walk::for_each_expr(net, &mut |expr| thresholds.collect(expr));
         thresholds
@@ -33,7 +36,26 @@ impl Thresholds {
     }
 
     /// What is left to each threshold that is still ahead, and one less and one more; at most `max_dt`, in ascending order.
-    pub(super) fn ahead(&self, simulator: &Simulator<'_>, max_dt: u32) -> Vec<u32> {
+    #[must_use]
+    pub fn ahead(&self, simulator: &Simulator<'_>, max_dt: u32) -> Vec<u32> {
+        let left = self.left(simulator);
+        let around: BTreeSet<i64> = left.iter().flat_map(|it| [it - 1, *it, it + 1]).collect();
+        around
+            .into_iter()
+            .filter_map(|it| u32::try_from(it).ok())
+            .filter(|it| (1..=max_dt).contains(it))
+            .collect()
+    }
+
+    /// So many ticks, and any more, do the same in this state: everything that counts has arrived beyond its last threshold. 0 where nothing counts.
+    #[must_use]
+    pub fn horizon(&self, simulator: &Simulator<'_>) -> u32 {
+        let farthest = self.left(simulator).last().copied().unwrap_or(-1).saturating_add(1);
+        u32::try_from(farthest.max(0)).unwrap_or(MAX_DT).min(MAX_DT)
+    }
+
+    /// From the present state to each threshold of what counts now; what lies behind is negative.
+    fn left(&self, simulator: &Simulator<'_>) -> BTreeSet<i64> {
         let (net, tables, state, _) = simulator.parts();
         let layout = &tables.layout;
         let mut left = BTreeSet::new();
@@ -72,11 +94,6 @@ impl Thresholds {
                 left.insert(state.cells[place]);
             }
         }
-        let around: BTreeSet<i64> = left.iter().flat_map(|it| [it - 1, *it, it + 1]).collect();
-        around
-            .into_iter()
-            .filter_map(|it| u32::try_from(it).ok())
-            .filter(|it| (1..=max_dt).contains(it))
-            .collect()
+        left
     }
 }

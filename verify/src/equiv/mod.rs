@@ -21,7 +21,7 @@ use grafsynth_ir::net::Net;
 
 use crate::limits::Limits;
 use crate::symbolic;
-use crate::verdict::{Open, Tested};
+use crate::verdict::{Open, OpenReason};
 use binding::Binding;
 pub use verdict::{Certificate, Counterexample, Method, Verdict};
 
@@ -53,15 +53,24 @@ pub fn equiv(net: &Valid<Net>, facts: &Facts, logic: &Logic, limits: &Limits) ->
         }
     }
     reasons.dedup();
-    match by_chance(net, logic, limits.random_rows) {
-        Some(counterexample) => Verdict::Refuted(counterexample),
-        None => Verdict::Open(Open { reasons, tested: Some(tested(limits.random_rows)) }),
-    }
+    only_tested(net, logic, reasons, limits)
 }
 
-/// Random reactions without a difference; which transitions fired in them is not counted.
-fn tested(n_rows: usize) -> Tested {
-    Tested { reactions: n_rows as u64, ..Tested::default() }
+/// What is left where there is no proof, for these reasons: directed random reactions.
+#[must_use]
+pub fn only_tested(
+    net: &Valid<Net>,
+    logic: &Logic,
+    reasons: Vec<OpenReason>,
+    limits: &Limits,
+) -> Verdict {
+    let Ok(binding) = Binding::of(net, logic) else {
+        return Verdict::Open(Open { reasons, tested: None });
+    };
+    match random::compare(net, logic, &binding, limits.random_rows) {
+        (Some(counterexample), _) => Verdict::Refuted(counterexample),
+        (None, tested) => Verdict::Open(Open { reasons, tested: Some(tested) }),
+    }
 }
 
 /// The explicit proof alone; a counterexample is a shortest one.
@@ -86,7 +95,7 @@ pub fn by_induction(net: &Valid<Net>, facts: &Facts, logic: &Logic, limits: &Lim
 #[must_use]
 pub fn by_chance(net: &Valid<Net>, logic: &Logic, n_rows: usize) -> Option<Counterexample> {
     let binding = Binding::of(net, logic).ok()?;
-    random::compare(net, logic, &binding, n_rows)
+    random::compare(net, logic, &binding, n_rows).0
 }
 
 #[cfg(test)]

@@ -10,13 +10,27 @@ use grafsynth_sim::{Directed, Move, Simulator, Start, Stimulus};
 use super::Counterexample;
 use super::binding::Binding;
 use super::explicit::Lanes;
+use crate::verdict::Tested;
 
-/// Compares some reactions; a difference if one is found.
+/// Compares some reactions: a difference if one is found, and how much was seen.
 pub(super) fn compare(
     net: &Valid<Net>,
     logic: &Logic,
     binding: &Binding,
     n_rows: usize,
+) -> (Option<Counterexample>, Tested) {
+    // One clock of a chip is at most one tick.
+    let mut directed = Directed::new(net, 1, 1);
+    let found = difference(net, logic, binding, n_rows, &mut directed);
+    (found, Tested::of(net, &directed.coverage()))
+}
+
+fn difference(
+    net: &Valid<Net>,
+    logic: &Logic,
+    binding: &Binding,
+    n_rows: usize,
+    directed: &mut Directed<'_>,
 ) -> Option<Counterexample> {
     let mut lanes = Lanes::new(net, logic, binding);
     lanes.reset(net);
@@ -29,8 +43,6 @@ pub(super) fn compare(
     let woken = lanes.code(0, &every_flop);
     // What the circuit holds where the net stood when its state was saved.
     let mut saved: BTreeMap<usize, Vec<u64>> = BTreeMap::new();
-    // One clock of a chip is at most one tick.
-    let mut directed = Directed::new(net, 1, 1);
     for _ in 0..n_rows {
         let Some(Move { from, row, save }) = directed.next() else { continue };
         match from {

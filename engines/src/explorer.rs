@@ -1,0 +1,282 @@
+//! A compiled chart that answers for single reactions, from any state that it has been in.
+
+use crate::c;
+use grafsynth_backend_c::Package;
+use grafsynth_ir::Valid;
+use grafsynth_ir::net::Net;
+use grafsynth_sim::{InputRow, Row, TraceLayout};
+use std::fmt::Write as _;
+use std::io::{BufRead, BufReader, Write as _};
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::sync::Mutex;
+use std::sync::mpsc::{self, RecvTimeoutError};
+use std::time::Duration;
+
+/// The number of a state of the compiled chart; equal states have equal numbers.
+pub(crate) type Instance = usize;
+
+/// A cell of a row that is not what the net says.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Cell {
+    pub(crate) column: String,
+    pub(crate) expected: String,
+    pub(crate) got: String,
+}
+
+/// The compiled chart with its pipes.
+pub(crate) struct Explorer {
+    /// Shared with the watch over each batch.
+    child: Mutex<Child>,
+    input: Option<ChildStdin>,
+    output: BufReader<ChildStdout>,
+    /// Goes when the program has ended.
+    _program: c::Program,
+}
+
+/// A compiled chart after `init`.
+pub(crate) struct Started {
+    pub(crate) explorer: Explorer,
+    /// The row that it printed.
+    pub(crate) row: String,
+    /// The number of its state.
+    pub(crate) instance: Instance,
+}
+
+impl Drop for Explorer {
+    fn drop(&mut self) {
+        // It ends when its input does; if not, it is stopped.
+        self.input = None;
+        kill(&self.child);
+        if let Ok(mut child) = self.child.lock() {
+            let _ = child.wait();
+        }
+    }
+}
+
+fn kill(child: &Mutex<Child>) {
+    if let Ok(mut child) = child.lock() {
+        let _ = child.kill();
+    }
+}
+
+impl Explorer {
+    /// Compiles the package, without optimising, which would only cost time, and starts it.
+    ///
+    /// # Errors
+    /// What the compiler says, or that the program does not run.
+    pub(crate) fn start(net: &Valid<Net>, package: &Package) -> Result<Started, Trouble> {
+        let main = grafsynth_backend_c::explorer(net, package);
+        let program = match c::compile(package, &main, &FLAGS) {
+            Ok(program) => program,
+            Err(c::CompileError::Machine(why)) => return Err(Trouble::Machine(why)),
+            Err(c::CompileError::Refused(words)) => {
+                // A compiler for another machine refuses any program.
+                return Err(match c::compile_text("int main(void) { return 0; }\n", &FLAGS) {
+                    Ok(_) => Trouble::Compiler(words),
+                    Err(_) => Trouble::Machine("the C compiler makes no programs here".to_owned()),
+                });
+            }
+        };
+        let mut child = Command::new(&program.path)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .map_err(|error| {
+                Trouble::Machine(format!("the compiled chart cannot be started: {error}"))
+            })?;
+        let (Some(input), Some(output)) = (child.stdin.take(), child.stdout.take()) else {
+            return Err(Trouble::Machine("the compiled chart has no pipes".to_owned()));
+        };
+        let mut explorer = Explorer {
+            child: Mutex::new(child),
+            input: Some(input),
+            output: BufReader::with_capacity(1 << 16, output),
+            _program: program,
+        };
+        let mut first = (String::new(), 0);
+        explorer.batch("", |output| {
+            output.read_line(&mut String::new()).map_err(Lost::Broken)?;
+            first.0 = take_line(output)?;
+            first.1 = number(&take_line(output)?)?;
+            Ok(())
+        })?;
+        Ok(Started { explorer, row: first.0, instance: first.1 })
+    }
+
+    /// Asks for all of these reactions ([`push`]) and takes the answers as they come, until one is not taken: then the program is over.
+    pub(crate) fn ask(
+        &mut self,
+        questions: &str,
+        n_answers: usize,
+        mut take: impl FnMut(usize, &str, Instance) -> bool,
+    ) -> Result<(), Trouble> {
+        if n_answers == 0 {
+            return Ok(());
+        }
+        self.batch(&format!("{n_answers}\n{questions}"), |output| {
+            let (mut row, mut state) = (String::new(), String::new());
+            for at in 0..n_answers {
+                read_line(output, &mut row)?;
+                read_line(output, &mut state)?;
+                if !take(at, &row, number(&state)?) {
+                    return Err(Lost::NotWanted);
+                }
+            }
+            Ok(())
+        })
+    }
+
+    /// Questions and answers are served at once: a full pipe on one side must not stop the other. Whatever takes too long is stopped.
+    fn batch(
+        &mut self,
+        questions: &str,
+        read: impl FnOnce(&mut BufReader<ChildStdout>) -> Result<(), Lost>,
+    ) -> Result<(), Trouble> {
+        let Explorer { child, input, output, .. } = self;
+        let mut pipe = input.take().ok_or_else(ended)?;
+        let (finished, watched) = mpsc::channel::<()>();
+        let child: &Mutex<Child> = child;
+        let (outcome, pipe, is_late) = std::thread::scope(|scope| {
+            let writer = scope.spawn(move || {
+                // If the program has ended, its answers say so.
+                let _ = pipe.write_all(questions.as_bytes()).and_then(|()| pipe.flush());
+                pipe
+            });
+            let watch = scope.spawn(move || {
+                let is_late = watched.recv_timeout(PATIENCE) == Err(RecvTimeoutError::Timeout);
+                if is_late {
+                    kill(child);
+                }
+                is_late
+            });
+            let outcome = read(output);
+            if outcome.is_err() {
+                // So that the writer ends.
+                kill(child);
+            }
+            drop(finished);
+            (outcome, writer.join().ok(), watch.join().unwrap_or(false))
+        });
+        *input = pipe;
+        match outcome {
+            Ok(()) | Err(Lost::NotWanted) => Ok(()),
+            Err(_) if is_late => Err(Trouble::Chart(format!(
+                "a reaction does not end in {} seconds",
+                PATIENCE.as_secs()
+            ))),
+            Err(Lost::Broken(error)) => {
+                Err(Trouble::Machine(format!("the compiled chart cannot be read: {error}")))
+            }
+            Err(Lost::Nonsense(text)) => {
+                Err(Trouble::Chart(format!("the compiled chart printed `{text}`")))
+            }
+            Err(Lost::Ended) => Err(self.why_ended()),
+        }
+    }
+
+    /// The program ended where it had more to answer.
+    fn why_ended(&mut self) -> Trouble {
+        let status = self.child.lock().ok().and_then(|mut child| child.wait().ok());
+        match status {
+            // The harness itself has no memory left.
+            Some(status) if status.code() == Some(1) => {
+                Trouble::Machine("the compiled chart has too little memory".to_owned())
+            }
+            Some(status) => Trouble::Chart(format!("the compiled chart crashed: {status}")),
+            None => ended(),
+        }
+    }
+}
+
+fn ended() -> Trouble {
+    Trouble::Machine("the compiled chart has ended".to_owned())
+}
+
+/// Why answers of a batch are missing.
+enum Lost {
+    /// The caller has seen enough.
+    NotWanted,
+    Ended,
+    Nonsense(String),
+    Broken(std::io::Error),
+}
+
+fn read_line(output: &mut BufReader<ChildStdout>, line: &mut String) -> Result<(), Lost> {
+    line.clear();
+    match output.read_line(line) {
+        Ok(_) if line.ends_with('\n') => {
+            line.truncate(line.trim_end().len());
+            Ok(())
+        }
+        Ok(_) => Err(Lost::Ended),
+        Err(error) => Err(Lost::Broken(error)),
+    }
+}
+
+fn take_line(output: &mut BufReader<ChildStdout>) -> Result<String, Lost> {
+    let mut line = String::new();
+    read_line(output, &mut line)?;
+    Ok(line)
+}
+
+fn number(text: &str) -> Result<Instance, Lost> {
+    text.parse().map_err(|_| Lost::Nonsense(text.to_owned()))
+}
+
+/// The text is compared as it is written.
+const FLAGS: [&str; 2] = ["-std=c99", "-O0"];
+
+/// A batch of answers takes some milliseconds.
+const PATIENCE: Duration = Duration::from_secs(10);
+
+/// Why a compiled chart does not answer.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum Trouble {
+    /// The compiler refuses the text: its words.
+    Compiler(String),
+    /// The program cannot be made or run here.
+    Machine(String),
+    /// The program is not what it should be: it crashes, or does not end a reaction.
+    Chart(String),
+}
+
+/// Where a reaction starts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Start {
+    /// In this state.
+    State(Instance),
+    /// In the state after this answer; answer 0 is that after `init`.
+    Answer(usize),
+}
+
+/// Adds a question.
+pub(crate) fn push(net: &Net, from: Start, row: &InputRow, text: &mut String) {
+    // Writing to a string cannot fail.
+    let _ = match from {
+        Start::State(instance) => write!(text, "{instance} "),
+        Start::Answer(answer) => write!(text, "-{} ", answer + 1),
+    };
+    c::line(net, row, text);
+}
+
+/// The first cell of a printed row that differs from the simulator's. The number of the scan is not compared.
+pub(crate) fn differs(layout: &TraceLayout, expected: &Row, printed: &str) -> Option<Cell> {
+    // Nearly all rows are equal.
+    let mut whole = String::with_capacity(printed.len());
+    layout.write_cells(expected, &mut whole);
+    if printed.split_once(',').is_some_and(|(_, cells)| cells == whole) {
+        return None;
+    }
+    let wanted = layout.row(expected);
+    let mut cells = printed.split(',');
+    for (at, column) in layout.columns.iter().enumerate() {
+        let got = cells.next().unwrap_or("(missing)");
+        let is_open = wanted.open.get(at).copied().unwrap_or(false);
+        let expected = wanted.values.get(at).map(|value| layout.text(value)).unwrap_or_default();
+        if at > 0 && !is_open && got != expected {
+            return Some(Cell { column: column.name.clone(), expected, got: got.to_owned() });
+        }
+    }
+    None
+}
