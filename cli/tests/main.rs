@@ -1,6 +1,7 @@
 //! The program itself, started as a user starts it.
 
 mod cases;
+mod empty;
 mod hostile;
 mod packages;
 mod pages;

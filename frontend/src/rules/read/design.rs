@@ -29,6 +29,15 @@ pub(super) struct Options {
     items: Vec<Item>,
 }
 
+impl Options {
+    pub(super) fn is_empty(&self) -> bool {
+        self.chart.is_none()
+            && self.steps.is_empty()
+            && self.transitions.is_empty()
+            && self.items.is_empty()
+    }
+}
+
 /// The lists as sets.
 pub(super) struct Listed {
     pub(super) steps: BTreeSet<String>,
