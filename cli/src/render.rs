@@ -3,9 +3,10 @@
 use annotate_snippets::renderer::DecorStyle;
 use annotate_snippets::{AnnotationKind, Group, Level, Origin, Patch, Renderer, Snippet};
 use grafsynth_driver::source::{Source, Sources};
-use grafsynth_ir::diag::{Diagnostic, Label, Severity};
+use grafsynth_ir::diag::{Diagnostic, Label, Notation, Severity};
 use grafsynth_ir::{FileId, Span};
 use serde_json::{Value, json};
+use std::path::Path;
 
 /// How findings are shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
@@ -35,7 +36,11 @@ pub(crate) struct Style {
 
 /// All findings as text, in order of place within each file, errors and warnings mixed.
 pub(crate) fn render(sources: &Sources, diagnostics: &[Diagnostic], style: Style) -> String {
-    let mut sorted: Vec<&Diagnostic> = diagnostics.iter().collect();
+    let spoken: Vec<Diagnostic> = diagnostics
+        .iter()
+        .map(|diagnostic| diagnostic.clone().spoken(notation(sources, diagnostic)))
+        .collect();
+    let mut sorted: Vec<&Diagnostic> = spoken.iter().collect();
     sorted.sort_by_key(|diagnostic| {
         diagnostic.labels.first().map_or((1, Span::default()), |label| (0, label.span))
     });
@@ -47,6 +52,19 @@ pub(crate) fn render(sources: &Sources, diagnostics: &[Diagnostic], style: Style
             shown.iter().map(|diagnostic| format!("{}\n", lsp(sources, diagnostic))).collect()
         }
         MessageFormat::Sarif => format!("{}\n", sarif(sources, &shown)),
+    }
+}
+
+/// The words in which the file of a finding is written.
+fn notation(sources: &Sources, diagnostic: &Diagnostic) -> Notation {
+    let first = diagnostic.labels.first().and_then(|label| sources.get(label.span.file));
+    let path = first.map_or("", |source| source.path.as_str());
+    let extension = Path::new(path).extension().and_then(|one| one.to_str()).unwrap_or_default();
+    match extension.to_ascii_lowercase().as_str() {
+        "scxml" => Notation::Scxml,
+        "st" | "xml" => Notation::Iec,
+        "c" | "h" => Notation::C,
+        _ => Notation::Graf,
     }
 }
 

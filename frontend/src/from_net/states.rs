@@ -680,6 +680,7 @@ impl Writer<'_> {
             guard,
             after: None,
             priority: None,
+            is_sink: false,
             restart: false,
             is_internal,
             deadline_ns: transition.deadline_ns,

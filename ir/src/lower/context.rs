@@ -262,6 +262,8 @@ pub(super) struct Lowering<'a> {
     pub(super) suggestions: usize,
     /// The states of statecharts.
     pub(super) tree: Tree,
+    /// Per controlled action, the actions that keep its further durations.
+    pub(super) more_timers: BTreeMap<ActionId, Vec<(u64, ActionId)>>,
     /// Names with dots of a finished net; used instead of scopes when properties are added to one.
     pub(super) flat: Option<FlatNames>,
     /// What the file says of shared variables that nothing else is said of.
@@ -313,6 +315,7 @@ impl<'a> Lowering<'a> {
             suggestions: 0,
             flat: None,
             tree: Tree::default(),
+            more_timers: BTreeMap::new(),
             tasked: BTreeSet::new(),
             sharing: None,
             expression_depth: 0,

@@ -361,6 +361,8 @@ impl Builder {
             let mut transition =
                 self.options.transitions.remove(&rule.label.text).unwrap_or_default();
             let (sources, guard) = self.left_side(rule);
+            transition.is_sink =
+                !rule.right.iter().any(|(is_next, _)| *is_next) && !sources.is_empty();
             for (is_next, name) in &rule.right {
                 match (
                     *is_next,
