@@ -1,5 +1,5 @@
-/* Instructions of a reaction: the loop with it, less the loop with an empty function. Prints `busy idle` by semihosting. REACT(inputs) is what is measured, if
- * no plain reaction. */
+/* Instructions of a reaction: the loop with it, less the loop with an empty function. Prints `busy idle` by semihosting: the means on random and on constant
+ * inputs; with LARGEST also the most of one reaction, on random inputs that come twice each. REACT(inputs) is what is measured, if no plain reaction. */
 #include HEADER
 #include <string.h>
 
@@ -15,10 +15,21 @@
 #define SYST_CVR (*(volatile uint32_t *)0xE000E018U)
 
 static TYPE(t) self;
+#ifdef LARGEST
+static TYPE(t) saved;
+#endif
 static TYPE(in_t) rows[ROWS];
 static TYPE(out_t) out;
 #ifdef WITH_RING
 static TYPE(ring_t) ring;
+#endif
+#if defined(LARGEST) && defined(WITH_RING)
+static TYPE(ring_t) saved_ring;
+#define SAVE_RING (saved_ring = ring)
+#define KEEP_RING (ring = saved_ring)
+#else
+#define SAVE_RING ((void)0)
+#define KEEP_RING ((void)0)
 #endif
 
 static void call(int operation, const void *argument)
@@ -45,7 +56,20 @@ __attribute__((noinline)) static void empty(TYPE(t) *it, const TYPE(in_t) *in, T
         ticks = begin - SYST_CVR; \
     } while (0)
 
-static char text[32];
+/* The ticks of 40 reactions from the same instance: as many as one has instructions. */
+#define REPEATED(function, row) \
+    do { \
+        const uint32_t begin = SYST_CVR; \
+        for (uint32_t n = 0; n < 40U; ++n) { \
+            self = saved; \
+            KEEP_RING; \
+            function(&rows[row]); \
+            __asm__ volatile("" : : : "memory"); \
+        } \
+        ticks = (begin - SYST_CVR) & 0xFFFFFFU; \
+    } while (0)
+
+static char text[48];
 
 static char *number(char *at, uint32_t tenths)
 {
@@ -81,6 +105,21 @@ void start(void)
     none = ticks;
     TICKS(REACT, k);
     busy = ticks;
+#ifdef LARGEST
+    uint32_t largest = 0;
+    for (uint32_t k = 0; k < 2U * ROWS; ++k) {
+        const uint32_t row = k / 2U;
+        saved = self;
+        SAVE_RING;
+        SYST_CVR = 0;
+        REPEATED(EMPTY, row);
+        const uint32_t empty_ticks = ticks;
+        REPEATED(REACT, row);
+        /* The call and the return of the empty function, and what a tick may hide. */
+        const uint32_t one = ticks - empty_ticks + 2U;
+        largest = one > largest ? one : largest;
+    }
+#endif
     memset(&rows[0], 0, sizeof rows[0]);
     REACT(&rows[0]);
     REACT(&rows[0]);
@@ -90,6 +129,10 @@ void start(void)
     char *at = number(text, (busy - none) * 400U / SCANS + 20U);
     *at++ = ' ';
     at = number(at, (idle - none) * 400U / SCANS + 20U);
+#ifdef LARGEST
+    *at++ = ' ';
+    at = number(at, largest * 10U);
+#endif
     *at++ = '\n';
     *at = '\0';
     call(4, text);

@@ -3,11 +3,15 @@
 //! Nothing is added to the program: the host of the simulator knows where `NAME_init` and `NAME_step` begin, notes time and stack pointer there, and notes them again when
 //! the stack is back where it was before the call. What functions of the user take is left out, as in the bounds of `grafsynth_backend_c::cost`.
 
-use crate::firmware::{ANSWER, BENCH, Bench, Piece, STIMULUS};
+pub mod search;
+
+use crate::firmware::{ANSWER, BENCH, Bench, Piece, STIMULUS, stimulus_bytes};
 use crate::{
     ArmEngine, Availability, AvrEngine, Engine as _, EngineError, Job, arm, c, simavr, tools,
 };
 use grafsynth_backend_c::Options;
+use grafsynth_ir::net::Net;
+use grafsynth_sim::Stimulus;
 
 /// What was measured, in the unit of the machine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -89,11 +93,28 @@ pub trait Meter {
     /// Its name, as `grafsynth_backend_c::cost::machine` knows it.
     fn machine(&self) -> &'static str;
 
-    /// Each reaction of the stimulus of `job`, with the C that these options give.
+    /// The C that these options give, compiled, and ready to run the stimulus of `job` and others.
     ///
     /// # Errors
     /// As an engine: what the back end or the machine refuses, and what a tool says.
-    fn run(&self, job: &Job<'_>, options: &Options) -> Result<Measured, EngineError>;
+    fn prepare(&self, job: &Job<'_>, options: &Options) -> Result<Box<dyn Prepared>, EngineError>;
+
+    /// Each reaction of the stimulus of `job`, with the C that these options give.
+    ///
+    /// # Errors
+    /// As [`Meter::prepare`].
+    fn run(&self, job: &Job<'_>, options: &Options) -> Result<Measured, EngineError> {
+        self.prepare(job, options)?.run(job.net, job.stimulus).map(|(measured, _)| measured)
+    }
+}
+
+/// Compiled C on a machine.
+pub trait Prepared {
+    /// Each reaction of a stimulus, from reset on: all together, and where the machine tells them apart the time of each.
+    ///
+    /// # Errors
+    /// What the simulator says.
+    fn run(&self, net: &Net, stimulus: &Stimulus) -> Result<(Measured, Vec<u64>), EngineError>;
 }
 
 /// The machines whose tools are here.
@@ -120,7 +141,7 @@ impl Meter for AvrMeter {
         "avr"
     }
 
-    fn run(&self, job: &Job<'_>, options: &Options) -> Result<Measured, EngineError> {
+    fn prepare(&self, job: &Job<'_>, options: &Options) -> Result<Box<dyn Prepared>, EngineError> {
         let piece = Piece { job: *job, options: options.clone() };
         let bench = Bench::new(&[piece], crate::avr::PORT)?;
         let source = own_source(&bench)?;
@@ -148,14 +169,31 @@ impl Meter for AvrMeter {
             .get_or_init(|| simavr::host(HOST))
             .as_ref()
             .map_err(|why| EngineError::Failed(why.clone()))?;
+        let (host, text) = (host.path.clone(), text_bytes(&sections.stdout));
+        Ok(Box::new(OnAvr { bench, host, addresses, text }))
+    }
+}
+
+/// A chart in an ATmega1284P.
+struct OnAvr {
+    bench: Bench,
+    host: std::path::PathBuf,
+    addresses: Vec<String>,
+    text: u64,
+}
+
+impl Prepared for OnAvr {
+    fn run(&self, net: &Net, stimulus: &Stimulus) -> Result<(Measured, Vec<u64>), EngineError> {
+        self.bench.write(STIMULUS, &stimulus_bytes(net, stimulus))?;
         let mut arguments = vec!["atmega1284p", "chart.elf", STIMULUS, ANSWER];
-        arguments.extend(addresses.iter().map(String::as_str));
-        let run = tools::run(&host.path, &arguments, bench.path(), b"", c::LIMIT)
+        arguments.extend(self.addresses.iter().map(String::as_str));
+        let run = tools::run(&self.host, &arguments, self.bench.path(), b"", c::LIMIT)
             .map_err(EngineError::Failed)?;
         if !run.is_success {
             return Err(EngineError::Failed(format!("simavr ended with {}", run.ending)));
         }
-        let mut measured = Measured { text: text_bytes(&sections.stdout), ..Measured::default() };
+        let mut measured = Measured { text: self.text, ..Measured::default() };
+        let mut times = Vec::new();
         for line in String::from_utf8_lossy(&run.stdout).lines() {
             let numbers: Vec<u64> = line.split(' ').filter_map(|it| it.parse().ok()).collect();
             let [which, time, stack] = numbers[..] else { continue };
@@ -165,10 +203,11 @@ impl Meter for AvrMeter {
             } else {
                 measured.step = measured.step.max(time);
                 measured.reactions += 1;
+                times.push(time);
             }
             measured.stack = measured.stack.max(Some(stack));
         }
-        Ok(measured)
+        Ok((measured, times))
     }
 }
 
@@ -245,7 +284,7 @@ impl Meter for ArmMeter {
         "cortex-m3"
     }
 
-    fn run(&self, job: &Job<'_>, options: &Options) -> Result<Measured, EngineError> {
+    fn prepare(&self, job: &Job<'_>, options: &Options) -> Result<Box<dyn Prepared>, EngineError> {
         let package =
             grafsynth_backend_c::emit(job.net, job.facts, options).map_err(EngineError::Refused)?;
         let header = package.files.first().ok_or_else(|| EngineError::Refused(Vec::new()))?;
@@ -266,28 +305,41 @@ impl Meter for ArmMeter {
         arguments.push("chart.o");
         bench.compile(&["arm-none-eabi-gcc"], &arguments, "a Cortex-M3 with 4 MB")?;
         let sections = bench.start(&["arm-none-eabi-size"], &["-A", "chart.o"])?;
+        let text = text_bytes(&sections.stdout);
+        Ok(Box::new(OnArm { bench, calls_user, text }))
+    }
+}
+
+/// A chart in a Cortex-M3.
+struct OnArm {
+    bench: Bench,
+    calls_user: bool,
+    text: u64,
+}
+
+impl Prepared for OnArm {
+    fn run(&self, net: &Net, stimulus: &Stimulus) -> Result<(Measured, Vec<u64>), EngineError> {
+        self.bench.write(STIMULUS, &stimulus_bytes(net, stimulus))?;
         let machine = ["-M", "mps2-an385", "-display", "none", "-monitor", "none"];
         let mut arguments = machine.to_vec();
         arguments.extend(["-serial", "none", "-icount", "shift=0"]);
         arguments.extend(["-semihosting-config", "enable=on,target=native"]);
         arguments.extend(["-kernel", "chart.elf"]);
-        let run = bench.start(&["qemu-system-arm"], &arguments)?;
-        let answer = bench.answer()?;
+        let run = self.bench.start(&["qemu-system-arm"], &arguments)?;
+        let answer = self.bench.answer()?;
         let number = |at: usize| {
             let bytes = answer.get(at..at + 4)?;
             Some(bytes.iter().rev().fold(0_u64, |all, byte| all << 8 | u64::from(*byte)))
         };
         match (run.is_success, number(0), number(4), number(8)) {
-            (true, _, _, Some(stack)) if stack >= DEEP && !calls_user => {
+            (true, _, _, Some(stack)) if stack >= DEEP && !self.calls_user => {
                 Err(EngineError::Failed(format!("it needs {DEEP} bytes of stack or more")))
             }
-            (true, Some(init), Some(step), Some(stack)) => Ok(Measured {
-                init,
-                step,
-                stack: (!calls_user).then_some(stack),
-                reactions: job.stimulus.len() as u64,
-                text: text_bytes(&sections.stdout),
-            }),
+            (true, Some(init), Some(step), Some(stack)) => {
+                let stack = (!self.calls_user).then_some(stack);
+                let reactions = stimulus.len() as u64;
+                Ok((Measured { init, step, stack, reactions, text: self.text }, Vec::new()))
+            }
             _ => Err(EngineError::Failed(format!("qemu ended with {}", run.ending))),
         }
     }
