@@ -243,6 +243,8 @@ pub struct Package {
     pub instructions: Option<u64>,
     /// What the analysis of `NAME.c` needs to know beside it.
     marks: ctext::Marks,
+    /// What its inputs and members can hold.
+    contract: cost::Contract,
 }
 
 impl Package {
@@ -389,6 +391,7 @@ pub fn emit(
     let style = program.style;
     let image = program.engine.as_ref().map(|it| it.image.clone()).unwrap_or_default();
     let instructions = program.engine.as_ref().and_then(|it| it.instructions);
+    let contract = cost::Contract::of(net, facts, &names, &program.ranges);
     let (files, interface, marks) = header::lay_out(net, facts, &names, program, options);
     Ok(Package {
         files,
@@ -400,6 +403,7 @@ pub fn emit(
         tried: Vec::new(),
         instructions,
         marks,
+        contract,
     })
 }
 

@@ -16,12 +16,14 @@ pub(crate) struct Range {
     pub(crate) lo: i64,
     /// The largest.
     pub(crate) hi: i64,
+    /// It counts what waits within a reaction.
+    pub(crate) is_count: bool,
 }
 
 impl Range {
     /// That of a member that is no array.
     pub(crate) fn of(name: String, ty: &'static str, lo: i64, hi: i64) -> Self {
-        Range { name, ty, elements: None, lo, hi }
+        Range { name, ty, elements: None, lo, hi, is_count: false }
     }
 
     /// The largest value, if that of a union of such members tells whether one of them is above it.

@@ -19,7 +19,9 @@ impl Emit<'_> {
             .map(|(id, cell)| {
                 let (lo, hi) = cell.ty.bounds();
                 let whole = Range::of(self.cells[id].clone(), storage(cell.ty), lo, hi);
-                Range { elements: cell.len.map(|len| (0, len)), ..whole }
+                let is_count =
+                    matches!(cell.origin, Origin::InternalLength | Origin::ExternalLength);
+                Range { elements: cell.len.map(|len| (0, len)), is_count, ..whole }
             })
             .collect()
     }

@@ -14,6 +14,7 @@ mod cortex_m3;
 mod i8051;
 mod machine;
 mod memory;
+mod paths;
 mod rounds;
 mod syntax;
 mod tasks;
@@ -25,11 +26,12 @@ mod x86_64;
 pub(crate) use choice::emit_best;
 pub use choice::{Candidate, Goal};
 pub use machine::{Machine, Op, Widths};
+pub(crate) use paths::Contract;
+pub use paths::Way;
 pub use rounds::{Rounds, rounds};
 pub use tasks::{is_counted, tasks};
 pub use walk::Place;
 
-use crate::ctext::Marks;
 use crate::{Object, Package};
 use grafsynth_ir::net::StepId;
 use std::fmt;
@@ -69,6 +71,12 @@ impl fmt::Display for NotUnderstood {
 pub struct Bound {
     /// The most time of `NAME_step`, from the call to the return, in the machine's unit; without functions of the user.
     pub step: u64,
+    /// How that was found.
+    pub way: Way,
+    /// Where it was found by the text alone, why.
+    pub open: Option<String>,
+    /// Why `step` bounds nothing that a chart would be built for: it is what the limit of micro-steps alone would allow.
+    pub unbounded: Option<String>,
     /// The same of `NAME_init`.
     pub init: u64,
     /// The most calls of functions of the user in one reaction, and whether code of the user stands in it.
@@ -136,23 +144,24 @@ pub fn bound(package: &Package, machine: &Machine) -> Result<Bound, NotUnderstoo
     let headers = headers.iter().filter_map(|name| {
         package.files.iter().find(|file| file.name == *name).map(|file| file.text.as_str())
     });
-    of_texts(headers, &source.text, &package.marks, &source.map, prefix, machine)
+    of_texts(headers, &source.text, package, &source.map, prefix, machine)
 }
 
 /// The bound of a source with its headers, in the order in which they are read.
 fn of_texts<'a>(
     headers: impl Iterator<Item = &'a str>,
     source: &str,
-    marks: &Marks,
+    package: &Package,
     map: &[(u32, Vec<Object>)],
     prefix: &str,
     machine: &Machine,
 ) -> Result<Bound, NotUnderstood> {
+    let marks = &package.marks;
     let mut reader = tokens::Preprocessor::new(machine.defines);
     for text in headers {
         reader.read(text, false, &[])?;
     }
     reader.read(source, true, &marks.user)?;
     let unit = syntax::parse(&reader.finish(), machine)?;
-    walk::bound(&unit, machine, prefix, marks, map)
+    walk::bound(&unit, machine, prefix, marks, &package.contract, map)
 }

@@ -149,11 +149,22 @@ impl Parser<'_> {
         if self.is("(") {
             return self.function(ty, name, is_inline);
         }
+        let from = self.at;
         if self.eat("=") {
             self.initialiser()?;
         }
+        let numbers = match &ty {
+            Type::Array(element, n) if matches!(**element, Type::Number { .. }) => {
+                self.numbers(from, *n)
+            }
+            Type::Void
+            | Type::Number { .. }
+            | Type::Pointer(..)
+            | Type::Array(..)
+            | Type::Struct(_) => None,
+        };
         self.need(";")?;
-        self.unit.globals.insert(name, Global { ty, rom });
+        self.unit.globals.insert(name, Global { ty, rom, numbers });
         Ok(())
     }
 
@@ -344,6 +355,31 @@ impl Parser<'_> {
             }
             self.at += 1;
         }
+    }
+
+    /// The numbers of a list in braces that was just read, as many as the table has places; none where one of them is more than a number.
+    fn numbers(&self, from: usize, places: u64) -> Option<Rc<[i64]>> {
+        let mut all = Vec::new();
+        let mut is_open = false;
+        for token in self.words.get(from..self.at)? {
+            match &token.word {
+                Word::Sign("=" | "{" | "}") => {}
+                Word::Sign(",") => is_open = false,
+                Word::Number(..) | Word::Name(_) if is_open => return None,
+                Word::Number(value, _) => {
+                    all.push(i64::try_from(*value).ok()?);
+                    is_open = true;
+                }
+                Word::Name(name) => {
+                    all.push(i64::try_from(*self.unit.constants.get(name)?).ok()?);
+                    is_open = true;
+                }
+                Word::Sign(_) | Word::Text | Word::UserCode => return None,
+            }
+        }
+        // What is not listed is 0.
+        all.resize(all.len().max(usize::try_from(places).ok()?), 0);
+        Some(all.into())
     }
 
     fn function(
@@ -670,7 +706,7 @@ impl Parser<'_> {
             self.at += 1;
             return Ok(Expr::Unary(sign, Box::new(self.unary()?)));
         }
-        if self.eat("++") || self.eat("--") {
+        if self.eat("++") {
             return Ok(Expr::Count(Box::new(self.unary()?)));
         }
         if self.eat_word("sizeof") {
@@ -751,7 +787,7 @@ impl Parser<'_> {
                 let index = self.expr()?;
                 self.need("]")?;
                 expr = Expr::Index(Box::new(expr), Box::new(index));
-            } else if self.eat("++") || self.eat("--") {
+            } else if self.eat("++") {
                 expr = Expr::Count(Box::new(expr));
             } else {
                 return Ok(expr);

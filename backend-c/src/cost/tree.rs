@@ -47,7 +47,7 @@ pub(super) enum Expr {
     Call(Rc<str>, Vec<Expr>),
     /// `!`, `~`, `-`, `+`, `*`, `&`.
     Unary(&'static str, Box<Expr>),
-    /// `++` and `--`, before or behind.
+    /// `++`, before or behind.
     Count(Box<Expr>),
     Binary(&'static str, Box<Expr>, Box<Expr>),
     /// `=` and what computes on the way (`|=`: Some("|")).
@@ -111,6 +111,8 @@ pub(super) struct Function {
 pub(super) struct Global {
     pub(super) ty: Type,
     pub(super) rom: bool,
+    /// The values of a table of numbers, where all are constants.
+    pub(super) numbers: Option<Rc<[i64]>>,
 }
 
 /// All that the files of a chart say.
@@ -172,6 +174,11 @@ impl Unit {
 
     /// The member of that name of a structure.
     pub(super) fn member(&self, ty: &Type, name: &str) -> Option<&Member> {
+        self.members(ty)?.iter().find(|it| &*it.name == name)
+    }
+
+    /// The members of a structure, or of what a pointer points to.
+    pub(super) fn members(&self, ty: &Type) -> Option<&[Member]> {
         let index = match ty {
             Type::Struct(index) => *index,
             Type::Pointer(inner, _) => match &**inner {
@@ -182,6 +189,53 @@ impl Unit {
             },
             Type::Void | Type::Number { .. } | Type::Array(..) => return None,
         };
-        self.structs.get(index)?.iter().find(|it| &*it.name == name)
+        self.structs.get(index).map(Vec::as_slice)
+    }
+}
+
+/// Each name that an expression of these statements mentions.
+pub(super) fn each_name(list: &[Stmt], look: &mut dyn FnMut(&str)) {
+    for stmt in list {
+        match &stmt.kind {
+            Kind::Expr(expr) | Kind::Return(Some(expr)) => names_in(expr, look),
+            Kind::Local { init, .. } => init.iter().for_each(|it| names_in(it, look)),
+            Kind::If(arms, otherwise) => {
+                for (condition, body) in arms {
+                    names_in(condition, look);
+                    each_name(body, look);
+                }
+                each_name(otherwise, look);
+            }
+            Kind::Switch(subject, sections) => {
+                names_in(subject, look);
+                sections.iter().for_each(|(_, body)| each_name(body, look));
+            }
+            Kind::Loop { init, condition, step, body } => {
+                init.iter().for_each(|it| each_name(std::slice::from_ref(it), look));
+                condition.iter().chain(step).for_each(|it| names_in(it, look));
+                each_name(body, look);
+            }
+            Kind::Block(body) => each_name(body, look),
+            Kind::Return(None) | Kind::Break | Kind::Continue | Kind::UserCode => {}
+        }
+    }
+}
+
+/// Each name that an expression mentions.
+pub(super) fn names_in(expr: &Expr, look: &mut dyn FnMut(&str)) {
+    match expr {
+        Expr::Name(name) => look(name),
+        Expr::Member(inner, _)
+        | Expr::Unary(_, inner)
+        | Expr::Count(inner)
+        | Expr::Cast(_, inner)
+        | Expr::Size(inner) => names_in(inner, look),
+        Expr::Index(a, b) | Expr::Binary(_, a, b) | Expr::Assign(_, a, b) => {
+            names_in(a, look);
+            names_in(b, look);
+        }
+        Expr::Choice(a, b, c) => [a, b, c].into_iter().for_each(|it| names_in(it, look)),
+        Expr::Call(_, all) => all.iter().for_each(|it| names_in(it, look)),
+        Expr::Number(..) | Expr::List(_) | Expr::Nothing => {}
     }
 }

@@ -2,7 +2,7 @@
 
 use super::{Subject, table::Table};
 pub use crate::built::Measured;
-use grafsynth_backend_c::cost::{self, Bound, Machine};
+use grafsynth_backend_c::cost::{self, Bound, Machine, Way};
 use grafsynth_backend_c::{Object, Package, Style};
 use grafsynth_ir::facts::Proof;
 use grafsynth_ir::net::PropertyRole;
@@ -50,10 +50,14 @@ pub(super) fn write(subject: &Subject<'_>) -> Option<String> {
             (n, _) => format!(" + {n} of your functions"),
         };
         let seen = measured.map_or_else(String::new, |it| it.step.to_string());
+        let (most, in_time) = match bound.unbounded {
+            Some(_) => ("no bound".to_owned(), String::new()),
+            None => (format!("{} {}{yours}", bound.step, machine.unit), time(bound.step, machine)),
+        };
         table.row([
             machine.about.to_owned(),
-            format!("{} {}{yours}", bound.step, machine.unit),
-            time(bound.step, machine),
+            most,
+            in_time,
             seen,
             bound.init.to_string(),
             format!("{} B", bound.stack),
@@ -62,7 +66,7 @@ pub(super) fn write(subject: &Subject<'_>) -> Option<String> {
             if bound.ring == 0 { String::new() } else { format!("{} B", bound.ring) },
             format!("{} B", bound.text),
         ]);
-        if let Some(scan) = bound.scan {
+        if let Some(scan) = bound.scan.filter(|_| bound.unbounded.is_none()) {
             let isr = bound.scan_isr.map_or_else(String::new, |it| it.time.to_string());
             let yours = if scan.user_calls > 0 {
                 format!(" + {} of your functions", scan.user_calls)
@@ -82,13 +86,16 @@ pub(super) fn write(subject: &Subject<'_>) -> Option<String> {
     text += &table.text();
     if !scans.is_empty() {
         let many = if bounds.iter().any(|(_, bound)| bound.ring > 0) {
-            "as many reactions as the event ring has places"
+            "as many reactions as the event ring has places, each on one event at most"
         } else {
             "one reaction"
         };
         text += &format!("\nA whole scan beside interrupts, with {many}:\n\n{}", scans.text());
     }
-    text += &rounds(subject);
+    text += &ways(&bounds);
+    if bounds.iter().any(|(_, bound)| bound.way == Way::Text) {
+        text += &rounds(subject);
+    }
     for it in &subject.built.measured {
         if let Some(machine) = cost::machine(it.machine) {
             let stack = it.stack.map_or_else(String::new, |n| format!(", {n} B of stack"));
@@ -99,10 +106,32 @@ pub(super) fn write(subject: &Subject<'_>) -> Option<String> {
         }
     }
     text += &tasks(subject, &bounds);
-    if let Some((machine, bound)) = bounds.first() {
+    if let Some((machine, bound)) = bounds.first().filter(|(_, it)| it.unbounded.is_none()) {
         text += &path(subject, package, machine, bound);
     }
     Some(text)
+}
+
+/// How the bounds were found, and why one is missing.
+fn ways(bounds: &[(&Machine, Bound)]) -> String {
+    let mut text = String::new();
+    for (machine, bound) in bounds {
+        let how = match bound.way {
+            Way::Each(1) => "every reaction from the only instance that is reached".to_owned(),
+            Way::Each(n) => format!("every reaction from each of the {n} instances that are reached"),
+            Way::Joined => "all instances at once: what each member can hold, each event with the dearest that can be done about it".to_owned(),
+            Way::Text => {
+                let why = bound.open.as_ref().map_or_else(String::new, |why| format!(", because {why}"));
+                format!("the text alone, the dearest arm of each `if` and `switch`{why}")
+            }
+        };
+        text += &format!("\nCounted on {}: {how}.", machine.about);
+        if let Some(why) = &bound.unbounded {
+            text += &format!(" No bound: {why}.");
+        }
+        text += "\n";
+    }
+    text
 }
 
 /// Which style was taken, and where that was a choice, what the others would have cost.

@@ -4,7 +4,7 @@ use super::super::NotUnderstood;
 use super::super::memory::size;
 use super::super::tree::{Expr, Kind, Stmt, Type};
 use super::frame::replaced;
-use super::{Local, Walker, width};
+use super::{Cost, Local, Walker, width};
 use std::rc::Rc;
 
 /// What an expression gives.
@@ -453,7 +453,7 @@ impl Walker<'_> {
             };
             self.pay(machine.call);
             self.pay_times(machine.argument[1], 3);
-            self.cost.time = self.cost.time.saturating_add(u64::from(machine.copy.time) * bytes);
+            self.spend(u64::from(machine.copy.time) * bytes);
             return Ok(Value::of(Type::number(16, true), false));
         }
         if name.starts_with("__sync") {
@@ -474,7 +474,7 @@ impl Walker<'_> {
             Some(index) => {
                 self.pay(machine.call);
                 let callee = self.summaries.get(index).cloned().unwrap_or_default();
-                self.cost = self.cost.plus(callee.cost);
+                self.cost = self.cost.plus(Cost { own: 0, own_user: 0, ..callee.cost });
                 self.calls.push(index);
             }
             None if self.unit.functions.iter().any(|it| it.name == *name) => {
@@ -483,13 +483,14 @@ impl Walker<'_> {
             None => {
                 self.pay(machine.user);
                 self.cost.user = self.cost.user.saturating_add(1);
+                self.cost.own_user = self.cost.own_user.saturating_add(1);
             }
         }
         Ok(Value::of(returns, false))
     }
 
     /// The expression of a small function of the header in the place of its call: every compiler puts it there.
-    fn inlined(&self, name: &str, arguments: &[Expr]) -> Option<Expr> {
+    pub(super) fn inlined(&self, name: &str, arguments: &[Expr]) -> Option<Expr> {
         let function = self.small.get(name)?;
         match function.body.as_slice() {
             [Stmt { kind: Kind::Return(Some(value)), .. }] => {

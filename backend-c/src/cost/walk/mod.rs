@@ -4,10 +4,13 @@
 //! `switch` take the dearest of each kind; so a branch that returns early is not added to what stands behind it. The path is found afterwards, by asking
 //! in reverse which part gave the figure.
 
+mod compile;
 mod expr;
 mod frame;
+mod stmt;
 mod trace;
 
+pub(super) use compile::{NOWHERE, cells, numbers};
 pub use trace::Place;
 
 use self::frame::{Frame, is_one_return};
@@ -16,33 +19,49 @@ use super::NotUnderstood;
 use super::TaskBound;
 use super::machine::{Machine, Op, Widths};
 use super::memory::size;
-use super::tree::{Expr, Function, Kind, Stmt, Type, Unit};
+use super::paths::code::{self, Price};
+use super::paths::run::Stopped;
+use super::paths::{self, Contract, Way};
+use super::tree::{Function, Type, Unit};
 use crate::Object;
 use crate::ctext::Marks;
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
-/// Time, and calls of functions of the user.
+/// Time, and calls of functions of the user; and both without what functions of the text take that are called.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 struct Cost {
     time: u64,
     user: u64,
+    own: u64,
+    own_user: u64,
 }
 
 impl Cost {
-    fn plus(self, other: Cost) -> Cost {
+    /// Something that calls nothing.
+    fn of(time: u64) -> Cost {
+        Cost { time, user: 0, own: time, own_user: 0 }
+    }
+
+    fn each(self, other: Cost, both: impl Fn(u64, u64) -> u64) -> Cost {
         Cost {
-            time: self.time.saturating_add(other.time),
-            user: self.user.saturating_add(other.user),
+            time: both(self.time, other.time),
+            user: both(self.user, other.user),
+            own: both(self.own, other.own),
+            own_user: both(self.own_user, other.own_user),
         }
     }
 
+    fn plus(self, other: Cost) -> Cost {
+        self.each(other, u64::saturating_add)
+    }
+
     fn times(self, n: u64) -> Cost {
-        Cost { time: self.time.saturating_mul(n), user: self.user.saturating_mul(n) }
+        self.each(self, |one, _| one.saturating_mul(n))
     }
 
     fn or(self, other: Cost) -> Cost {
-        Cost { time: self.time.max(other.time), user: self.user.max(other.user) }
+        self.each(other, u64::max)
     }
 }
 
@@ -99,6 +118,8 @@ struct Summary {
     /// Bytes of it that are locals in memory, of all that is part of it.
     memory: u64,
     entry: u64,
+    /// The same, or that of a function which becomes part of it, where that is dearer.
+    whole_entry: u64,
     user_code: bool,
 }
 
@@ -108,6 +129,8 @@ struct Local {
     rom: bool,
     /// The value that it begins with, if that is a constant.
     start: Option<i128>,
+    /// Its first cell in runs.
+    cell: usize,
 }
 
 struct Walker<'a> {
@@ -134,6 +157,14 @@ struct Walker<'a> {
     user_code: bool,
     /// Bytes of stack of the library's functions.
     helper: u64,
+    // --- for runs (see [`compile`]):
+    /// What a function costs that was found in another way.
+    known: Option<(String, Cost)>,
+    routines: Vec<code::Routine>,
+    ops: Vec<Option<code::Op>>,
+    n_cells: usize,
+    /// Why the present statement can't be run.
+    lost: Option<String>,
     // --- of the present statement:
     line: u32,
     cost: Cost,
@@ -146,6 +177,7 @@ fn walked<'a>(
     machine: &'a Machine,
     marks: &'a Marks,
     roots: &[String],
+    known: Option<(String, Cost)>,
 ) -> Result<Walker<'a>, NotUnderstood> {
     let mut walker = Walker {
         unit,
@@ -169,6 +201,11 @@ fn walked<'a>(
         far: false,
         user_code: false,
         helper: 0,
+        known,
+        routines: Vec::new(),
+        ops: vec![None; unit.n_stmts],
+        n_cells: 0,
+        lost: None,
         line: 0,
         cost: Cost::default(),
         calls: Vec::new(),
@@ -190,20 +227,22 @@ fn walked<'a>(
     Ok(walker)
 }
 
+/// A reaction that goes to its limit and takes this many times what one takes that does not says nothing.
+const FAR: u64 = 3;
+
 /// The bound of a whole chart.
 pub(super) fn bound(
     unit: &Unit,
     machine: &Machine,
     prefix: &str,
     marks: &Marks,
+    contract: &Contract,
     map: &[(u32, Vec<Object>)],
 ) -> Result<super::Bound, NotUnderstood> {
     let named = |ends: &[&str]| -> Vec<String> {
         ends.iter().map(|end| format!("{prefix}_{end}")).collect()
     };
-    let walker = walked(unit, machine, marks, &named(&["init", "step"]))?;
-    // The scan lies in the header, and is text only where it is called: it is looked at by itself.
-    let scanning = walked(unit, machine, marks, &named(&["scan_isr", "scan"]))?;
+    let walker = walked(unit, machine, marks, &named(&["init", "step"]), None)?;
     let tables = unit.globals.values().map(|it| size(unit, machine, &it.ty)).sum::<u64>();
     let find = |end: &str| {
         let name = format!("{prefix}_{end}");
@@ -218,7 +257,52 @@ pub(super) fn bound(
         let name = format!("{prefix}_{end}");
         unit.types.get(&*name).map_or(0, |ty| size(unit, machine, ty))
     };
-    let call = Cost { time: u64::from(machine.call.time), user: 0 };
+    let total = |index: usize| walker.summaries.get(index).cloned().unwrap_or_default();
+    let of_text = total(step).cost;
+    let call = Cost::of(u64::from(machine.call.time));
+    let mut tracer = Tracer { walker: &walker, map, path: Vec::new() };
+    let chart = paths::Chart {
+        unit,
+        routines: &walker.routines,
+        int_bits: machine.int_bits,
+        step,
+        init,
+        prefix,
+        contract,
+    };
+    // An estimate, to choose a style, is made from the text.
+    let found = if machine.is_bounded {
+        paths::worst(&chart)
+    } else {
+        Err(Stopped::Lost("more than the instructions of this machine".to_owned()))
+    };
+    let (cost, of_one_event, way, open) = match &found {
+        Ok(found) if found.price.time <= of_text.time => {
+            let cost = |price: Price| Cost { user: price.user, ..Cost::of(price.time) };
+            tracer.gone(&found.path);
+            (cost(found.price), cost(found.of_one_event), found.way, None)
+        }
+        Ok(_) | Err(_) => {
+            tracer.function(step, 1, &[]);
+            (of_text, of_text, Way::Text, found.as_ref().err().map(ToString::to_string))
+        }
+    };
+    let path = tracer.path;
+    let unbounded = contract.limit.and_then(|limit| {
+        let settled = found.as_ref().ok().map(|it| it.settled);
+        match settled {
+            Some(Some(settled)) if settled.time.saturating_mul(FAR) >= cost.time => None,
+            Some(None) => None,
+            Some(Some(_)) | None => Some(format!(
+                "no number of micro-steps is proved, and up to the limit of {limit} a reaction would take {} {}",
+                cost.plus(call).time,
+                machine.unit
+            )),
+        }
+    });
+    // The scan lies in the header, and is text only where it is called: it is looked at by itself. The ring hands over one event for each reaction.
+    let known = Some((format!("{prefix}_step"), of_one_event));
+    let scanning = walked(unit, machine, marks, &named(&["scan_isr", "scan"]), known)?;
     let scan = |end: &str| {
         let name = format!("{prefix}_{end}");
         let summary = scanning.summaries.get(*scanning.by_name.get(&*name)?)?;
@@ -228,14 +312,13 @@ pub(super) fn bound(
             stack: summary.stack,
         })
     };
-    let mut path = Vec::new();
-    let mut tracer = Tracer { walker: &walker, map, path: &mut path };
-    tracer.function(step, 1, &[]);
-    let total = |index: usize| walker.summaries.get(index).cloned().unwrap_or_default();
     Ok(super::Bound {
-        step: total(step).cost.plus(call).time,
+        step: cost.plus(call).time,
+        way,
+        open,
+        unbounded,
         init: total(init).cost.plus(call).time,
-        user_calls: total(step).cost.user,
+        user_calls: cost.user,
         user_code: total(step).user_code,
         stack: total(step).stack.max(total(init).stack),
         instance: of_type("t"),
@@ -302,12 +385,16 @@ impl Walker<'_> {
         Err(NotUnderstood::new(self.line, what))
     }
 
+    fn spend(&mut self, time: u64) {
+        self.cost = self.cost.plus(Cost::of(time));
+    }
+
     fn pay(&mut self, op: Op) {
         self.pay_times(op, 1);
     }
 
     fn pay_times(&mut self, op: Op, n: u64) {
-        self.cost.time = self.cost.time.saturating_add(u64::from(op.time) * n);
+        self.spend(u64::from(op.time) * n);
         self.text += u64::from(op.text) * n;
     }
 
@@ -319,11 +406,13 @@ impl Walker<'_> {
 
     fn function(&mut self, function: &Function) -> Result<(), NotUnderstood> {
         let machine = self.machine;
-        self.locals = function
-            .parameters
-            .iter()
-            .map(|(name, ty)| (name.clone(), Local { ty: ty.clone(), rom: false, start: None }))
-            .collect();
+        self.n_cells = 0;
+        self.locals = Vec::new();
+        for (name, ty) in &function.parameters {
+            let cell = self.place_for(ty);
+            let local = Local { ty: ty.clone(), rom: false, start: None, cell };
+            self.locals.push((name.clone(), local));
+        }
         self.user_code = false;
         let mut frame = Frame::default();
         for (_, ty) in &function.parameters {
@@ -350,7 +439,7 @@ impl Walker<'_> {
             self.pay(machine.stack_frame);
         }
         let entry = self.cost;
-        let flow = self.list(&function.body)?;
+        let (flow, body) = self.list(&function.body)?;
         let mut both = Flow::NONE;
         both.join(flow, entry);
         let cost = match (both.on[NEXT], both.on[RETURN]) {
@@ -363,6 +452,7 @@ impl Walker<'_> {
             u64::from(machine.return_address) + saved
         };
         // A function with one place of call becomes part of its caller, whose frame then holds what it keeps in memory beside everything else there.
+        let mut whole_entry = entry.time;
         let (mut memory, mut below, mut user_code) = (on_stack, self.helper, self.user_code);
         for index in frame.called.keys().filter_map(|name| self.by_name.get(name)) {
             let Some(callee) = self.summaries.get(*index) else { continue };
@@ -370,7 +460,15 @@ impl Walker<'_> {
             memory += if is_part { callee.memory } else { 0 };
             below = below.max(callee.stack - if is_part { callee.memory } else { 0 });
             user_code |= callee.user_code;
+            // The caller then saves what both need.
+            whole_entry = whole_entry.max(if is_part { callee.whole_entry } else { 0 });
         }
+        let called = frame.called.keys().filter_map(|name| self.by_name.get(name));
+        let deepest = called.filter_map(|index| self.routines.get(*index)).map(|it| it.depth).max();
+        let routine = self.routine(function, body, whole_entry, deepest.unwrap_or(0));
+        self.routines.push(routine);
+        let known = self.known.as_ref().filter(|(name, _)| **name == *function.name);
+        let cost = known.map_or(cost, |(_, known)| *known);
         self.by_name.insert(function.name.clone(), self.summaries.len());
         self.call_sites.push(self.sites.get(&*function.name).copied().unwrap_or(0));
         self.summaries.push(Summary {
@@ -378,265 +476,9 @@ impl Walker<'_> {
             stack: own + memory + below,
             memory,
             entry: entry.time,
+            whole_entry,
             user_code,
         });
         Ok(())
-    }
-
-    // --- statements ------------------------------------------------------------------------------------------------------------------------
-
-    fn list(&mut self, list: &[Stmt]) -> Result<Flow, NotUnderstood> {
-        let depth = self.locals.len();
-        let mut flow = Flow::only(NEXT, Cost::default());
-        for stmt in list {
-            let one = self.stmt(stmt)?;
-            // What can't be reached is looked at, for its text, and costs nothing.
-            if let Some(before) = flow.on[NEXT].take() {
-                flow.join(one, before);
-            }
-        }
-        self.locals.truncate(depth);
-        Ok(flow)
-    }
-
-    /// The cost of expressions on their own.
-    fn measured(
-        &mut self,
-        work: impl FnOnce(&mut Self) -> Result<(), NotUnderstood>,
-    ) -> Result<(Cost, Vec<usize>), NotUnderstood> {
-        let before = (self.cost, std::mem::take(&mut self.calls));
-        self.cost = Cost::default();
-        let done = work(self);
-        let (cost, calls) = (self.cost, std::mem::take(&mut self.calls));
-        (self.cost, self.calls) = before;
-        done?;
-        Ok((cost, calls))
-    }
-
-    fn stmt(&mut self, stmt: &Stmt) -> Result<Flow, NotUnderstood> {
-        self.line = stmt.line;
-        let machine = self.machine;
-        let mut info = Info {
-            own: Cost::default(),
-            calls: Vec::new(),
-            flow: Flow::NONE,
-            arms: Vec::new(),
-            rounds: 0,
-        };
-        match &stmt.kind {
-            Kind::Expr(expr) => {
-                (info.own, info.calls) = self.measured(|it| it.effect(expr))?;
-                info.flow = Flow::only(NEXT, info.own);
-            }
-            Kind::Local { name, ty, rom, init } => {
-                (info.own, info.calls) = self.measured(|it| {
-                    let Some(init) = init else { return Ok(()) };
-                    if let Expr::List(n) = init {
-                        it.pay_times(machine.store[0], *n);
-                        return Ok(());
-                    }
-                    it.value_into(init, ty)?;
-                    match ty {
-                        Type::Struct(_) => {
-                            let bytes = size(it.unit, machine, ty);
-                            it.pay_times(machine.copy, bytes);
-                        }
-                        Type::Number { bits, .. } => it.local(*bits),
-                        Type::Pointer(..) => it.pay_width(&machine.constant, 16),
-                        Type::Void | Type::Array(..) => {}
-                    }
-                    Ok(())
-                })?;
-                info.flow = Flow::only(NEXT, info.own);
-                let start = init.as_ref().and_then(|init| self.unit.value(init));
-                self.locals.push((name.clone(), Local { ty: ty.clone(), rom: *rom, start }));
-            }
-            Kind::If(arms, otherwise) => {
-                let mut before = Cost::default();
-                let last = arms.len();
-                for (at, (condition, body)) in arms.iter().enumerate() {
-                    self.line = stmt.line;
-                    let (cost, calls) = self.measured(|it| it.condition(condition))?;
-                    before = before.plus(cost);
-                    // The last of all arms falls through to what follows.
-                    let more = at + 1 < last || !otherwise.is_empty();
-                    let jump = if more { machine.jump } else { Op::default() };
-                    self.text += u64::from(jump.text);
-                    let flow = self.list(body)?;
-                    let mut flow = flow;
-                    if let Some(next) = &mut flow.on[NEXT] {
-                        next.time = next.time.saturating_add(u64::from(jump.time));
-                    }
-                    info.flow.join(flow, before);
-                    info.arms.push((cost, calls));
-                }
-                let flow = self.list(otherwise)?;
-                info.flow.join(flow, before);
-            }
-            Kind::Switch(subject, sections) => {
-                let labels = sections.iter().flat_map(|(labels, _)| labels);
-                let n = labels.flatten().count() as u64;
-                (info.own, info.calls) = self.measured(|it| {
-                    it.value(subject)?;
-                    let values: Vec<i128> = sections
-                        .iter()
-                        .flat_map(|(labels, _)| labels.iter().flatten())
-                        .filter_map(|label| it.unit.value(label))
-                        .collect();
-                    let range = values.iter().max().zip(values.iter().min());
-                    let is_dense =
-                        range.is_some_and(|(most, least)| most - least < 3 * i128::from(n));
-                    let groups = sections.len() as u64;
-                    let from = u64::from(machine.table_from);
-                    // Each level of a tree asks for equal and for less.
-                    let tree = u64::from(u64::BITS - n.leading_zeros());
-                    let by_tree = n.min(tree * 2) * u64::from(machine.switch_compare.time);
-                    let by_table = u64::from(machine.switch_table.time);
-                    it.cost.time += if is_dense && groups > from {
-                        by_table
-                    } else if n < from {
-                        by_tree
-                    } else {
-                        // Labels with one body may or may not count as one.
-                        by_tree.max(by_table)
-                    };
-                    it.text += (n * u64::from(machine.switch_compare.text))
-                        .min(u64::from(machine.switch_table.text) + 2 * n);
-                    Ok(())
-                })?;
-                let has_default = sections.iter().any(|(labels, _)| labels.contains(&None));
-                // From the last section on: a section without `break` goes on in the next.
-                let mut suffix = Flow::only(NEXT, Cost::default());
-                let mut all = Flow::NONE;
-                let mut flows = Vec::new();
-                for (_, body) in sections {
-                    flows.push(self.list(body)?);
-                }
-                for flow in flows.into_iter().rev() {
-                    let mut one = flow;
-                    if let Some(next) = one.on[NEXT].take() {
-                        one.join(suffix, next);
-                    }
-                    suffix = one;
-                    all.join(one, Cost::default());
-                }
-                if !has_default {
-                    all.join(Flow::only(NEXT, Cost::default()), Cost::default());
-                }
-                if let Some(out) = all.on[BREAK].take() {
-                    let jump = Cost { time: u64::from(machine.jump.time), user: 0 };
-                    all.join(Flow::only(NEXT, out), jump);
-                }
-                self.text += u64::from(machine.jump.text) * sections.len() as u64;
-                info.flow.join(all, info.own);
-            }
-            Kind::Loop { init, condition, step, body } => {
-                let depth = self.locals.len();
-                let mut first = Cost::default();
-                if let Some(init) = init {
-                    let flow = self.stmt(init)?;
-                    first = flow.on[NEXT].unwrap_or_default();
-                }
-                self.line = stmt.line;
-                let Some(rounds) = self.rounds(stmt, condition.as_ref(), body) else {
-                    return self.unknown("a loop without a bound");
-                };
-                let asked = match condition {
-                    Some(condition) => self.measured(|it| it.condition(condition))?,
-                    None => (Cost::default(), Vec::new()),
-                };
-                let stepped = match step {
-                    Some(step) => self.measured(|it| it.effect(step))?,
-                    None => (Cost::default(), Vec::new()),
-                };
-                let jump = Cost { time: u64::from(machine.jump.time), user: 0 };
-                self.text += u64::from(machine.jump.text);
-                let flow = self.list(body)?;
-                // A round that goes on.
-                let round = match (flow.on[NEXT], flow.on[CONTINUE]) {
-                    (Some(a), Some(b)) => Some(a.or(b)),
-                    (a, b) => a.or(b),
-                };
-                let round = round.map(|it| it.plus(asked.0).plus(stepped.0).plus(jump));
-                let whole = round.unwrap_or_default().times(rounds);
-                let but_one = round.unwrap_or_default().times(rounds.saturating_sub(1));
-                let mut all = Flow::only(NEXT, first.plus(whole).plus(asked.0));
-                if rounds > 0 {
-                    for (way, out) in [(NEXT, BREAK), (RETURN, RETURN)] {
-                        if let Some(last) = flow.on[out] {
-                            let cost = first.plus(but_one).plus(asked.0).plus(last).plus(jump);
-                            all.join(Flow::only(way, cost), Cost::default());
-                        }
-                    }
-                }
-                info.own = first;
-                info.rounds = rounds;
-                info.arms = vec![(asked.0, asked.1), (stepped.0.plus(jump), stepped.1)];
-                info.flow = all;
-                self.locals.truncate(depth);
-            }
-            Kind::Return(value) => {
-                (info.own, info.calls) = self.measured(|it| match value {
-                    Some(value) => it.value(value).map(|_| ()),
-                    None => Ok(()),
-                })?;
-                let jump = Cost { time: u64::from(machine.jump.time), user: 0 };
-                info.own = info.own.plus(jump);
-                self.text += u64::from(machine.jump.text);
-                info.flow = Flow::only(RETURN, info.own);
-            }
-            Kind::Break => info.flow = Flow::only(BREAK, Cost::default()),
-            Kind::Continue => info.flow = Flow::only(CONTINUE, Cost::default()),
-            Kind::Block(body) => info.flow = self.list(body)?,
-            Kind::UserCode => {
-                self.user_code = true;
-                info.flow = Flow::only(NEXT, Cost::default());
-            }
-        }
-        let flow = info.flow;
-        if let (Kind::If(..), Ok(at)) =
-            (&stmt.kind, self.marks.tasks.binary_search_by_key(&stmt.line, |(line, ..)| *line))
-            && let Some((_, step, task)) = self.marks.tasks.get(at)
-        {
-            let time = flow.on[NEXT].unwrap_or_default().time;
-            self.tasks.push(TaskBound { step: *step, task: *task, time });
-        }
-        if let Some(place) = self.infos.get_mut(stmt.id) {
-            *place = Some(info);
-        }
-        Ok(flow)
-    }
-
-    /// The most rounds of a loop: from the emitter, or from a conjunct `counter < constant` of a counter that begins with a constant and is counted in every round.
-    fn rounds(&self, stmt: &Stmt, condition: Option<&Expr>, body: &[Stmt]) -> Option<u64> {
-        let marked = self
-            .marks
-            .loops
-            .binary_search_by_key(&stmt.line, |(line, _)| *line)
-            .ok()
-            .and_then(|at| self.marks.loops.get(at))
-            .map(|(_, n)| *n);
-        let counted = condition.and_then(|condition| self.counted(stmt, condition, body));
-        match (marked, counted) {
-            (Some(a), Some(b)) => Some(a.min(b)),
-            (a, b) => a.or(b),
-        }
-    }
-
-    fn counted(&self, stmt: &Stmt, condition: &Expr, body: &[Stmt]) -> Option<u64> {
-        let Expr::Binary(sign, a, b) = condition else { return None };
-        if *sign == "&&" {
-            return self.counted(stmt, a, body).or_else(|| self.counted(stmt, b, body));
-        }
-        let Expr::Name(name) = &**a else { return None };
-        if *sign != "<" {
-            return None;
-        }
-        let limit = self.unit.value(b)?;
-        let start = self.locals.iter().rev().find(|(it, _)| it == name)?.1.start?;
-        let is_count = |expr: &Expr| matches!(expr, Expr::Count(it) if matches!(&**it, Expr::Name(it) if it == name));
-        let in_step = matches!(&stmt.kind, Kind::Loop { step: Some(step), .. } if is_count(step));
-        let in_body = body.iter().any(|it| matches!(&it.kind, Kind::Expr(expr) if is_count(expr)));
-        (in_step || in_body).then(|| u64::try_from(limit.saturating_sub(start)).unwrap_or(0))
     }
 }

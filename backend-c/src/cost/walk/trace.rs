@@ -18,13 +18,27 @@ pub struct Place {
 }
 
 /// Goes the dearest path once more.
-pub(super) struct Tracer<'a, 'b> {
+pub(super) struct Tracer<'a> {
     pub(super) walker: &'a Walker<'a>,
     pub(super) map: &'a [(u32, Vec<Object>)],
-    pub(super) path: &'b mut Vec<Place>,
+    pub(super) path: Vec<Place>,
 }
 
-impl Tracer<'_, '_> {
+impl Tracer<'_> {
+    /// The path that a run has gone: lines with what each took. A line that comes from nothing by itself belongs to the nearest one above it that does.
+    pub(super) fn gone(&mut self, path: &[(u32, u64)]) {
+        for (line, time) in path {
+            let objects = match self.map.binary_search_by_key(line, |(line, _)| *line) {
+                Ok(at) => self.map.get(at),
+                Err(at) => at.checked_sub(1).and_then(|at| self.map.get(at)),
+            };
+            // Lines far from it are the frame of the function.
+            let objects = objects.filter(|(from, _)| line - from <= 2);
+            let objects = objects.map(|(_, objects)| objects.clone()).unwrap_or_default();
+            self.add(*line, &objects, 1, *time);
+        }
+    }
+
     fn objects(&self, line: u32, around: &[Object]) -> Vec<Object> {
         match self.map.binary_search_by_key(&line, |(line, _)| *line) {
             Ok(at) => self.map.get(at).map(|(_, objects)| objects.clone()).unwrap_or_default(),

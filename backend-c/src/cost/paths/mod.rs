@@ -1,0 +1,440 @@
+//! The dearest reaction among those that can happen: every way through `NAME_step` from every instance that a run of the chart can leave, with the prices of the text.
+//!
+//! # How it is found
+//! - [`Way::Each`]: from the instance after `NAME_init` on, each reaction on any inputs, until no new instance comes: all ways that values allow, one by one. Numbers that do not
+//!   part ways are intervals, and inputs are not known until a condition asks for them.
+//! - [`Way::Joined`]: where that is too much, all instances as one, of which is known what each member can hold. In a reaction states are told apart by the flags and counters of the loop
+//!   over micro-steps (which event is taken, how many wait), and else are joined; so each event of the row counts once, with the dearest that the regions can do about it.
+//!
+//! In both, every way that a processor can go is counted. What can't be followed (code of the user, structures that are copied) leaves the bound of the text.
+
+pub(in crate::cost) mod code;
+mod contract;
+pub(in crate::cost) mod run;
+pub(in crate::cost) mod values;
+
+use super::tree::{Type, Unit};
+use super::walk::{NOWHERE, cells, numbers};
+use code::{Price, Routine};
+pub(crate) use contract::Contract;
+use run::{Run, State, Stopped};
+use std::collections::{BTreeMap, BTreeSet};
+use values::{Kind, Values};
+
+/// How the ways were gone.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Way {
+    /// Each from every instance that can be reached; how many these are.
+    Each(usize),
+    /// From all instances at once.
+    Joined,
+    /// By the text alone: in each `if` and `switch` the dearest arm, each loop as often as it can go.
+    Text,
+}
+
+/// The dearest reaction.
+#[derive(Debug, Clone)]
+pub(in crate::cost) struct Found {
+    pub(in crate::cost) price: Price,
+    /// The same for rows with one event at most.
+    pub(in crate::cost) of_one_event: Price,
+    /// The most of a reaction that ends without a fault; none where each way was gone by itself, for then a fault is real.
+    pub(in crate::cost) settled: Option<Price>,
+    /// Lines with what they take, in the order of the way.
+    pub(in crate::cost) path: Vec<(u32, u64)>,
+    pub(in crate::cost) way: Way,
+}
+
+/// What runs need of a chart.
+pub(in crate::cost) struct Chart<'a> {
+    pub(in crate::cost) unit: &'a Unit,
+    pub(in crate::cost) routines: &'a [Routine],
+    pub(in crate::cost) int_bits: u8,
+    pub(in crate::cost) step: usize,
+    pub(in crate::cost) init: usize,
+    pub(in crate::cost) prefix: &'a str,
+    pub(in crate::cost) contract: &'a Contract,
+}
+
+/// Statements that a search from instance to instance may go through, and one from all at once.
+const WORK: u64 = 20_000;
+const JOINED_WORK: u64 = 100_000;
+/// Instances that are looked at one by one.
+const INSTANCES: usize = 4000;
+/// States at once.
+const STATES: usize = 600;
+
+/// A cell of a structure.
+struct Cell {
+    /// The member that it belongs to.
+    member: usize,
+    kind: Option<Kind>,
+}
+
+fn layout(unit: &Unit, ty: &Type, member: usize, all: &mut Vec<Cell>) {
+    match ty {
+        Type::Void => {}
+        Type::Number { .. } | Type::Pointer(..) => {
+            all.push(Cell { member, kind: numbers(ty) });
+        }
+        Type::Array(element, _) => {
+            let n = cells(unit, ty) / cells(unit, element).max(1);
+            (0..n).for_each(|_| layout(unit, element, member, all));
+        }
+        Type::Struct(index) => {
+            for part in unit.structs.get(*index).map(Vec::as_slice).unwrap_or_default() {
+                layout(unit, &part.ty, member, all);
+            }
+        }
+    }
+}
+
+/// Numbers of so many values more than one are kept from one reaction to the next in every search.
+const FEW: i64 = 16;
+
+fn is_number(cell: &Cell) -> bool {
+    cell.kind.is_some_and(|kind| !kind.is_bool)
+}
+
+/// The search.
+struct Search<'a> {
+    chart: &'a Chart<'a>,
+    /// The cells of the instance and of the inputs.
+    own: Vec<Cell>,
+    inputs: Vec<Values>,
+    /// What replaces inputs, by the kind of row: cells with their values.
+    rows: Vec<Vec<(usize, Values)>>,
+    /// Values that members of the instance can hold at all.
+    ranges: Vec<Values>,
+    /// The cell of the flag that a reaction was cut off.
+    fault: Option<usize>,
+    work: u64,
+    keys: Option<Vec<usize>>,
+    is_traced: bool,
+}
+
+/// The dearest reaction, or why it was not found.
+pub(in crate::cost) fn worst(chart: &Chart<'_>) -> Result<Found, Stopped> {
+    let mut search = Search::new(chart);
+    // One event at a time is a part of all rows, and where that is the contract it is all there is.
+    let all_rows = vec![Vec::new()];
+    let single_rows = search.rows_of_one_event();
+    let of = |search: &mut Search<'_>, rows: &[Vec<(usize, Values)>]| {
+        search.rows = rows.to_vec();
+        let of_instance = search.keys(true);
+        // Each where there is something that it joins and the one before did not.
+        let (has_numbers, has_arrays) = search.has();
+        let kinds =
+            [(true, false, None), (has_numbers, true, None), (has_arrays, true, Some(of_instance))];
+        for (is_tried, is_wide, keys) in kinds {
+            if !is_tried {
+                continue;
+            }
+            search.begin(keys, WORK);
+            match search.each(is_wide) {
+                Err(Stopped::TooMuch) => {}
+                found => return found,
+            }
+        }
+        let keys = search.keys(false);
+        search.begin(Some(keys), JOINED_WORK);
+        search.joined()
+    };
+    let is_exclusive = chart.contract.is_exclusive && single_rows.len() > 1;
+    let mut found = of(&mut search, if is_exclusive { &single_rows } else { &all_rows })?;
+    found.of_one_event = found.price;
+    if !is_exclusive && single_rows.len() > 1 {
+        let single = of(&mut search, &single_rows)?;
+        found.of_one_event = single.price;
+    }
+    Ok(found)
+}
+
+impl<'a> Search<'a> {
+    fn new(chart: &'a Chart<'a>) -> Self {
+        let unit = chart.unit;
+        let of = |end: &str| unit.types.get(&*format!("{}_{end}", chart.prefix));
+        let members = |end: &str| of(end).and_then(|ty| unit.members(ty)).unwrap_or_default();
+        let mut own = Vec::new();
+        for (at, member) in members("t").iter().enumerate() {
+            layout(unit, &member.ty, at, &mut own);
+        }
+        let mut of_inputs = Vec::new();
+        for (at, member) in members("in_t").iter().enumerate() {
+            layout(unit, &member.ty, at, &mut of_inputs);
+        }
+        let any = Values::range(i64::MIN, i64::MAX);
+        let within = |cell: &Cell, end: &str, ranges: &[(String, i64, i64)]| {
+            let all = cell.kind.map_or(any, Kind::all);
+            let name = members(end).get(cell.member).map(|it| it.name.clone());
+            let range = ranges.iter().find(|(it, ..)| name.as_deref() == Some(it));
+            let narrow = range.map_or(all, |(_, lo, hi)| all.within(*lo, *hi));
+            if narrow.is_none() { all } else { narrow }
+        };
+        let inputs =
+            of_inputs.iter().map(|it| within(it, "in_t", &chart.contract.inputs)).collect();
+        let ranges = own.iter().map(|it| within(it, "t", &chart.contract.members)).collect();
+        let fault = members("t").iter().position(|it| &*it.name == "fault");
+        let fault = fault.and_then(|fault| own.iter().position(|it| it.member == fault));
+        Search {
+            chart,
+            own,
+            inputs,
+            rows: Vec::new(),
+            ranges,
+            fault,
+            work: 0,
+            keys: None,
+            is_traced: false,
+        }
+    }
+
+    fn begin(&mut self, keys: Option<Vec<usize>>, work: u64) {
+        self.work = work;
+        self.keys = keys;
+    }
+
+    /// Whether the instance has numbers of many values, and arrays.
+    fn has(&self) -> (bool, bool) {
+        let is_wide = |(cell, range): (&Cell, &Values)| {
+            is_number(cell) && range.hi().saturating_sub(range.lo()) > FEW
+        };
+        let has_numbers = self.own.iter().zip(&self.ranges).any(is_wide);
+        let ty = self.chart.unit.types.get(&*format!("{}_t", self.chart.prefix));
+        let members = ty.and_then(|ty| self.chart.unit.members(ty)).unwrap_or_default();
+        (has_numbers, members.iter().any(|it| matches!(it.ty, Type::Array(..))))
+    }
+
+    /// Rows with one event and with none: for each what replaces the inputs.
+    fn rows_of_one_event(&self) -> Vec<Vec<(usize, Values)>> {
+        let chart = self.chart;
+        let ty = chart.unit.types.get(&*format!("{}_in_t", chart.prefix));
+        let members = ty.and_then(|ty| chart.unit.members(ty)).unwrap_or_default();
+        let mut places = Vec::new();
+        let mut first = 0;
+        for member in members {
+            for event in chart.contract.events.iter().filter(|it| *it.member == *member.name) {
+                places.push((first + event.element, event.mask));
+            }
+            first += cells(chart.unit, &member.ty);
+        }
+        let row = |wanted: Option<usize>| {
+            let mut row: BTreeMap<usize, Values> = BTreeMap::new();
+            for (at, (cell, mask)) in places.iter().enumerate() {
+                let all = self.inputs.get(*cell).copied().unwrap_or(Values::NONE);
+                let values = row.entry(*cell).or_insert(all);
+                let is_set = |it: &i64| (it & mask != 0) == (wanted == Some(at));
+                *values =
+                    Values::of(values.listed().unwrap_or_default().into_iter().filter(is_set));
+            }
+            row.into_iter().collect()
+        };
+        std::iter::once(None).chain((0..places.len()).map(Some)).map(row).collect()
+    }
+
+    /// The ends of one function from these instances.
+    fn run(
+        &mut self,
+        routine: usize,
+        own: &[Values],
+        row: &[(usize, Values)],
+    ) -> Result<Vec<State>, Stopped> {
+        let chart = self.chart;
+        // The instance, the inputs, then the cells of the functions.
+        let first_input = own.len();
+        let mut memory = own.to_vec();
+        memory.extend_from_slice(&self.inputs);
+        let depth = chart.routines.get(routine).map_or(0, |it| it.depth);
+        memory.resize(memory.len() + depth, Values::one(0));
+        for (at, values) in row {
+            if let Some(place) = memory.get_mut(first_input + at) {
+                *place = *values;
+            }
+        }
+        let place = |at: usize| Values::one(i64::try_from(at).unwrap_or(NOWHERE));
+        let name = if routine == chart.step { "step" } else { "init" };
+        let name = format!("{}_{name}", chart.prefix);
+        let function = chart.unit.functions.iter().find(|it| *it.name == *name);
+        let parameters = function.map(|it| it.parameters.as_slice()).unwrap_or_default();
+        let given: Vec<Values> = parameters
+            .iter()
+            .map(|(name, ty)| match (&**name, numbers(ty)) {
+                ("self", None) => place(0),
+                ("in", None) => place(first_input),
+                (_, None) => Values::one(NOWHERE),
+                (_, Some(kind)) => kind.all(),
+            })
+            .collect();
+        let mut run = Run {
+            routines: chart.routines,
+            int_bits: chart.int_bits,
+            work: self.work,
+            most_states: STATES,
+            keys: self.keys.clone(),
+            is_traced: self.is_traced,
+            line: 0,
+            frame: own.len() + self.inputs.len(),
+            size: 0,
+            depth: 0,
+        };
+        let state = State { memory, price: Price::default(), way: None };
+        let ends = run.call(routine, &given, state);
+        self.work = run.work;
+        Ok(ends?.into_iter().map(|(state, _)| state).collect())
+    }
+
+    fn own_of(&self, state: &State) -> Vec<Values> {
+        state.memory.get(..self.own.len()).map(<[_]>::to_vec).unwrap_or_default()
+    }
+
+    fn may_fault(&self, state: &State) -> bool {
+        let cell = self.fault.and_then(|at| state.memory.get(at));
+        cell.is_some_and(|it| it.contains(1))
+    }
+
+    /// The instances after `NAME_init`.
+    fn first(&mut self) -> Result<Vec<Vec<Values>>, Stopped> {
+        let any: Vec<Values> = self
+            .own
+            .iter()
+            .map(|it| it.kind.map_or(Values::range(i64::MIN, i64::MAX), Kind::all))
+            .collect();
+        let init = self.chart.init;
+        let ends = self.run(init, &any, &[])?;
+        Ok(ends.iter().map(|it| self.own_of(it)).collect())
+    }
+
+    /// The dearest of some ends is put into `best`, with where it began.
+    fn note(&self, ends: &[State], from: &[Values], row: usize, best: &mut Best) {
+        for end in ends {
+            best.price = best.price.or(end.price);
+            if !self.may_fault(end) {
+                best.settled = best.settled.or(end.price);
+            }
+            if best.from.as_ref().is_none_or(|(time, ..)| end.price.time > *time) {
+                best.from = Some((end.price.time, from.to_vec(), row));
+            }
+        }
+    }
+
+    /// From every instance by itself. `is_wide`: of numbers with many values nothing is kept from one reaction to the next.
+    fn each(&mut self, is_wide: bool) -> Result<Found, Stopped> {
+        let mut best = Best::default();
+        let mut met: BTreeSet<Vec<Values>> = BTreeSet::new();
+        let mut open: Vec<Vec<Values>> = Vec::new();
+        let widened = |it: &Self, mut own: Vec<Values>| {
+            for ((values, cell), range) in own.iter_mut().zip(&it.own).zip(&it.ranges) {
+                let span = range.hi().saturating_sub(range.lo());
+                if values.listed().is_none() || (is_wide && is_number(cell) && span > FEW) {
+                    *values = values.or(*range);
+                }
+            }
+            own
+        };
+        for own in self.first()? {
+            let own = widened(self, own);
+            if met.insert(own.clone()) {
+                open.push(own);
+            }
+        }
+        while let Some(own) = open.pop() {
+            for row in 0..self.rows.len() {
+                let replaced = self.rows.get(row).cloned().unwrap_or_default();
+                let ends = self.run(self.chart.step, &own, &replaced)?;
+                self.note(&ends, &own, row, &mut best);
+                for end in &ends {
+                    let next = widened(self, self.own_of(end));
+                    if !met.contains(&next) {
+                        met.insert(next.clone());
+                        open.push(next);
+                    }
+                }
+            }
+            if met.len() > INSTANCES {
+                return Err(Stopped::TooMuch);
+            }
+        }
+        self.found(best, Way::Each(met.len()))
+    }
+
+    /// From all instances at once.
+    fn joined(&mut self) -> Result<Found, Stopped> {
+        let join = |all: Vec<Vec<Values>>| {
+            all.into_iter().reduce(|a, b| a.iter().zip(&b).map(|(a, b)| a.or(*b)).collect())
+        };
+        let lost = || Stopped::Lost("a function that does not return".to_owned());
+        let mut own = join(self.first()?).ok_or_else(lost)?;
+        for round in 0.. {
+            let mut best = Best::default();
+            let mut all = vec![own.clone()];
+            for row in 0..self.rows.len() {
+                let replaced = self.rows.get(row).cloned().unwrap_or_default();
+                let ends = self.run(self.chart.step, &own, &replaced)?;
+                self.note(&ends, &own, row, &mut best);
+                all.extend(ends.iter().map(|it| self.own_of(it)));
+            }
+            let mut next = join(all).ok_or_else(lost)?;
+            if next == own {
+                return self.found(best, Way::Joined);
+            }
+            // What still grows after some rounds may hold anything that it can hold at all.
+            if round >= 3 {
+                for ((next, own), range) in next.iter_mut().zip(&own).zip(&self.ranges) {
+                    if next != own {
+                        *next = next.or(*range);
+                    }
+                }
+            }
+            own = next;
+        }
+        Err(Stopped::TooMuch)
+    }
+
+    /// What tells states apart in a reaction: the variables of `NAME_step`, and members of the instance that count what waits; `all`: those that are no arrays.
+    fn keys(&self, all: bool) -> Vec<usize> {
+        let chart = self.chart;
+        let first = self.own.len() + self.inputs.len();
+        let n = chart.routines.get(chart.step).map_or(0, |it| it.cells);
+        let ty = chart.unit.types.get(&*format!("{}_t", chart.prefix));
+        let members = ty.and_then(|ty| chart.unit.members(ty)).unwrap_or_default();
+        let is_count = |cell: &Cell| {
+            let Some(member) = members.get(cell.member) else { return false };
+            if all {
+                return !matches!(member.ty, Type::Array(..));
+            }
+            let name = Some(&*member.name);
+            chart.contract.counts.iter().any(|it| Some(it.as_str()) == name)
+        };
+        let counts = self.own.iter().enumerate().filter(|(_, cell)| is_count(cell));
+        counts.map(|(at, _)| at).chain(first..first + n).collect()
+    }
+
+    fn found(&mut self, best: Best, way: Way) -> Result<Found, Stopped> {
+        let mut path = Vec::new();
+        if let Some((_, own, row)) = &best.from {
+            let row = self.rows.get(*row).cloned().unwrap_or_default();
+            self.is_traced = true;
+            self.work = JOINED_WORK;
+            let ends = self.run(self.chart.step, own, &row);
+            self.is_traced = false;
+            let dearest = ends?.into_iter().max_by_key(|it| it.price.time);
+            let mut way = dearest.and_then(|it| it.way);
+            while let Some(step) = way {
+                path.push((step.line, step.time));
+                way = step.before.clone();
+            }
+            path.reverse();
+        }
+        let settled = (way == Way::Joined && self.fault.is_some()).then_some(best.settled);
+        Ok(Found { price: best.price, of_one_event: best.price, settled, path, way })
+    }
+}
+
+/// The dearest so far.
+#[derive(Default)]
+struct Best {
+    price: Price,
+    settled: Price,
+    /// Its time, the instance that it begins with, and the kind of row.
+    from: Option<(u64, Vec<Values>, usize)>,
+}

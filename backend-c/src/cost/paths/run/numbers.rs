@@ -1,0 +1,272 @@
+//! Numbers and the cells that they come from.
+
+use super::super::code::{Address, Base, Code, Question};
+use super::super::values::{Kind, Number, Values, arithmetic};
+use super::join::either;
+use super::questions::is_plain;
+use super::{Done, Run, State, Stopped};
+use crate::cost::walk::NOWHERE;
+
+/// The cells of an address.
+enum Cells {
+    At(Vec<usize>),
+    Nowhere,
+}
+
+impl Run<'_> {
+    /// A number, with a state for each way that a call or a truth value parts.
+    pub(super) fn values(&mut self, code: &Code, state: State) -> Done<Vec<(State, Number)>> {
+        match code {
+            Code::Call(index, given) => {
+                let mut state = state;
+                let mut all = Vec::with_capacity(given.len());
+                for one in given {
+                    all.push(self.number(one, &mut state)?.values);
+                }
+                let kind = self.routines.get(*index).and_then(|it| it.gives);
+                let kind = kind.unwrap_or(Kind::int(self.int_bits));
+                let found = self.call(*index, &all, state)?;
+                Ok(found.into_iter().map(|(state, it)| (state, Number::new(it, kind))).collect())
+            }
+            Code::Truth(question) => {
+                let (mut yes, mut no) = (Vec::new(), Vec::new());
+                self.ask(question, state, &mut yes, &mut no)?;
+                let truth = |value| Number::truth(Values::one(value), self.int_bits);
+                let mut out = Vec::new();
+                out.extend(self.few(yes)?.into_iter().map(|it| (it, truth(1))));
+                out.extend(self.few(no)?.into_iter().map(|it| (it, truth(0))));
+                Ok(out)
+            }
+            Code::Cast(kind, inner) => {
+                let found = self.values(inner, state)?;
+                Ok(found
+                    .into_iter()
+                    .map(|(state, it)| (state, Number::new(kind.take(it.values), *kind)))
+                    .collect())
+            }
+            Code::Constant(_)
+            | Code::Read(..)
+            | Code::Pointer(_)
+            | Code::Table(..)
+            | Code::Unknown(_)
+            | Code::Unary(..)
+            | Code::Binary(..)
+            | Code::Choice(..) => {
+                let mut state = state;
+                let number = self.number(code, &mut state)?;
+                Ok(vec![(state, number)])
+            }
+        }
+    }
+
+    /// A number in one state: what calls within it do is joined.
+    pub(super) fn number(&mut self, code: &Code, state: &mut State) -> Done<Number> {
+        let int = Kind::int(self.int_bits);
+        Ok(match code {
+            Code::Constant(value) => {
+                let bits = if int.all().contains(*value) { self.int_bits } else { 32 };
+                let bits = if Kind::int(bits).all().contains(*value) { bits } else { 64 };
+                Number { values: Values::one(*value), kind: Kind::int(bits), is_loose: *value >= 0 }
+            }
+            Code::Unknown(kind) => Number::new(kind.all(), *kind),
+            Code::Read(address, kind) => {
+                let values = match self.cells(address, state)? {
+                    Cells::Nowhere => kind.all(),
+                    Cells::At(cells) => cells
+                        .into_iter()
+                        .filter_map(|it| state.memory.get(it).copied())
+                        .fold(Values::NONE, Values::or),
+                };
+                if values.is_none() {
+                    return Err(Stopped::Lost("a number that nothing gives".to_owned()));
+                }
+                Number::new(values, *kind)
+            }
+            Code::Pointer(address) => {
+                let pointer = Kind { bits: 64, signed: true, is_bool: false };
+                match self.cells(address, state)? {
+                    Cells::Nowhere => Number::new(Values::one(NOWHERE), pointer),
+                    Cells::At(cells) => {
+                        let all = cells.into_iter().filter_map(|it| i64::try_from(it).ok());
+                        Number::new(Values::of(all), pointer)
+                    }
+                }
+            }
+            Code::Table(all, index, kind) => {
+                let at = self.number(index, state)?.values;
+                let values = match at.listed() {
+                    Some(list) => Values::of(list.into_iter().filter_map(|at| {
+                        usize::try_from(at).ok().and_then(|at| all.get(at)).copied()
+                    })),
+                    None => Values::of(all.iter().copied()),
+                };
+                Number::new(if values.is_none() { kind.all() } else { values }, *kind)
+            }
+            Code::Unary(sign, inner) => {
+                let inner = self.number(inner, state)?;
+                let zero = Number { values: Values::one(0), kind: int, is_loose: false };
+                match *sign {
+                    "-" => arithmetic("-", zero, inner, self.int_bits),
+                    "+" => inner,
+                    _ => {
+                        let kind = if inner.kind.bits < self.int_bits { int } else { inner.kind };
+                        let all = kind.all();
+                        let unsigned = Kind { signed: false, ..kind }.all();
+                        Number {
+                            values: Values::range(all.lo(), unsigned.hi()),
+                            kind,
+                            is_loose: true,
+                        }
+                    }
+                }
+            }
+            Code::Binary(sign, a, b) => {
+                let a = self.number(a, state)?;
+                let b = self.number(b, state)?;
+                arithmetic(sign, a, b, self.int_bits)
+            }
+            Code::Choice(question, a, b) => {
+                let (mut yes, mut no) = (Vec::new(), Vec::new());
+                self.ask(question, state.clone(), &mut yes, &mut no)?;
+                let mut found: Option<Number> = None;
+                for (states, code) in [(yes, a), (no, b)] {
+                    for mut one in states {
+                        let number = self.number(code, &mut one)?;
+                        found = Some(match found {
+                            Some(other) => Number {
+                                values: other.values.or(number.values),
+                                kind: if other.kind.bits >= number.kind.bits {
+                                    other.kind
+                                } else {
+                                    number.kind
+                                },
+                                is_loose: other.is_loose || number.is_loose,
+                            },
+                            None => number,
+                        });
+                    }
+                }
+                found.ok_or_else(|| Stopped::Lost("a choice of nothing".to_owned()))?
+            }
+            Code::Cast(kind, inner) => {
+                let inner = self.number(inner, state)?;
+                Number::new(kind.take(inner.values), *kind)
+            }
+            Code::Truth(_) | Code::Call(..) => {
+                let found = self.values(code, state.clone())?;
+                let mut all = found.into_iter();
+                let Some((first, number)) = all.next() else {
+                    return Err(Stopped::Lost("a call that does not return".to_owned()));
+                };
+                let (joined, number) =
+                    all.fold((first, number), |(joined, number), (state, other)| {
+                        (
+                            either(joined, state),
+                            Number { values: number.values.or(other.values), ..number },
+                        )
+                    });
+                *state = joined;
+                number
+            }
+        })
+    }
+
+    fn cells(&mut self, address: &Address, state: &mut State) -> Done<Cells> {
+        let bases: Vec<usize> = match address.base {
+            Base::Nowhere => return Ok(Cells::Nowhere),
+            Base::Cell(cell) => vec![self.frame + cell],
+            Base::Behind(cell) => {
+                let values = state.memory.get(self.frame + cell).copied().unwrap_or(Values::NONE);
+                if values == Values::one(NOWHERE) {
+                    return Ok(Cells::Nowhere);
+                }
+                let all = values.listed().unwrap_or_default();
+                let all: Option<Vec<usize>> =
+                    all.into_iter().map(|it| usize::try_from(it).ok()).collect();
+                match all {
+                    Some(all) if !all.is_empty() => all,
+                    Some(_) | None => {
+                        return Err(Stopped::Lost("a pointer that is not known".to_owned()));
+                    }
+                }
+            }
+        };
+        let mut cells: Vec<usize> = bases.into_iter().map(|it| it + address.offset).collect();
+        for (index, n, stride) in &address.indices {
+            // What is asked once more must not be paid for once more, or not at all.
+            let values = if is_plain(index) {
+                self.number(index, state)?.values
+            } else if calls(index) {
+                return Err(Stopped::Lost("a call within an index".to_owned()));
+            } else {
+                self.number(index, &mut state.clone())?.values
+            };
+            let last = i64::try_from(n.saturating_sub(1)).unwrap_or(i64::MAX);
+            let Some(all) = values.within(0, last).listed() else {
+                return Err(Stopped::Lost("an index that is not known".to_owned()));
+            };
+            let mut next = Vec::with_capacity(cells.len() * all.len());
+            for cell in &cells {
+                for at in &all {
+                    next.push(cell + usize::try_from(*at).unwrap_or(0) * stride);
+                }
+            }
+            cells = next;
+        }
+        Ok(Cells::At(cells))
+    }
+
+    /// The only cell that an address can be.
+    pub(super) fn single(&mut self, address: &Address, state: &mut State) -> Done<Option<usize>> {
+        if address.is_summary {
+            return Ok(None);
+        }
+        Ok(match self.cells(address, state)? {
+            Cells::At(cells) if cells.len() == 1 => cells.first().copied(),
+            Cells::At(_) | Cells::Nowhere => None,
+        })
+    }
+
+    pub(super) fn store(
+        &mut self,
+        address: &Address,
+        values: Values,
+        state: &mut State,
+    ) -> Done<()> {
+        match self.cells(address, state)? {
+            Cells::Nowhere => Ok(()),
+            Cells::At(cells) => {
+                let is_one = cells.len() == 1 && !address.is_summary;
+                for cell in cells {
+                    let old = state.memory.get(cell).copied().unwrap_or(Values::NONE);
+                    self.put(state, cell, if is_one { values } else { old.or(values) })?;
+                }
+                Ok(())
+            }
+        }
+    }
+}
+
+/// Whether a function of the text is called within a number.
+fn calls(code: &Code) -> bool {
+    match code {
+        Code::Call(..) => true,
+        Code::Constant(_) | Code::Unknown(_) => false,
+        Code::Read(address, _) | Code::Pointer(address) => {
+            address.indices.iter().any(|(index, ..)| calls(index))
+        }
+        Code::Table(_, inner, _) | Code::Unary(_, inner) | Code::Cast(_, inner) => calls(inner),
+        Code::Binary(_, a, b) => calls(a) || calls(b),
+        Code::Choice(question, a, b) => asks_a_call(question) || calls(a) || calls(b),
+        Code::Truth(question) => asks_a_call(question),
+    }
+}
+
+fn asks_a_call(question: &Question) -> bool {
+    match question {
+        Question::Both(a, b) | Question::Either(a, b) => asks_a_call(a) || asks_a_call(b),
+        Question::Not(inner) => asks_a_call(inner),
+        Question::Compare(_, _, a, b) => calls(a) || calls(b),
+        Question::Some(_, code) => calls(code),
+    }
+}
