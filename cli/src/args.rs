@@ -1,5 +1,6 @@
 //! The command line as the user writes it.
 
+use crate::exit::Demands;
 use crate::render::MessageFormat;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use grafsynth_backend_c::cost::{self, Machine};
@@ -9,7 +10,7 @@ use std::path::PathBuf;
 #[derive(Debug, Parser)]
 #[command(name = "grafsynth", version, max_term_width = 100, arg_required_else_help = true)]
 #[command(
-    after_help = "Exit codes: 0 done and true; 1 the input has errors; 2 wrong use or I/O; 3 refuted; 4 open (a limit was reached)."
+    after_help = "Exit codes: 0 done and true; 1 the input is wrong or cannot be done as asked; 2 an option is wrong, or a file cannot be read or written; 3 refuted, or a difference was found; 4 a question stayed open; 130 stopped by Ctrl-C."
 )]
 pub(crate) struct Cli {
     #[command(flatten)]
@@ -30,6 +31,12 @@ pub(crate) struct Global {
     /// Say nothing but findings and what was asked for.
     #[arg(long, short, global = true)]
     pub(crate) quiet: bool,
+    /// Be strict: with `open` a check that was not carried out is an open question (exit code 4); with `warnings` a warning is an error (1).
+    #[arg(long, global = true, value_name = "WHAT", value_enum, value_delimiter = ',')]
+    pub(crate) deny: Vec<Deny>,
+    /// Be lenient: with `tested` an open question whose answer was tested counts as answered (exit code 0 instead of 4).
+    #[arg(long, global = true, value_name = "WHAT", value_enum, value_delimiter = ',')]
+    pub(crate) allow: Vec<Allow>,
     /// Show at most so many findings of a file; the rest is counted.
     #[arg(long, global = true, value_name = "N", default_value_t = 100)]
     pub(crate) max_diagnostics: usize,
@@ -39,6 +46,30 @@ pub(crate) struct Global {
     /// The longest source that is read, in bytes.
     #[arg(long, global = true, value_name = "BYTES", default_value_t = crate::files::SOURCE_LIMIT)]
     pub(crate) source_limit: u64,
+}
+
+impl Global {
+    /// What the user wants to be strict or lenient about.
+    pub(crate) fn demands(&self) -> Demands {
+        Demands {
+            deny_open: self.deny.contains(&Deny::Open),
+            deny_warnings: self.deny.contains(&Deny::Warnings),
+            allow_tested: self.allow.contains(&Allow::Tested),
+        }
+    }
+}
+
+/// What to be strict about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Deny {
+    Open,
+    Warnings,
+}
+
+/// What to be lenient about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Allow {
+    Tested,
 }
 
 /// Whether to use colours.
@@ -94,11 +125,43 @@ pub(crate) enum Verb {
     Man,
 }
 
+impl Verb {
+    /// Its name on the command line.
+    pub(crate) fn name(&self) -> &'static str {
+        match self {
+            Verb::New(_) => "new",
+            Verb::Check(_) => "check",
+            Verb::Build(_) => "build",
+            Verb::Sim(_) => "sim",
+            Verb::Compare(_) => "compare",
+            Verb::Convert(_) => "convert",
+            Verb::Minimise(_) => "minimise",
+            Verb::Trace(_) => "trace",
+            Verb::Fmt(_) => "fmt",
+            Verb::Diff(_) => "diff",
+            Verb::Explain(_) => "explain",
+            Verb::Doctor => "doctor",
+            Verb::Completions(_) => "completions",
+            Verb::Man => "man",
+        }
+    }
+}
+
 /// The design that a verb works on.
 #[derive(Debug, Args)]
 pub(crate) struct Input {
     /// A chart (.graf .rules .scxml .st .c .kiss2 .net) or logic (.pds .pld .v .blif .pla); `-` is standard input.
     pub(crate) file: String,
+    #[command(flatten)]
+    pub(crate) reading: Reading,
+}
+
+/// The designs that a verb works on.
+#[derive(Debug, Args)]
+pub(crate) struct Inputs {
+    /// Charts (.graf .rules .scxml .st .c .kiss2 .net) or logic (.pds .pld .v .blif .pla); `-` is standard input. Of a folder the charts in it and below.
+    #[arg(required = true, value_name = "FILE")]
+    pub(crate) files: Vec<String>,
     #[command(flatten)]
     pub(crate) reading: Reading,
 }
@@ -238,7 +301,7 @@ pub(crate) struct New {
 #[derive(Debug, Args)]
 pub(crate) struct Check {
     #[command(flatten)]
-    pub(crate) input: Input,
+    pub(crate) inputs: Inputs,
     /// Print the intermediate form after this pass (`list` names the passes).
     #[arg(long, value_name = "PASS")]
     pub(crate) dump_after: Option<String>,
@@ -401,12 +464,12 @@ pub(crate) struct Trace {
 
 #[derive(Debug, Args)]
 pub(crate) struct Compare {
+    /// One design: all engines run it. Two or more: the first against each of the others, by the columns that both have. Two folders: files of one name
+    /// against each other. `-` is standard input.
     #[command(flatten)]
-    pub(crate) input: Input,
+    pub(crate) inputs: Inputs,
     #[command(flatten)]
     pub(crate) trust: Trust,
-    /// A second design to compare with, by the columns that both have.
-    pub(crate) other: Option<String>,
     /// The stimulus, CSV.
     #[arg(long, short, value_name = "FILE")]
     pub(crate) stimulus: Option<String>,

@@ -1,16 +1,92 @@
-//! Exit codes.
+//! Exit codes: one table for all verbs (docs/exit-codes.md).
+
+use grafsynth_ir::Diagnostic;
+use grafsynth_ir::diag::{Severity, any_error};
+use grafsynth_verify::Open;
 
 /// How a verb ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Exit {
     /// Done and true.
     Done = 0,
-    /// The input has errors.
+    /// The input is wrong, or cannot be done as asked.
     Errors = 1,
-    /// Wrong use, or a file that cannot be read or written.
+    /// An option is wrong, or a file cannot be read or written.
     Usage = 2,
-    /// A property or a comparison does not hold.
+    /// A property does not hold, an output is not the chart, or a comparison found a difference.
     Refuted = 3,
-    /// A limit was reached before the answer was known.
+    /// A question stayed open.
     Open = 4,
+    /// The user stopped it.
+    Interrupted = 130,
+}
+
+impl Exit {
+    /// From the weakest to the strongest.
+    const STRENGTH: [Exit; 6] =
+        [Exit::Done, Exit::Open, Exit::Refuted, Exit::Errors, Exit::Usage, Exit::Interrupted];
+
+    /// Of two that apply the one that counts.
+    #[must_use]
+    pub(crate) fn worse(self, other: Exit) -> Exit {
+        let strength = |exit| Exit::STRENGTH.iter().position(|one| *one == exit);
+        if strength(other) > strength(self) { other } else { self }
+    }
+
+    /// Its name for machines.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Exit::Done => "done",
+            Exit::Errors => "errors",
+            Exit::Usage => "usage",
+            Exit::Refuted => "refuted",
+            Exit::Open => "open",
+            Exit::Interrupted => "interrupted",
+        }
+    }
+}
+
+/// What the user wants to be strict or lenient about.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(crate) struct Demands {
+    /// A check that was not carried out counts as an open question.
+    pub(crate) deny_open: bool,
+    /// A warning counts as an error.
+    pub(crate) deny_warnings: bool,
+    /// An open question whose answer was tested counts as answered.
+    pub(crate) allow_tested: bool,
+}
+
+impl Demands {
+    /// What an open question gives.
+    pub(crate) fn open(self, open: &Open) -> Exit {
+        if self.allow_tested && open.tested.is_some() { Exit::Done } else { Exit::Open }
+    }
+
+    /// What a check gives that was not carried out.
+    pub(crate) fn unchecked(self) -> Exit {
+        if self.deny_open { Exit::Open } else { Exit::Done }
+    }
+
+    /// True if the findings keep a verb from going on.
+    pub(crate) fn refuse(self, found: &[Diagnostic]) -> bool {
+        let is_warning = |one: &Diagnostic| one.severity == Severity::Warning;
+        any_error(found) || self.deny_warnings && found.iter().any(is_warning)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Exit;
+
+    #[test]
+    fn the_stronger_one_counts_whatever_the_order() {
+        let rising = [Exit::Done, Exit::Open, Exit::Refuted, Exit::Errors, Exit::Usage];
+        for (at, weak) in rising.iter().enumerate() {
+            for strong in &rising[at..] {
+                assert_eq!(weak.worse(*strong), *strong);
+                assert_eq!(strong.worse(*weak), *strong);
+            }
+        }
+    }
 }

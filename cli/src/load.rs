@@ -1,8 +1,10 @@
 //! From the command line to a design: the texts, their companions, and the findings.
 
-use crate::args::{Global, Input, Reading};
+use crate::args::{Global, Input, Inputs, Reading};
+use crate::exit::{Demands, Exit};
 use crate::files;
-use crate::render::{self, MessageFormat, Style};
+use crate::render::{self, Style};
+use crate::report::{Answer, Report, Status};
 use grafsynth_driver::format::Format;
 use grafsynth_driver::libraries::{self, LibraryText};
 use grafsynth_driver::read::{self, Design, NetDesign, ReadLimits, Texts};
@@ -25,6 +27,10 @@ pub(crate) struct Session {
     pub(crate) style: Style,
     /// Nothing but findings and what was asked for.
     pub(crate) quiet: bool,
+    /// What the user wants to be strict or lenient about.
+    pub(crate) demands: Demands,
+    /// What machines read.
+    report: Report,
     limits: ReadLimits,
     pub(crate) source_limit: u64,
 }
@@ -33,6 +39,8 @@ pub(crate) struct Session {
 pub(crate) enum Stop {
     /// The input has errors, which were shown.
     Errors,
+    /// The input cannot be done as asked: to be shown.
+    Input(String),
     /// Wrong use or a file that cannot be read: to be shown.
     Usage(String),
 }
@@ -44,13 +52,14 @@ impl From<String> for Stop {
 }
 
 impl Session {
-    pub(crate) fn new(global: &Global, style: Style) -> Self {
+    pub(crate) fn new(global: &Global, style: Style, report: Report) -> Self {
         Session {
             sources: Sources::default(),
             style,
-            // JSON and SARIF go to standard output, so nothing else may.
-            quiet: global.quiet
-                || matches!(style.format, MessageFormat::Json | MessageFormat::Sarif),
+            // What is said beside the report would be read as part of it.
+            quiet: global.quiet || report.is_for_machines(),
+            demands: global.demands(),
+            report,
             limits: ReadLimits {
                 nesting: global.nesting_limit,
                 source: usize::try_from(global.source_limit).unwrap_or(usize::MAX),
@@ -60,20 +69,100 @@ impl Session {
         }
     }
 
-    /// Shows findings on standard error (JSON and SARIF on standard output: they are what was asked for).
-    pub(crate) fn show(&self, found: &[Diagnostic]) {
-        let text = render::render(&self.sources, found, self.style);
-        match self.style.format {
-            MessageFormat::Human | MessageFormat::Short => crate::print_error(&text),
-            MessageFormat::Json | MessageFormat::Sarif => crate::print(&text),
+    /// A session like this one that has read nothing.
+    fn another(&self) -> Session {
+        Session {
+            sources: Sources::default(),
+            style: self.style,
+            quiet: self.quiet,
+            demands: self.demands,
+            report: self.report.clone(),
+            limits: self.limits,
+            source_limit: self.source_limit,
         }
     }
 
-    /// Prints a result that is not to be missed: on standard output, unless that is taken by JSON or SARIF.
+    /// What follows is about this file.
+    pub(crate) fn begin(&self, file: &str) {
+        self.report.design(file);
+    }
+
+    /// The designs that were named, and those in folders.
+    pub(crate) fn inputs(&self, inputs: &Inputs) -> Result<Vec<Input>, Stop> {
+        let mut all = Vec::new();
+        for file in &inputs.files {
+            let reading = || inputs.reading.clone();
+            if !files::is_folder(file) {
+                all.push(Input { file: file.clone(), reading: reading() });
+                continue;
+            }
+            let charts = charts_below(file)?;
+            all.extend(charts.into_iter().map(|file| Input { file, reading: reading() }));
+        }
+        Ok(all)
+    }
+
+    /// Runs a verb on each input by itself, each under its name. Those that cannot be done do not keep the others from it; the worst exit code counts.
+    pub(crate) fn each(
+        &self,
+        inputs: &[Input],
+        mut run: impl FnMut(&mut Session, &Input) -> Result<Exit, Stop>,
+    ) -> Result<Exit, Stop> {
+        let mut exit = Exit::Done;
+        for input in inputs {
+            self.headline(&input.file);
+            let ended = run(&mut self.another(), input);
+            exit = exit.worse(ended.unwrap_or_else(|stop| crate::stopped(&self.report, stop)));
+        }
+        Ok(exit)
+    }
+
+    /// The name of what the following lines are about, where there are several.
+    pub(crate) fn headline(&self, name: &str) {
+        if !self.quiet {
+            crate::print(&format!("{name}:\n"));
+        }
+    }
+
+    /// Shows findings: on standard error, or in the report for machines.
+    pub(crate) fn show(&self, found: &[Diagnostic]) {
+        if self.report.is_for_machines() {
+            self.report.findings(&self.sources, found, self.style);
+        } else {
+            crate::print_error(&render::render(&self.sources, found, self.style));
+        }
+    }
+
+    /// Gives an answer: `text` to people (what holds is not said where nothing is to be said), the answer as data to machines.
+    pub(crate) fn answer(&self, answer: &Answer, text: &str) {
+        if self.report.is_for_machines() {
+            self.report.answer(&self.sources, answer);
+        } else if !self.quiet || matches!(answer.status, Status::Refuted | Status::Open) {
+            crate::print(text);
+        }
+    }
+
+    /// Gives an answer to machines alone: people read it in another form, or need not.
+    pub(crate) fn keep(&self, answer: &Answer) {
+        self.report.answer(&self.sources, answer);
+    }
+
+    /// Answers that are given at the end, for a user who stops the program before.
+    pub(crate) fn know(&self, known: Vec<(Answer, String)>) {
+        self.report.know(known);
+    }
+
+    /// Prints a result that is not to be missed, unless a report for machines is there to hold it.
     pub(crate) fn tell(&self, text: &str) {
-        match self.style.format {
-            MessageFormat::Human | MessageFormat::Short => crate::print(text),
-            MessageFormat::Json | MessageFormat::Sarif => crate::print_error(text),
+        if !self.report.is_for_machines() {
+            crate::print(text);
+        }
+    }
+
+    /// Says on standard error what is wrong, unless a report for machines holds it.
+    pub(crate) fn warn(&self, text: &str) {
+        if !self.report.is_for_machines() {
+            crate::print_error(&format!("grafsynth: {text}\n"));
         }
     }
 
@@ -129,7 +218,7 @@ impl Session {
                 Err(if any_error(&found) {
                     Stop::Errors
                 } else {
-                    Stop::Usage(format!("{} is empty", input.file))
+                    Stop::Input(format!("{} is empty", input.file))
                 })
             }
         }
@@ -204,7 +293,7 @@ impl Session {
     pub(crate) fn net(&mut self, input: &Input) -> Result<(NetDesign, Vec<Diagnostic>), Stop> {
         match self.design(input)? {
             (Design::Net(design), found) => Ok((*design, found)),
-            (Design::Logic(_), _) => Err(Stop::Usage(format!(
+            (Design::Logic(_), _) => Err(Stop::Input(format!(
                 "{} is logic, which has no steps, and this needs a chart (.graf .rules .net): check, sim, compare and convert take logic",
                 input.file
             ))),
@@ -219,6 +308,25 @@ impl Session {
     ) -> Result<(NetDesign, Vec<Diagnostic>), Stop> {
         self.net(&Input { file: path.to_owned(), reading: reading.clone() })
     }
+}
+
+/// The charts in a folder and below it, in the order of their paths.
+pub(crate) fn charts_below(folder: &str) -> Result<Vec<String>, Stop> {
+    // C is not taken unasked: it is what `build` writes.
+    let is_chart = |path: &str| {
+        Format::of(path, "").is_some_and(|format| format.is_chart() && format != Format::C)
+    };
+    let mut charts = files::below(folder)?;
+    charts.retain(|path| is_chart(path));
+    if charts.is_empty() {
+        let known = Format::ALL.iter().filter(|(format, ..)| format.is_chart());
+        let known: Vec<String> = known
+            .filter(|(format, ..)| *format != Format::C)
+            .map(|(_, _, extension)| format!(".{extension}"))
+            .collect();
+        return Err(Stop::Input(format!("{folder} holds no chart ({})", known.join(" "))));
+    }
+    Ok(charts)
 }
 
 fn unknown_format(name: &str) -> Stop {

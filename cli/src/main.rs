@@ -3,9 +3,12 @@
 mod args;
 mod exit;
 mod files;
+mod interrupt;
 mod load;
 mod memory;
+mod progress;
 mod render;
+mod report;
 mod verbs;
 
 use args::{Cli, Verb, When};
@@ -13,6 +16,7 @@ use clap::Parser as _;
 use exit::Exit;
 use load::{Session, Stop};
 use render::Style;
+use report::Report;
 use std::io::{self, IsTerminal as _, Write as _};
 use std::process::ExitCode;
 use std::sync::OnceLock;
@@ -31,7 +35,12 @@ fn main() -> ExitCode {
         Err(said) => said.exit(),
     };
     let style = style(&cli);
-    let mut session = Session::new(&cli.global, style);
+    let report = Report::new(style.format, makes_standard_output(&cli.verb), cli.verb.name());
+    interrupt::watch(report.clone());
+    if !cli.global.quiet && !report.is_for_machines() {
+        progress::begin();
+    }
+    let mut session = Session::new(&cli.global, style, report.clone());
     let ended = match &cli.verb {
         Verb::New(arguments) => verbs::new::run(arguments, cli.global.quiet).map_err(Stop::Usage),
         Verb::Check(arguments) => verbs::check::run(&mut session, arguments),
@@ -50,13 +59,42 @@ fn main() -> ExitCode {
     };
     let exit = match ended {
         Ok(exit) => exit,
-        Err(Stop::Errors) => Exit::Errors,
-        Err(Stop::Usage(text)) => {
-            print_error(&format!("grafsynth: {text}\n"));
-            Exit::Usage
-        }
+        Err(stop) => stopped(&report, stop),
     };
+    progress::end();
+    report.end(exit);
     end(exit)
+}
+
+/// Says why a verb could not go on.
+fn stopped(report: &Report, stop: Stop) -> Exit {
+    let (text, exit) = match stop {
+        Stop::Errors => return Exit::Errors,
+        Stop::Input(text) => (text, Exit::Errors),
+        Stop::Usage(text) => (text, Exit::Usage),
+    };
+    if report.is_for_machines() {
+        report.error(&text);
+    } else {
+        print_error(&format!("grafsynth: {text}\n"));
+    }
+    exit
+}
+
+/// True if what a verb makes goes to standard output, so that a report has no place there.
+fn makes_standard_output(verb: &Verb) -> bool {
+    let is_dash = |path: &std::path::Path| path.as_os_str() == "-";
+    match verb {
+        Verb::Sim(arguments) => arguments.trace.is_none(),
+        Verb::Convert(arguments) => is_dash(&arguments.output),
+        Verb::Check(arguments) => {
+            arguments.dump_after.is_some() || arguments.certify.as_deref().is_some_and(is_dash)
+        }
+        Verb::Minimise(arguments) => arguments.output.as_deref().is_some_and(is_dash),
+        Verb::Fmt(arguments) => arguments.files.iter().any(|file| file == "-"),
+        Verb::Trace(_) | Verb::Explain(_) | Verb::Doctor | Verb::Completions(_) | Verb::Man => true,
+        Verb::New(_) | Verb::Build(_) | Verb::Compare(_) | Verb::Diff(_) => false,
+    }
 }
 
 /// The exit code, unless what was printed did not arrive.
@@ -87,8 +125,10 @@ fn style(cli: &Cli) -> Style {
 
 /// Prints what was asked for. What does not arrive makes the exit code 2; a reader that went away (`| head`) is no error.
 pub(crate) fn print(text: &str) {
-    let mut out = io::stdout().lock();
-    note_lost(out.write_all(text.as_bytes()).and_then(|()| out.flush()));
+    progress::aside(|| {
+        let mut out = io::stdout().lock();
+        note_lost(out.write_all(text.as_bytes()).and_then(|()| out.flush()));
+    });
 }
 
 fn note_lost(printed: io::Result<()>) {
@@ -101,5 +141,7 @@ fn note_lost(printed: io::Result<()>) {
 
 /// Prints what is said beside it.
 pub(crate) fn print_error(text: &str) {
-    let _ = std::io::stderr().lock().write_all(text.as_bytes());
+    progress::aside(|| {
+        let _ = std::io::stderr().lock().write_all(text.as_bytes());
+    });
 }

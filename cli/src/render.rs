@@ -1,12 +1,10 @@
-//! How findings are shown: for people, one line each, as JSON in the shape of the language server protocol, or as SARIF 2.1.0.
+//! How findings are shown to people: with their source lines, or one line each. What machines read is in [`crate::report`].
 
 use annotate_snippets::renderer::DecorStyle;
 use annotate_snippets::{AnnotationKind, Group, Level, Origin, Patch, Renderer, Snippet};
 use grafsynth_driver::source::{Source, Sources};
-use grafsynth_ir::diag::{Diagnostic, Label, Notation, Severity};
+use grafsynth_ir::diag::{Diagnostic, Label, Severity};
 use grafsynth_ir::{FileId, Span};
-use serde_json::{Value, json};
-use std::path::Path;
 
 /// How findings are shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
@@ -15,9 +13,9 @@ pub(crate) enum MessageFormat {
     Human,
     /// `path:line:column: error[G0101]: message`, one line each.
     Short,
-    /// One JSON object a line, in the shape of an LSP diagnostic, with `file` and `code`.
+    /// One JSON object a line (docs/report-json.md): findings in the shape of an LSP diagnostic, and every answer.
     Json,
-    /// One SARIF 2.1.0 document.
+    /// One SARIF 2.1.0 document, with every answer.
     Sarif,
 }
 
@@ -34,45 +32,34 @@ pub(crate) struct Style {
     pub(crate) width: usize,
 }
 
-/// All findings as text, in order of place within each file, errors and warnings mixed.
+/// All findings as text for people, in order of place within each file, errors and warnings mixed.
 pub(crate) fn render(sources: &Sources, diagnostics: &[Diagnostic], style: Style) -> String {
-    let spoken: Vec<Diagnostic> = diagnostics
-        .iter()
-        .map(|diagnostic| diagnostic.clone().spoken(notation(sources, diagnostic)))
-        .collect();
-    let mut sorted: Vec<&Diagnostic> = spoken.iter().collect();
+    let (shown, hidden) = sorted_and_limited(diagnostics, style.max_diagnostics);
+    match style.format {
+        MessageFormat::Short => short(sources, &shown, &hidden),
+        MessageFormat::Human | MessageFormat::Json | MessageFormat::Sarif => {
+            human(sources, &shown, &hidden, style)
+        }
+    }
+}
+
+/// Findings that were left out: of which file, and how many.
+pub(crate) type Hidden = Vec<(Option<FileId>, usize)>;
+
+/// The findings in order of place, at most `max` of a file, and how many were left out.
+pub(crate) fn sorted_and_limited(
+    diagnostics: &[Diagnostic],
+    max: usize,
+) -> (Vec<&Diagnostic>, Hidden) {
+    let mut sorted: Vec<&Diagnostic> = diagnostics.iter().collect();
     sorted.sort_by_key(|diagnostic| {
         diagnostic.labels.first().map_or((1, Span::default()), |label| (0, label.span))
     });
-    let (shown, hidden) = limit(&sorted, style.max_diagnostics);
-    match style.format {
-        MessageFormat::Human => human(sources, &shown, &hidden, style),
-        MessageFormat::Short => short(sources, &shown, &hidden),
-        MessageFormat::Json => {
-            shown.iter().map(|diagnostic| format!("{}\n", lsp(sources, diagnostic))).collect()
-        }
-        MessageFormat::Sarif => format!("{}\n", sarif(sources, &shown)),
-    }
-}
-
-/// The words in which the file of a finding is written.
-fn notation(sources: &Sources, diagnostic: &Diagnostic) -> Notation {
-    let first = diagnostic.labels.first().and_then(|label| sources.get(label.span.file));
-    let path = first.map_or("", |source| source.path.as_str());
-    let extension = Path::new(path).extension().and_then(|one| one.to_str()).unwrap_or_default();
-    match extension.to_ascii_lowercase().as_str() {
-        "scxml" => Notation::Scxml,
-        "st" | "xml" => Notation::Iec,
-        "c" | "h" => Notation::C,
-        _ => Notation::Graf,
-    }
+    limit(&sorted, max)
 }
 
 /// Keeps `max` findings a file, errors before warnings before notes; says for each file how many were left out.
-fn limit<'a>(
-    sorted: &[&'a Diagnostic],
-    max: usize,
-) -> (Vec<&'a Diagnostic>, Vec<(Option<FileId>, usize)>) {
+fn limit<'a>(sorted: &[&'a Diagnostic], max: usize) -> (Vec<&'a Diagnostic>, Hidden) {
     let file = |diagnostic: &Diagnostic| diagnostic.labels.first().map(|label| label.span.file);
     let mut files: Vec<Option<FileId>> = sorted.iter().map(|diagnostic| file(diagnostic)).collect();
     files.sort_unstable();
@@ -98,7 +85,7 @@ fn limit<'a>(
     (kept.into_iter().map(|(_, diagnostic)| diagnostic).collect(), hidden)
 }
 
-fn severity_word(severity: Severity) -> &'static str {
+pub(crate) fn severity_word(severity: Severity) -> &'static str {
     match severity {
         Severity::Error => "error",
         Severity::Warning => "warning",
@@ -284,120 +271,6 @@ fn window<'a>(source: &'a Source, labels: &[(usize, &Label)]) -> Window<'a> {
     Window { path: source.path.as_str(), first_line, text, annotations }
 }
 
-fn lsp_range(sources: &Sources, span: Span) -> Value {
-    let place = |offset: u32| {
-        sources.get(span.file).map_or_else(
-            || json!({"line": 0, "character": 0}),
-            |source| {
-                let at = source.boundary(offset as usize);
-                let line = source.line_of(at);
-                // The protocol counts UTF-16 code units.
-                let before = source.text.get(source.line_range(line).start..at).unwrap_or_default();
-                json!({"line": line, "character": before.encode_utf16().count()})
-            },
-        )
-    };
-    json!({"start": place(span.start), "end": place(span.end)})
-}
-
-fn path_of(sources: &Sources, span: Span) -> &str {
+pub(crate) fn path_of(sources: &Sources, span: Span) -> &str {
     sources.get(span.file).map_or("", |source| source.path.as_str())
-}
-
-fn lsp(sources: &Sources, diagnostic: &Diagnostic) -> Value {
-    let severity = match diagnostic.severity {
-        Severity::Error => 1,
-        Severity::Warning => 2,
-        Severity::Note => 3,
-    };
-    let main = diagnostic.labels.first().map_or_else(Span::default, |label| label.span);
-    let related: Vec<Value> = diagnostic
-        .labels
-        .iter()
-        .enumerate()
-        .filter(|(index, label)| *index > 0 || !label.text.is_empty())
-        .map(|(_, label)| {
-            json!({
-                "location": {"uri": path_of(sources, label.span), "range": lsp_range(sources, label.span)},
-                "message": label.text,
-            })
-        })
-        .collect();
-    let mut value = json!({
-        "file": if diagnostic.labels.is_empty() { "" } else { path_of(sources, main) },
-        "range": lsp_range(sources, main),
-        "severity": severity,
-        "code": diagnostic.code.id,
-        "source": "grafsynth",
-        "message": diagnostic.message,
-        "relatedInformation": related,
-    });
-    if let Some(help) = &diagnostic.help {
-        value["data"]["help"] = json!(help);
-    }
-    if let Some(fix) = &diagnostic.fix {
-        value["data"]["fix"] = json!({
-            "file": path_of(sources, fix.span),
-            "range": lsp_range(sources, fix.span),
-            "newText": fix.replacement,
-        });
-    }
-    value
-}
-
-fn sarif(sources: &Sources, shown: &[&Diagnostic]) -> Value {
-    let mut rules: Vec<(&str, &str)> =
-        shown.iter().map(|diagnostic| (diagnostic.code.id, diagnostic.code.title)).collect();
-    rules.sort_unstable();
-    rules.dedup();
-    let location = |span: Span, text: &str| {
-        let (start, end) = (sources.start(span), sources.end(span));
-        let mut value = json!({
-            "physicalLocation": {
-                "artifactLocation": {"uri": path_of(sources, span)},
-                "region": {
-                    "startLine": start.map_or(1, |at| at.line),
-                    "startColumn": start.map_or(1, |at| at.column),
-                    "endLine": end.map_or(1, |at| at.line),
-                    "endColumn": end.map_or(1, |at| at.column),
-                },
-            },
-        });
-        if !text.is_empty() {
-            value["message"] = json!({"text": text});
-        }
-        value
-    };
-    let results: Vec<Value> = shown
-        .iter()
-        .map(|diagnostic| {
-            let mut locations =
-                diagnostic.labels.iter().map(|label| location(label.span, &label.text));
-            let text = match &diagnostic.help {
-                Some(help) => format!("{} (help: {help})", diagnostic.message),
-                None => diagnostic.message.clone(),
-            };
-            json!({
-                "ruleId": diagnostic.code.id,
-                "level": severity_word(diagnostic.severity),
-                "message": {"text": text},
-                "locations": locations.next().into_iter().collect::<Vec<_>>(),
-                "relatedLocations": locations.collect::<Vec<_>>(),
-            })
-        })
-        .collect();
-    json!({
-        "$schema": "https://json.schemastore.org/sarif-2.1.0.json",
-        "version": "2.1.0",
-        "runs": [{
-            "tool": {"driver": {
-                "name": "grafsynth",
-                "version": env!("CARGO_PKG_VERSION"),
-                "rules": rules.iter().map(|(id, title)| json!({"id": id, "shortDescription": {"text": title}}))
-                    .collect::<Vec<_>>(),
-            }},
-            "columnKind": "unicodeCodePoints",
-            "results": results,
-        }],
-    })
 }

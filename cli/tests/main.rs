@@ -1,10 +1,11 @@
 //! The program itself, started as a user starts it.
 
 mod cases;
-mod empty;
+mod exit_codes;
 mod hostile;
 mod packages;
 mod pages;
+mod reports;
 mod tested_c;
 mod traced;
 mod trust;

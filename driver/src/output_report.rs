@@ -3,7 +3,7 @@
 use crate::judge::EqualBy;
 use grafsynth_sim::Stimulus;
 use grafsynth_verify::equiv::{Counterexample, Verdict};
-use grafsynth_verify::{Certificate, Dominance, Open, OpenReason, Scope};
+use grafsynth_verify::{Certificate, Dominance, Method, Open, OpenReason, Scope};
 
 /// How sure we are of an output, the surest first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -162,6 +162,48 @@ pub enum Note {
     NoStyle,
     /// What a tool remarked.
     Remark(String),
+}
+
+impl Note {
+    /// Its name for machines.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        match self {
+            Note::Burned(_) => "fuse-map",
+            Note::Emergency(_) => "emergency",
+            Note::Codes(_) => "codes",
+            Note::Safe(_) => "safe",
+            Note::NotSafe(_) => "not-safe",
+            Note::PinsOpen(_) => "pins-open",
+            Note::Form(_) => "form",
+            Note::History { .. } => "history",
+            Note::Synchronised { .. } => "synchronised",
+            Note::WithoutForeignCode => "without-foreign-code",
+            Note::CriticalSection(_) => "critical-section",
+            Note::Gate => "gate",
+            Note::OtherStyle { .. } => "other-style",
+            Note::NoStyle => "no-style",
+            Note::Remark(_) => "remark",
+        }
+    }
+}
+
+impl OutputProof {
+    /// Its name for machines.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        match self {
+            OutputProof::SameNet => "same-net",
+            OutputProof::SameProducts => "same-products",
+            OutputProof::Circuit(certificate) => match certificate.method {
+                Method::Explicit { .. } => "enumeration",
+                Method::Symbolic { .. } => "induction",
+            },
+            OutputProof::Rebuilt(_) => "equal-circuits",
+            OutputProof::Bitstream(_) => "equal-bitstream",
+            OutputProof::Run { .. } => "enumeration",
+        }
+    }
 }
 
 impl std::fmt::Display for Note {

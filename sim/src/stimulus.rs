@@ -1,6 +1,6 @@
 //! Stimuli: what the environment does, row by row (semantics §11).
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
 use grafsynth_ir::diag::nearest;
@@ -10,8 +10,10 @@ use grafsynth_ir::{Diagnostic, FileId, Span};
 
 use crate::codes;
 use crate::csv::{self, Cell};
+use crate::expected::{Expected, can_be_expected};
 use crate::reaction::eval_by;
 use crate::row::{InputRow, has_column};
+use crate::trace::TraceLayout;
 
 /// The largest number of ticks in a row (semantics §7).
 pub const MAX_DT: u32 = i32::MAX as u32;
@@ -118,13 +120,25 @@ impl Stimulus {
         text
     }
 
-    /// Reads a stimulus for the net. Errors leave no stimulus; a broken assumption is a warning.
+    /// Reads a stimulus for the net; columns of a trace that are no inputs are passed over. Errors leave no stimulus; a broken assumption is a warning.
     #[must_use]
     pub fn parse_csv(net: &Net, file: FileId, text: &str) -> (Option<Stimulus>, Vec<Diagnostic>) {
+        let (read, found) = Self::parse_with_expected(net, file, text);
+        (read.map(|(stimulus, _)| stimulus), found)
+    }
+
+    /// Reads a stimulus for the net, and what it expects: a trace is a stimulus that expects what it shows.
+    #[must_use]
+    pub fn parse_with_expected(
+        net: &Net,
+        file: FileId,
+        text: &str,
+    ) -> (Option<(Stimulus, Expected)>, Vec<Diagnostic>) {
         let mut reader = Reader {
             net,
             file,
             stimulus: Stimulus { zero: InputRow::zero(net).values, ..Stimulus::default() },
+            expected: Expected::default(),
             header: Vec::new(),
             diagnostics: Vec::new(),
             broken: 0,
@@ -189,6 +203,10 @@ fn broken_assumption(net: &Net, row: &InputRow) -> Option<usize> {
 enum Meaning {
     Dt,
     Input(InputId),
+    /// The number of the row, in a trace.
+    Scan,
+    /// What the trace should show.
+    Expected,
     /// Already reported.
     Nothing,
 }
@@ -197,6 +215,7 @@ struct Reader<'t> {
     net: &'t Net,
     file: FileId,
     stimulus: Stimulus,
+    expected: Expected,
     header: Vec<Meaning>,
     diagnostics: Vec<Diagnostic>,
     broken: usize,
@@ -206,6 +225,13 @@ impl Reader<'_> {
     fn header(&mut self, start: usize, line: &str) {
         let inputs: BTreeMap<&str, InputId> =
             self.net.inputs.iter().map(|(id, input)| (input.name.text.as_str(), id)).collect();
+        let layout = TraceLayout::of(self.net);
+        let computed: BTreeSet<&str> = layout
+            .columns
+            .iter()
+            .filter(|column| can_be_expected(column.kind))
+            .map(|column| column.name.as_str())
+            .collect();
         let mut seen: BTreeMap<&str, Span> = BTreeMap::new();
         for cell in csv::cells(self.file, start, line) {
             let meaning = match seen.insert(cell.text, cell.span) {
@@ -221,7 +247,7 @@ impl Reader<'_> {
                     );
                     Meaning::Nothing
                 }
-                None => self.meaning(&inputs, cell),
+                None => self.meaning(&inputs, &computed, cell),
             };
             if let Meaning::Input(input) = meaning {
                 self.stimulus.columns.push(input);
@@ -233,9 +259,23 @@ impl Reader<'_> {
         }
     }
 
-    fn meaning(&mut self, inputs: &BTreeMap<&str, InputId>, cell: Cell<'_>) -> Meaning {
+    fn meaning(
+        &mut self,
+        inputs: &BTreeMap<&str, InputId>,
+        computed: &BTreeSet<&str>,
+        cell: Cell<'_>,
+    ) -> Meaning {
         if cell.text == "dt" {
             return Meaning::Dt;
+        }
+        if !inputs.contains_key(cell.text) {
+            if cell.text == "scan" && self.header.is_empty() {
+                return Meaning::Scan;
+            }
+            if computed.contains(cell.text) {
+                self.expected.column(cell.text, cell.span);
+                return Meaning::Expected;
+            }
         }
         let found = inputs.get(cell.text).map(|id| (*id, &self.net.inputs[*id]));
         match found {
@@ -276,6 +316,8 @@ impl Reader<'_> {
         let first_value = self.stimulus.values.len();
         let mut n_cells = 0;
         let mut events: Vec<(Cell<'_>, InputId)> = Vec::new();
+        let mut expected = Vec::new();
+        let mut is_reset = false;
         for (place, cell) in csv::cells(self.file, start, line).enumerate() {
             n_cells = place + 1;
             match self.header.get(place).copied() {
@@ -287,6 +329,11 @@ impl Reader<'_> {
                     }
                     self.stimulus.values.push(value);
                 }
+                // Row 0 of a trace is the reset, which no stimulus gives.
+                Some(Meaning::Scan) => {
+                    is_reset = self.stimulus.is_empty() && cell.text == "0";
+                }
+                Some(Meaning::Expected) => expected.push(cell.text.to_owned()),
                 Some(Meaning::Nothing) | None => {}
             }
         }
@@ -301,6 +348,13 @@ impl Reader<'_> {
                 .help("write one cell for each name of the header"),
             );
             self.stimulus.values.resize(first_value + self.stimulus.columns.len(), 0);
+        }
+        if !self.expected.is_empty() {
+            self.expected.row(expected, is_reset);
+        }
+        if is_reset {
+            self.stimulus.values.truncate(first_value);
+            return;
         }
         self.stimulus.dts.push(dt);
         if let [(_, first), (cell, second), ..] = events.as_slice()
@@ -386,9 +440,9 @@ impl Reader<'_> {
         }
     }
 
-    fn finish(self) -> (Option<Stimulus>, Vec<Diagnostic>) {
+    fn finish(self) -> (Option<(Stimulus, Expected)>, Vec<Diagnostic>) {
         let has_error = self.diagnostics.iter().any(Diagnostic::is_error);
-        ((!has_error).then_some(self.stimulus), self.diagnostics)
+        ((!has_error).then_some((self.stimulus, self.expected)), self.diagnostics)
     }
 }
 

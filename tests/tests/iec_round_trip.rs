@@ -49,7 +49,7 @@ fn features() -> Features {
         raise: false,
         tasks: false,
         reactions: false,
-        restart: true,
+        restart: false,
         otherwise: false,
         mealy: false,
         ..Features::plain()

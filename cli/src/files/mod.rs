@@ -18,6 +18,7 @@ use staging::Staging;
 use std::fs;
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// The largest source that is read unless `--source-limit` says otherwise: 64 MiB.
 pub(crate) const SOURCE_LIMIT: u64 = 64 << 20;
@@ -33,6 +34,47 @@ pub(crate) fn read_text(path: &str, limit: u64) -> Result<String, String> {
         let line = error.as_bytes()[..at].iter().filter(|byte| **byte == b'\n').count() + 1;
         format!("{path} is not UTF-8 text: byte {at}, in line {line}")
     })
+}
+
+/// Taken while files are written; true once some were.
+static WRITING: Mutex<bool> = Mutex::new(false);
+
+/// Waits until no files are being written, and keeps others from it. Whether some were written before.
+pub(crate) fn writing() -> MutexGuard<'static, bool> {
+    WRITING.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// True for a folder.
+pub(crate) fn is_folder(path: &str) -> bool {
+    path != "-" && Path::new(path).is_dir()
+}
+
+/// The files in a folder and below it, in the order of their paths. What begins with a dot is not looked at, and symbolic links to folders are not followed.
+///
+/// # Errors
+/// What the system says, or a name that is not UTF-8.
+pub(crate) fn below(folder: &str) -> Result<Vec<String>, String> {
+    let cannot =
+        |path: &Path, why: &dyn std::fmt::Display| format!("cannot read {}: {why}", path.display());
+    let mut found = Vec::new();
+    let mut open = vec![PathBuf::from(folder)];
+    while let Some(folder) = open.pop() {
+        for entry in fs::read_dir(&folder).map_err(|why| cannot(&folder, &why))? {
+            let entry = entry.map_err(|why| cannot(&folder, &why))?;
+            if entry.file_name().to_string_lossy().starts_with('.') {
+                continue;
+            }
+            let path = entry.path();
+            if entry.file_type().map_err(|why| cannot(&path, &why))?.is_dir() {
+                open.push(path);
+            } else if path.is_file() {
+                let text = path.to_str().ok_or_else(|| cannot(&path, &"its name is not UTF-8"))?;
+                found.push(text.to_owned());
+            }
+        }
+    }
+    found.sort();
+    Ok(found)
 }
 
 /// Reads the bytes of a file; `-` is standard input.
@@ -118,7 +160,10 @@ impl Plan<'_> {
         list.add(&self.made_of, files, |name| staging.has(name));
         let bytes = list.to_text().into_bytes();
         self.outputs.push(Output { name, bytes, keep_existing: false });
-        staging.commit(&self.outputs)
+        let mut is_written = writing();
+        staging.commit(&self.outputs)?;
+        *is_written = true;
+        Ok(())
     }
 }
 
@@ -127,7 +172,11 @@ impl Plan<'_> {
 /// # Errors
 /// As [`Plan::write`].
 pub(crate) fn write_in(folder: &Path, outputs: &[Output]) -> Result<(), String> {
-    Staging::begin(folder)?.commit(outputs)
+    let staging = Staging::begin(folder)?;
+    let mut is_written = writing();
+    staging.commit(outputs)?;
+    *is_written = true;
+    Ok(())
 }
 
 /// Writes files that the user named: those of one folder all or none. What is no ordinary file (`/dev/null`, a pipe) is written to as it is.

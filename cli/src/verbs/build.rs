@@ -5,6 +5,8 @@ use crate::exit::Exit;
 use crate::files;
 use crate::load::{Session, Stop};
 use crate::memory::Bound;
+use crate::progress;
+use crate::report::Answer;
 use grafsynth_backend_c::package::Ecosystem;
 use grafsynth_backend_c::{Package, Style, cost};
 use grafsynth_driver::codes;
@@ -35,6 +37,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
         crate::print(&list);
         return Ok(Exit::Done);
     }
+    session.begin(&arguments.input.file);
     let (design, mut found) = session.design(&arguments.input)?;
     let design = match design {
         Design::Net(design) => design,
@@ -45,7 +48,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
     };
     let made_of = session.made_of();
     if arguments.refit {
-        return Err(Stop::Usage(
+        return Err(Stop::Input(
             "--refit is for logic by others: a chart is always fitted".to_owned(),
         ));
     }
@@ -80,13 +83,14 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
         None => None,
         Some(path) => match super::sim::stimulus(session, net, Some(path), None, 0, 1)? {
             Some(stimulus) => Some(stimulus),
-            None => return Ok(Exit::Usage),
+            None => return Ok(Exit::Errors),
         },
     };
     let keep_pins = match &arguments.keep_pins {
         Some(path) => earlier_pins(session, path)?,
         None => Vec::new(),
     };
+    progress::doing(format!("looking at what {} can do", net.name));
     let facts = pipeline::facts(net, &limits);
     let source = arguments.input.file.rsplit(['/', '\\']).next().unwrap_or_default().to_owned();
     let options = BuildOptions {
@@ -142,6 +146,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
     };
     let (templates, others): (Vec<Target>, Vec<Target>) =
         targets.iter().partition(|target| **target == Target::Template);
+    progress::doing(format!("making and proving {} of {}", arguments.target.join(", "), net.name));
     let mut built = pipeline::build(net, &facts, &others, &options);
     if !templates.is_empty() {
         let bound = Bound::start(ENDLESS.id, "a template");
@@ -152,26 +157,29 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
         built.found.append(&mut rendered.found);
     }
     found.append(&mut built.found);
-    if let Err(stop) = check_c(net, &facts, &options, &mut built) {
+    if let Err(stop) = check_c(session, net, &facts, &options, &mut built) {
         session.show(&found);
         return Err(stop);
     }
     if !built.packages.is_empty() && !options.trusts_code {
         found.extend(trust::left_out(net));
     }
+    know(session, net, &built.lines);
     let mut bitstreams = bitstreams(&limits, &mut built);
     if arguments.blob {
         bitstreams.extend(images(&built));
     }
     let outcome = built.outcome();
-    if any_error(&found) {
+    if session.demands.refuse(&found) {
         session.show(&found);
-        say(session, &built.lines, Some("an output cannot be made"));
+        let why =
+            if any_error(&found) { "an output cannot be made" } else { "warnings are denied" };
+        say(session, net, &built.lines, Some(why));
         return Err(Stop::Errors);
     }
     if outcome == Outcome::Refuted {
         session.show(&found);
-        say(session, &built.lines, Some("an output is not equal to the chart"));
+        say(session, net, &built.lines, Some("an output is not equal to the chart"));
         return Ok(Exit::Refuted);
     }
     if arguments.measure {
@@ -185,9 +193,9 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
     }
     let outputs = outputs(session, arguments, &built, bitstreams);
     let stem = pipeline::file_stem(net);
-    write(session, arguments, &stem, made_of, outputs, found, &built.lines)?;
-    let is_open = built.lines.iter().any(|line| is_open(line, arguments.no_proof));
-    Ok(if is_open { Exit::Open } else { Exit::Done })
+    let made = Made { stem: &stem, net, made_of, outputs, lines: &built.lines };
+    write(session, arguments, made, found)?;
+    Ok(judged(session, arguments, &built.lines))
 }
 
 /// The net whose C may be compiled and run: without the C of the chart's author, unless that is trusted.
@@ -252,7 +260,7 @@ fn earlier_pins(session: &mut Session, path: &str) -> Result<Vec<(String, u32)>,
     let (design, found) = session.design(&Input::plain(path))?;
     session.show(&found);
     let Design::Logic(design) = design else {
-        return Err(Stop::Usage(format!(
+        return Err(Stop::Input(format!(
             "--keep-pins takes an output of an earlier build (.jed, .pld or .pds), and {path} is a chart"
         )));
     };
@@ -262,17 +270,31 @@ fn earlier_pins(session: &mut Session, path: &str) -> Result<Vec<(String, u32)>,
         }
         Err(found) => {
             session.show(&found);
-            Err(Stop::Usage(format!("--keep-pins: {path} does not say which signal has which pin")))
+            Err(Stop::Input(format!("--keep-pins: {path} does not say which signal has which pin")))
         }
     }
 }
 
-/// The proof of an output stayed open, and not because the user asked for none. What was not even tested is open all the same.
-fn is_open(line: &OutputReport, no_proof: bool) -> bool {
-    let (OutputVerdict::Open(open) | OutputVerdict::ReadBack(open)) = &line.verdict else {
-        return line.outcome() == Outcome::Open && !no_proof;
+/// What the outputs give that were written. A proof that the user did not want is no open question; what was not even tested is one all the same.
+pub(super) fn judged(session: &Session, arguments: &Build, lines: &[OutputReport]) -> Exit {
+    let of_line = |line: &OutputReport| match &line.verdict {
+        OutputVerdict::ReadBack(open) | OutputVerdict::Open(open)
+            if arguments.no_proof
+                && open.reasons.iter().all(|reason| *reason == OpenReason::NotAsked) =>
+        {
+            Exit::Done
+        }
+        OutputVerdict::ReadBack(open) | OutputVerdict::Open(open) => session.demands.open(open),
+        OutputVerdict::Proved(_) | OutputVerdict::Refuted(_) | OutputVerdict::NotChecked
+            if line.outcome() == Outcome::Open && !arguments.no_proof =>
+        {
+            Exit::Open
+        }
+        OutputVerdict::Proved(_) | OutputVerdict::Refuted(_) | OutputVerdict::NotChecked => {
+            Exit::Done
+        }
     };
-    !no_proof || open.reasons.iter().any(|reason| *reason != OpenReason::NotAsked)
+    lines.iter().map(of_line).fold(Exit::Done, Exit::worse)
 }
 
 fn targets(names: &[String]) -> Result<Vec<Target>, Stop> {
@@ -340,6 +362,7 @@ fn is_file(output: &str, file: &str) -> bool {
 /// # Errors
 /// The compiler refuses a text.
 fn check_c(
+    session: &Session,
     net: &Valid<Net>,
     facts: &Facts,
     options: &BuildOptions,
@@ -352,14 +375,15 @@ fn check_c(
             .iter()
             .find(|file| file.name.ends_with(".c"))
             .map_or("c", |file| file.name.as_str());
+        know(session, net, &built.lines);
+        progress::doing(format!("compiling and running {name}"));
         let checked = exhaustive::check(name, net, package, &options.limits, options.prove);
         let mut line = match checked {
             Ok(line) => line,
             Err(exhaustive::Refused(words)) => {
-                crate::print_error(&format!(
-                    "grafsynth: {name} was not written: the C compiler refuses it\n{words}\n"
-                ));
-                return Err(Stop::Errors);
+                return Err(Stop::Input(format!(
+                    "{name} was not written: the C compiler refuses it\n{words}"
+                )));
             }
         };
         if !options.trusts_code && !net.c_texts().is_empty() {
@@ -418,6 +442,7 @@ fn bitstreams(limits: &Limits, built: &mut Built) -> Vec<(String, Vec<u8>)> {
             built.lines.push(OutputReport::open(&job.name, OpenReason::ToolMissing(missing)));
             continue;
         }
+        progress::doing(format!("placing and routing {}", job.name));
         match ice40::bitstream(&job) {
             Ok(bitstream) => {
                 let mut line = judge(&job, &bitstream.read_back, limits);
@@ -459,22 +484,34 @@ fn outputs(
     all
 }
 
+/// What a build made.
+pub(super) struct Made<'a> {
+    /// The name that the list of outputs has.
+    pub(super) stem: &'a str,
+    /// The chart, or the pins of logic.
+    pub(super) net: &'a Valid<Net>,
+    /// The texts that decide what the outputs are.
+    pub(super) made_of: Vec<files::Hashed>,
+    /// The files.
+    pub(super) outputs: Vec<files::Output>,
+    /// What is known of them.
+    pub(super) lines: &'a [OutputReport],
+}
+
 /// Shows the findings, writes all files or none, and says what was found out about them.
 pub(super) fn write(
     session: &Session,
     arguments: &Build,
-    stem: &str,
-    made_of: Vec<files::Hashed>,
-    outputs: Vec<files::Output>,
+    made: Made<'_>,
     mut found: Vec<Diagnostic>,
-    lines: &[OutputReport],
 ) -> Result<(), Stop> {
+    let Made { stem, net, made_of, outputs, lines } = made;
     let read = session.paths();
     let plan = files::Plan { folder: &arguments.output, chart: stem, made_of, read, outputs };
     found.extend(stale(&plan.stale()));
     session.show(&found);
     let written = plan.write();
-    say(session, lines, written.as_ref().err().map(String::as_str));
+    say(session, net, lines, written.as_ref().err().map(String::as_str));
     Ok(written?)
 }
 
@@ -489,15 +526,29 @@ fn stale(all: &[files::Stale]) -> Option<Diagnostic> {
 }
 
 /// Says of each output what was found out about it; before that, that it was not written, and why.
-pub(super) fn say(session: &Session, lines: &[OutputReport], unwritten: Option<&str>) {
+pub(super) fn say(
+    session: &Session,
+    net: &Valid<Net>,
+    lines: &[OutputReport],
+    unwritten: Option<&str>,
+) {
     if let Some(why) = unwritten.filter(|_| !lines.is_empty()) {
         session.tell(&format!("nothing was written: {why}\n"));
     }
+    session.know(Vec::new());
     for line in lines {
-        if !session.quiet || line.outcome() == Outcome::Refuted {
-            crate::print(&format!("{line}\n"));
-        }
+        let (answer, text) = answer(net, line, unwritten.is_none());
+        session.answer(&answer, &text);
     }
+}
+
+fn answer(net: &Valid<Net>, line: &OutputReport, is_written: bool) -> (Answer, String) {
+    (Answer::of_output(line, net).with("written", is_written), format!("{line}\n"))
+}
+
+/// Keeps what is known so far for a user who stops the build.
+fn know(session: &Session, net: &Valid<Net>, lines: &[OutputReport]) {
+    session.know(lines.iter().map(|line| answer(net, line, false)).collect());
 }
 
 fn map_text(session: &Session, name: &str, map: &[MapEntry]) -> String {

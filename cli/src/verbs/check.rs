@@ -1,26 +1,41 @@
-//! `grafsynth check FILE`.
+//! `grafsynth check FILE…`.
 
-use crate::args::Check;
+use crate::args::{Check, Input};
 use crate::exit::Exit;
 use crate::files;
 use crate::load::{Session, Stop};
+use crate::progress;
+use crate::report::{About, Answer, Status, proof_name, reason};
 use grafsynth_backend_c::cost::Machine;
 use grafsynth_driver::logic::LogicDesign;
 use grafsynth_driver::read::{Design, NetDesign};
-use grafsynth_ir::diag::any_error;
-use grafsynth_ir::net::{Net, Policy};
+use grafsynth_ir::facts::Facts;
+use grafsynth_ir::net::{Net, Policy, Property};
 use grafsynth_ir::{Diagnostic, FileId, Valid};
-use grafsynth_verify::{Checked, Limits, Outcome, Wait, Waiting};
+use grafsynth_verify::{Checked, Limits, Outcome, PropertyVerdict, Scope, Wait, Waiting};
+use serde_json::json;
 use std::path::Path;
 
 /// Steps from which on a chart is large.
 const LARGE: usize = 100;
 
 pub(crate) fn run(session: &mut Session, arguments: &Check) -> Result<Exit, Stop> {
-    if let Some(pass) = &arguments.dump_after {
-        return dump(session, arguments, pass);
+    let inputs = session.inputs(&arguments.inputs)?;
+    if let [input] = inputs.as_slice() {
+        if let Some(pass) = &arguments.dump_after {
+            return dump(session, input, pass);
+        }
+        return one(session, arguments, input);
     }
-    let (design, mut found) = session.design(&arguments.input)?;
+    if arguments.dump_after.is_some() || arguments.certify.is_some() {
+        return Err(Stop::Usage("--dump-after and --certify take one file".to_owned()));
+    }
+    session.each(&inputs, |session, input| one(session, arguments, input))
+}
+
+fn one(session: &mut Session, arguments: &Check, input: &Input) -> Result<Exit, Stop> {
+    session.begin(&input.file);
+    let (design, mut found) = session.design(input)?;
     let design = match design {
         Design::Net(design) => design,
         Design::Logic(design) => return Ok(logic(session, &design, found)),
@@ -30,14 +45,17 @@ pub(crate) fn run(session: &mut Session, arguments: &Check) -> Result<Exit, Stop
     // A large chart has more states than can be visited; what its structure shows is found without them.
     let visited = if net.steps.len() > LARGE { limits.pairs.min(100_000) } else { limits.pairs };
     let visited = Limits { pairs: visited, ..limits.clone() };
+    let name = net.name.to_string();
+    progress::doing(format!("exploring what {name} can do"));
     let facts = grafsynth_verify::facts(net, &visited);
+    progress::doing(format!("looking for conflicts, dead ends and livelock in {name}"));
     let findings = grafsynth_verify::findings(net, &facts, &visited);
     found.extend(findings.found);
     if arguments.notes.iter().any(|what| what == "conflicts") {
         found.extend(findings.notes);
     }
     found.extend(grafsynth_driver::trust::unseen(net));
-    let machine = arguments.input.reading.machine;
+    let machine = input.reading.machine;
     if let Some(output) = &arguments.certify {
         return certify(session, &design, machine, output, &limits, found);
     }
@@ -45,34 +63,66 @@ pub(crate) fn run(session: &mut Session, arguments: &Check) -> Result<Exit, Stop
         found.extend(grafsynth_driver::libraries::certificates(chart, machine, &limits));
     }
     session.show(&found);
-    let exit = properties(session, net, &limits);
+    progress::doing(format!("proving the asserts of {name}"));
+    let mut exit = properties(session, net, &limits);
+    progress::doing(format!("looking how long transitions of {name} wait"));
     waits(session, net, &limits);
-    if any_error(&found) {
-        return Ok(Exit::Errors);
+    if session.demands.refuse(&found) {
+        return Ok(exit.worse(Exit::Errors));
     }
-    if !session.quiet {
-        crate::print(&format!(
-            "{}: {} steps, {} transitions{}\n",
-            net.name,
-            net.steps.len(),
-            net.transitions.len(),
-            facts.reach.as_ref().map_or_else(String::new, |reach| {
-                let most = if reach.exact { "" } else { "at most " };
-                match reach.situations {
-                    u128::MAX => ", more than 10^38 reachable situations".to_owned(),
-                    n => format!(", {most}{n} reachable situations"),
-                }
-            })
-        ));
-        if !findings.checked.is_empty() {
-            crate::print(&looked_for(&findings.checked));
-        }
+    counts(session, net, &facts);
+    if findings.checked.iter().any(|one| one.open.is_some()) {
+        exit = exit.worse(session.demands.unchecked());
     }
+    looked_for(session, &findings.checked);
     Ok(exit)
 }
 
+/// Says how large the chart is.
+fn counts(session: &Session, net: &Net, facts: &Facts) {
+    let (steps, transitions) = (net.steps.len(), net.transitions.len());
+    let mut message = format!("{steps} steps, {transitions} transitions");
+    let mut answer = Answer::new(About::Fact, net.name.to_string(), Status::Done, "")
+        .with("steps", steps)
+        .with("transitions", transitions);
+    if let Some(reach) = &facts.reach {
+        let most = if reach.exact { "" } else { "at most " };
+        message += &match reach.situations {
+            u128::MAX => ", more than 10^38 reachable situations".to_owned(),
+            n => format!(", {most}{n} reachable situations"),
+        };
+        // A number that JSON's readers keep whole, or text.
+        let situations = u64::try_from(reach.situations)
+            .ok()
+            .filter(|n| *n < 1 << 53)
+            .map_or_else(|| json!(reach.situations.to_string()), |n| json!(n));
+        answer = answer.with("situations", situations).with("exact", reach.exact);
+    }
+    let text = format!("{}: {message}\n", net.name);
+    answer.message = message;
+    session.answer(&answer, &text);
+}
+
+/// Says what was looked for, and what was not and why.
+fn looked_for(session: &Session, checked: &[Checked]) {
+    for one in checked {
+        let (status, message) = match &one.open {
+            None => (Status::Done, "looked for".to_owned()),
+            Some(why) => (Status::Open, why.to_string()),
+        };
+        let mut answer = Answer::new(About::Lint, one.check.name(), status, message);
+        if let Some(why) = &one.open {
+            answer = answer.with("reasons", vec![reason(why)]);
+        }
+        session.keep(&answer);
+    }
+    if !checked.is_empty() && !session.quiet {
+        crate::print(&looked_for_text(checked));
+    }
+}
+
 /// The line that says what was looked for, and what was not and why.
-fn looked_for(checked: &[Checked]) -> String {
+fn looked_for_text(checked: &[Checked]) -> String {
     let names =
         |all: &[&Checked]| all.iter().map(|one| one.check.name()).collect::<Vec<_>>().join(", ");
     let done: Vec<&Checked> = checked.iter().filter(|one| one.open.is_none()).collect();
@@ -98,7 +148,7 @@ fn looked_for(checked: &[Checked]) -> String {
 fn logic(session: &Session, design: &LogicDesign, mut found: Vec<Diagnostic>) -> Exit {
     found.extend(design.remarks());
     session.show(&found);
-    if any_error(&found) {
+    if session.demands.refuse(&found) {
         return Exit::Errors;
     }
     if !session.quiet {
@@ -125,14 +175,26 @@ fn logic(session: &Session, design: &LogicDesign, mut found: Vec<Diagnostic>) ->
         crate::print(&format!("{text}\n"));
     }
     let Some(fuses) = &design.fuses else { return Exit::Done };
-    if fuses.n_failed > 0 {
-        session.tell(&format!(
-            "refuted  {} of the file's {} test vectors do not pass\n",
-            fuses.n_failed, fuses.n_vectors
-        ));
-        return Exit::Refuted;
+    let (failed, vectors) = (fuses.n_failed, fuses.n_vectors);
+    if vectors == 0 {
+        return Exit::Done;
     }
-    Exit::Done
+    let (status, message) = match failed {
+        0 => (Status::Proved, format!("all {vectors} test vectors of the file pass")),
+        _ => {
+            (Status::Refuted, format!("{failed} of the file's {vectors} test vectors do not pass"))
+        }
+    };
+    let name = design.interface.name.to_string();
+    let answer = Answer::new(About::Vectors, name, status, message.as_str())
+        .with("vectors", vectors)
+        .with("failed", failed);
+    if failed == 0 {
+        session.keep(&answer);
+        return Exit::Done;
+    }
+    session.answer(&answer, &format!("refuted  {message}\n"));
+    Exit::Refuted
 }
 
 /// Writes the chart's text with certificates for the library charts in it.
@@ -151,7 +213,7 @@ fn certify(
     found.extend(certified.iter_mut().flat_map(|certified| certified.found.drain(..)));
     let Some(certified) = certified.filter(|certified| certified.charts > 0) else {
         session.show(&found);
-        return Err(Stop::Usage("there is no library chart in the file to certify".to_owned()));
+        return Err(Stop::Input("there is no library chart in the file to certify".to_owned()));
     };
     session.show(&found);
     if output.as_os_str() == "-" {
@@ -177,100 +239,138 @@ fn properties(session: &Session, net: &Valid<Net>, limits: &Limits) -> Exit {
         Ok(net) => (net, Exit::Done),
         Err(found) => {
             session.show(&found);
-            session.tell("open     emergency: its condition cannot stand in a property\n");
+            let message = "its condition cannot stand in a property";
+            let answer = Answer::new(About::Assert, "emergency", Status::Open, message);
+            session.answer(&answer, &format!("open     emergency: {message}\n"));
             (net.clone(), Exit::Open)
         }
     };
-    for verdict in grafsynth_verify::properties(&net, limits) {
-        let property = &net.properties[verdict.property];
-        let place = session.sources.describe(property.meta.span);
-        let text = session
-            .sources
-            .get(property.meta.span.file)
-            .and_then(|source| source.text.get(property.meta.span.range()))
-            .map_or_else(
-                || property.name.clone(),
-                |text| text.split_whitespace().collect::<Vec<_>>().join(" "),
-            );
-        let tags = if property.meta.req.is_empty() {
-            String::new()
-        } else {
-            format!(" [{}]", property.meta.req.join(", "))
-        };
-        match verdict.outcome {
-            Outcome::Proved { by, states, .. } => {
-                if !session.quiet {
-                    crate::print(&format!("proved   {text}{tags} ({by:?}, {states} states)\n"));
-                }
-            }
-            Outcome::Refuted { stimulus, row, .. } => {
-                let trace = grafsynth_sim::run(&net, &stimulus).to_csv();
-                session.tell(&format!("refuted  {text}{tags} at {place}, in row {row} of\n"));
-                for line in trace.lines() {
-                    session.tell(&format!("    {line}\n"));
-                }
-                exit = exit.max(Exit::Refuted);
-            }
-            Outcome::Open(why) => {
-                session.tell(&format!("open     {text}{tags}: {why}\n"));
-                if exit == Exit::Done {
-                    exit = Exit::Open;
-                }
-            }
-        }
+    for PropertyVerdict { property, outcome } in grafsynth_verify::properties(&net, limits) {
+        let property = &net.properties[property];
+        exit = exit.worse(said(session, &net, property, &outcome));
     }
     exit
 }
 
+/// Says of one property whether it holds.
+fn said(session: &Session, net: &Valid<Net>, property: &Property, outcome: &Outcome) -> Exit {
+    let span = property.meta.span;
+    let text = session
+        .sources
+        .get(span.file)
+        .and_then(|source| source.text.get(span.range()))
+        .map_or_else(
+            || property.name.clone(),
+            |text| text.split_whitespace().collect::<Vec<_>>().join(" "),
+        );
+    let tags = if property.meta.req.is_empty() {
+        String::new()
+    } else {
+        format!(" [{}]", property.meta.req.join(", "))
+    };
+    let answer = |status, message: String| Answer {
+        place: Some(span),
+        requirements: property.meta.req.clone(),
+        ..Answer::new(About::Assert, text.as_str(), status, message)
+    };
+    match outcome {
+        Outcome::Proved { by, states } => {
+            let answer = answer(Status::Proved, format!("proved by {}", proof_name(*by)))
+                .with("by", proof_name(*by))
+                .with("states", *states)
+                .scope(&Scope::EveryStimulus);
+            session.answer(&answer, &format!("proved   {text}{tags} ({by:?}, {states} states)\n"));
+            Exit::Done
+        }
+        Outcome::Refuted { stimulus, row, is_shortest } => {
+            let trace = grafsynth_sim::run(net, stimulus).to_csv();
+            let place = session.sources.describe(span);
+            let answer = answer(Status::Refuted, format!("broken in row {row} of a stimulus"))
+                .with("row", *row)
+                .with("is_shortest", *is_shortest)
+                .witness(&trace);
+            let mut text = format!("refuted  {text}{tags} at {place}, in row {row} of\n");
+            for line in trace.lines() {
+                text += &format!("    {line}\n");
+            }
+            session.answer(&answer, &text);
+            Exit::Refuted
+        }
+        Outcome::Open(why) => {
+            let answer = answer(Status::Open, why.to_string()).open(why);
+            session.answer(&answer, &format!("open     {text}{tags}: {why}\n"));
+            session.demands.open(why)
+        }
+    }
+}
+
 /// Says how long transitions that compete wait for their turn: a bound under `priority-age`, and under any policy the cycle on which one starves.
 fn waits(session: &Session, net: &Valid<Net>, limits: &Limits) {
-    if session.quiet {
-        return;
-    }
     // It is asked in passing, so it may not take long.
     let limits = Limits { pairs: limits.pairs.min(200_000), ..limits.clone() };
     let by_age = net.settings.policy == Policy::PriorityAge;
     let waits = match grafsynth_verify::waiting(net, &limits) {
         Ok(waits) => waits,
-        Err(why) if by_age => {
-            crate::print(&format!("open     how long transitions wait for their turn: {why}\n"));
+        Err(why) => {
+            let subject = "how long transitions wait for their turn";
+            let answer = Answer::new(About::Bound, subject, Status::Open, why.to_string())
+                .with("reasons", vec![reason(&why)]);
+            if by_age && !session.quiet {
+                session.answer(&answer, &format!("open     {subject}: {why}\n"));
+            } else {
+                session.keep(&answer);
+            }
             return;
         }
-        Err(_) => return,
     };
     for Waiting { transition, wait } in waits {
-        let name = &net.transitions[transition].name;
+        let transition = &net.transitions[transition];
+        let name = &transition.name;
+        let place = Some(transition.meta.span);
         match wait {
-            Wait::Bounded { turns, reactions, .. } if by_age => {
-                let turns = counted(turns as usize, "turn", "turns");
+            Wait::Bounded { turns, reactions, .. } => {
+                let counted_turns = counted(turns as usize, "turn", "turns");
                 let within = reactions.map_or_else(
                     || "; others may keep the step as long as they like".to_owned(),
                     |most| {
                         format!(", and fires within {most} reactions while its receptivity holds")
                     },
                 );
-                crate::print(&format!(
-                    "bound    {name} waits for at most {turns} of others{within}\n"
-                ));
+                let message = format!("waits for at most {counted_turns} of others{within}");
+                let answer =
+                    Answer::new(About::Bound, name.to_string(), Status::Proved, message.as_str())
+                        .with("turns", turns)
+                        .with("reactions", reactions);
+                let answer = Answer { place, ..answer };
+                if by_age {
+                    session.answer(&answer, &format!("bound    {name} {message}\n"));
+                } else {
+                    session.keep(&answer);
+                }
             }
-            Wait::Bounded { .. } => {}
             Wait::Starves { way, cycle } => {
                 let from = counted(way.len(), "row", "rows");
-                crate::print(&format!("starves  {name}: after {from} over and over, in"));
+                let last = counted(cycle.len(), "row", "rows");
                 let mut whole = way.clone();
                 cycle.rows().for_each(|row| whole.push(&row));
                 let trace = grafsynth_sim::run(net, &whole).to_csv();
-                let lines: Vec<&str> = trace.lines().collect();
-                crate::print(&format!(" the last {} of\n", counted(cycle.len(), "row", "rows")));
-                for line in lines {
-                    crate::print(&format!("    {line}\n"));
+                let message = format!("after {from} over and over, in the last {last} of a trace");
+                let answer = Answer::new(About::Bound, name.to_string(), Status::Done, message)
+                    .with("starves", true)
+                    .with("cycle", cycle.len())
+                    .witness(&trace);
+                let mut text =
+                    format!("starves  {name}: after {from} over and over, in the last {last} of\n");
+                for line in trace.lines() {
+                    text += &format!("    {line}\n");
                 }
+                session.answer(&Answer { place, ..answer }, &text);
             }
         }
     }
 }
 
-fn dump(session: &mut Session, arguments: &Check, pass: &str) -> Result<Exit, Stop> {
+fn dump(session: &mut Session, input: &Input, pass: &str) -> Result<Exit, Stop> {
     let passes: Vec<&str> = grafsynth_ir::lower::passes().collect();
     if pass == "list" {
         crate::print(&passes.iter().map(|pass| format!("{pass}\n")).collect::<String>());
@@ -285,10 +385,10 @@ fn dump(session: &mut Session, arguments: &Check, pass: &str) -> Result<Exit, St
             passes.join(", ")
         )));
     }
-    let (design, found) = session.net(&arguments.input)?;
+    let (design, found) = session.net(input)?;
     session.show(&found);
     let Some(chart) = &design.chart else {
-        return Err(Stop::Usage("a .net file has passed all passes already".to_owned()));
+        return Err(Stop::Input("a .net file has passed all passes already".to_owned()));
     };
     let costs = design.counted.as_ref().map(|counted| counted.costs.clone()).unwrap_or_default();
     match grafsynth_ir::lower::dump_after(chart, &costs, pass) {

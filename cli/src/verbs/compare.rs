@@ -1,36 +1,108 @@
-//! `grafsynth compare FILE`: all engines on one stimulus, and the first difference.
+//! `grafsynth compare FILE…`: all engines on one stimulus, or designs with each other.
 
 use super::compare_charts;
 use super::sim::{engine_named, stimulus};
 use crate::args::{Compare, Input};
 use crate::exit::Exit;
-use crate::load::{Session, Stop};
+use crate::files;
+use crate::load::{Session, Stop, charts_below};
+use crate::progress;
+use crate::report::{About, Answer, Status};
 use grafsynth_driver::compare::Apart;
 use grafsynth_driver::judge::{self, Judged, Renames};
 use grafsynth_driver::read::Design;
 use grafsynth_driver::trust;
 use grafsynth_engines::{Availability, Engine, EngineError, Job, ReferenceEngine};
-use grafsynth_ir::Span;
 use grafsynth_ir::logic::Logic;
 use grafsynth_ir::net::Net;
+use grafsynth_ir::{Span, Valid};
 use grafsynth_sim::{Difference, Stimulus, Trace, compare};
-use grafsynth_verify::{Limits, Verdict, verdict};
+use grafsynth_verify::{Limits, Tested, Verdict, verdict};
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
 
 pub(crate) fn run(session: &mut Session, arguments: &Compare) -> Result<Exit, Stop> {
     let renames = Renames::parse(&arguments.rename).map_err(|text| {
         Stop::Usage(format!("`{text}` is no pair of names: write --rename OTHER=NAME"))
     })?;
-    let (design, found) = session.design(&arguments.input)?;
-    session.show(&found);
-    if let Some(other) = &arguments.other {
-        return with_other(session, arguments, design, other, &renames);
+    let files = &arguments.inputs.files;
+    let reading = &arguments.inputs.reading;
+    let input = |file: &str| Input { file: file.to_owned(), reading: reading.clone() };
+    if let [folder, other] = files.as_slice()
+        && files::is_folder(folder)
+        && files::is_folder(other)
+    {
+        return folders(session, arguments, &renames);
     }
-    let Design::Net(design) = design else {
+    if files.len() == 1 {
+        let inputs = session.inputs(&arguments.inputs)?;
+        return match inputs.as_slice() {
+            [one] => engines(session, arguments, one),
+            all => session.each(all, |session, one| engines(session, arguments, one)),
+        };
+    }
+    if let Some(folder) = files.iter().find(|file| files::is_folder(file)) {
         return Err(Stop::Usage(format!(
+            "{folder} is a folder, which is compared with one other folder"
+        )));
+    }
+    let [first, others @ ..] = files.as_slice() else { return Ok(Exit::Usage) };
+    if let [other] = others {
+        return pair(session, arguments, &input(first), other, &renames);
+    }
+    let others: Vec<Input> = others.iter().map(|file| input(file)).collect();
+    session.each(&others, |session, other| {
+        pair(session, arguments, &input(first), &other.file, &renames)
+    })
+}
+
+/// Charts of one name in two folders; what only one folder has is said.
+fn folders(session: &Session, arguments: &Compare, renames: &Renames) -> Result<Exit, Stop> {
+    let [first, second] = arguments.inputs.files.as_slice() else { return Ok(Exit::Usage) };
+    let name = |folder: &str, path: &str| {
+        Path::new(path).strip_prefix(folder).unwrap_or(Path::new(path)).to_path_buf()
+    };
+    let names = |folder: &String| -> Result<BTreeSet<PathBuf>, Stop> {
+        Ok(charts_below(folder)?.iter().map(|path| name(folder, path)).collect())
+    };
+    let (ours, theirs) = (names(first)?, names(second)?);
+    let mut exit = Exit::Done;
+    for name in ours.symmetric_difference(&theirs) {
+        let folder = if ours.contains(name) { first } else { second };
+        let subject = name.display().to_string();
+        let message = format!("only {folder} has it");
+        let answer = Answer::new(About::Part, subject.as_str(), Status::Refuted, message.as_str());
+        session.answer(&answer, &format!("{subject}: {message}\n"));
+        exit = Exit::Refuted;
+    }
+    let both: Vec<Input> = ours
+        .intersection(&theirs)
+        .map(|name| Input {
+            file: Path::new(first).join(name).to_string_lossy().into_owned(),
+            reading: arguments.inputs.reading.clone(),
+        })
+        .collect();
+    let compared = session.each(&both, |session, input| {
+        let other = Path::new(second).join(name(first, &input.file));
+        pair(session, arguments, input, &other.to_string_lossy(), renames)
+    })?;
+    Ok(exit.worse(compared))
+}
+
+/// All engines on one stimulus.
+fn engines(session: &mut Session, arguments: &Compare, input: &Input) -> Result<Exit, Stop> {
+    session.begin(&input.file);
+    let (design, found) = session.design(input)?;
+    session.show(&found);
+    let Design::Net(design) = design else {
+        return Err(Stop::Input(format!(
             "{} is logic, which no engine but its own simulation runs: name a chart or other logic to compare it with",
-            arguments.input.file
+            input.file
         )));
     };
+    if session.demands.refuse(&found) {
+        return Ok(Exit::Errors);
+    }
     let net = &design.net;
     let engines: Vec<Box<dyn Engine>> = if arguments.engines.is_empty() {
         grafsynth_engines::all()
@@ -50,7 +122,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Compare) -> Result<Exit, St
     let Some(stimulus) =
         stimulus(session, net, arguments.stimulus.as_deref(), rows, arguments.seed, 1)?
     else {
-        return Ok(Exit::Usage);
+        return Ok(Exit::Errors);
     };
     let facts = grafsynth_driver::pipeline::facts(net, &Limits::default());
     let runnable = super::build::runnable(net, arguments.trust);
@@ -62,6 +134,9 @@ pub(crate) fn run(session: &mut Session, arguments: &Compare) -> Result<Exit, St
         Ok(trace) => trace,
         Err(_) => unreachable!("the reference simulator runs every valid net"),
     };
+    let answer = |name: &str, status, message: &str| {
+        Answer::new(About::Equality, name, status, message).with("reactions", stimulus.len())
+    };
     let say = |line: String| {
         if !session.quiet {
             crate::print(&line);
@@ -72,22 +147,39 @@ pub(crate) fn run(session: &mut Session, arguments: &Compare) -> Result<Exit, St
     for engine in &engines {
         let name = engine.name();
         if let Availability::Missing(tool) = engine.availability() {
-            say(format!("{name:<10} skipped: {tool} is not here\n"));
+            let message = format!("skipped: {tool} is not here");
+            session.answer(
+                &answer(name, Status::NotChecked, &message),
+                &format!("{name:<10} {message}\n"),
+            );
             n_skipped += 1;
             continue;
         }
+        progress::doing(format!("running engine {name} on {}", net.name));
         match engine.run(&job) {
             Ok(trace) => match compare(&reference, &trace) {
                 None => {
-                    say(format!("{name:<10} no difference\n"));
+                    let message = "no difference";
+                    session.answer(
+                        &answer(name, Status::Done, message),
+                        &format!("{name:<10} {message}\n"),
+                    );
                     n_equal += 1;
                 }
                 Some(difference) => {
-                    crate::print(&format!(
-                        "{name:<10} DIFFERENT\n{}",
-                        explain(session, net, &difference, &reference, name)
-                    ));
-                    exit = Exit::Refuted;
+                    let Difference { row, column, left, right } = &difference;
+                    let message = format!(
+                        "different: scan {row}, {column}: ir has `{left}`, {name} has `{right}`"
+                    );
+                    let text = explain(session, net, &difference, &reference, name);
+                    session.answer(
+                        &answer(name, Status::Refuted, &message)
+                            .with("row", *row)
+                            .with("column", column.as_str())
+                            .witness(&stimulus.to_csv(net)),
+                        &format!("{name:<10} DIFFERENT\n{text}"),
+                    );
+                    exit = exit.worse(Exit::Refuted);
                 }
             },
             Err(EngineError::Refused(found)) => {
@@ -98,16 +190,24 @@ pub(crate) fn run(session: &mut Session, arguments: &Compare) -> Result<Exit, St
                 } else {
                     String::new()
                 };
-                say(format!("{name:<10} cannot: {why}{more}\n"));
+                let message = format!("cannot: {why}{more}");
+                session.answer(
+                    &answer(name, Status::NotChecked, &message),
+                    &format!("{name:<10} {message}\n"),
+                );
                 n_skipped += 1;
                 if !arguments.engines.is_empty() {
                     session.show(&found);
-                    exit = exit.max(Exit::Usage);
+                    exit = exit.worse(Exit::Errors);
                 }
             }
             Err(EngineError::Failed(text)) => {
-                crate::print(&format!("{name:<10} FAILED: {text}\n"));
-                exit = Exit::Refuted;
+                let message = format!("FAILED: {text}");
+                session.answer(
+                    &answer(name, Status::Refuted, &message),
+                    &format!("{name:<10} {message}\n"),
+                );
+                exit = exit.worse(Exit::Errors);
             }
         }
     }
@@ -158,17 +258,23 @@ fn declared(net: &Net, column: &str) -> Option<Span> {
 }
 
 /// Two designs: the columns that both traces have must be equal. Where one is logic, it is then proved for every stimulus.
-fn with_other(
+fn pair(
     session: &mut Session,
     arguments: &Compare,
-    design: Design,
+    input: &Input,
     other: &str,
     renames: &Renames,
 ) -> Result<Exit, Stop> {
-    let mut input = Input::plain(other);
-    input.reading.machine = arguments.input.reading.machine;
-    let (other, found) = session.design(&input)?;
+    session.begin(&input.file);
+    let (design, found) = session.design(input)?;
     session.show(&found);
+    let mut second = Input::plain(other);
+    second.reading.machine = input.reading.machine;
+    let (other, also) = session.design(&second)?;
+    session.show(&also);
+    if session.demands.refuse(&found) || session.demands.refuse(&also) {
+        return Ok(Exit::Errors);
+    }
     for design in [&design, &other] {
         if let Design::Logic(logic) = design {
             session.show(&logic.beyond);
@@ -177,8 +283,10 @@ fn with_other(
             }
         }
     }
+    let subject = format!("{} and {}", input.file, second.file);
+    progress::doing(format!("comparing {subject}"));
     if let (Design::Net(left), Design::Net(right)) = (&design, &other) {
-        return compare_charts::run(session, arguments, &left.net, &right.net);
+        return compare_charts::run(session, arguments, &subject, &left.net, &right.net);
     }
     // A chart comes first, so that a proof is one about a chart wherever there is one.
     let (design, other) = match (design, other) {
@@ -203,9 +311,9 @@ fn with_other(
     let Some(stimulus) =
         stimulus(session, net, arguments.stimulus.as_deref(), rows, arguments.seed, 1)?
     else {
-        return Ok(Exit::Usage);
+        return Ok(Exit::Errors);
     };
-    let difference = match (&design, &other) {
+    let tested = match (&design, &other) {
         (Design::Net(_), Design::Net(_)) => unreachable!("charts have an answer of their own"),
         (Design::Net(design), Design::Logic(other)) => other
             .circuit()
@@ -215,26 +323,35 @@ fn with_other(
             .and_then(|circuit| judge::with_logic(design, circuit, &stimulus, renames)),
         (Design::Logic(_), Design::Net(_)) => unreachable!("the chart was put first"),
     };
-    let is_equal = difference.as_ref().is_ok_and(|outcome| outcome.difference.is_none());
-    let exit = finish(session, &stimulus, difference)?;
-    let Design::Logic(other) = &other else { return Ok(exit) };
+    let tested = match tested {
+        Ok(tested) => tested,
+        Err(found) => {
+            session.show(&found);
+            return Ok(Exit::Errors);
+        }
+    };
     let is_test = arguments.no_proof || arguments.stimulus.is_some() || arguments.random.is_some();
-    if !is_equal || is_test {
+    let exit = after_a_test(session, &subject, net, &stimulus, &tested, is_test);
+    if exit != Exit::Done || is_test {
         return Ok(exit);
     }
+    let Design::Logic(other) = &other else { return Ok(exit) };
     let Ok(circuit) = other.circuit() else { return Ok(exit) };
-    prove(session, &design, circuit, renames)
+    prove(session, &subject, &design, circuit, renames, stimulus.len())
 }
 
 /// The proof for every stimulus, after some were tried.
 fn prove(
     session: &Session,
+    subject: &str,
     design: &Design,
     circuit: &Logic,
     renames: &Renames,
+    reactions: usize,
 ) -> Result<Exit, Stop> {
     let limits = Limits::default();
-    let judged: Result<verdict::Verdict<String, String>, _> =
+    let answer = |status, message: &str| Answer::new(About::Equality, subject, status, message);
+    let judged: Result<verdict::Verdict<String, Box<Answer>>, _> =
         match design {
             Design::Net(design) => judge::prove_with_net(&design.net, circuit, renames, &limits)
                 .map(|verdict| match verdict {
@@ -243,77 +360,97 @@ fn prove(
                     }
                     Verdict::Refuted(found) => {
                         let Difference { row, column, left, right } = &found.difference;
-                        let mut text = format!(
+                        let message = format!(
                             "scan {row}, {column}: `{left}` in the first, `{right}` in the second"
                         );
-                        for line in found.stimulus.to_csv(&design.net).lines() {
-                            text += &format!("\n  {line}");
-                        }
-                        verdict::Verdict::Refuted(text)
+                        let answer = answer(Status::Refuted, &message)
+                            .with("row", *row)
+                            .with("column", column.as_str())
+                            .witness(&found.stimulus.to_csv(&design.net));
+                        verdict::Verdict::Refuted(Box::new(answer))
                     }
                     Verdict::Open(why) => verdict::Verdict::Open(why),
                 }),
             Design::Logic(design) => judge::prove_with_logic(design, circuit, renames, &limits)
                 .map(|judged| match judged {
                     Judged::Equal(by) => verdict::Verdict::Proved(by.to_string()),
-                    Judged::Different(how) => verdict::Verdict::Refuted(how),
+                    Judged::Different(how) => {
+                        verdict::Verdict::Refuted(Box::new(answer(Status::Refuted, &how)))
+                    }
                     Judged::Open(why) => verdict::Verdict::Open(why),
                 }),
         };
-    match judged {
+    Ok(match judged {
         Err(found) => {
             session.show(&found);
-            Ok(Exit::Usage)
+            Exit::Errors
         }
         Ok(verdict::Verdict::Proved(how)) => {
-            if !session.quiet {
-                crate::print(&format!("equal: {how}\n"));
+            session.answer(&answer(Status::Proved, &how), &format!("equal: {how}\n"));
+            Exit::Done
+        }
+        Ok(verdict::Verdict::Refuted(answer)) => {
+            let mut text = format!("different: {}\n", answer.message);
+            let witness = answer.details.get("witness").and_then(|csv| csv.as_str());
+            for line in witness.unwrap_or_default().lines() {
+                text += &format!("  {line}\n");
             }
-            Ok(Exit::Done)
+            session.answer(&answer, &text);
+            Exit::Refuted
         }
-        Ok(verdict::Verdict::Refuted(how)) => {
-            crate::print(&format!("different: {how}\n"));
-            Ok(Exit::Refuted)
+        Ok(verdict::Verdict::Open(mut why)) => {
+            let text = format!("open: not proved equal: {why}\n");
+            // The run before the proof is a test too.
+            why.tested
+                .get_or_insert_with(|| Tested { reactions: reactions as u64, ..Tested::default() });
+            session.answer(&answer(Status::Open, &why.to_string()).open(&why), &text);
+            session.demands.open(&why)
         }
-        Ok(verdict::Verdict::Open(why)) => {
-            if !session.quiet {
-                crate::print(&format!("open: not proved equal: {why}\n"));
-            }
-            Ok(Exit::Open)
-        }
-    }
+    })
 }
 
-fn finish(
+/// Says what a test showed. Where a proof follows, machines are told of its answer alone.
+fn after_a_test(
     session: &Session,
+    subject: &str,
+    net: &Valid<Net>,
     stimulus: &Stimulus,
-    difference: Result<grafsynth_driver::compare::Outcome, Vec<grafsynth_ir::Diagnostic>>,
-) -> Result<Exit, Stop> {
-    match difference {
-        Err(found) => {
-            session.show(&found);
-            Ok(Exit::Usage)
+    outcome: &grafsynth_driver::compare::Outcome,
+    is_test: bool,
+) -> Exit {
+    let answer = |status, message: &str| {
+        Answer::new(About::Equality, subject, status, message)
+            .with("reactions", stimulus.len())
+            .with("columns", outcome.n_columns)
+    };
+    match &outcome.difference {
+        None => {
+            let mut text = format!(
+                "no difference found in {} reactions, {} columns in common\n",
+                stimulus.len(),
+                outcome.n_columns
+            );
+            let mut answer = answer(Status::Done, text.trim_end());
+            if outcome.apart != Apart::default() {
+                text += &format!("not compared: {}\n", outcome.apart);
+                answer = answer.with("not_compared", outcome.apart.to_string());
+            }
+            if is_test {
+                session.answer(&answer, &text);
+            } else if !session.quiet {
+                crate::print(&text);
+            }
+            Exit::Done
         }
-        Ok(outcome) => match outcome.difference {
-            None => {
-                if !session.quiet {
-                    crate::print(&format!(
-                        "no difference found in {} reactions, {} columns in common\n",
-                        stimulus.len(),
-                        outcome.n_columns
-                    ));
-                    if outcome.apart != Apart::default() {
-                        crate::print(&format!("not compared: {}\n", outcome.apart));
-                    }
-                }
-                Ok(Exit::Done)
-            }
-            Some(Difference { row, column, left, right }) => {
-                crate::print(&format!(
-                    "different: scan {row}, {column}: `{left}` in the first, `{right}` in the second\n"
-                ));
-                Ok(Exit::Refuted)
-            }
-        },
+        Some(Difference { row, column, left, right }) => {
+            let message =
+                format!("scan {row}, {column}: `{left}` in the first, `{right}` in the second");
+            let answer = answer(Status::Refuted, &message)
+                .with("row", *row)
+                .with("column", column.as_str())
+                .witness(&stimulus.to_csv(net));
+            session.answer(&answer, &format!("different: {message}\n"));
+            Exit::Refuted
+        }
     }
 }

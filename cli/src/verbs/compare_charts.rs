@@ -4,17 +4,19 @@ use super::sim::stimulus;
 use crate::args::Compare;
 use crate::exit::Exit;
 use crate::load::{Session, Stop};
+use crate::report::{About, Answer, Status};
 use grafsynth_driver::compare as driver_compare;
 use grafsynth_ir::Valid;
 use grafsynth_ir::net::Net;
 use grafsynth_sim::{Difference, MAX_DT};
-use grafsynth_verify::Limits;
 use grafsynth_verify::pair::{Apart, Common, charts_by_chance, charts_equal, charts_on};
 use grafsynth_verify::verdict::Verdict;
+use grafsynth_verify::{Limits, Scope};
 
 pub(crate) fn run(
     session: &mut Session,
     arguments: &Compare,
+    subject: &str,
     left: &Valid<Net>,
     right: &Valid<Net>,
 ) -> Result<Exit, Stop> {
@@ -25,15 +27,35 @@ pub(crate) fn run(
             return Ok(Exit::Errors);
         }
     };
+    let answer = |status, message: &str| {
+        let columns: Vec<&str> = common.columns.iter().map(|column| column.name.as_str()).collect();
+        let omitted: Vec<String> = common.omitted.iter().map(ToString::to_string).collect();
+        Answer::new(About::Equality, subject, status, message)
+            .with("compared", columns)
+            .with("not_compared", omitted)
+    };
+    let refuted = |session: &Session, apart: &Apart| {
+        let text = different(left, right, &common, apart, "first", "second");
+        let answer = answer(Status::Refuted, &cells(&apart.difference, "first", "second"))
+            .with("is_shortest", apart.is_shortest)
+            .with("witness_of_second", apart.right.to_csv(right))
+            .witness(&apart.left.to_csv(left));
+        session.answer(&answer, &text);
+        Exit::Refuted
+    };
     if let Some(path) = arguments.stimulus.as_deref() {
         let Some(stimulus) = stimulus(session, left, Some(path), None, arguments.seed, MAX_DT)?
         else {
-            return Ok(Exit::Usage);
+            return Ok(Exit::Errors);
         };
         let found = charts_on(left, right, &common, &stimulus);
         return Ok(match found.difference {
             Some(difference) => {
-                crate::print(&format!("different: {}\n", cells(&difference, "first", "second")));
+                let message = cells(&difference, "first", "second");
+                session.answer(
+                    &answer(Status::Refuted, &message).witness(&stimulus.to_csv(left)),
+                    &format!("different: {message}\n"),
+                );
                 Exit::Refuted
             }
             None => {
@@ -45,7 +67,10 @@ pub(crate) fn run(
                         found.compared + 1
                     );
                 }
-                say(session, &format!("{text}\n{}", compared(&common)));
+                session.answer(
+                    &answer(Status::Done, &text).with("reactions", found.compared),
+                    &format!("{text}\n{}", compared(&common)),
+                );
                 Exit::Done
             }
         });
@@ -53,18 +78,12 @@ pub(crate) fn run(
     if let Some(reactions) = arguments.random.or(arguments.no_proof.then_some(10_000)) {
         let found = charts_by_chance(left, right, &common, reactions, arguments.seed, MAX_DT);
         return Ok(match found {
-            Err(apart) => {
-                crate::print(&different(left, right, &common, &apart, "first", "second"));
-                Exit::Refuted
-            }
+            Err(apart) => refuted(session, &apart),
             Ok(tested) => {
-                say(
-                    session,
-                    &format!(
-                        "no difference found in {} reactions\n{tested}\n{}",
-                        tested.reactions,
-                        compared(&common)
-                    ),
+                let message = format!("no difference found in {} reactions", tested.reactions);
+                session.answer(
+                    &answer(Status::Done, &message).tested(&tested),
+                    &format!("{message}\n{tested}\n{}", compared(&common)),
                 );
                 Exit::Done
             }
@@ -72,30 +91,24 @@ pub(crate) fn run(
     }
     Ok(match charts_equal(left, right, &common, &Limits::default(), arguments.seed) {
         Verdict::Proved(by) => {
-            say(session, &format!("equal: proved for every stimulus {by}\n{}", compared(&common)));
+            session.answer(
+                &answer(Status::Proved, &by.to_string()).scope(&Scope::EveryStimulus),
+                &format!("equal: proved for every stimulus {by}\n{}", compared(&common)),
+            );
             Exit::Done
         }
-        Verdict::Refuted(apart) => {
-            crate::print(&different(left, right, &common, &apart, "first", "second"));
-            Exit::Refuted
-        }
+        Verdict::Refuted(apart) => refuted(session, &apart),
         Verdict::Open(why) => {
-            say(
-                session,
+            session.answer(
+                &answer(Status::Open, &why.to_string()).open(&why),
                 &format!(
                     "open: no difference found, not proved equal: {why}\n{}",
                     compared(&common)
                 ),
             );
-            Exit::Open
+            session.demands.open(&why)
         }
     })
-}
-
-fn say(session: &Session, text: &str) {
-    if !session.quiet {
-        crate::print(text);
-    }
 }
 
 /// What a comparison speaks of and what not, by name.
@@ -108,7 +121,8 @@ pub(crate) fn compared(common: &Common) -> String {
     text
 }
 
-fn cells(difference: &Difference, first: &str, second: &str) -> String {
+/// A cell in which two traces differ.
+pub(crate) fn cells(difference: &Difference, first: &str, second: &str) -> String {
     let Difference { row, column, left, right } = difference;
     format!("scan {row}, {column}: `{left}` in the {first}, `{right}` in the {second}")
 }

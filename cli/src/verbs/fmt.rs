@@ -18,12 +18,12 @@ pub(crate) fn run(session: &mut Session, arguments: &Fmt) -> Result<Exit, Stop> 
             Some(Format::Graf) => grafsynth_driver::convert::format_graf(file, &source.text),
             Some(Format::Rules) => grafsynth_driver::convert::format_rules(file, &source.text),
             Some(other) => {
-                return Err(Stop::Usage(format!(
+                return Err(Stop::Input(format!(
                     "{path}: fmt takes charts (.graf .rules), not {}",
                     other.name()
                 )));
             }
-            None => return Err(Stop::Usage(format!("{path}: fmt takes charts (.graf .rules)"))),
+            None => return Err(Stop::Input(format!("{path}: fmt takes charts (.graf .rules)"))),
         };
         match formatted {
             Err(found) => {

@@ -24,7 +24,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Minimise) -> Result<Exit, S
         return Err(if any_error(&found) {
             Stop::Errors
         } else {
-            Stop::Usage(format!("{} is empty", arguments.file))
+            Stop::Input(format!("{} is empty", arguments.file))
         });
     };
     let is_piped = arguments.output.as_ref().is_some_and(|output| output.as_os_str() == "-");

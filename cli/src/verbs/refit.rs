@@ -1,6 +1,6 @@
 //! `grafsynth build OLD --target T`: logic by others, burned as written or fitted anew.
 
-use super::build::{say, write};
+use super::build::{Made, judged, say, write};
 use crate::args::Build;
 use crate::exit::Exit;
 use crate::files::Output;
@@ -38,7 +38,7 @@ pub(super) fn run(
             other => match Target::named(other).and_then(Target::dialect) {
                 Some(dialect) => Wanted::Text(dialect),
                 None => {
-                    return Err(Stop::Usage(format!(
+                    return Err(Stop::Input(format!(
                         "{} is logic, which cannot become `{name}`: it can become jedec, palasm, cupl, galasm, verilog or blif",
                         arguments.input.file
                     )));
@@ -77,17 +77,19 @@ pub(super) fn run(
         }
     }
     if is_refused {
-        say(session, &built.lines, Some("an output cannot be made"));
+        say(session, &design.interface, &built.lines, Some("an output cannot be made"));
         return Err(Stop::Errors);
     }
     if outcome == Outcome::Refuted {
-        say(session, &built.lines, Some("an output is not equal to the text"));
+        say(session, &design.interface, &built.lines, Some("an output is not equal to the text"));
         return Ok(Exit::Refuted);
     }
     if arguments.report {
         let page = report::page_of_logic(&design.interface, &built, stem);
         outputs.extend(page.into_iter().map(output));
     }
-    write(session, arguments, stem, made_of, outputs, Vec::new(), &built.lines)?;
-    Ok(if outcome == Outcome::Open { Exit::Open } else { Exit::Done })
+    let net = &design.interface;
+    let made = Made { stem, net, made_of, outputs, lines: &built.lines };
+    write(session, arguments, made, Vec::new())?;
+    Ok(judged(session, arguments, &built.lines))
 }

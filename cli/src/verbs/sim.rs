@@ -4,6 +4,7 @@ use crate::args::Sim;
 use crate::exit::Exit;
 use crate::files;
 use crate::load::{Session, Stop};
+use crate::report::{About, Answer, Status};
 use grafsynth_driver::logic::LogicDesign;
 use grafsynth_driver::read::Design;
 use grafsynth_driver::trust;
@@ -11,7 +12,7 @@ use grafsynth_engines::{Availability, EngineError, Job};
 use grafsynth_ir::diag::any_error;
 use grafsynth_ir::net::Net;
 use grafsynth_ir::{Diagnostic, Valid};
-use grafsynth_sim::{Simulator, Stimulus, Trace, TraceLayout, run_with};
+use grafsynth_sim::{Difference, Expected, Simulator, Stimulus, Trace, TraceLayout, run_with};
 
 pub(crate) fn run(session: &mut Session, arguments: &Sim) -> Result<Exit, Stop> {
     if arguments.engine == "list" {
@@ -23,6 +24,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Sim) -> Result<Exit, Stop> 
         return Ok(Exit::Done);
     }
     let engine = engine_named(&arguments.engine)?;
+    session.begin(&arguments.input.file);
     let (design, mut found) = session.design(&arguments.input)?;
     let design = match design {
         Design::Net(design) => design,
@@ -36,9 +38,12 @@ pub(crate) fn run(session: &mut Session, arguments: &Sim) -> Result<Exit, Stop> 
         }
     };
     session.show(&found);
+    if session.demands.refuse(&found) {
+        return Ok(Exit::Errors);
+    }
     let net = &design.net;
     let max_dt = if engine.is_chip() { 1 } else { 3 };
-    let Some(stimulus) = stimulus(
+    let Some((stimulus, expected)) = with_expected(
         session,
         net,
         arguments.stimulus.as_deref(),
@@ -47,8 +52,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Sim) -> Result<Exit, Stop> 
         max_dt,
     )?
     else {
-        // Wrong use rather than a wrong chart: semantics.md §11.
-        return Ok(Exit::Usage);
+        return Ok(Exit::Errors);
     };
     let keeps_state = arguments.restore.is_some() || arguments.save.is_some();
     if keeps_state && engine.name() != "ir" {
@@ -64,7 +68,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Sim) -> Result<Exit, Stop> 
         trace
     } else {
         if let Availability::Missing(tool) = engine.availability() {
-            return Err(Stop::Usage(format!(
+            return Err(Stop::Input(format!(
                 "engine {} needs {tool}, which is not here",
                 engine.name()
             )));
@@ -78,23 +82,49 @@ pub(crate) fn run(session: &mut Session, arguments: &Sim) -> Result<Exit, Stop> 
             Ok(trace) => trace,
             Err(EngineError::Refused(found)) => {
                 session.show(&found);
-                return Ok(if any_error(&found) { Exit::Usage } else { Exit::Open });
+                return Ok(Exit::Errors);
             }
             Err(EngineError::Failed(text)) => {
-                return Err(Stop::Usage(format!("engine {} failed: {text}", engine.name())));
+                return Err(Stop::Input(format!("engine {} failed: {text}", engine.name())));
             }
         }
     };
-    write(&trace, arguments)
+    write(&trace, arguments)?;
+    Ok(as_expected(session, arguments, &expected, &trace))
+}
+
+/// Says where the trace is not what the stimulus expects.
+fn as_expected(session: &Session, arguments: &Sim, expected: &Expected, trace: &Trace) -> Exit {
+    if expected.is_empty() {
+        return Exit::Done;
+    }
+    let subject = arguments.stimulus.as_deref().unwrap_or_default();
+    let answer = |status, message: &str| Answer::new(About::Replay, subject, status, message);
+    let Some(difference) = expected.first_difference(trace) else {
+        let message = format!("as expected: {} cells", expected.cells());
+        session.keep(&answer(Status::Done, &message));
+        session.note(&format!("{subject}: {message}\n"));
+        return Exit::Done;
+    };
+    let Difference { row, column, left, right } = &difference;
+    let message = format!("scan {row}, {column}: `{left}` is expected, and it is `{right}`");
+    let answer = answer(Status::Refuted, &message)
+        .with("row", *row)
+        .with("column", column.as_str())
+        .with("expected", left.as_str())
+        .with("got", right.as_str());
+    session.keep(&answer);
+    session.warn(&format!("{subject}: different: {message}"));
+    Exit::Refuted
 }
 
 /// A circuit by others, one clock for each row.
 fn logic(session: &mut Session, design: &LogicDesign, arguments: &Sim) -> Result<Exit, Stop> {
     if arguments.restore.is_some() || arguments.save.is_some() {
-        return Err(Stop::Usage("the state of logic has no names to be saved by".to_owned()));
+        return Err(Stop::Input("the state of logic has no names to be saved by".to_owned()));
     }
     if !["ir", "equations", "jedec"].contains(&arguments.engine.as_str()) {
-        return Err(Stop::Usage(format!(
+        return Err(Stop::Input(format!(
             "engine {} runs charts; logic is simulated as it stands (leave --engine out)",
             arguments.engine
         )));
@@ -102,7 +132,7 @@ fn logic(session: &mut Session, design: &LogicDesign, arguments: &Sim) -> Result
     if design.fuses.is_none() && design.circuit().is_err() {
         return Err(Stop::Errors);
     }
-    let Some(stimulus) = stimulus(
+    let Some((stimulus, expected)) = with_expected(
         session,
         &design.interface,
         arguments.stimulus.as_deref(),
@@ -111,19 +141,22 @@ fn logic(session: &mut Session, design: &LogicDesign, arguments: &Sim) -> Result
         1,
     )?
     else {
-        return Ok(Exit::Usage);
+        return Ok(Exit::Errors);
     };
     match grafsynth_driver::run::design_trace(design, &stimulus) {
-        Ok(trace) => write(&trace, arguments),
+        Ok(trace) => {
+            write(&trace, arguments)?;
+            Ok(as_expected(session, arguments, &expected, &trace))
+        }
         Err(found) => {
             session.show(&found);
-            Ok(Exit::Usage)
+            Ok(Exit::Errors)
         }
     }
 }
 
 /// The trace to where it was asked for.
-fn write(trace: &Trace, arguments: &Sim) -> Result<Exit, Stop> {
+fn write(trace: &Trace, arguments: &Sim) -> Result<(), Stop> {
     match &arguments.trace {
         None => crate::print(&trace.to_csv()),
         Some(path) => {
@@ -141,7 +174,7 @@ fn write(trace: &Trace, arguments: &Sim) -> Result<Exit, Stop> {
             files::write_named(vec![(path.clone(), text.into_bytes())])?;
         }
     }
-    Ok(Exit::Done)
+    Ok(())
 }
 
 /// The engine of that name, or what there is.
@@ -165,16 +198,32 @@ pub(super) fn stimulus(
     seed: u64,
     max_dt: u32,
 ) -> Result<Option<Stimulus>, Stop> {
+    let read = with_expected(session, net, path, random, seed, max_dt)?;
+    Ok(read.map(|(stimulus, _)| stimulus))
+}
+
+/// As [`stimulus`], with what it expects.
+fn with_expected(
+    session: &mut Session,
+    net: &Valid<Net>,
+    path: Option<&str>,
+    random: Option<usize>,
+    seed: u64,
+    max_dt: u32,
+) -> Result<Option<(Stimulus, Expected)>, Stop> {
     match path {
         Some(path) => {
             let file = session.text(path)?;
             let text =
                 session.sources.get(file).map(|source| source.text.clone()).unwrap_or_default();
-            let (stimulus, found) = Stimulus::parse_csv(net, file, &text);
+            let (read, found) = Stimulus::parse_with_expected(net, file, &text);
             session.show(&found);
-            Ok(if any_error(&found) { None } else { stimulus })
+            Ok(if any_error(&found) { None } else { read })
         }
-        None => Ok(Some(Stimulus::random(net, random.unwrap_or(1000), seed, max_dt))),
+        None => {
+            let stimulus = Stimulus::random(net, random.unwrap_or(1000), seed, max_dt);
+            Ok(Some((stimulus, Expected::default())))
+        }
     }
 }
 

@@ -4,15 +4,18 @@ use crate::args::Trace;
 use crate::exit::Exit;
 use crate::files;
 use crate::load::{Session, Stop};
+use crate::report::{About, Answer, Status};
 use grafsynth_driver::{pipeline, ring};
 use grafsynth_verify::Limits;
 
 pub(crate) fn run(session: &mut Session, arguments: &Trace) -> Result<Exit, Stop> {
+    session.begin(&arguments.chart);
     let (design, found) = session.net_at(&arguments.chart, &arguments.reading)?;
     session.show(&found);
     let net = &design.net;
     let dump = files::read_bytes(&arguments.dump, session.source_limit)?;
-    let ring = ring::parse(net, &dump).map_err(|why| format!("{}: {why}", arguments.dump))?;
+    let ring =
+        ring::parse(net, &dump).map_err(|why| Stop::Input(format!("{}: {why}", arguments.dump)))?;
     let facts = pipeline::facts(net, &Limits::default());
     let replay = ring::replay(net, &facts, &ring);
     crate::print(&ring::to_csv(net, &replay));
@@ -25,9 +28,22 @@ pub(crate) fn run(session: &mut Session, arguments: &Trace) -> Result<Exit, Stop
         ring.reactions, ring.count, ring.places
     ));
     match replay.broken {
-        None => Ok(Exit::Done),
+        None => {
+            let message = format!("{} reactions are what the chart does", ring.reactions);
+            session.keep(&Answer::new(
+                About::Replay,
+                arguments.dump.as_str(),
+                Status::Done,
+                message,
+            ));
+            Ok(Exit::Done)
+        }
         Some(why) => {
-            crate::print_error(&format!("grafsynth: {why}\n"));
+            let why = why.to_string();
+            let answer =
+                Answer::new(About::Replay, arguments.dump.as_str(), Status::Refuted, &*why);
+            session.keep(&answer);
+            session.warn(&why);
             Ok(Exit::Refuted)
         }
     }

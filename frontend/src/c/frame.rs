@@ -47,7 +47,7 @@ pub(super) fn frame(
         Item::MacroStep(MacroStep {
             name: Name::new(name, span),
             body: Name::new(body, span),
-            role: if is_initial { StepRole::Initial } else { StepRole::Plain },
+            is_initial,
             meta: meta(span, String::new()),
             ..MacroStep::default()
         })

@@ -300,8 +300,7 @@ fn reaction_of_step<'a>(
     let place =
         Place { edges: true, events: true, ..Place::level(scope, "the condition of a reaction") };
     let guard = source.guard.as_ref().map(|guard| lowering.condition::<Leaf>(guard, &place));
-    let after = source.after.as_ref();
-    let after = after.map(|(length, span)| (lowering.length(scope, length, *span), *span));
+    let after = source.after.map(|(ns, span)| (lowering.ticks(ns, span), span));
     let actions = lowering.block(scope, ListKind::Change, &source.actions);
     let Ok(step) = step else { return };
     let mut operands: Vec<Expr<Leaf>> = guard.into_iter().flatten().collect();
@@ -381,8 +380,7 @@ pub(super) fn receptivity(
             }
         }
     }
-    if let Some((length, span)) = &source.after {
-        let span = *span;
+    if let Some((ns, span)) = source.after {
         if source.sources.is_empty() {
             failed = Some(
                 lowering.report(
@@ -394,7 +392,7 @@ pub(super) fn receptivity(
                 ),
             );
         }
-        match lowering.length(scope, length, span) {
+        match lowering.ticks(ns, span) {
             // `after 0` is true.
             Ok(0) => {}
             Ok(ticks) => operands.extend(timed(lowering, requires, span).into_iter().map(|step| {

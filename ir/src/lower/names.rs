@@ -34,8 +34,6 @@ pub(super) enum Attribute {
     LastElapsed,
     /// `done`
     Done,
-    /// `complete`, of a macro-step: its exit step is active.
-    Complete,
 }
 
 /// What a path in an expression stands for.
@@ -261,7 +259,6 @@ impl<'a> Lowering<'a> {
             "t" => Attribute::Elapsed,
             "T" => Attribute::LastElapsed,
             "done" => Attribute::Done,
-            "complete" => Attribute::Complete,
             _ => return None,
         };
         let found = match &self.flat {
@@ -269,8 +266,6 @@ impl<'a> Lowering<'a> {
             None => self.walk(scope, before),
         };
         match found.ok()? {
-            // A step that is no macro-step is never complete or not.
-            Symbol::Step(_) if attribute == Attribute::Complete => None,
             Symbol::Step(step) => Some((StepLike::Step(step), attribute)),
             Symbol::MacroStep(instance) => Some((StepLike::MacroStep(instance), attribute)),
             Symbol::Const(_)

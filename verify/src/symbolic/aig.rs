@@ -1,5 +1,7 @@
 //! Functions as and-inverter graphs, hashed so that what is built twice is one node; and whether two of them are equal.
 
+use std::cell::Cell;
+
 use batsat::{Callbacks, ClauseKind, Lit as SatLit, Solver, SolverInterface, SolverOpts, lbool};
 use grafsynth_logic::bdd::{Bdd, Full, Ref};
 use indexmap::IndexMap;
@@ -61,11 +63,17 @@ enum Node {
 pub(crate) struct Aig {
     nodes: Vec<Node>,
     table: IndexMap<(Lit, Lit), Lit>,
+    spent: Cell<u64>,
 }
 
 impl Aig {
     pub(crate) fn new() -> Self {
-        Aig { nodes: vec![Node::Constant], table: IndexMap::new() }
+        Aig { nodes: vec![Node::Constant], table: IndexMap::new(), spent: Cell::new(0) }
+    }
+
+    /// What the solver was asked so far has cost it, in learnt clauses.
+    pub(crate) fn spent(&self) -> u64 {
+        self.spent.get()
     }
 
     pub(crate) fn len(&self) -> usize {
@@ -451,6 +459,7 @@ impl Aig {
             }
         }
         let answer = solver.solve_limited(&[]);
+        self.spent.set(self.spent.get() + solver.cb().learnt);
         if answer == lbool::TRUE {
             let is_true = |node: &usize| {
                 matches!(self.nodes[*node], Node::Variable)

@@ -307,7 +307,7 @@ impl Elaborator<'_> {
                     items.push(Item::MacroStep(MacroStep {
                         name: self.full(&step.name),
                         body,
-                        role: role(step.role, false),
+                        is_initial: false,
                         priority: None,
                         meta,
                     }));
@@ -327,7 +327,13 @@ impl Elaborator<'_> {
             // Stored from the first scan on.
             body.push(item(always, ActionHow::Qualified(Qualifier::S, None), step.span));
         }
-        let role = role(step.role, step.is_initial);
+        let role = match step.role {
+            Role::Plain if step.is_initial => StepRole::Initial,
+            Role::Plain => StepRole::Plain,
+            Role::Entry => StepRole::MacroEntry,
+            Role::Exit => StepRole::MacroExit,
+            Role::EntryExit => StepRole::MacroEntryExit,
+        };
         let meta = Meta { span: step.span, label: step.label.clone(), ..Meta::default() };
         Step { name: self.full(&step.name), role, body, meta, ..Step::default() }
     }
@@ -355,24 +361,6 @@ impl Elaborator<'_> {
             }
             None => None,
         };
-        if !is_timed(one.qualifier)
-            && let Some(written) = &one.duration
-        {
-            self.report(
-                Diagnostic::warning(
-                    codes::ST_LEFT_OUT,
-                    format!(
-                        "qualifier {:?} takes no duration: this one is left out",
-                        one.qualifier
-                    ),
-                )
-                .at(written.span, "without effect")
-                .help(format!(
-                    "remove it, or write `{}(L, ..)` for an action that ends after a time",
-                    one.action
-                )),
-            );
-        }
         if is_timed(one.qualifier) && duration.is_none() {
             self.report(
                 Diagnostic::error(
@@ -388,9 +376,7 @@ impl Elaborator<'_> {
             (Qualifier::N, _) => ActionHow::Bare,
             (Qualifier::D, Some(ns)) => ActionHow::After(ns),
             (Qualifier::L, Some(ns)) => ActionHow::For(ns),
-            (qualifier, duration) => {
-                ActionHow::Qualified(qualifier, duration.filter(|_| is_timed(qualifier)))
-            }
+            (qualifier, duration) => ActionHow::Qualified(qualifier, duration),
         };
         match build.targets.get(&upper(&one.action.text)) {
             Some(Target::Named(name)) => {
@@ -467,20 +453,9 @@ impl Elaborator<'_> {
             targets,
             guard: (!condition.is_true()).then_some(condition),
             priority: transition.priority,
-            restart: transition.restart,
             meta,
             ..Transition::default()
         })
-    }
-}
-
-fn role(role: Role, is_initial: bool) -> StepRole {
-    match role {
-        Role::Plain if is_initial => StepRole::Initial,
-        Role::Plain => StepRole::Plain,
-        Role::Entry => StepRole::MacroEntry,
-        Role::Exit => StepRole::MacroExit,
-        Role::EntryExit => StepRole::MacroEntryExit,
     }
 }
 

@@ -18,6 +18,9 @@ const MAX_PASSES: usize = 400;
 /// A graph beyond this size is not tried: each pass writes it again.
 const MAX_NODES: usize = 4_000_000;
 
+/// What all questions together may cost the solver, in multiples of what one may: where products of numbers are compared, nearly every question is hard.
+const EFFORT: u64 = 2;
+
 /// State bits that are always equal to another one, or constant: the variable and what stands for it.
 pub(crate) type Equalities = IndexMap<Lit, Lit>;
 
@@ -78,6 +81,9 @@ impl Search<'_> {
             if self.joint.aig.len() > MAX_NODES {
                 return self.give_up("the graph of both reactions grows too large");
             }
+            if self.is_spent() {
+                return self.give_up("the questions are too hard for the solver");
+            }
             is_stable = self.pass()?;
             if is_stable {
                 break;
@@ -93,6 +99,9 @@ impl Search<'_> {
         }
         for at in 0..self.joint.differ.len() {
             let differ = self.joint.differ[at];
+            if self.is_spent() {
+                return self.give_up("the questions are too hard for the solver");
+            }
             if !self.is_never(differ, &instead) {
                 let name = &self.joint.question.common.columns[at].name;
                 let text = format!("`{name}` may differ in a state that no invariant excludes");
@@ -100,6 +109,11 @@ impl Search<'_> {
             }
         }
         Ok(Induction::Proved { equal: instead.len(), solved: self.solved })
+    }
+
+    /// True once the solver has done what it may.
+    fn is_spent(&self) -> bool {
+        self.joint.aig.spent() > EFFORT * self.joint.question.limits.conflicts
     }
 
     /// Nothing is claimed of classes that were not confirmed.
@@ -201,6 +215,9 @@ impl Search<'_> {
                 None => next[bits[0]],
             };
             for bit in bits {
+                if self.is_spent() {
+                    return Ok(false);
+                }
                 // A split on the way may have moved it.
                 if !self.classes[at].bits.contains(&bit) || next[bit] == wanted {
                     continue;

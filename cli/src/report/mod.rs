@@ -1,0 +1,125 @@
+//! The same answers for people and machines: findings and answers are kept as data, and text, JSON lines or SARIF are made of them here.
+//!
+//! People read each answer when it is there. JSON is one object a line, printed as it comes (docs/report-json.md). SARIF is one document, printed at the
+//! end.
+
+mod answer;
+mod json;
+mod sarif;
+
+pub(crate) use answer::{About, Answer, Status, proof_name, reason};
+
+use crate::exit::Exit;
+use crate::render::{MessageFormat, Style, sorted_and_limited};
+use grafsynth_driver::source::Sources;
+use grafsynth_ir::Diagnostic;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// Where machines read what is found.
+#[derive(Debug, Clone)]
+pub(crate) struct Report {
+    format: MessageFormat,
+    /// What a verb makes goes to standard output, so the report goes to standard error.
+    beside: bool,
+    sarif: Arc<Mutex<sarif::Log>>,
+    /// What is known and waits to be said at the end, with its text for people.
+    known: Arc<Mutex<Vec<(Answer, String)>>>,
+}
+
+impl Report {
+    /// A report that nothing was written to; says which verb it is of.
+    pub(crate) fn new(format: MessageFormat, beside: bool, verb: &str) -> Self {
+        let report = Report { format, beside, sarif: Arc::default(), known: Arc::default() };
+        if format == MessageFormat::Json {
+            report.line(&json::start(verb));
+        }
+        report
+    }
+
+    /// True if machines read it.
+    pub(crate) fn is_for_machines(&self) -> bool {
+        matches!(self.format, MessageFormat::Json | MessageFormat::Sarif)
+    }
+
+    /// What follows is about this file.
+    pub(crate) fn design(&self, file: &str) {
+        if self.format == MessageFormat::Json {
+            self.line(&json::design(file));
+        }
+        self.log(|log| log.design(file));
+    }
+
+    /// Adds findings.
+    pub(crate) fn findings(&self, sources: &Sources, found: &[Diagnostic], style: Style) {
+        let (shown, hidden) = sorted_and_limited(found, style.max_diagnostics);
+        for diagnostic in shown {
+            match self.format {
+                MessageFormat::Json => self.line(&json::finding(sources, diagnostic)),
+                MessageFormat::Sarif => self.log(|log| log.finding(sources, diagnostic)),
+                MessageFormat::Human | MessageFormat::Short => {}
+            }
+        }
+        for (file, count) in hidden {
+            if self.format == MessageFormat::Json {
+                self.line(&json::hidden(sources, file, count));
+            }
+        }
+    }
+
+    /// Adds an answer.
+    pub(crate) fn answer(&self, sources: &Sources, answer: &Answer) {
+        match self.format {
+            MessageFormat::Json => self.line(&json::answer(sources, answer)),
+            MessageFormat::Sarif => self.log(|log| log.answer(sources, answer)),
+            MessageFormat::Human | MessageFormat::Short => {}
+        }
+    }
+
+    /// What is known so far of what is said at the end: it is said at once where the user stops the program before.
+    pub(crate) fn know(&self, known: Vec<(Answer, String)>) {
+        *self.known.lock().unwrap_or_else(PoisonError::into_inner) = known;
+    }
+
+    /// Says what is known so far.
+    #[cfg(unix)]
+    pub(crate) fn print_known(&self) {
+        let known = std::mem::take(&mut *self.known.lock().unwrap_or_else(PoisonError::into_inner));
+        for (answer, text) in known {
+            if self.is_for_machines() {
+                self.answer(&Sources::default(), &answer);
+            } else {
+                crate::print(&text);
+            }
+        }
+    }
+
+    /// Adds what is wrong with the use of the tool, or with a file.
+    pub(crate) fn error(&self, message: &str) {
+        match self.format {
+            MessageFormat::Json => self.line(&json::error(message)),
+            MessageFormat::Sarif => self.log(|log| log.error(message)),
+            MessageFormat::Human | MessageFormat::Short => {}
+        }
+    }
+
+    /// Ends the report.
+    pub(crate) fn end(&self, exit: Exit) {
+        match self.format {
+            MessageFormat::Json => self.line(&json::end(exit)),
+            MessageFormat::Sarif => {
+                let document = self.sarif.lock().unwrap_or_else(PoisonError::into_inner);
+                self.line(&document.document(exit));
+            }
+            MessageFormat::Human | MessageFormat::Short => {}
+        }
+    }
+
+    fn log(&self, add: impl FnOnce(&mut sarif::Log)) {
+        add(&mut self.sarif.lock().unwrap_or_else(PoisonError::into_inner));
+    }
+
+    fn line(&self, value: &serde_json::Value) {
+        let text = format!("{value}\n");
+        if self.beside { crate::print_error(&text) } else { crate::print(&text) }
+    }
+}
