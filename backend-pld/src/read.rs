@@ -67,6 +67,14 @@ pub(crate) fn read(dialect: Dialect, file: FileId, text: &str) -> Text {
         Dialect::Verilog => verilog::parse(text, &mut draft),
         Dialect::Blif => blif::parse(text, &mut draft),
     }
+    let is_module = matches!(dialect, Dialect::Verilog | Dialect::Blif);
+    if draft.signals.is_empty() && draft.findings.is_empty() && !(is_module && draft.is_named()) {
+        let span = Span::new(file, 0, 0);
+        return Text::nothing(vec![
+            Diagnostic::error(codes::SYNTAX, "no equation in this text")
+                .at(span, "expected declarations and equations"),
+        ]);
+    }
     let logic = draft.finish();
     if any_error(&draft.findings) {
         return Text { beyond: draft.beyond, ..Text::nothing(draft.findings) };

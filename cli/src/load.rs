@@ -126,10 +126,11 @@ impl Session {
 
     /// Shows findings: on standard error, or in the report for machines.
     pub(crate) fn show(&self, found: &[Diagnostic]) {
+        let found = render::spoken(&self.sources, found);
         if self.report.is_for_machines() {
-            self.report.findings(&self.sources, found, self.style);
+            self.report.findings(&self.sources, &found, self.style);
         } else {
-            crate::print_error(&render::render(&self.sources, found, self.style));
+            crate::print_error(&render::render(&self.sources, &found, self.style));
         }
     }
 

@@ -3,8 +3,9 @@
 use annotate_snippets::renderer::DecorStyle;
 use annotate_snippets::{AnnotationKind, Group, Level, Origin, Patch, Renderer, Snippet};
 use grafsynth_driver::source::{Source, Sources};
-use grafsynth_ir::diag::{Diagnostic, Label, Severity};
+use grafsynth_ir::diag::{Diagnostic, Label, Notation, Severity};
 use grafsynth_ir::{FileId, Span};
+use std::path::Path;
 
 /// How findings are shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
@@ -40,6 +41,27 @@ pub(crate) fn render(sources: &Sources, diagnostics: &[Diagnostic], style: Style
         MessageFormat::Human | MessageFormat::Json | MessageFormat::Sarif => {
             human(sources, &shown, &hidden, style)
         }
+    }
+}
+
+/// The findings with their help in the words of the language that each file is written in.
+pub(crate) fn spoken(sources: &Sources, diagnostics: &[Diagnostic]) -> Vec<Diagnostic> {
+    diagnostics
+        .iter()
+        .map(|diagnostic| diagnostic.clone().spoken(notation(sources, diagnostic)))
+        .collect()
+}
+
+/// The words in which the file of a finding is written.
+fn notation(sources: &Sources, diagnostic: &Diagnostic) -> Notation {
+    let first = diagnostic.labels.first().and_then(|label| sources.get(label.span.file));
+    let path = first.map_or("", |source| source.path.as_str());
+    let extension = Path::new(path).extension().and_then(|one| one.to_str()).unwrap_or_default();
+    match extension.to_ascii_lowercase().as_str() {
+        "scxml" => Notation::Scxml,
+        "st" | "xml" => Notation::Iec,
+        "c" | "h" => Notation::C,
+        _ => Notation::Graf,
     }
 }
 

@@ -1,6 +1,7 @@
 //! The program itself, started as a user starts it.
 
 mod cases;
+mod empty;
 mod exit_codes;
 mod hostile;
 mod packages;

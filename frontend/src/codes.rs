@@ -40,6 +40,8 @@ pub const EDITION: Code = Code { id: "G0118", title: "unknown edition" };
 pub const ESCAPE: Code = Code { id: "G0119", title: "unknown escape in a string" };
 /// A net holds something for which the chart language has no words.
 pub const CANNOT_WRITE: Code = Code { id: "G0120", title: "not expressible as a chart" };
+/// A transition of a chart that is no statechart says nothing behind its arrow.
+pub const NO_TARGET: Code = Code { id: "G0121", title: "transition without a following step" };
 /// A rule names something that no list names.
 pub const UNLISTED: Code = Code { id: "G0401", title: "name in no list of the rules" };
 /// A transition is listed, but no rule says what it does.
@@ -197,6 +199,7 @@ pub const ALL: &[Code] = &[
     EDITION,
     ESCAPE,
     CANNOT_WRITE,
+    NO_TARGET,
     UNLISTED,
     NO_RULE,
     OPTION,

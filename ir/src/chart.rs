@@ -410,6 +410,15 @@ pub enum ActionHow {
     Qualified(Qualifier, Option<u64>),
 }
 
+/// How long: as written, or the constant that says it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Length {
+    /// A duration in nanoseconds.
+    Ns(u64),
+    /// The name of a constant.
+    Named(Path),
+}
+
 /// What a forcing order asks for.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum ForceOrder {
@@ -434,10 +443,12 @@ pub struct Transition {
     pub events: Vec<Name>,
     /// `when c`; none is `true`.
     pub guard: Option<Expr>,
-    /// `after 3 s`, in nanoseconds.
-    pub after: Option<(u64, Span)>,
+    /// `after 3 s`, `after LIMIT`.
+    pub after: Option<(Length, Span)>,
     /// `priority 2`.
     pub priority: Option<u32>,
+    /// `-> sink`: it leads nowhere, and that is meant. Said of transitions without targets only.
+    pub is_sink: bool,
     /// `restart`.
     pub restart: bool,
     /// Does not leave its source. With targets (statecharts): its domain is the source itself, if that is a composite state in which all targets lie
@@ -469,8 +480,8 @@ pub struct MacroStep {
     pub name: Name,
     /// The macro it expands to.
     pub body: Name,
-    /// Active after reset: its entry step is initial.
-    pub is_initial: bool,
+    /// Initial: its entry step is. Entry or exit of a macro: as its own entry or exit step is.
+    pub role: StepRole,
     /// `priority 3`.
     pub priority: Option<u32>,
     /// Where, comment and tags.

@@ -35,6 +35,19 @@ pub struct Label {
     pub text: String,
 }
 
+/// The words in which a design was written: a way out is told in them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Notation {
+    /// The chart language, rules, and everything whose words are those of the chart language.
+    Graf,
+    /// SCXML.
+    Scxml,
+    /// Structured text and PLCopen XML.
+    Iec,
+    /// C.
+    C,
+}
+
 /// An edit that mends the finding.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Fix {
@@ -57,6 +70,8 @@ pub struct Diagnostic {
     pub labels: Vec<Label>,
     /// What to do next.
     pub help: Option<String>,
+    /// The same in other words than those of the chart language, where they differ.
+    pub help_in: Vec<(Notation, String)>,
     /// An edit that does it.
     pub fix: Option<Fix>,
 }
@@ -84,6 +99,7 @@ impl Diagnostic {
             message: message.into(),
             labels: Vec::new(),
             help: None,
+            help_in: Vec::new(),
             fix: None,
         }
     }
@@ -99,6 +115,24 @@ impl Diagnostic {
     #[must_use]
     pub fn help(mut self, text: impl Into<String>) -> Self {
         self.help = Some(text.into());
+        self
+    }
+
+    /// The same with the way out for those who wrote in this notation.
+    #[must_use]
+    pub fn help_in(mut self, notation: Notation, text: impl Into<String>) -> Self {
+        self.help_in.push((notation, text.into()));
+        self
+    }
+
+    /// The same as those who wrote in this notation are told it.
+    #[must_use]
+    pub fn spoken(mut self, notation: Notation) -> Self {
+        let found = self.help_in.iter().find(|(one, _)| *one == notation);
+        if let Some((_, text)) = found {
+            self.help = Some(text.clone());
+        }
+        self.help_in.clear();
         self
     }
 

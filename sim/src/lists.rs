@@ -2,7 +2,8 @@
 
 use grafsynth_ir::expr::{ArithOp, ExprKind, Type};
 use grafsynth_ir::net::{
-    Driver, Expr, InputId, Leaf, Net, OutputId, SendId, StepId, Stmt, StmtKind, TransitionId, VarId,
+    Driver, Expr, InputId, Leaf, Net, OutputId, SendId, StepId, Stmt, StmtKind, TransitionId,
+    VarId, VarOrigin,
 };
 
 use crate::layout::Cell;
@@ -193,7 +194,7 @@ impl Reaction<'_> {
     }
 
     /// Two lists that write one variable in one micro-step are a race (semantics §3.6), unless their order is fixed whatever the order of declaration (§3.3),
-    /// or both only change the number of a counted step: of those nothing is lost (§8).
+    /// or both only change the number of a counted step: of those nothing is lost (§8). What a lowering writes twice it orders itself.
     fn note_writer(&mut self, var: VarId, place: usize, is_count: bool) {
         let Some(writer) = self.work.writer else { return };
         let now = (self.work.check, Some(writer), is_count);
@@ -203,6 +204,7 @@ impl Reaction<'_> {
             && before != writer
             && !(is_count && was_count)
             && !self.is_order_fixed(before, writer)
+            && self.net.vars[var].origin != VarOrigin::Hidden
         {
             self.notes.add(Noticed::Race(var, before, writer));
         }

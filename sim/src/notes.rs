@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use grafsynth_ir::diag::Notation;
 use grafsynth_ir::net::{
     HistoryId, InputId, Net, OutputId, PartId, SendId, StepId, TransitionId, VarId,
 };
@@ -132,7 +133,11 @@ fn diagnostic(net: &Net, what: Noticed, seen: Occurrence) -> Diagnostic {
                 format!("the send `{name}` was started again while it ran, {when}"),
             )
             .at(net.sends[slot].meta.span, "its time starts anew")
-            .help("give each send that may run beside another its own name with `as`")
+            .help("give each send that may run beside another its own name with `as`, or cancel the first")
+            .help_in(
+                Notation::Scxml,
+                "SCXML would deliver both: write two <send> with an `id` each, or <cancel> the first",
+            )
         }
         Noticed::QueueFull(event) => {
             let name = &net.inputs[event].name;
@@ -143,6 +148,10 @@ fn diagnostic(net: &Net, what: Noticed, seen: Occurrence) -> Diagnostic {
             )
             .at(net.inputs[event].meta.span, "declared here")
             .help("declare a longer queue with `queue N`")
+            .help_in(
+                Notation::Scxml,
+                "allow a longer queue with the attribute `g:queue` of <scxml>",
+            )
         }
         Noticed::LimitReached => {
             let limit = match net.settings.evolution {
@@ -154,7 +163,15 @@ fn diagnostic(net: &Net, what: Noticed, seen: Occurrence) -> Diagnostic {
                 format!("the reaction was not stable after {limit} micro-steps, {when}"),
             )
             .at(net.name.span, "fault is 1 in such rows")
-            .help("look for a cycle of transitions that stay true; `check` shows one where it can")
+            .help("look for a cycle of transitions that stay true (`check` shows one where it can), or allow more with `evolution stable limit N`")
+            .help_in(
+                Notation::Scxml,
+                "look for a cycle of transitions that stay true (`check` shows one where it can), or allow more with the attribute `g:limit` of <scxml>",
+            )
+            .help_in(
+                Notation::Iec,
+                "look for a cycle of transitions that stay true (`check` shows one where it can), or allow more with {grafsynth evolution stable limit N}",
+            )
         }
         Noticed::ForcingRace(part) => {
             let name = &net.parts[part].name;

@@ -49,7 +49,7 @@ fn features() -> Features {
         raise: false,
         tasks: false,
         reactions: false,
-        restart: false,
+        restart: true,
         otherwise: false,
         mealy: false,
         ..Features::plain()

@@ -124,6 +124,11 @@ pub(crate) struct Draft {
 }
 
 impl Draft {
+    /// The text says how the circuit is called.
+    pub(crate) fn is_named(&self) -> bool {
+        !self.name.text.is_empty()
+    }
+
     pub(crate) fn new(file: FileId, dialect: Dialect) -> Self {
         let folds_case = match dialect {
             Dialect::Palasm => true,

@@ -1,4 +1,4 @@
-//! Board files: the device, its pins, and where things shall be, apart from the chart, so that one chart serves several boards.
+//! Board files: the device and its pins, apart from the chart, so that one chart serves several boards. `place` is read and refused when it is lowered.
 //!
 //! ```text
 //! device gal22v10 {
@@ -6,7 +6,6 @@
 //!     m 2
 //!     R 23
 //! }
-//! place p2, p3 on chip
 //! ```
 //!
 //! The items are those of the chart language, and may stand in a chart as well.
@@ -67,9 +66,9 @@ fn item(parser: &mut Parser<'_>, found: &mut BoardFile) -> Parse<()> {
                 );
                 match near {
                     Some(near) => finding.at(span, format!("meant `{near}`?")).fix(span, near),
-                    None => finding.at(span, "unknown here").help(
-                        "a board file holds `device NAME { … }` and `place … on chip` or `cpu`",
-                    ),
+                    None => finding
+                        .at(span, "unknown here")
+                        .help("a board file contains `device NAME { … }`"),
                 }
             });
             return Err(Abandoned);

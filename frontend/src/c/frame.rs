@@ -47,7 +47,7 @@ pub(super) fn frame(
         Item::MacroStep(MacroStep {
             name: Name::new(name, span),
             body: Name::new(body, span),
-            is_initial,
+            role: if is_initial { StepRole::Initial } else { StepRole::Plain },
             meta: meta(span, String::new()),
             ..MacroStep::default()
         })

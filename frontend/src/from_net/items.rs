@@ -296,9 +296,9 @@ impl Writer<'_> {
 
     /// A macro-step, or an enclosing step with what it encloses.
     pub(super) fn inner(&mut self, inner: BodyId) -> Item {
-        let (Some(id), Some(around)) = (self.bodies.enclosing(inner), self.bodies.parent(inner))
-        else {
-            return self.macro_step(inner);
+        let around = self.bodies.parent(inner);
+        let (Some(id), Some(around)) = (self.bodies.enclosing(inner), around) else {
+            return self.macro_step(inner, around);
         };
         let step = self.step(id, around);
         let part = &self.net.parts[self.bodies.part(inner)];
@@ -329,20 +329,33 @@ impl Writer<'_> {
         })
     }
 
-    fn macro_step(&mut self, inner: BodyId) -> Item {
+    fn macro_step(&mut self, inner: BodyId, outer: Option<BodyId>) -> Item {
         let name = Name::new(self.bodies.macro_name(inner), Span::default());
         let local = self.bodies.local_name(inner).to_owned();
-        let (meta, is_initial) =
-            match self.bodies.macro_step(inner).map(|index| &self.net.macros[index]) {
-                Some(one) => (one.meta.clone(), self.net.steps[one.entry].is_initial),
-                None => (net::Meta::default(), false),
-            };
+        let drawn = |body| self.bodies.macro_step(body).map(|index| &self.net.macros[index]);
+        let (meta, role) = match (drawn(inner), outer.and_then(drawn)) {
+            // A macro may begin or end with another one.
+            (Some(one), Some(around)) if one.entry == around.entry && one.exit == around.exit => {
+                (one.meta.clone(), StepRole::MacroEntryExit)
+            }
+            (Some(one), Some(around)) if one.entry == around.entry => {
+                (one.meta.clone(), StepRole::MacroEntry)
+            }
+            (Some(one), Some(around)) if one.exit == around.exit => {
+                (one.meta.clone(), StepRole::MacroExit)
+            }
+            (Some(one), _) if self.net.steps[one.entry].is_initial => {
+                (one.meta.clone(), StepRole::Initial)
+            }
+            (Some(one), _) => (one.meta.clone(), StepRole::Plain),
+            (None, _) => (net::Meta::default(), StepRole::Plain),
+        };
         let span = meta.span;
         // The entry step's priority is written in its body.
         Item::MacroStep(MacroStep {
             name: Name::new(local, span),
             body: name,
-            is_initial,
+            role,
             priority: None,
             meta,
         })
@@ -381,6 +394,7 @@ impl Writer<'_> {
                 .collect(),
             guard,
             after: None,
+            is_sink: transition.enters.is_empty() && !transition.requires.is_empty(),
             priority: transition.priority,
             restart: transition.restart,
             is_internal: false,

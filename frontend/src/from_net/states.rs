@@ -332,7 +332,13 @@ impl States {
         let is_internal = domain == Some(*from);
         let mut goals = Vec::new();
         self.goals(net, &transition.enters, &mut goals)?;
-        if self.domain(net, *from, &goals, is_internal) != domain {
+        // To a history of a state around its source alone, what is left would depend on what is recorded (semantics C35).
+        let is_inner = |history: HistoryId| {
+            let owner = net.histories[history].owner;
+            self.lies_in(*from, owner) && (is_internal || net.steps[*from].parent != Some(owner))
+        };
+        let depends = matches!(*goals.as_slice(), [Goal::History(history)] if is_inner(history));
+        if depends || self.domain(net, *from, &goals, is_internal) != domain {
             // Named too, the outermost state that is entered keeps the transition from being one inside of it.
             let Enter::Step(outermost) = *first else { return None };
             goals.insert(0, Goal::State(outermost));
@@ -680,6 +686,7 @@ impl Writer<'_> {
             guard,
             after: None,
             priority: None,
+            is_sink: false,
             restart: false,
             is_internal,
             deadline_ns: transition.deadline_ns,

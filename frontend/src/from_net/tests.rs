@@ -68,12 +68,11 @@ fn variables_timers_and_lists_come_back() {
             step s1 { Q after 3 s; beep(); exit { if a { W := 2 } else { S := not w } } }
             step s2 { budget 90; task one cost 40 { call go(n, b) } task two cost 50 { w := a } code c \"x();\" }
             -> s2 when rise(a and s1.active) and not b
-            t1: s0 -> s1 on E, F when a or cold = 2 after 60 ms priority 2 deadline 1 us do { raise F; W := 1 }
+            t1: s0 -> s1 on E, F when a or cold = 2 after 60 ms priority 2 do { raise F; W := 1 }
             s0 -> s2 when if a then n > 3 else fall(b)
             s0 -> s0 when otherwise restart
-            s1 & s2 -> when s2.done and s1.T < 40 ms and W = 3 and n * 2 - 1 > -5
+            s1 & s2 -> sink when s2.done and s1.T < 40 ms and W = 3 and n * 2 - 1 > -5
             assume never (a and b)\nassert safe: always (Q or not S)
-            place s0, v, Q, t1 on chip
             device gal22v10 { clock 1 a 2 Q 23 }
         }",
     );
@@ -278,7 +277,7 @@ fn enclosing_steps_come_back() {
             q -> p when a
             macro holder {
                 entry step i
-                enclosing step o { step i2 * i2 -> when a }
+                enclosing step o { step i2 * i2 -> sink when a }
                 exit step j
                 i -> o when a o -> j when b
             }

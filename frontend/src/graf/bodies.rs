@@ -237,7 +237,10 @@ impl Parser<'_> {
             }
             "initial" => matches!(next, "step" | "macro" | "enclosing" | "state" | "parallel"),
             "final" => matches!(next, "state" | "scan"),
-            "entry" | "exit" => matches!(next, "step" | "entry" | "exit" | "enclosing"),
+            "entry" | "exit" => {
+                matches!(next, "step" | "entry" | "exit" | "enclosing")
+                    || next == "macro" && self.word(2) == "step"
+            }
             "enclosing" => next == "step",
             "internal" => next == "event",
             "priority" | "tick" | "queue" => {

@@ -1,7 +1,9 @@
 //! A whole source: its edition, the files it uses, library charts with their certificates, charts.
 
 use grafsynth_ir::Span;
-use grafsynth_ir::chart::{Certificate, Chart, Design, Import, Library};
+use grafsynth_ir::chart::{
+    Certificate, Chart, Design, Import, Item, Library, Setting, SettingKind,
+};
 use grafsynth_ir::diag::{Diagnostic, nearest};
 use grafsynth_ir::net::Meta;
 
@@ -68,10 +70,33 @@ impl Parser<'_> {
                     .help("a chart is written `chart NAME { … }`")
             });
         }
+        self.forgotten_targets(&design);
         for certificate in certificates {
             self.certify(&mut design.libraries, certificate);
         }
         (has_chart || self.dry).then_some(design)
+    }
+
+    /// Outside statecharts a transition without targets takes a step out of the chart for good.
+    fn forgotten_targets(&mut self, design: &Design) {
+        let items = design.charts.iter().map(|chart| &chart.items);
+        let mut items =
+            items.chain(design.libraries.iter().map(|library| &library.items)).flatten();
+        let is_statechart = items.any(|item| {
+            matches!(item, Item::Setting(Setting { kind: SettingKind::Conflict(policy), .. }) if policy.is_statechart())
+        });
+        let arrows = std::mem::take(&mut self.bare_arrows);
+        if is_statechart {
+            return;
+        }
+        for arrow in arrows {
+            self.report(|| {
+                Diagnostic::warning(codes::NO_TARGET, "a transition without a following step")
+                    .at(arrow, "what comes before it ends here")
+                    .help("name a step behind the arrow, or write `-> sink` if it is meant to end")
+                    .fix(arrow, "-> sink")
+            });
+        }
     }
 
     /// The files that stand before the first chart or library chart, and nothing else.

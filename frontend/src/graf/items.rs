@@ -103,7 +103,7 @@ impl Parser<'_> {
             && !matches!(self.kind(3), Kind::Text | Kind::RawText)
         {
             self.advance();
-            let step = self.macro_step(start, false)?;
+            let step = self.macro_step(start, StepRole::Plain)?;
             self.keep(items, Item::MacroStep(step));
             return Ok(());
         }
@@ -232,7 +232,7 @@ impl Parser<'_> {
     }
 
     /// `macro step m1 = fill`, at `step`.
-    pub(crate) fn macro_step(&mut self, start: u32, is_initial: bool) -> Parse<MacroStep> {
+    pub(crate) fn macro_step(&mut self, start: u32, role: StepRole) -> Parse<MacroStep> {
         self.advance();
         let name = self.name("the name of the macro-step")?;
         self.expect(Kind::Equal, "`=` and the macro it stands for")?;
@@ -254,7 +254,7 @@ impl Parser<'_> {
             }
         }
         meta.span = self.span_from(start);
-        Ok(MacroStep { name, body, is_initial, priority, meta })
+        Ok(MacroStep { name, body, role, priority, meta })
     }
 
     /// Fills a clause that may stand once.

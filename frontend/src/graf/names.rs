@@ -4,7 +4,7 @@ use grafsynth_ir::chart::Path;
 
 use super::lexer::is_word;
 use super::parser::RESERVED;
-use super::steps::{CLAUSES, DONE};
+use super::steps::{CLAUSES, DONE, SINK};
 
 /// Where a name stands: which words of the language would be taken for something else there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -17,6 +17,10 @@ pub(crate) enum Position {
     Action,
     /// The first target or event of a transition.
     Target,
+    /// The name of a step where it is declared.
+    Step,
+    /// Behind `after`.
+    Length,
     /// The first word of a transition, where `initial ->` is one of the language.
     Source,
     /// Behind `history`.
@@ -83,7 +87,10 @@ pub(crate) fn name(text: &str, position: Position) -> String {
         Position::Anywhere => false,
         Position::Declared => matches!(text, "synchronous" | "registered" | "mealy" | "internal"),
         Position::Action => ACTION_WORDS.contains(&text),
-        Position::Target => CLAUSES.contains(&text),
+        // Without backquotes it leads nowhere.
+        Position::Target => CLAUSES.contains(&text) || text == SINK,
+        Position::Step => text == SINK,
+        Position::Length => CLAUSES.contains(&text),
         Position::Source => text == "initial",
         Position::History => text == "deep",
     };

@@ -8,6 +8,7 @@
 )]
 
 use super::lexer::Lexer;
+use super::steps::SINK;
 use super::token::{Kind, Token};
 
 /// The names that a source declares as integers (inputs, outputs, variables, extern conditions, timers, constants).
@@ -15,6 +16,8 @@ use super::token::{Kind, Token};
 pub(crate) struct Numbers<'a> {
     /// Sorted.
     names: Vec<&'a str>,
+    /// A step is declared that is called `sink`, without backquotes.
+    pub(crate) has_sink: bool,
 }
 
 /// A constant whose value is being looked at.
@@ -30,12 +33,13 @@ impl<'a> Numbers<'a> {
         let mut names: Vec<&str> = names.into_iter().collect();
         names.sort_unstable();
         names.dedup();
-        Numbers { names }
+        Numbers { names, has_sink: false }
     }
 
     /// Collects the names that `text` declares.
     pub(crate) fn declared_in(text: &'a str) -> Self {
         let mut names = Vec::new();
+        let mut has_sink = false;
         let mut lexer = Lexer::new(text);
         let none = Token { kind: Kind::End, new_line: true, start: 0, end: 0 };
         let mut last = [none; 6];
@@ -65,6 +69,8 @@ impl<'a> Numbers<'a> {
             if f.kind == Kind::Number && word(e) == "count" && is_name(d) {
                 names.push(name_of(text, d));
             }
+            has_sink |=
+                word(f) == SINK && matches!(word(e), "step" | "state" | "parallel" | "region");
             // `T while`
             if word(f) == "while" && is_name(e) {
                 names.push(name_of(text, e));
@@ -109,7 +115,7 @@ impl<'a> Numbers<'a> {
                 }
             }
             if f.kind == Kind::End {
-                return Self::of(names);
+                return Numbers { has_sink, ..Self::of(names) };
             }
         }
     }

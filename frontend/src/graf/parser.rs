@@ -76,6 +76,8 @@ pub(crate) struct Parser<'a> {
     pub(crate) limits: Limits,
     pub(crate) depth: u32,
     end_reported: bool,
+    /// Arrows of transitions without targets, of which a chart that is no statechart warns.
+    pub(crate) bare_arrows: Vec<Span>,
     /// Check only: nothing is kept, so a large source with an error costs no tree.
     pub(crate) dry: bool,
 }
@@ -126,6 +128,7 @@ impl<'a> Parser<'a> {
             limits,
             depth: 0,
             end_reported: false,
+            bare_arrows: Vec::new(),
             dry,
         };
         for _ in 0..AHEAD {

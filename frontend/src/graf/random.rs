@@ -361,8 +361,16 @@ fn transition(r: &mut Random) -> Transition {
         targets: r.list(2, step_path),
         events: r.list(1, |r| name(r.pick(&["E", "when", "F"]))),
         guard: r.some(80, |r| if r.chance(5) { wide(r) } else { truth(r, 3) }),
-        after: r.some(15, |_| (3_000_000_000, Span::default())),
+        after: r.some(20, |r| {
+            let length = if r.chance(50) {
+                Length::Ns(3_000_000_000)
+            } else {
+                Length::Named(one(r.pick(&["LIMIT", "when", "on", "3", "restart"])))
+            };
+            (length, Span::default())
+        }),
         priority: r.some(15, |_| 2),
+        is_sink: false,
         restart: r.chance(10),
         is_internal: r.chance(15),
         deadline_ns: r.some(10, |_| 1_000),
@@ -371,7 +379,9 @@ fn transition(r: &mut Random) -> Transition {
     };
     // A reaction names its step.
     let is_internal = made.is_internal && !(made.sources.is_empty() && made.targets.is_empty());
-    Transition { is_internal, ..made }
+    // What has no target is a sink, or a reaction of a statechart.
+    let is_sink = made.targets.is_empty() && !made.sources.is_empty() && !is_internal;
+    Transition { is_internal, is_sink, ..made }
 }
 
 /// A guard that needs several lines.
@@ -490,7 +500,13 @@ fn item(r: &mut Random, depth: usize) -> Item {
         13 => Item::MacroStep(MacroStep {
             name: name("m1"),
             body: name("fill"),
-            is_initial: r.chance(30),
+            role: r.pick(&[
+                StepRole::Plain,
+                StepRole::Initial,
+                StepRole::MacroEntry,
+                StepRole::MacroExit,
+                StepRole::MacroEntryExit,
+            ]),
             priority: r.some(30, |_| 1),
             meta: meta(r),
         }),

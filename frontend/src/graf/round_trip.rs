@@ -167,7 +167,7 @@ chart   truck \"a truck\" req \"R1\" {   # open
       when m # m
   t2: p2 -> p3 when b·/a + i0·i1 # x
   t3: p3 -> p4 when i0 and i1 and i2 and i3 and i4 and i5 and i6 and i7 and i8 and i9 and i10 and i11 and i12 and i13 and i14 and i15 after 3 s priority 3 do { g := true }
-  t4: p4 -> do { code c \"\"\"
+  t4: p4 -> sink do { code c \"\"\"
   if (x)
     y();
 \"\"\"; g := n + 1 > 3 } restart   # tail

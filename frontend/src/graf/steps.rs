@@ -1,8 +1,8 @@
 //! Steps with their bodies, transitions, and lists of statements.
 
 use grafsynth_ir::chart::{
-    ActionHow, Block, Expr, ForceOrder, Item, Path, Step, StepCount, StepItem, StepItemKind,
-    StepRole, Stmt, StmtKind, Transition,
+    ActionHow, Block, Expr, ForceOrder, Item, Length, Path, Step, StepCount, StepItem,
+    StepItemKind, StepRole, Stmt, StmtKind, Transition,
 };
 use grafsynth_ir::diag::{Diagnostic, nearest};
 use grafsynth_ir::net::{Meta, Qualifier, Verbatim};
@@ -32,6 +32,9 @@ pub(crate) const QUALIFIERS: [(&str, Qualifier, bool); 12] = [
 pub(crate) const CLAUSES: &[&str] =
     &["on", "when", "after", "priority", "restart", "deadline", "do", "req"];
 
+/// The target of a transition that leads nowhere, unless a step is called so.
+pub(crate) const SINK: &str = "sink";
+
 /// How the name of the event begins that tells of the completion of a state.
 pub(crate) const DONE: &str = "done.state.";
 
@@ -52,9 +55,10 @@ impl Parser<'_> {
             self.advance();
         }
         let item = match self.word(0) {
-            "macro" if self.word(1) == "step" && !is_entry && !is_exit => {
+            "macro" if self.word(1) == "step" => {
+                let role = self.step_role(is_initial, is_entry, is_exit)?;
                 self.advance();
-                Item::MacroStep(self.macro_step(start, is_initial)?)
+                Item::MacroStep(self.macro_step(start, role)?)
             }
             "step" => {
                 let role = self.step_role(is_initial, is_entry, is_exit)?;
@@ -429,11 +433,28 @@ impl Parser<'_> {
             }
             self.paths(&mut transition.sources)?;
         }
+        let arrow = self.here();
         self.expect(Kind::Arrow, "`->`")?;
         if self.is_name_beside(0) && !self.begins_clause() {
+            let is_quoted = self.kind(0) == Kind::Quoted;
             self.paths(&mut transition.targets)?;
+            if !is_quoted && self.is_sink(&transition) {
+                transition.targets.clear();
+                transition.is_sink = true;
+            }
+        } else if !transition.sources.is_empty() {
+            self.bare_arrows.push(arrow);
         }
         self.transition_rest(start, transition)
+    }
+
+    /// `a -> sink`, where no step of the source is called so.
+    fn is_sink(&self, transition: &Transition) -> bool {
+        let [target] = transition.targets.as_slice() else { return false };
+        let [name] = target.names.as_slice() else { return false };
+        name.text == SINK
+            && !transition.sources.is_empty()
+            && self.numbers.is_none_or(|names| !names.has_sink)
     }
 
     fn transition_rest(&mut self, start: u32, mut transition: Transition) -> Parse<Transition> {
@@ -460,6 +481,7 @@ impl Parser<'_> {
             "when" => !matches!(next, Kind::Ampersand | Kind::Colon | Kind::Arrow | Kind::Dot),
             // `a -> on when b` goes to a step named `on`.
             "on" => self.is_name_beside(1) && !CLAUSES.contains(&self.word(1)),
+            "after" if self.is_name_beside(1) => !CLAUSES.contains(&self.word(1)),
             "after" | "deadline" => matches!(next, Kind::Number | Kind::Fraction),
             // On a line of its own it is the chart's.
             "priority" => next == Kind::Number && !self.peek(0).new_line,
@@ -518,9 +540,13 @@ impl Parser<'_> {
                     self.once(&mut transition.guard, guard, span, word);
                 }
                 "after" => {
-                    let duration = self.duration()?;
+                    let length = if self.is_name(0) {
+                        Length::Named(self.path("a duration")?)
+                    } else {
+                        Length::Ns(self.duration()?)
+                    };
                     let span = self.span_from(start);
-                    self.once(&mut transition.after, (duration, span), span, word);
+                    self.once(&mut transition.after, (length, span), span, word);
                 }
                 "priority" => {
                     let value = self.count("a priority")?;

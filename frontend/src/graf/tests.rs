@@ -3,8 +3,8 @@
 
 use grafsynth_ir::FileId;
 use grafsynth_ir::chart::{
-    ActionHow, DeclarationKind, Expr, Item, Leaf, SettingKind, Step, StepItemKind, StepRole,
-    StmtKind, Transition,
+    ActionHow, DeclarationKind, Expr, Item, Leaf, Length, SettingKind, Step, StepItemKind,
+    StepRole, StmtKind, Transition,
 };
 use grafsynth_ir::expr::{ArithOp, ExprKind, Type};
 use grafsynth_ir::net::Qualifier;
@@ -304,19 +304,24 @@ fn transitions_with_all_clauses() {
     assert_eq!((t.sources.len(), t.targets.len(), t.events.len(), t.actions.len()), (2, 2, 2, 2));
     assert_eq!(
         (t.priority, t.restart, t.deadline_ns, t.after.map(|a| a.0)),
-        (Some(2), true, Some(1_000), Some(3_000_000_000))
+        (Some(2), true, Some(1_000), Some(Length::Ns(3_000_000_000)))
     );
     assert_eq!((t.meta.label.as_str(), t.meta.req.len()), ("label", 1));
     assert_eq!(t.sources[1].to_string(), "m1.s3");
 
     let source = transition("-> b when x");
     assert!(source.sources.is_empty() && source.targets.len() == 1 && source.name.is_none());
-    let sink = transition("t: a ->");
+    let sink = transition("t: a -> sink");
     assert!(sink.targets.is_empty() && sink.guard.is_none());
-    assert!(transition("a -> when x").targets.is_empty());
+    assert!(transition("a -> sink when x").targets.is_empty());
+    // Where a step is called so, the word is its name; in backquotes it always is.
+    assert_eq!(transition("step sink\na -> sink").targets.len(), 1);
+    assert_eq!(transition("a -> `sink`").targets.len(), 1);
+    assert_eq!(findings("a -> when x"), [("G0121".to_owned(), "->".to_owned())]);
     // A line break ends the targets, and words of clauses are names where they can be nothing else.
-    let both = items("a ->\nwhen -> after & do\non: x -> y\nstep: entry -> macro");
-    assert_eq!(both.len(), 4);
+    let both =
+        items("conflict inner-first\na ->\nwhen -> after & do\non: x -> y\nstep: entry -> macro");
+    assert_eq!(both.len(), 5);
     // Clauses go on in the next line, but a priority there is the chart's.
     let both = items("a -> b\n  when x\n  do { n := 1 }\npriority 3");
     assert!(
@@ -336,9 +341,9 @@ fn macros_places_boards_properties() {
     assert_eq!(all.len(), 9);
     assert!(matches!(&all[0], Item::Macro(m) if m.items.len() == 6));
     assert!(
-        matches!(&all[1], Item::MacroStep(m) if m.priority == Some(2) && !m.is_initial && m.body.text == "fill")
+        matches!(&all[1], Item::MacroStep(m) if m.priority == Some(2) && m.role == StepRole::Plain && m.body.text == "fill")
     );
-    assert!(matches!(&all[2], Item::MacroStep(m) if m.is_initial));
+    assert!(matches!(&all[2], Item::MacroStep(m) if m.role == StepRole::Initial));
     assert!(
         matches!(&all[5], Item::Board(b) if b.pins.len() == 5 && b.pins[3].0.text == "n[0]" && b.pins[4].0.text == "m1.q")
     );

@@ -678,7 +678,7 @@ impl Writer<'_> {
 
 /// `WORDS NAME` of a step with what stands before its body.
 pub(super) fn step_head(words: &str, step: &Step) -> String {
-    let mut head = format!("{words} {}", names::name(&step.name.text, Position::Anywhere));
+    let mut head = format!("{words} {}", names::name(&step.name.text, Position::Step));
     if step.activation_link {
         head.push_str(" *");
     }

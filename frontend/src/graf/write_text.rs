@@ -2,8 +2,8 @@
 
 use grafsynth_ir::chart::{
     ActionHow, ArgumentValue, Block, Declaration, DeclarationKind, Emergency, Expr, ForceOrder,
-    Item, MacroStep, Parameter, Place, Property, Setting, SettingKind, StepItem, StepItemKind,
-    StepRole, Stmt, StmtKind, Transition, Use,
+    Item, Length, MacroStep, Parameter, Place, Property, Setting, SettingKind, StepItem,
+    StepItemKind, StepRole, Stmt, StmtKind, Transition, Use,
 };
 use grafsynth_ir::expr::{ExprKind, Type};
 use grafsynth_ir::net::{Meta, Qualifier, Side, Verbatim};
@@ -308,6 +308,8 @@ impl Text {
         if !targets.is_empty() {
             head.push(' ');
             head.push_str(&targets.join(" & "));
+        } else if transition.is_sink {
+            head.push_str(" sink");
         }
         let mut clauses = Vec::new();
         if transition.is_internal && !transition.targets.is_empty() {
@@ -320,8 +322,12 @@ impl Text {
         if let Some(guard) = &transition.guard {
             clauses.push(format!("when {}", self.exprs.text(guard)));
         }
-        if let Some((ns, _)) = transition.after {
-            clauses.push(format!("after {}", names::duration(ns)));
+        match &transition.after {
+            Some((Length::Ns(ns), _)) => clauses.push(format!("after {}", names::duration(*ns))),
+            Some((Length::Named(path), _)) => {
+                clauses.push(format!("after {}", names::path(path, Position::Length)));
+            }
+            None => {}
         }
         if let Some(priority) = transition.priority {
             clauses.push(format!("priority {priority}"));
@@ -487,11 +493,11 @@ pub(crate) fn role_words(role: StepRole) -> &'static str {
 }
 
 pub(crate) fn macro_step(step: &MacroStep) -> String {
-    let initial = if step.is_initial { "initial " } else { "" };
+    let role = role_words(step.role);
     let priority = step.priority.map_or_else(String::new, |value| format!(" priority {value}"));
     format!(
-        "{initial}macro step {} = {}{priority}{}",
-        names::name(&step.name.text, Position::Anywhere),
+        "{role}macro step {} = {}{priority}{}",
+        names::name(&step.name.text, Position::Step),
         names::name(&step.body.text, Position::Anywhere),
         attributes(&step.meta)
     )

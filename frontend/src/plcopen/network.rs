@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use grafsynth_ir::{Name, Span};
 use roxmltree::Node;
 
-use super::reader::{Reader, Unit, child, children, constant, tag};
+use super::reader::{Reader, Unit, child, children, constant, is_set, tag};
 use crate::st::ast::{Arg, Expr, ExprKind, Stmt, StmtKind};
 
 /// The elements of a picture by their numbers.
@@ -135,7 +135,7 @@ fn sink(
                 return;
             };
             value = with_edge(reader, node, "edge", value, unit, list);
-            if node.attribute("negated") == Some("true") {
+            if is_set(node, "negated") {
                 value = Expr::new(ExprKind::Not(Box::new(value)), span);
             }
             let assign =
@@ -289,7 +289,7 @@ fn output(
     let negate = |value: Expr, is_negated: bool| {
         if is_negated { Expr::new(ExprKind::Not(Box::new(value)), span) } else { value }
     };
-    let is_negated = node.attribute("negated") == Some("true");
+    let is_negated = is_set(node, "negated");
     match tag(node) {
         "leftPowerRail" => Some(constant(true, span)),
         "contact" => {
@@ -320,7 +320,7 @@ fn output(
             let value =
                 child(node, "expression").and_then(|one| reader.expression_in(one, unit))?;
             let value = with_edge(reader, node, "edge", value, unit, list);
-            let is_negated = is_negated || node.attribute("negatedOut") == Some("true");
+            let is_negated = is_negated || is_set(node, "negatedOut");
             Some(negate(value, is_negated))
         }
         "continuation" => {
@@ -362,7 +362,7 @@ fn block_output(
     let outputs = child(node, "outputVariables");
     let is_negated = outputs.is_some_and(|outputs| {
         children(outputs, "variable").any(|one| {
-            one.attribute("negated") == Some("true")
+            is_set(one, "negated")
                 && (parameter.is_none() || one.attribute("formalParameter") == parameter)
         })
     });
@@ -406,7 +406,7 @@ fn arguments(
             let span = reader.span(variable);
             let mut value = incoming(reader, network, variable, unit, list)?;
             value = with_edge(reader, variable, "edge", value, unit, list);
-            if variable.attribute("negated") == Some("true") {
+            if is_set(variable, "negated") {
                 value = Expr::new(ExprKind::Not(Box::new(value)), span);
             }
             let name = reader.name(variable, "formalParameter");
@@ -474,7 +474,7 @@ pub(super) fn condition(
         );
         return None;
     };
-    let is_negated = sink.attribute("negated") == Some("true");
+    let is_negated = is_set(*sink, "negated");
     let value = incoming(reader, &mut network, *sink, unit, list)?;
     Some(if is_negated { Expr::new(ExprKind::Not(Box::new(value)), span) } else { value })
 }

@@ -3,7 +3,7 @@
 use grafsynth_ir::diag::Diagnostic;
 use roxmltree::Node;
 
-use super::reader::{Reader, Unit, child, children, tag};
+use super::reader::{Reader, Unit, child, children, is_set, tag};
 use super::{il, network, sfc};
 use crate::codes;
 use crate::st::ast::{
@@ -51,7 +51,8 @@ impl Reader<'_, '_> {
     /// `T#10ms`, or `PT0.01S` as XML writes durations.
     fn task(&mut self, node: Node<'_, '_>, library: &mut Library) {
         let Some(name) = self.name(node, "name") else { return };
-        let interval = node.attribute("interval").unwrap_or("");
+        let interval_text = node.attribute("interval").unwrap_or("").trim();
+        let interval = interval_text;
         let settings =
             node.descendants().find(|one| one.is_element() && tag(*one) == "TaskSettings");
         let given = match settings.and_then(|one| {
@@ -64,6 +65,19 @@ impl Reader<'_, '_> {
             },
         };
         let interval = given.and_then(|ns| u64::try_from(ns).ok()).filter(|ns| *ns > 0);
+        if interval.is_none() && !interval_text.is_empty() {
+            let (span, text) = (self.span(node), interval_text.to_owned());
+            self.report(|| {
+                Diagnostic::warning(
+                    codes::ST_LEFT_OUT,
+                    format!(
+                        "the interval `{text}` of a task is left out: it is no time longer than 0"
+                    ),
+                )
+                .at(span, "the tick is 10 ms")
+                .help("write one such as T#10ms")
+            });
+        }
         library.tasks.push(Task { name, interval });
     }
 
@@ -118,6 +132,13 @@ impl Reader<'_, '_> {
             for list in interface.children().filter(Node::is_element) {
                 if let Some((_, section)) = sections.iter().find(|(name, _)| *name == tag(list)) {
                     self.vars(list, *section, &mut vars, &mut unit);
+                } else if !matches!(tag(list), "returnType" | "documentation" | "addData") {
+                    let (span, what) = (self.span(list), tag(list).to_owned());
+                    unit.refuse(
+                        format!("a list of variables of the kind {what}"),
+                        span,
+                        "declare them as inputs, outputs, local or global variables",
+                    );
                 }
             }
         }
@@ -131,6 +152,7 @@ impl Reader<'_, '_> {
             let places = Places::Mapped(&mapped);
             let mut parser = Parser::new(&mapped.text, places, self.findings, self.nesting);
             let found = parser.options(0, mapped.text.len());
+            parser.unread_pragmas();
             options.final_scan |= found.final_scan;
             options.settings = found.settings;
         }
@@ -221,10 +243,28 @@ impl Reader<'_, '_> {
     // Interfaces
 
     fn vars(&mut self, list: Node<'_, '_>, section: Section, vars: &mut Vec<Var>, unit: &mut Unit) {
-        let is_constant = list.attribute("constant") == Some("true");
+        let is_constant = is_set(list, "constant");
+        for word in ["retain", "persistent"] {
+            if is_set(list, word) {
+                let span = self.span(list);
+                self.report(|| {
+                    Diagnostic::warning(
+                        codes::ST_LEFT_OUT,
+                        format!("{word} is left out: these variables begin with their initial values at each start"),
+                    )
+                    .at(span, "")
+                });
+            }
+        }
         for node in children(list, "variable") {
-            let Some(name) = self.name(node, "name") else { continue };
+            let Some(name) = self.name(node, "name") else {
+                let span = self.span(node);
+                unit.refuse("a variable without a name", span, "name it");
+                continue;
+            };
             let Some(ty) = child(node, "type").and_then(|ty| self.type_in(ty, unit)) else {
+                let span = self.span(node);
+                unit.refuse(format!("the type of {name}"), span, "declare one such as BOOL");
                 continue;
             };
             let init = child(node, "initialValue").and_then(|one| self.initial(one, unit));

@@ -65,6 +65,11 @@ pub(super) fn tag<'a>(node: Node<'a, '_>) -> &'a str {
     node.tag_name().name()
 }
 
+/// True for an attribute that says so; XML writes truth values in two ways.
+pub(super) fn is_set(node: Node<'_, '_>, attribute: &str) -> bool {
+    node.attribute(attribute).is_some_and(|value| matches!(value.trim(), "true" | "1"))
+}
+
 /// The first child element of that name.
 pub(super) fn child<'a, 'd>(node: Node<'a, 'd>, name: &str) -> Option<Node<'a, 'd>> {
     node.children().find(|child| child.is_element() && child.tag_name().name() == name)

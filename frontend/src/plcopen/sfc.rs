@@ -8,12 +8,12 @@ use grafsynth_ir::{Name, Span};
 use roxmltree::Node;
 
 use super::network::{self, Network};
-use super::reader::{Reader, Unit, child, children, tag};
+use super::reader::{Reader, Unit, child, children, is_set, tag};
 use crate::codes;
 use crate::st::ast::{
     Action, Element, Expr, ExprKind, MacroStep, Role, Sfc, Step, Transition, Use,
 };
-use crate::st::parse_sfc::{is_timed, qualifier};
+use crate::st::parse_sfc::qualifier;
 use crate::st::parse_stmt::duration;
 
 /// Attributes in which CODESYS keeps the actions of a step: while it is active, when it is entered, when it is left.
@@ -96,16 +96,19 @@ pub(super) fn chart(
             continue;
         }
         let condition = condition(reader, pou, &mut network, node, unit, &mut always);
-        let priority =
-            node.attribute("priority").and_then(|one| one.trim().parse().ok()).filter(|n| *n > 0);
+        let priority = priority(reader, node);
         let Some(condition) = condition else { continue };
+        let label = documentation(node);
+        let restart = label.contains(RESTART);
+        let label = label.replace(RESTART, "").trim().to_owned();
         let transition = Transition {
             name: transition_name(reader, node),
             from,
             to,
             priority,
+            restart,
             condition,
-            label: documentation(node),
+            label,
             span,
         };
         transitions.push((node, transition));
@@ -124,7 +127,7 @@ pub(super) fn chart(
                 let mut list = uses.get(&key).cloned().unwrap_or_default();
                 list.extend(step_actions(reader, node));
                 sfc.elements.push(Element::Step(Step {
-                    is_initial: node.attribute("initialStep") == Some("true"),
+                    is_initial: is_set(node, "initialStep"),
                     uses: list,
                     label: documentation(node),
                     role: entries.get(&name.text).copied().unwrap_or_default(),
@@ -140,7 +143,8 @@ pub(super) fn chart(
                         let body = chart(reader, pou, inner, unit);
                         sfc.actions.extend(body.actions.iter().cloned());
                         always.extend(body.always.iter().cloned());
-                        sfc.elements.push(Element::Macro(MacroStep { name, body, span }));
+                        let role = entries.get(&name.text).copied().unwrap_or_default();
+                        sfc.elements.push(Element::Macro(MacroStep { name, body, role, span }));
                     }
                     Some(_) | None => {
                         unit.refuse(
@@ -163,6 +167,24 @@ pub(super) fn chart(
     sfc.always = always;
     sfc
 }
+
+/// The priority of a transition; none where it says none that can be read.
+fn priority(reader: &mut Reader<'_, '_>, node: Node<'_, '_>) -> Option<u32> {
+    let written = node.attribute("priority").map(str::trim).filter(|one| !one.is_empty())?;
+    let found = written.parse().ok().filter(|n| *n > 0);
+    if found.is_none() && written != "0" {
+        let (span, written) = (reader.span(node), written.to_owned());
+        reader.report(|| {
+            Diagnostic::error(codes::PLC_CHART, format!("`{written}` is no priority"))
+                .at(span, "of this transition")
+                .help("write a number, 1 first")
+        });
+    }
+    found
+}
+
+/// In the documentation of a transition: the step that it leaves and enters begins anew.
+pub(super) const RESTART: &str = "{grafsynth restart}";
 
 /// The name of a transition: its own, or that of its inline condition.
 fn transition_name(reader: &Reader<'_, '_>, node: Node<'_, '_>) -> Option<Name> {
@@ -281,6 +303,11 @@ fn left_to_right(drawing: &Drawing<'_, '_>, transitions: &mut [(Node<'_, '_>, Tr
     }
 }
 
+/// A step, or a macro-step, which is one of the chart around it.
+fn is_step(node: Node<'_, '_>) -> bool {
+    matches!(tag(node), "step" | "macroStep")
+}
+
 /// In the body of a macro-step the one step that nothing leads to is its entry, the one that leads nowhere its exit.
 fn roles(drawing: &Drawing<'_, '_>, body: Node<'_, '_>) -> BTreeMap<String, Role> {
     let mut roles = BTreeMap::new();
@@ -292,7 +319,7 @@ fn roles(drawing: &Drawing<'_, '_>, body: Node<'_, '_>) -> BTreeMap<String, Role
         return roles;
     }
     let steps: Vec<Node<'_, '_>> =
-        drawing.order.iter().copied().filter(|node| tag(*node) == "step").collect();
+        drawing.order.iter().copied().filter(|node| is_step(*node)).collect();
     let jumps: BTreeSet<&str> = drawing
         .order
         .iter()
@@ -308,7 +335,7 @@ fn roles(drawing: &Drawing<'_, '_>, body: Node<'_, '_>) -> BTreeMap<String, Role
             if !seen.insert(id.to_owned()) {
                 continue;
             }
-            if tag(one) == "step" {
+            if is_step(one) {
                 left.insert(id.to_owned());
             } else {
                 next.extend(drawing.before(one));
@@ -390,7 +417,7 @@ fn uses(
                 unit.refuse("an action without a name", span, "refer to a variable or an action");
                 continue;
             };
-            let time = time(reader, action, qualifier, span);
+            let time = time(reader, action, span);
             for step in &steps {
                 let key = step.attribute("localId").unwrap_or("").to_owned();
                 found.entry(key).or_default().push(Use {
@@ -406,13 +433,8 @@ fn uses(
 }
 
 /// The duration of an action: a time, or the name of one.
-fn time(
-    reader: &mut Reader<'_, '_>,
-    action: Node<'_, '_>,
-    qualifier: Qualifier,
-    span: Span,
-) -> Option<Expr> {
-    let name = reader.name(action, "duration").filter(|_| is_timed(qualifier))?;
+fn time(reader: &mut Reader<'_, '_>, action: Node<'_, '_>, span: Span) -> Option<Expr> {
+    let name = reader.name(action, "duration")?;
     let text = name.text.split_once('#').map_or(name.text.as_str(), |(_, rest)| rest);
     let starts_with_digit = text.starts_with(|c: char| c.is_ascii_digit());
     match duration(text) {
@@ -466,7 +488,7 @@ fn condition(
     } else {
         network::incoming(reader, network, written, unit, always)?
     };
-    if written.attribute("negated") == Some("true") {
+    if is_set(written, "negated") {
         return Some(Expr::new(ExprKind::Not(Box::new(value)), span));
     }
     Some(value)

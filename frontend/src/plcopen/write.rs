@@ -10,7 +10,8 @@ use grafsynth_ir::Diagnostic;
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::net::Net;
 
-use crate::st::write::items::{self, Program, Programs, Var};
+use super::sfc::RESTART;
+use crate::st::write::items::{self, Program, Programs, Transition, Var};
 use crate::st::write::text::duration;
 use crate::xml::text;
 
@@ -110,6 +111,16 @@ fn pou(out: &mut String, program: &Program) {
         );
     }
     out.push_str("      </pou>\n");
+}
+
+/// The comment of a transition, with what only grafsynth reads in it.
+fn transition_label(transition: &Transition) -> String {
+    let label = &transition.label;
+    match (transition.restart, label.is_empty()) {
+        (false, _) => label.clone(),
+        (true, true) => RESTART.to_owned(),
+        (true, false) => format!("{label} {RESTART}"),
+    }
 }
 
 /// What a comment of the chart becomes, at the end of its element.
@@ -329,7 +340,7 @@ fn chart(out: &mut String, program: &Program) {
             point(port),
             attribute(name),
             structured(&condition),
-            documentation(&transition.label)
+            documentation(&transition_label(transition))
         );
     }
     for (port, target, column, row) in jumps {

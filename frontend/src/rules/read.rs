@@ -58,6 +58,13 @@ pub fn parse_within(file: FileId, text: &str, limits: &Limits) -> Parsed {
         builder.option(file, &text[..end], start, &numbers, limits);
     }
     let design = builder.design(file);
+    if builder.rules.is_empty() && builder.options.is_empty() {
+        builder.findings.report(|| {
+            Diagnostic::error(codes::NO_CHART, "no rules in this text")
+                .at(Span::new(file, 0, 0), "expected `Step` and the names of steps")
+                .help("list steps and transitions, then write the rules behind `Transitions:` and `Steps:`")
+        });
+    }
     let diagnostics = sorted(builder.findings.finish());
     let has_rules = !builder.rules.steps.is_empty() || !builder.rules.transition_rules.is_empty();
     let design = (has_rules || !any_error(&diagnostics)).then_some(design);
@@ -111,6 +118,11 @@ enum Section {
 }
 
 impl Rules {
+    /// The text says nothing.
+    fn is_empty(&self) -> bool {
+        self.seen.is_empty() && self.transition_rules.is_empty() && self.step_rules.is_empty()
+    }
+
     fn read(&mut self, parser: &mut Parser<'_>) {
         let mut section = Section::Lists;
         while parser.kind(0) != Kind::End {

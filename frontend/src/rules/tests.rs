@@ -222,11 +222,11 @@ fn charts_with_everything_flat_come_back() {
             step s1 { Q after 3 s; beep(); exit { if a { W := 2 } else { S := not w } } on E { W := 1 } }
             step s2 { budget 90; task one cost 40 { call go(n, b) } code c \"x();\\ny();\" }
             t0: -> s2 when rise(a and s1.active) and not b
-            t1: s0 -> s1 on E, F when a or cold = 2 after 60 ms priority 2 deadline 1 us \"go\" do { raise F; if a { W := 1 } }
+            t1: s0 -> s1 on E, F when a or cold = 2 after 60 ms priority 2 \"go\" do { raise F; if a { W := 1 } }
             t2: s0 -> s2 when if a then n > 3 else fall(b)
             t3: s0 -> s0 when otherwise restart
-            t4: s1 & s2 -> when s2.done and W = 3 and n * 2 - 1 > -5
-            assume never (a and b)\nplace s0, v on chip\ndevice gal22v10 { clock 1 a 2 Q 23 } }",
+            t4: s1 & s2 -> sink when s2.done and W = 3 and n * 2 - 1 > -5
+            assume never (a and b)\ndevice gal22v10 { clock 1 a 2 Q 23 } }",
         "chart Steps { evolution single\ninput a, b\noutput mealy M, N\noutput P, R
             initial step Transitions { M if a; N if a and b; P if not (a = b); set R }\nstep Steps { M if a or b; P }
             t1: Transitions -> Steps when a\nt2: Steps -> Transitions when (a or b) and not a }",

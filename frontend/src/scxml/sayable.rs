@@ -9,8 +9,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::chart::{
-    Chart, Declaration, DeclarationKind, Expr, Item, Leaf, Path, Setting, SettingKind, Step,
-    StepItem, StepItemKind, Stmt, StmtKind, Transition,
+    Chart, Declaration, DeclarationKind, Expr, Item, Leaf, Length, Path, Setting, SettingKind,
+    Step, StepItem, StepItemKind, Stmt, StmtKind, Transition,
 };
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::expr::{ExprKind, Type};
@@ -29,7 +29,9 @@ const MAX_COPIES: usize = 20_000;
 pub(super) fn sayable(chart: &Chart) -> Result<Option<(Chart, Vec<Diagnostic>)>, Box<Diagnostic>> {
     let mut rewritten = chart.clone();
     let mut notes = Vec::new();
-    let delays = delays(&chart.items);
+    let constants = constants(&chart.items);
+    spell_out(&mut rewritten.items, &constants);
+    let delays = delays(&rewritten.items);
     if !delays.is_empty() {
         with_events(&mut rewritten, delays, &mut notes);
     }
@@ -97,6 +99,37 @@ fn source_of(transition: &Transition) -> Option<&Name> {
 
 // --- delays ----------------------------------------------------------------------------------------------------------------------------------
 
+/// The durations that have names.
+fn constants(items: &[Item]) -> BTreeMap<String, u64> {
+    let mut found = BTreeMap::new();
+    for item in items {
+        if let Item::Declaration(Declaration {
+            name, kind: DeclarationKind::Const { value }, ..
+        }) = item
+            && let ExprKind::Leaf(Leaf::Duration(ns)) = value.kind
+        {
+            found.insert(name.text.clone(), ns);
+        }
+    }
+    found
+}
+
+/// `after LIMIT` as the duration that it is.
+fn spell_out(items: &mut [Item], constants: &BTreeMap<String, u64>) {
+    for item in items {
+        if let Item::State(state) = item {
+            spell_out(&mut state.items, constants);
+        } else if let Item::Transition(transition) = item
+            && let Some((length, _)) = &mut transition.after
+            && let Length::Named(path) = length
+            && let [name] = path.names.as_slice()
+            && let Some(ns) = constants.get(&name.text)
+        {
+            *length = Length::Ns(*ns);
+        }
+    }
+}
+
 /// A delay of a state.
 struct Delay {
     span: Span,
@@ -110,9 +143,12 @@ fn delays(items: &[Item]) -> BTreeMap<(String, u64), Delay> {
     transitions(items, &mut all);
     let mut found: BTreeMap<(String, u64), Delay> = BTreeMap::new();
     for transition in all {
-        let (Some((ns, span)), Some(source)) = (transition.after, source_of(transition)) else {
+        let (Some((Length::Ns(ns), span)), Some(source)) =
+            (&transition.after, source_of(transition))
+        else {
             continue;
         };
+        let (ns, span) = (*ns, *span);
         let is_alone = transition.events.is_empty() && transition.guard.is_none();
         let delay =
             found.entry((source.text.clone(), ns)).or_insert(Delay { span, is_alone: true });
@@ -229,7 +265,7 @@ fn delayed_items(items: &mut [Item], made: &BTreeMap<(String, u64), Made>) {
     for item in items {
         match item {
             Item::Transition(transition) => {
-                let Some((ns, span)) = transition.after else { continue };
+                let Some((Length::Ns(ns), span)) = transition.after else { continue };
                 let state = source_of(transition).map(|name| name.text.clone());
                 let Some(one) = state.and_then(|state| made.get(&(state, ns))) else { continue };
                 transition.after = None;

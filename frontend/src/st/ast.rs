@@ -180,6 +180,7 @@ pub(crate) enum Role {
 pub(crate) struct MacroStep {
     pub(crate) name: Name,
     pub(crate) body: Sfc,
+    pub(crate) role: Role,
     pub(crate) span: Span,
 }
 
@@ -198,6 +199,8 @@ pub(crate) struct Transition {
     pub(crate) from: Vec<Name>,
     pub(crate) to: Vec<Name>,
     pub(crate) priority: Option<u32>,
+    /// `{grafsynth restart}`
+    pub(crate) restart: bool,
     pub(crate) condition: Expr,
     pub(crate) label: String,
     pub(crate) span: Span,

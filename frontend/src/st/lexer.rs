@@ -81,6 +81,8 @@ pub(crate) struct Aside {
     pub(crate) start: usize,
     pub(crate) end: usize,
     pub(crate) is_pragma: bool,
+    /// A pragma whose settings somebody has taken.
+    pub(crate) is_read: bool,
     /// The first byte of its bracket.
     pub(crate) from: usize,
 }
@@ -155,7 +157,8 @@ impl Lexer<'_> {
     }
 
     fn aside(&mut self, start: usize, end: usize, is_pragma: bool, from: usize) {
-        self.out.asides.push(Aside { start, end: end.max(start), is_pragma, from });
+        let is_read = false;
+        self.out.asides.push(Aside { start, end: end.max(start), is_pragma, from, is_read });
     }
 
     /// Comments may lie in each other.

@@ -350,6 +350,7 @@ impl<'a> Parser<'a> {
                 self.skip_to_unit();
             }
         }
+        self.unread_pragmas();
         library
     }
 
@@ -393,7 +394,9 @@ impl<'a> Parser<'a> {
     }
 
     fn pou(&mut self) -> Parse<Pou> {
-        let from = self.peek(0).start;
+        // What stands above a unit is said of it.
+        let above = self.at.checked_sub(1).and_then(|at| self.list.tokens.get(at));
+        let from = above.map_or(0, |token| token.end);
         let first_refused = self.refused.len();
         let word = self.word(0);
         self.advance();
@@ -454,33 +457,68 @@ impl<'a> Parser<'a> {
         }
     }
 
-    /// What the pragmas between two places ask for.
+    /// What the pragmas between two places ask for that nothing inside has taken.
     pub(crate) fn options(&mut self, from: usize, to: usize) -> Options {
         let mut options = Options::default();
-        let asides: Vec<_> = self
-            .list
-            .asides
-            .iter()
-            .filter(|aside| aside.is_pragma && aside.from >= from && aside.from < to)
-            .copied()
-            .collect();
-        for aside in asides {
+        for setting in self.pragmas(from, to) {
+            if setting.text == "final scan" {
+                options.final_scan = true;
+            } else {
+                options.settings.push(setting);
+            }
+        }
+        options
+    }
+
+    /// The settings in the pragmas between two places, each once: whoever asks first has them.
+    pub(crate) fn pragmas(&mut self, from: usize, to: usize) -> Vec<Name> {
+        let mut found = Vec::new();
+        for aside in self.list.asides.iter_mut() {
+            if !aside.is_pragma || aside.is_read || aside.from < from || aside.from >= to {
+                continue;
+            }
             let text = self.text.get(aside.start..aside.end).unwrap_or("");
             let mut words = text.split_whitespace();
             if words.next() != Some("grafsynth") {
                 continue;
             }
+            aside.is_read = true;
             let rest = words.collect::<Vec<_>>().join(" ");
             let span = self.places.span(aside.from, aside.end + 1);
-            for setting in rest.split(';').map(str::trim).filter(|one| !one.is_empty()) {
-                if setting == "final scan" {
-                    options.final_scan = true;
-                } else {
-                    options.settings.push(Name::new(setting, span));
-                }
+            let settings = rest.split(';').map(str::trim).filter(|one| !one.is_empty());
+            found.extend(settings.map(|setting| Name::new(setting, span)));
+        }
+        found
+    }
+
+    /// Pragmas that nothing has read: ours in a wrong place, and those of other tools, each kind once.
+    pub(crate) fn unread_pragmas(&mut self) {
+        let mut told: Vec<&str> = Vec::new();
+        for aside in &self.list.asides {
+            if !aside.is_pragma || aside.is_read {
+                continue;
+            }
+            let text = self.text.get(aside.start..aside.end).unwrap_or("");
+            let word = text.split_whitespace().next().unwrap_or("");
+            let span = self.places.span(aside.from, aside.end + 1);
+            if word == "grafsynth" {
+                self.findings.report(|| {
+                    Diagnostic::error(codes::ST_UNEXPECTED, "this pragma belongs to no program")
+                        .at(span, "would have no effect")
+                        .help("write it above a PROGRAM or in it")
+                });
+            } else if !told.contains(&word) {
+                told.push(word);
+                self.findings.report(|| {
+                    Diagnostic::warning(
+                        codes::ST_LEFT_OUT,
+                        format!("pragmas `{{{word} ..}}` are left out"),
+                    )
+                    .at(span, "the first one; it has no meaning here")
+                    .help("grafsynth reads {grafsynth SETTING} only, such as {grafsynth conflict all}")
+                });
             }
         }
-        options
     }
 
     // Configurations
@@ -538,6 +576,16 @@ impl<'a> Parser<'a> {
                     interval = self.time(token).and_then(|ns| u64::try_from(ns).ok());
                 } else {
                     self.expression()?;
+                    if !key.text.eq_ignore_ascii_case("PRIORITY") {
+                        self.findings.report(|| {
+                            Diagnostic::warning(
+                                codes::ST_LEFT_OUT,
+                                format!("`{key}` of the task {name} is left out: its programs run once a tick"),
+                            )
+                            .at(key.span, "")
+                            .help("write an INTERVAL such as T#10ms")
+                        });
+                    }
                 }
                 if !self.take(Kind::Comma) {
                     break;
@@ -558,8 +606,17 @@ impl<'a> Parser<'a> {
         let task = if self.take_word("WITH") { Some(self.name("a task")?) } else { None };
         self.expect(Kind::Colon, "`:` and a program")?;
         let program = self.name("a program")?;
-        // Which channel of the machine an input stands for is the board's matter.
+        let start = self.peek(0).start;
         if self.take(Kind::Open) {
+            let open_at = self.places.span(start, start + 1);
+            self.findings.report(|| {
+                Diagnostic::warning(
+                    codes::ST_LEFT_OUT,
+                    format!("what the instance {name} connects is left out: the inputs and outputs of its program are those of the design"),
+                )
+                .at(open_at, "begins here")
+                .help("which channel of the machine they are is said on the board")
+            });
             let mut open = 1usize;
             while open > 0 && self.kind(0) != Kind::End {
                 match self.advance().kind {

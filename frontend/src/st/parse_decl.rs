@@ -30,9 +30,17 @@ impl Parser<'_> {
         loop {
             match self.word(0).as_str() {
                 "CONSTANT" => is_constant = true,
-                // What a controller keeps when the power fails is no matter of one run.
-                "RETAIN" | "NON_RETAIN" | "PERSISTENT" | "PUBLIC" | "PRIVATE" | "PROTECTED"
-                | "INTERNAL" => {}
+                "RETAIN" | "PERSISTENT" => {
+                    let (span, word) = (self.here(), self.word(0));
+                    self.findings.report(|| {
+                        Diagnostic::warning(
+                            codes::ST_LEFT_OUT,
+                            format!("{word} is left out: these variables begin with their initial values at each start"),
+                        )
+                        .at(span, "")
+                    });
+                }
+                "NON_RETAIN" | "PUBLIC" | "PRIVATE" | "PROTECTED" | "INTERNAL" => {}
                 _ => break,
             }
             self.advance();

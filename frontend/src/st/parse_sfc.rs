@@ -171,8 +171,14 @@ impl Parser<'_> {
                     break;
                 }
                 let value = self.expression()?;
-                if duration.is_none() && is_timed(found) {
+                let is_time = matches!(value.kind, super::ast::ExprKind::Time(_));
+                if duration.is_none() && (is_timed(found) || is_time) {
                     duration = Some(value);
+                } else {
+                    self.findings.report(|| {
+                        Diagnostic::warning(codes::ST_LEFT_OUT, "an indicator variable is left out")
+                            .at(value.span, "without effect")
+                    });
                 }
             }
             self.expect(Kind::Close, "`)`")?;
@@ -228,7 +234,23 @@ impl Parser<'_> {
         let span = self.span_from(start);
         self.take(Kind::Semicolon);
         let label = self.label();
-        Ok(Transition { name, from, to, priority, condition, label, span })
+        let (begin, end) = (start, self.peek(0).start);
+        let mut restart = false;
+        for setting in self.pragmas(begin, end) {
+            if setting.text == "restart" {
+                restart = true;
+                continue;
+            }
+            self.report(|| {
+                Diagnostic::error(
+                    codes::ST_UNEXPECTED,
+                    format!("unknown setting `{}` of a transition", setting.text),
+                )
+                .at(setting.span, "in this transition")
+                .help("a transition has {grafsynth restart}; settings of the chart stand above or below")
+            });
+        }
+        Ok(Transition { name, from, to, priority, restart, condition, label, span })
     }
 
     fn steps(&mut self) -> Parse<Vec<Name>> {

@@ -94,9 +94,10 @@ fn write_program(out: &mut String, program: &Program) {
         let priority = transition.priority.map_or(String::new(), |n| format!(" (PRIORITY := {n})"));
         let _ = writeln!(
             out,
-            "\nTRANSITION{name}{priority} FROM {} TO {}\n    := {};\nEND_TRANSITION{}",
+            "\nTRANSITION{name}{priority} FROM {} TO {}{}\n    := {};\nEND_TRANSITION{}",
             side(&transition.from),
             side(&transition.to),
+            if transition.restart { " {grafsynth restart}" } else { "" },
             transition.condition,
             comment(&transition.label)
         );

@@ -300,7 +300,8 @@ fn reaction_of_step<'a>(
     let place =
         Place { edges: true, events: true, ..Place::level(scope, "the condition of a reaction") };
     let guard = source.guard.as_ref().map(|guard| lowering.condition::<Leaf>(guard, &place));
-    let after = source.after.map(|(ns, span)| (lowering.ticks(ns, span), span));
+    let after = source.after.as_ref();
+    let after = after.map(|(length, span)| (lowering.length(scope, length, *span), *span));
     let actions = lowering.block(scope, ListKind::Change, &source.actions);
     let Ok(step) = step else { return };
     let mut operands: Vec<Expr<Leaf>> = guard.into_iter().flatten().collect();
@@ -380,7 +381,8 @@ pub(super) fn receptivity(
             }
         }
     }
-    if let Some((ns, span)) = source.after {
+    if let Some((length, span)) = &source.after {
+        let span = *span;
         if source.sources.is_empty() {
             failed = Some(
                 lowering.report(
@@ -392,7 +394,7 @@ pub(super) fn receptivity(
                 ),
             );
         }
-        match lowering.ticks(ns, span) {
+        match lowering.length(scope, length, span) {
             // `after 0` is true.
             Ok(0) => {}
             Ok(ticks) => operands.extend(timed(lowering, requires, span).into_iter().map(|step| {

@@ -117,4 +117,10 @@ codes! {
     EMERGENCY_TWICE = "G0253", "second emergency";
     /// A step has a budget, and nothing says what one of its tasks costs.
     TASK_WITHOUT_COST = "G0254", "task without a cost";
+    /// `place` and `deadline`, which wait for the partition.
+    NOT_YET = "G0255", "not carried out yet";
+    /// A transition leaves and enters a step, which stays active, and the step does something when it is entered or left.
+    STAYS_ACTIVE = "G0256", "step that stays active";
+    /// Two steps that follow each other pulse one action, which gives one pulse.
+    ONE_PULSE = "G0257", "one pulse of two steps";
 }

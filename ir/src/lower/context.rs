@@ -1,9 +1,10 @@
 //! What the passes of the lowering share: the net as far as it is built, the scopes of names, and the findings.
 
 use super::expand::Work;
+use super::inner_history::Inner;
 use super::libraries::Bound;
 use super::roles::{Role, Use};
-use super::statechart::Tree;
+use super::statechart::{Goal, Tree};
 use super::task_costs::TaskCosts;
 use crate::chart::{self, Design};
 use crate::diag::Diagnostic;
@@ -262,6 +263,12 @@ pub(super) struct Lowering<'a> {
     pub(super) suggestions: usize,
     /// The states of statecharts.
     pub(super) tree: Tree,
+    /// Per controlled action, the actions that keep its further durations.
+    pub(super) more_timers: BTreeMap<ActionId, Vec<(u64, ActionId)>>,
+    /// Transitions to histories of states around their source.
+    pub(super) inner_histories: Vec<Inner>,
+    /// Where the default transitions of histories lead.
+    pub(super) history_goals: BTreeMap<HistoryId, Vec<Goal>>,
     /// Names with dots of a finished net; used instead of scopes when properties are added to one.
     pub(super) flat: Option<FlatNames>,
     /// What the file says of shared variables that nothing else is said of.
@@ -313,6 +320,9 @@ impl<'a> Lowering<'a> {
             suggestions: 0,
             flat: None,
             tree: Tree::default(),
+            more_timers: BTreeMap::new(),
+            inner_histories: Vec::new(),
+            history_goals: BTreeMap::new(),
             tasked: BTreeSet::new(),
             sharing: None,
             expression_depth: 0,

@@ -412,6 +412,16 @@ impl<'a> Expansion<'_, 'a> {
         let mut transition = self.skeleton(name, part, kind);
         transition.priority = source.priority;
         transition.restart |= source.restart;
+        if source.deadline_ns.is_some() {
+            self.lowering.report(
+                Diagnostic::error(
+                    codes::NOT_YET,
+                    "`deadline` is not carried out: a design is not split between chip and CPU yet",
+                )
+                .at(source.meta.span, "would have no effect")
+                .help("remove it; `check --for MACHINE` shows the worst-case time of a reaction"),
+            );
+        }
         transition.deadline_ns = source.deadline_ns;
         transition.meta = source.meta.clone();
         let id = self.lowering.net.transitions.push(transition);
@@ -442,7 +452,7 @@ impl<'a> Expansion<'_, 'a> {
             if let Some(priority) = source.priority {
                 self.lowering.net.steps[entry].priority = Some(priority);
             }
-            if source.is_initial {
+            if source.role == StepRole::Initial {
                 self.lowering.net.steps[entry].is_initial = true;
             }
             let steps = instance.steps.clone().map(StepId::from_index).collect();
@@ -542,16 +552,22 @@ impl<'a> Expansion<'_, 'a> {
         body: ScopeId,
         source: &'a chart::Macro,
     ) -> (Option<StepId>, Option<StepId>) {
-        let mut entries: Vec<&chart::Step> = Vec::new();
-        let mut exits: Vec<&chart::Step> = Vec::new();
+        let mut entries: Vec<&Name> = Vec::new();
+        let mut exits: Vec<&Name> = Vec::new();
         for item in &source.items {
-            let Item::Step(step) = item else { continue };
-            match step.role {
-                StepRole::MacroEntry => entries.push(step),
-                StepRole::MacroExit => exits.push(step),
+            let (name, role) = if let Item::Step(step) = item {
+                (&step.name, step.role)
+            } else if let Item::MacroStep(step) = item {
+                (&step.name, step.role)
+            } else {
+                continue;
+            };
+            match role {
+                StepRole::MacroEntry => entries.push(name),
+                StepRole::MacroExit => exits.push(name),
                 StepRole::MacroEntryExit => {
-                    entries.push(step);
-                    exits.push(step);
+                    entries.push(name);
+                    exits.push(name);
                 }
                 StepRole::Plain | StepRole::Initial | StepRole::Final => {}
             }
@@ -564,7 +580,7 @@ impl<'a> Expansion<'_, 'a> {
         body: ScopeId,
         source: &chart::Macro,
         word: &str,
-        steps: &[&chart::Step],
+        steps: &[&Name],
     ) -> Option<StepId> {
         let name = &source.name;
         match steps {
@@ -589,13 +605,18 @@ impl<'a> Expansion<'_, 'a> {
                             codes::MACRO_SHAPE,
                             format!("macro {name} has more than one {word} step"),
                         )
-                        .at(again.name.span, "again here")
-                        .at(first.name.span, "first here")
+                        .at(again.span, "again here")
+                        .at(first.span, "first here")
                         .help("a macro-step has exactly one of each"),
                     );
                 }
-                match self.lowering.find(body, &first.name.text) {
+                match self.lowering.find(body, &first.text) {
                     Some(Symbol::Step(step)) => Some(step),
+                    // The macro begins where the one that it begins with does, and ends likewise.
+                    Some(Symbol::MacroStep(inner)) => {
+                        let inner = &self.lowering.instances[inner];
+                        if word == "entry" { inner.entry } else { inner.exit }
+                    }
                     _ => None,
                 }
             }

@@ -473,7 +473,10 @@ impl Lowering<'_> {
         {
             return match attribute {
                 Attribute::Active => Ok(super::counted::is_active(*var, span, L::of_net)),
-                Attribute::Elapsed | Attribute::LastElapsed | Attribute::Done => {
+                Attribute::Elapsed
+                | Attribute::LastElapsed
+                | Attribute::Done
+                | Attribute::Complete => {
                     super::counted::no_time(self, step, span);
                     Err(self.already_told())
                 }
@@ -481,18 +484,22 @@ impl Lowering<'_> {
         }
         match (like, attribute) {
             (_, Attribute::Elapsed | Attribute::LastElapsed) => Err(self.time_alone(path)),
-            (StepLike::Step(step), Attribute::Active) => {
+            (StepLike::Step(step), Attribute::Active | Attribute::Complete) => {
                 Ok(Expr::leaf(L::of_net(Leaf::Active(step)), span))
             }
             (StepLike::MacroStep(instance), Attribute::Active) => {
                 Ok(self.macro_active(instance, span))
             }
             (StepLike::Step(step), Attribute::Done) => Ok(self.step_done(step, span)),
-            (StepLike::MacroStep(instance), Attribute::Done) => match self.instances[instance].exit
-            {
-                Some(exit) => Ok(self.step_done(exit, span)),
-                None => Err(self.already_told()),
-            },
+            (StepLike::MacroStep(instance), Attribute::Done | Attribute::Complete) => {
+                match self.instances[instance].exit {
+                    Some(exit) if attribute == Attribute::Complete => {
+                        Ok(Expr::leaf(L::of_net(Leaf::Active(exit)), span))
+                    }
+                    Some(exit) => Ok(self.step_done(exit, span)),
+                    None => Err(self.already_told()),
+                }
+            }
         }
     }
 

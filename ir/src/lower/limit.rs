@@ -2,13 +2,22 @@
 
 use super::context::Lowering;
 use super::expand::Work;
-use crate::net::{Evolution, StepKind};
+use crate::net::{
+    Enter, Evolution, HistoryId, InputId, Net, StepId, StepKind, Stmt, StmtKind, Transition,
+    TransitionId, TransitionKind,
+};
+use petgraph::algo::tarjan_scc;
+use petgraph::graph::DiGraph;
+use std::collections::{BTreeMap, BTreeSet};
 
-/// Last, when all steps and transitions are there: leaf and enclosing steps plus transitions, reactions not counted.
+/// At least this many where the transitions of a statechart lead in a circle by themselves: loops over a counter are common in SCXML.
+const LOOPS: u32 = 1000;
+
+/// Last, when all steps and transitions are there: leaf and enclosing steps plus transitions, reactions not counted. Without a circle no reaction of a
+/// statechart takes more, so the larger number costs only charts that need it.
 pub(super) fn limit(lowering: &mut Lowering<'_>) {
     let net = &mut lowering.net;
-    let Evolution::Stable { limit } = &mut net.settings.evolution else { return };
-    if *limit > 0 {
+    if !matches!(net.settings.evolution, Evolution::Stable { limit: 0 }) {
         return;
     }
     let steps = net.steps.values().filter(|step| {
@@ -16,5 +25,95 @@ pub(super) fn limit(lowering: &mut Lowering<'_>) {
     });
     let transitions = lowering.work.iter().filter(|work| matches!(work, Work::Transition { .. }));
     let count = steps.count() + transitions.count();
-    *limit = u32::try_from(count).unwrap_or(u32::MAX).max(1);
+    let mut limit = u32::try_from(count).unwrap_or(u32::MAX).max(1);
+    if net.settings.policy.is_statechart() && has_circle(net) {
+        limit = limit.max(LOOPS);
+    }
+    net.settings.evolution = Evolution::Stable { limit };
+}
+
+/// True if transitions that need no event from outside can follow each other for ever.
+fn has_circle(net: &Net) -> bool {
+    let mut raised: BTreeSet<InputId> =
+        net.steps.values().filter_map(|step| step.done_event).collect();
+    let steps =
+        net.steps.values().flat_map(|step| [&step.entry, &step.exit, &step.initial_content]);
+    let transitions = net.transitions.values().map(|transition| &transition.actions);
+    let histories = net.histories.values().map(|history| &history.default_content);
+    for list in steps.chain(transitions).chain(histories) {
+        raised_in(net, list, &mut raised);
+    }
+    let is_inner = |transition: &Transition| {
+        transition.events.is_empty() || transition.events.iter().any(|event| raised.contains(event))
+    };
+    let inner: Vec<(TransitionId, &Transition)> =
+        net.transitions.iter().filter(|(_, transition)| is_inner(transition)).collect();
+    // A reaction leaves its state active, so it can follow itself.
+    if inner.iter().any(|(_, transition)| transition.kind == TransitionKind::Reaction) {
+        return true;
+    }
+    let mut leaving: BTreeMap<StepId, Vec<usize>> = BTreeMap::new();
+    for (index, (_, transition)) in inner.iter().enumerate() {
+        for step in &transition.requires {
+            leaving.entry(*step).or_default().push(index);
+        }
+    }
+    let mut graph: DiGraph<(), ()> = DiGraph::with_capacity(inner.len(), inner.len());
+    let nodes: Vec<_> = inner.iter().map(|_| graph.add_node(())).collect();
+    for (index, (_, transition)) in inner.iter().enumerate() {
+        for step in entered(net, transition) {
+            for next in leaving.get(&step).into_iter().flatten() {
+                graph.update_edge(nodes[index], nodes[*next], ());
+            }
+        }
+    }
+    tarjan_scc(&graph)
+        .iter()
+        .any(|group| group.len() > 1 || group.iter().any(|node| graph.contains_edge(*node, *node)))
+}
+
+/// All that a transition may enter, and the states around what it leaves, which stay active: their transitions may fire next, but again only if something
+/// enters them, so they need not be followed.
+fn entered(net: &Net, transition: &Transition) -> BTreeSet<StepId> {
+    let mut found = BTreeSet::new();
+    let mut seen: BTreeSet<HistoryId> = BTreeSet::new();
+    let mut todo = transition.enters.clone();
+    while let Some(enter) = todo.pop() {
+        match enter {
+            Enter::Step(step) => {
+                found.insert(step);
+            }
+            Enter::InitialContent(_) => {}
+            Enter::History(history) => {
+                if seen.insert(history) {
+                    let data = &net.histories[history];
+                    todo.extend(data.default.iter().copied());
+                    todo.extend(data.cases.iter().flat_map(|case| case.enters.iter().copied()));
+                }
+            }
+        }
+    }
+    found
+}
+
+fn raised_in(net: &Net, list: &[Stmt], out: &mut BTreeSet<InputId>) {
+    let mut todo: Vec<&Stmt> = list.iter().collect();
+    while let Some(stmt) = todo.pop() {
+        match &stmt.kind {
+            StmtKind::Raise(event) => {
+                out.insert(*event);
+            }
+            StmtKind::Send(slot) => {
+                let send = &net.sends[*slot];
+                if send.delay == 0 {
+                    out.insert(send.event);
+                }
+            }
+            StmtKind::If { then, otherwise, .. } => todo.extend(then.iter().chain(otherwise)),
+            StmtKind::Assign { .. }
+            | StmtKind::Cancel(_)
+            | StmtKind::Call { .. }
+            | StmtKind::Code(_) => {}
+        }
+    }
 }

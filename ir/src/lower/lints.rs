@@ -4,16 +4,16 @@
 use super::codes;
 use super::expressions::without_spans;
 use crate::arena::IdMap;
-use crate::diag::Diagnostic;
+use crate::diag::{Diagnostic, Notation};
 use crate::expr::{CompareOp, Expr, ExprKind, Type};
 use crate::interval::{TICKS, net_type};
 use crate::net::{
-    Block, Driver, Enter, InputId, InputKind, Leaf, Net, Policy, PropertyLeaf, Step, StepId,
-    StepKind, StmtKind, TransitionId, TransitionKind, VarOrigin,
+    Block, Driver, Enter, InputId, InputKind, Leaf, Net, Policy, PropertyLeaf, Qualifier, Step,
+    StepId, StepKind, StmtKind, TransitionId, TransitionKind, VarOrigin,
 };
 use crate::span::Span;
 use crate::walk::called_in_lists;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// All lints, in the order of the functions below; within one, in declaration order. Linear in the size of the net, but for sorting.
 #[must_use]
@@ -26,7 +26,112 @@ pub fn lints(net: &Net) -> Vec<Diagnostic> {
     constants(net, &mut out);
     never_taken(net, &mut out);
     beyond_emergency(net, &mut out);
+    stays_active(net, &mut out);
+    one_pulse(net, &mut out);
     out
+}
+
+/// Steps that a transition leaves and enters: outside statecharts they stay active, so nothing that happens on leaving or entering does (semantics §3.2).
+fn stays_active(net: &Net, out: &mut Vec<Diagnostic>) {
+    if net.settings.policy.is_statechart() {
+        return;
+    }
+    let mut timed: IdMap<Step, bool> = IdMap::filled(&net.steps, false);
+    for transition in net.transitions.values() {
+        transition.guard.for_each_leaf(&mut |leaf| {
+            if let Leaf::Elapsed(step) | Leaf::LastElapsed(step) = leaf {
+                timed[*step] = true;
+            }
+        });
+    }
+    let mut pulsed: IdMap<Step, bool> = IdMap::filled(&net.steps, false);
+    for one in net.actions.values().flat_map(|action| &action.uses) {
+        pulsed[one.step] |= matches!(one.qualifier, Qualifier::P | Qualifier::P1 | Qualifier::P0);
+    }
+    for (id, transition) in net.transitions.iter() {
+        if transition.restart || transition.kind == TransitionKind::Reaction {
+            continue;
+        }
+        for enter in &transition.enters {
+            let Enter::Step(step) = *enter else { continue };
+            if !transition.requires.contains(&step) || net.steps[step].hidden {
+                continue;
+            }
+            let data = &net.steps[step];
+            let what = if !data.entry.is_empty() || !data.exit.is_empty() {
+                "its lists do not run"
+            } else if timed[step] {
+                "its time runs on"
+            } else if pulsed[step] {
+                "it gives no new pulse"
+            } else if !data.tasks.is_empty() {
+                "its tasks do not begin again"
+            } else {
+                continue;
+            };
+            let (name, step) = (&transition.name, &data.name);
+            out.push(
+                Diagnostic::warning(
+                    codes::STAYS_ACTIVE,
+                    format!("{step} stays active when {name} fires: {what}"),
+                )
+                .at(place(net, id), "leaves the step and enters it")
+                .help("write `restart` behind the transition if the step is to begin anew, or lead it through another step")
+                .help_in(
+                    Notation::Iec,
+                    "write {grafsynth restart} in the transition if the step is to begin anew, or lead it through another step",
+                ),
+            );
+        }
+    }
+}
+
+/// Actions that pulse in two steps one of which follows the other: the pulses are one, since what is asked for does not fall between them (§3.5).
+fn one_pulse(net: &Net, out: &mut Vec<Diagnostic>) {
+    for action in net.actions.values() {
+        let mut by_step: BTreeMap<(StepId, Qualifier), Span> = BTreeMap::new();
+        for one in action.uses.iter().filter(|one| one.condition.is_none()) {
+            if matches!(one.qualifier, Qualifier::P | Qualifier::P1 | Qualifier::P0) {
+                by_step.insert((one.step, one.qualifier), one.span);
+            }
+        }
+        if by_step.len() < 2 {
+            continue;
+        }
+        let mut told: BTreeSet<(StepId, Qualifier)> = BTreeSet::new();
+        for transition in net.transitions.values() {
+            for (from, enter) in transition
+                .requires
+                .iter()
+                .flat_map(|from| transition.enters.iter().map(move |enter| (*from, *enter)))
+            {
+                let Enter::Step(to) = enter else { continue };
+                for qualifier in [Qualifier::P, Qualifier::P1, Qualifier::P0] {
+                    let (Some(first), Some(second)) =
+                        (by_step.get(&(from, qualifier)), by_step.get(&(to, qualifier)))
+                    else {
+                        continue;
+                    };
+                    if from == to || !told.insert((to, qualifier)) {
+                        continue;
+                    }
+                    let (before, after) = (&net.steps[from].name, &net.steps[to].name);
+                    out.push(
+                        Diagnostic::warning(
+                            codes::ONE_PULSE,
+                            format!(
+                                "{} gives one {qualifier:?} pulse for {before} and {after}, which follows it",
+                                action.name
+                            ),
+                        )
+                        .at(*second, format!("no pulse of its own when {before} is left for {after}"))
+                        .at(*first, "pulses here")
+                        .help("lead the transition through a step without the action, or pulse two actions"),
+                    );
+                }
+            }
+        }
+    }
 }
 
 /// Extern actions that lists call: they are no levels, so there is nothing for an emergency to force.

@@ -26,6 +26,7 @@ mod expand;
 mod expressions;
 mod finished;
 mod forcing;
+mod inner_history;
 mod libraries;
 mod limit;
 pub mod lints;
@@ -78,6 +79,8 @@ const PIPELINE: &[(&str, Pass)] = &[
     ("properties", properties::properties),
     ("placement", placement::placement),
     ("limit", limit::limit),
+    // It moves the ids of transitions, so what is made of the drawn ones comes before it.
+    ("inner-histories", inner_history::inner_histories),
     // Last: it reads the lists and receptivities of everything.
     ("sharing", sharing::sharing),
 ];

@@ -34,6 +34,8 @@ pub(super) enum Attribute {
     LastElapsed,
     /// `done`
     Done,
+    /// `complete`, of a macro-step: its exit step is active.
+    Complete,
 }
 
 /// What a path in an expression stands for.
@@ -259,6 +261,7 @@ impl<'a> Lowering<'a> {
             "t" => Attribute::Elapsed,
             "T" => Attribute::LastElapsed,
             "done" => Attribute::Done,
+            "complete" => Attribute::Complete,
             _ => return None,
         };
         let found = match &self.flat {
@@ -266,6 +269,8 @@ impl<'a> Lowering<'a> {
             None => self.walk(scope, before),
         };
         match found.ok()? {
+            // A step that is no macro-step is never complete or not.
+            Symbol::Step(_) if attribute == Attribute::Complete => None,
             Symbol::Step(step) => Some((StepLike::Step(step), attribute)),
             Symbol::MacroStep(instance) => Some((StepLike::MacroStep(instance), attribute)),
             Symbol::Const(_)

@@ -4,7 +4,7 @@ use super::codes;
 use super::context::{Lowering, Outcome, Symbol};
 use super::expand::Work;
 use super::expressions::{Place, without_spans};
-use super::roles::{Role, Use, empty_driver, is_controlling};
+use super::roles::{Role, Use, empty_driver, is_controlling, main_duration, more_timers};
 use super::times::duration;
 use crate::chart::ActionHow;
 use crate::diag::Diagnostic;
@@ -183,6 +183,7 @@ fn controlled_extern(lowering: &mut Lowering<'_>, id: OutputId, uses: &[Use<'_>]
         if index > 0 {
             name.text = lowering.fresh_name(&name.text);
         }
+        let timers = more_timers(lowering, &name, &meta, &uses);
         let span = uses.first().map_or(name.span, |one| one.span);
         let call = Stmt { kind: StmtKind::Call { output: id, arguments }, span };
         let action = lowering.net.actions.push(ControlledAction {
@@ -192,13 +193,16 @@ fn controlled_extern(lowering: &mut Lowering<'_>, id: OutputId, uses: &[Use<'_>]
             body: vec![call],
             meta: meta.clone(),
         });
+        lowering.more_timers.insert(action, timers);
         controlled(lowering, action, &uses);
     }
 }
 
-/// The uses of a controlled action and its one duration.
+/// The uses of a controlled action and its durations.
 fn controlled(lowering: &mut Lowering<'_>, action: ActionId, uses: &[Use<'_>]) {
     let mut made = Vec::with_capacity(uses.len());
+    let timers = lowering.more_timers.remove(&action).unwrap_or_default();
+    let main = main_duration(uses);
     let mut duration_at: Option<(u64, Span)> = None;
     for one in uses {
         let (qualifier, ns) = match one.how {
@@ -211,6 +215,22 @@ fn controlled(lowering: &mut Lowering<'_>, action: ActionId, uses: &[Use<'_>]) {
             wrong_duration(lowering, one);
             continue;
         }
+        if let Some(ns) = ns.filter(|ns| main != Some(*ns))
+            && matches!(qualifier, Qualifier::L | Qualifier::D)
+            && let Some((_, timer)) = timers.iter().find(|(other, _)| *other == ns)
+        {
+            if let Ok(ticks) = lowering.ticks(ns, one.span) {
+                lowering.net.actions[*timer].duration = ticks;
+            }
+            if let Ok(condition) = condition(lowering, one) {
+                let (step, span) = (one.step, one.span);
+                let own = ActionUse { step, qualifier, condition, span };
+                lowering.net.actions[*timer].uses.push(own);
+                let runs = Some(Expr::leaf(Leaf::Controlled(*timer), span));
+                made.push(ActionUse { step, qualifier: Qualifier::N, condition: runs, span });
+            }
+            continue;
+        }
         if let Some(ns) = ns {
             match duration_at {
                 Some((first, first_span)) if first != ns => {
@@ -218,11 +238,11 @@ fn controlled(lowering: &mut Lowering<'_>, action: ActionId, uses: &[Use<'_>]) {
                     lowering.report(
                         Diagnostic::error(
                             codes::ACTION_DURATION,
-                            format!("action {name} has two durations, {} and {}", duration(first), duration(ns)),
+                            format!("action {name} stores with two durations, {} and {}", duration(first), duration(ns)),
                         )
                         .at(one.span, format!("{} here", duration(ns)))
                         .at(first_span, format!("{} here", duration(first)))
-                        .help("an action with qualifiers has one timer of each kind: use one duration, or two outputs"),
+                        .help("SD, DS and SL of one action share its memory: use one duration for them, or two actions"),
                     );
                 }
                 Some(_) => {}

@@ -47,6 +47,14 @@ pub(super) fn placement(lowering: &mut Lowering<'_>) {
 
 fn place(lowering: &mut Lowering<'_>, scope: ScopeId, source: &chart::Place) {
     let (side, span) = (source.side, source.span);
+    lowering.report(
+        Diagnostic::error(
+            codes::NOT_YET,
+            "`place` is not carried out: a design is not split between chip and CPU yet",
+        )
+        .at(span, "would have no effect")
+        .help("remove it; `build` makes the whole design for the target that it is asked for"),
+    );
     for path in &source.items {
         let items: Vec<PlacedItem> = match lowering.symbol(scope, path) {
             Ok(Symbol::Step(step)) => vec![PlacedItem::Step(step)],

@@ -9,9 +9,9 @@ use crate::chart::{self, ActionHow, Block, DeclarationKind, StepItemKind, StmtKi
 use crate::diag::Diagnostic;
 use crate::expr::Type;
 use crate::net::{
-    ActionId, ControlledAction, Driver, OutputId, Qualifier, StepId, Var, VarId, VarOrigin,
+    ActionId, ControlledAction, Driver, Meta, OutputId, Qualifier, StepId, Var, VarId, VarOrigin,
 };
-use crate::span::Span;
+use crate::span::{Name, Span};
 
 /// What drives an output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -86,6 +86,8 @@ pub(super) fn roles(lowering: &mut Lowering<'_>) {
 fn drawn_action(lowering: &mut Lowering<'_>, action: usize, source: &chart::Action) {
     let drawn = &lowering.drawn_actions[action];
     let (name, is_used) = (drawn.name.clone(), !drawn.uses.is_empty());
+    let uses = drawn.uses.clone();
+    let timers = more_timers(lowering, &name, &source.meta, &uses);
     let id = lowering.net.actions.push(ControlledAction {
         name,
         uses: Vec::new(),
@@ -93,6 +95,7 @@ fn drawn_action(lowering: &mut Lowering<'_>, action: usize, source: &chart::Acti
         body: Vec::new(),
         meta: source.meta.clone(),
     });
+    lowering.more_timers.insert(id, timers);
     lowering.drawn_actions[action].id = Some(id);
     if !is_used {
         lowering.report(
@@ -103,6 +106,51 @@ fn drawn_action(lowering: &mut Lowering<'_>, action: usize, source: &chart::Acti
             .at(source.name.span, "it never runs")
             .help("name it in the body of a step, or remove it"),
         );
+    }
+}
+
+/// One action has one timer of each kind. Where L or D stand with several durations, each further one gets an action of its own, which stands before and
+/// has no column; the steps then carry the first one while that runs (semantics §3.5). The others are told where they are lowered.
+pub(super) fn more_timers(
+    lowering: &mut Lowering<'_>,
+    name: &Name,
+    meta: &Meta,
+    uses: &[Use<'_>],
+) -> Vec<(u64, ActionId)> {
+    let Some(first) = main_duration(uses) else { return Vec::new() };
+    let mut made: Vec<(u64, ActionId)> = Vec::new();
+    for one in uses {
+        let Some((Qualifier::L | Qualifier::D, ns)) = timed(one.how) else { continue };
+        if ns == first || made.iter().any(|(other, _)| *other == ns) {
+            continue;
+        }
+        let text = lowering.fresh_name(&format!("{name}_timed"));
+        let id = lowering.net.actions.push(ControlledAction {
+            name: Name::new(text, name.span),
+            uses: Vec::new(),
+            duration: 0,
+            body: Vec::new(),
+            meta: Meta { span: meta.span, ..Meta::default() },
+        });
+        made.push((ns, id));
+    }
+    made
+}
+
+/// The duration that stays with the action: that of a qualifier that stores, else the first.
+pub(super) fn main_duration(uses: &[Use<'_>]) -> Option<u64> {
+    let all = || uses.iter().filter_map(|one| timed(one.how));
+    let stored = all().find(|(qualifier, _)| !matches!(qualifier, Qualifier::L | Qualifier::D));
+    stored.or_else(|| all().next()).map(|(_, ns)| ns)
+}
+
+/// The qualifier and duration of a timed use.
+pub(super) fn timed(how: ActionHow) -> Option<(Qualifier, u64)> {
+    match how {
+        ActionHow::After(ns) => Some((Qualifier::D, ns)),
+        ActionHow::For(ns) => Some((Qualifier::L, ns)),
+        ActionHow::Qualified(qualifier, Some(ns)) => Some((qualifier, ns)),
+        ActionHow::Bare | ActionHow::Qualified(_, None) => None,
     }
 }
 
@@ -332,13 +380,17 @@ fn role(
         return Role::Stored(var);
     }
     if is_controlled {
-        return Role::Controlled(lowering.net.actions.push(ControlledAction {
+        let uses = lowering.uses[id.index()].clone();
+        let timers = more_timers(lowering, &full, &meta, &uses);
+        let action = lowering.net.actions.push(ControlledAction {
             name: full,
             uses: Vec::new(),
             duration: 0,
             body: Vec::new(),
             meta,
-        }));
+        });
+        lowering.more_timers.insert(action, timers);
+        return Role::Controlled(action);
     }
     if mealy { Role::Mealy } else { Role::Continuous }
 }

@@ -82,6 +82,16 @@ fn read(lowering: &mut Lowering<'_>, items: &[Item]) -> Said {
         let Item::Setting(setting) = item else { continue };
         let span = setting.span;
         let earlier = match &setting.kind {
+            SettingKind::Tick(0) => {
+                lowering.report(
+                    Diagnostic::error(codes::RANGE, "the tick cannot be 0")
+                        .at(span, "times are counted in ticks")
+                        .help(
+                            "write a longer one, such as `tick 10 ms`, which is also the default",
+                        ),
+                );
+                None
+            }
             SettingKind::Tick(ns) => once(&mut said.tick, *ns, span),
             SettingKind::Conflict(policy) => once(&mut said.policy, *policy, span),
             SettingKind::EvolutionSingle => {

@@ -10,9 +10,10 @@ use super::behaviour::{event_list, receptivity};
 use super::codes;
 use super::context::{Entry, Lowering, Outcome, ScopeId, Symbol};
 use super::expand::Work;
+use super::inner_history::Inner;
 use super::statements::ListKind;
 use crate::chart::{self, Path, StepRole};
-use crate::diag::Diagnostic;
+use crate::diag::{Diagnostic, Notation};
 use crate::net::{
     Block, Enter, HistoryCase, HistoryId, Input, InputId, InputKind, Meta, PartId, StepId,
     StepKind, Stmt, StmtKind, TransitionId, TransitionKind,
@@ -37,7 +38,7 @@ pub(super) struct Tree {
 
 /// What a transition leads to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Goal {
+pub(super) enum Goal {
     State(StepId),
     History(HistoryId),
 }
@@ -132,6 +133,11 @@ impl Tree {
             None => &self.roots[part.index()],
         }
     }
+}
+
+/// What lies in a state, as a range of steps.
+pub(super) fn inside(lowering: &Lowering<'_>, state: StepId) -> std::ops::Range<usize> {
+    lowering.tree.inside(state)
 }
 
 /// States and histories that paths name.
@@ -251,7 +257,7 @@ impl Entering<'_, '_> {
 }
 
 /// What is entered below `domain` to reach the goals.
-fn entered(
+pub(super) fn entered(
     lowering: &mut Lowering<'_>,
     part: PartId,
     domain: Option<StepId>,
@@ -341,6 +347,13 @@ pub(super) fn transition<'a>(
                 .collect(),
         };
         let Ok(enters) = entered(lowering, part, domain, &to, source.meta.span) else { return };
+        if let [Goal::History(history)] = *to.as_slice() {
+            let owner = lowering.net.histories[history].owner;
+            if lowering.tree.inside(owner).contains(&from.index()) {
+                let is_internal = source.is_internal;
+                lowering.inner_histories.push(Inner { transition: id, history, is_internal });
+            }
+        }
         (TransitionKind::Move, clears, enters)
     };
     let transition = &mut lowering.net.transitions[id];
@@ -368,7 +381,12 @@ fn grafcet_part(source: &chart::Transition) -> Option<&'static str> {
 }
 
 /// The innermost composite state (none: the chart) around the source that holds all targets; for an internal transition the source may be that state.
-fn domain(lowering: &Lowering<'_>, from: StepId, to: &[Goal], is_internal: bool) -> Option<StepId> {
+pub(super) fn domain(
+    lowering: &Lowering<'_>,
+    from: StepId,
+    to: &[Goal],
+    is_internal: bool,
+) -> Option<StepId> {
     let mut next = if is_internal { Some(from) } else { lowering.net.steps[from].parent };
     while let Some(state) = next {
         let inside = lowering.tree.inside(state);
@@ -410,6 +428,7 @@ pub(super) fn state<'a>(
         if let Ok(goals) = goals(lowering, scope, &history.default)
             && let Ok(mut default) = entered(lowering, part, Some(id), &goals, span)
         {
+            lowering.history_goals.insert(made, goals);
             // Who enters by history does not take the initial transition, though it may lead to the same states.
             default.retain(|enter| *enter != Enter::InitialContent(id));
             lowering.net.histories[made].default = default;
@@ -592,7 +611,11 @@ fn queues(lowering: &mut Lowering<'_>) {
         lowering.report(
             Diagnostic::error(codes::QUEUE_NEEDED, "events are raised or sent at once, and the queues have no bound")
                 .at(span, "joins a queue")
-                .help("write `queue 4` for room for 4 events in each queue; one more is dropped and sets `fault`"),
+                .help("write `queue 4` for room for 4 events in each queue; one more is dropped and sets `fault`")
+                .help_in(
+                    Notation::Scxml,
+                    "write g:queue=\"4\" at <scxml> for room for 4 events in each queue; one more is dropped and sets the fault",
+                ),
         );
         return;
     }

@@ -4,7 +4,7 @@ use super::codes;
 use super::context::{Lowering, Outcome, ScopeId, Symbol, Value};
 use super::expressions::{Place, Target, without_spans};
 use super::names::{Attribute, Resolved, StepLike};
-use crate::chart::{Expr as Drawn, Leaf as DrawnLeaf};
+use crate::chart::{Expr as Drawn, Leaf as DrawnLeaf, Length};
 use crate::diag::Diagnostic;
 use crate::expr::{CompareOp, Expr, ExprKind};
 use crate::interval::{self, TypeError, TypeErrorKind};
@@ -138,6 +138,17 @@ impl Lowering<'_> {
         Ok(Some(time))
     }
 
+    /// How long `after` waits, in ticks.
+    pub(super) fn length(&mut self, scope: ScopeId, length: &Length, span: Span) -> Outcome<u32> {
+        match length {
+            Length::Ns(ns) => self.ticks(*ns, span),
+            Length::Named(path) => {
+                let drawn = Drawn::leaf(DrawnLeaf::Name(path.clone()), path.span());
+                self.time_constant(&drawn, &Place::level(scope, "a duration"))
+            }
+        }
+    }
+
     /// The constant side of a comparison of times, in ticks.
     fn time_constant(&mut self, drawn: &Drawn, place: &Place<'_>) -> Outcome<u32> {
         if let Some(ns) = self.duration_constant(place.scope, drawn) {
@@ -177,9 +188,10 @@ impl Lowering<'_> {
     ) -> Expr<L> {
         let leaf = match time {
             Time::Step(step, Attribute::LastElapsed) => Leaf::LastElapsed(step),
-            Time::Step(step, Attribute::Elapsed | Attribute::Active | Attribute::Done) => {
-                Leaf::Elapsed(step)
-            }
+            Time::Step(
+                step,
+                Attribute::Elapsed | Attribute::Active | Attribute::Done | Attribute::Complete,
+            ) => Leaf::Elapsed(step),
             Time::MacroStep(_, timer) | Time::Timer(timer) => Leaf::Timer(timer),
         };
         let left = Expr::leaf(L::of_net(leaf), time_span);

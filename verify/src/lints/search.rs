@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use grafsynth_ir::diag::Notation;
 use grafsynth_ir::facts::{Facts, Proof};
 use grafsynth_ir::net::{
     Evolution, Net, Policy, StepId, StepKind, StmtKind, Transition, TransitionId, TransitionKind,
@@ -361,7 +362,7 @@ impl<'n> Search<'n> {
                     .at(first_span, "this value is lost")
                     .help("let one of them write it, or see that they never run together")
                 }
-                Noticed::Resent(send) => Diagnostic::note(
+                Noticed::Resent(send) => Diagnostic::warning(
                     codes::QUEUE_OVERFLOW,
                     format!(
                         "the send `{}` can be started while it runs{shown}",
@@ -369,7 +370,11 @@ impl<'n> Search<'n> {
                     ),
                 )
                 .at(net.sends[*send].meta.span, "its time starts anew")
-                .help("give sends that may run side by side their own names with `as`"),
+                .help("give sends that may run side by side their own names with `as`, or cancel the first")
+                .help_in(
+                    Notation::Scxml,
+                    "SCXML would deliver both: write two <send> with an `id` each, or <cancel> the first",
+                ),
                 Noticed::QueueFull(event) => Diagnostic::warning(
                     codes::QUEUE_OVERFLOW,
                     format!(
@@ -378,7 +383,11 @@ impl<'n> Search<'n> {
                     ),
                 )
                 .at(net.inputs[*event].meta.span, "declared here")
-                .help("declare a longer queue with `queue N`"),
+                .help("declare a longer queue with `queue N`")
+                .help_in(
+                    Notation::Scxml,
+                    "allow a longer queue with the attribute `g:queue` of <scxml>",
+                ),
                 Noticed::LimitReached => self.livelock(way, state, &shown),
                 Noticed::ForcingRace(part) => Diagnostic::warning(
                     codes::FORCING_RACE,
@@ -429,7 +438,12 @@ impl<'n> Search<'n> {
                 format!("a reaction needs more than the {limit} micro-steps of the limit{shown}"),
             )
             .at(net.name.span, "fault is 1 in that row")
-            .help(format!("with `evolution stable limit {more}` it ends"));
+            .help(format!("with `evolution stable limit {more}` it ends"))
+            .help_in(Notation::Scxml, format!("with g:limit=\"{more}\" at <scxml> it ends"))
+            .help_in(
+                Notation::Iec,
+                format!("with {{grafsynth evolution stable limit {more}}} it ends"),
+            );
         }
         let mut error =
             Diagnostic::error(codes::LIVELOCK, format!("the chart turns for ever{shown}"));

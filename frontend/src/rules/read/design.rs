@@ -29,6 +29,15 @@ pub(super) struct Options {
     items: Vec<Item>,
 }
 
+impl Options {
+    pub(super) fn is_empty(&self) -> bool {
+        self.chart.is_none()
+            && self.steps.is_empty()
+            && self.transitions.is_empty()
+            && self.items.is_empty()
+    }
+}
+
 /// The lists as sets.
 pub(super) struct Listed {
     pub(super) steps: BTreeSet<String>,
@@ -352,6 +361,8 @@ impl Builder {
             let mut transition =
                 self.options.transitions.remove(&rule.label.text).unwrap_or_default();
             let (sources, guard) = self.left_side(rule);
+            transition.is_sink =
+                !rule.right.iter().any(|(is_next, _)| *is_next) && !sources.is_empty();
             for (is_next, name) in &rule.right {
                 match (
                     *is_next,

@@ -709,7 +709,7 @@ impl<'a> Elaborator<'a> {
                     format!("`{}` is no setting of a chart", setting.text),
                 )
                 .at(setting.span, "in this pragma")
-                .help("write a setting of the chart language, such as {grafsynth conflict all}"),
+                .help("write a setting of the chart language, such as {grafsynth conflict all}; {grafsynth restart} stands in a transition"),
             );
             return;
         }

@@ -307,7 +307,7 @@ impl Elaborator<'_> {
                     items.push(Item::MacroStep(MacroStep {
                         name: self.full(&step.name),
                         body,
-                        is_initial: false,
+                        role: role(step.role, false),
                         priority: None,
                         meta,
                     }));
@@ -327,13 +327,7 @@ impl Elaborator<'_> {
             // Stored from the first scan on.
             body.push(item(always, ActionHow::Qualified(Qualifier::S, None), step.span));
         }
-        let role = match step.role {
-            Role::Plain if step.is_initial => StepRole::Initial,
-            Role::Plain => StepRole::Plain,
-            Role::Entry => StepRole::MacroEntry,
-            Role::Exit => StepRole::MacroExit,
-            Role::EntryExit => StepRole::MacroEntryExit,
-        };
+        let role = role(step.role, step.is_initial);
         let meta = Meta { span: step.span, label: step.label.clone(), ..Meta::default() };
         Step { name: self.full(&step.name), role, body, meta, ..Step::default() }
     }
@@ -361,6 +355,24 @@ impl Elaborator<'_> {
             }
             None => None,
         };
+        if !is_timed(one.qualifier)
+            && let Some(written) = &one.duration
+        {
+            self.report(
+                Diagnostic::warning(
+                    codes::ST_LEFT_OUT,
+                    format!(
+                        "qualifier {:?} takes no duration: this one is left out",
+                        one.qualifier
+                    ),
+                )
+                .at(written.span, "without effect")
+                .help(format!(
+                    "remove it, or write `{}(L, ..)` for an action that ends after a time",
+                    one.action
+                )),
+            );
+        }
         if is_timed(one.qualifier) && duration.is_none() {
             self.report(
                 Diagnostic::error(
@@ -376,7 +388,9 @@ impl Elaborator<'_> {
             (Qualifier::N, _) => ActionHow::Bare,
             (Qualifier::D, Some(ns)) => ActionHow::After(ns),
             (Qualifier::L, Some(ns)) => ActionHow::For(ns),
-            (qualifier, duration) => ActionHow::Qualified(qualifier, duration),
+            (qualifier, duration) => {
+                ActionHow::Qualified(qualifier, duration.filter(|_| is_timed(qualifier)))
+            }
         };
         match build.targets.get(&upper(&one.action.text)) {
             Some(Target::Named(name)) => {
@@ -453,9 +467,20 @@ impl Elaborator<'_> {
             targets,
             guard: (!condition.is_true()).then_some(condition),
             priority: transition.priority,
+            restart: transition.restart,
             meta,
             ..Transition::default()
         })
+    }
+}
+
+fn role(role: Role, is_initial: bool) -> StepRole {
+    match role {
+        Role::Plain if is_initial => StepRole::Initial,
+        Role::Plain => StepRole::Plain,
+        Role::Entry => StepRole::MacroEntry,
+        Role::Exit => StepRole::MacroExit,
+        Role::EntryExit => StepRole::MacroEntryExit,
     }
 }
 

@@ -3,8 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::chart::{
-    ActionHow, Chart, Declaration, DeclarationKind, Design, Item, Path, SettingKind, StepItemKind,
-    StepRole,
+    ActionHow, Chart, Declaration, DeclarationKind, Design, Expr, Item, Leaf, Length, Path,
+    SettingKind, StepItemKind, StepRole,
 };
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::expr::{ExprKind, Type};
@@ -83,6 +83,7 @@ pub(crate) struct Transition {
     pub(crate) from: Vec<String>,
     pub(crate) to: Vec<String>,
     pub(crate) priority: Option<u32>,
+    pub(crate) restart: bool,
     pub(crate) condition: String,
     pub(crate) label: String,
 }
@@ -624,9 +625,6 @@ impl<'a> Maker<'a> {
         if !transition.events.is_empty() {
             self.cannot("events", span);
         }
-        if transition.restart {
-            self.cannot("transitions that restart a step", span);
-        }
         if !transition.actions.is_empty() {
             self.cannot("actions of transitions", span);
         }
@@ -661,8 +659,16 @@ impl<'a> Maker<'a> {
             let written = text::expr(self, guard);
             conditions.push(self.said(written));
         }
-        if let Some((ns, _)) = transition.after {
-            conditions.extend(from.iter().map(|step| format!("{step}.T >= {}", duration(ns))));
+        if let Some((length, span)) = &transition.after {
+            let length = match length {
+                Length::Ns(ns) => duration(*ns),
+                Length::Named(path) => {
+                    let name = Expr::leaf(Leaf::Name(path.clone()), *span);
+                    let written = text::expr(self, &name);
+                    self.said(written)
+                }
+            };
+            conditions.extend(from.iter().map(|step| format!("{step}.T >= {length}")));
         }
         self.leaving.clear();
         let condition = match conditions.len() {
@@ -677,7 +683,8 @@ impl<'a> Maker<'a> {
             (name.text != made && written == name.text).then_some(written)
         });
         let label = self.label(&transition.meta);
-        Some(Transition { name, from, to, priority: transition.priority, condition, label })
+        let (priority, restart) = (transition.priority, transition.restart);
+        Some(Transition { name, from, to, priority, restart, condition, label })
     }
 }
 

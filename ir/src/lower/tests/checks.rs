@@ -159,12 +159,20 @@ fn pulses_stand_in_receptivities_and_lists_only() {
 
 #[test]
 fn durations_fit_and_are_rounded_aloud() {
-    assert_eq!(about(ge("p1.t", "25ms")), ["G0210 25 ms is rounded up to 30 ms"]);
+    assert_eq!(
+        about(ge("p1.t", "25ms")),
+        [
+            "G0210 25 ms is rounded up to 30 ms",
+            "G0256 p1 stays active when p1_p1 fires: its time runs on",
+            "G0256 p1 stays active when p1_p1_2 fires: its time runs on",
+        ]
+    );
     assert_eq!(
         about(ge("p1.t", "99999999s")),
         ["G0211 99999999 s is 9999999900 ticks of 10 ms, a timer counts 2147483646"]
     );
-    let source = Transition { after: Some((20_000_000, span())), ..arrow("-> p", None) };
+    let source =
+        Transition { after: Some((Length::Ns(20_000_000), span())), ..arrow("-> p", None) };
     assert_eq!(
         findings(vec![vec![initial("p", vec![]), Item::Transition(source)]]),
         ["G0220 `after` stands on a source transition"]
@@ -172,7 +180,7 @@ fn durations_fit_and_are_rounded_aloud() {
 }
 
 #[test]
-fn a_controlled_action_has_one_duration() {
+fn a_controlled_action_stores_with_one_duration() {
     let timed = |how| act("R", how, None);
     let body = vec![
         timed(ActionHow::Qualified(Qualifier::SD, Some(20_000_000))),
@@ -183,7 +191,7 @@ fn a_controlled_action_has_one_duration() {
     assert_eq!(
         findings(vec![vec![output("R"), initial("p", body)]]),
         [
-            "G0218 action R has two durations, 20 ms and 30 ms",
+            "G0218 action R stores with two durations, 20 ms and 30 ms",
             "G0218 qualifier SL needs a duration",
             "G0218 qualifier S takes no duration"
         ]
@@ -402,6 +410,7 @@ fn boards_and_places_name_what_is_there() {
             "G0228 pin 2 is given to m and to R",
             "G0201 unknown name Q",
             "G0228 m has two pins",
+            "G0255 `place` is not carried out: a design is not split between chip and CPU yet",
             "G0201 unknown name zz"
         ]
     );

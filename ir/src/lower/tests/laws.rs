@@ -112,13 +112,16 @@ fn any_transition() -> impl Strategy<Value = Item> {
         side(),
         side(),
         proptest::option::of(any_expr()),
-        proptest::option::of(Just(20_000_000u64)),
+        proptest::option::of(prop_oneof![
+            Just(Length::Ns(20_000_000)),
+            any_name().prop_map(|name| Length::Named(path(name))),
+        ]),
         any_block(),
         any::<bool>(),
         proptest::bool::weighted(0.2),
     )
         .prop_map(|(sources, targets, guard, after, actions, restart, is_internal)| {
-            let after = after.map(|ns| (ns, span()));
+            let after = after.map(|length| (length, span()));
             Item::Transition(Transition {
                 sources,
                 targets,

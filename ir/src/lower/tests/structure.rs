@@ -134,7 +134,7 @@ fn an_initial_macro_step_starts_at_its_entry() {
     let initial = Item::MacroStep(MacroStep {
         name: name("m"),
         body: name("fill"),
-        is_initial: true,
+        role: StepRole::Initial,
         priority: None,
         meta: meta(),
     });
@@ -147,13 +147,36 @@ fn a_chart_may_begin_in_a_macro_step_alone() {
     let initial = Item::MacroStep(MacroStep {
         name: name("m"),
         body: name("fill"),
-        is_initial: true,
+        role: StepRole::Initial,
         priority: None,
         meta: meta(),
     });
     let items =
         vec![fill(), initial, step("p", vec![]), go("m -> p", v("a")), go("p -> m", v("a"))];
     assert_eq!(clean(vec![vec![single()], inputs("a"), items]).parts.len(), 2);
+}
+
+/// A macro may begin and end with a macro-step: it begins and ends where that does; `complete` asks for its last step.
+#[test]
+fn a_macro_may_end_with_a_macro_step() {
+    let last = Item::MacroStep(MacroStep {
+        name: name("i"),
+        body: name("fill"),
+        role: StepRole::MacroExit,
+        priority: None,
+        meta: meta(),
+    });
+    let first = step_of("b", StepRole::MacroEntry, vec![]);
+    let outer = macro_of("outer", vec![first, last, go("b -> i", v("a"))]);
+    let items = vec![fill(), outer, initial("p", vec![]), macro_step("m", "outer")];
+    let moves =
+        vec![go("p -> m", v("a")), go("m -> p", v("m.complete")), go("p -> p", v("m.i.complete"))];
+    let net = clean(vec![vec![single()], inputs("a"), items, moves]);
+    let exit = net.steps.iter().find(|(_, step)| step.name.text == "m.i.x").unwrap().0;
+    let back = net.transitions.values().find(|one| one.name.text == "m_p").unwrap();
+    assert_eq!(back.requires, [exit]);
+    assert_eq!(back.guard.kind, ExprKind::Leaf(Leaf::Active(exit)));
+    assert!(net.macros.iter().all(|one| one.exit == exit));
 }
 
 #[test]

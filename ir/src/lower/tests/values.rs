@@ -1,7 +1,7 @@
 //! Expressions, times, outputs and lists.
 
 use super::build::*;
-use crate::chart::{ActionHow, DeclarationKind, Item, StepItemKind, Transition};
+use crate::chart::{ActionHow, DeclarationKind, Item, Length, StepItemKind, Transition};
 use crate::expr::{CompareOp, ExprKind, Type};
 use crate::lower::properties;
 use crate::net::{Driver, Leaf, Net, Qualifier, VarOrigin};
@@ -68,9 +68,63 @@ fn times_become_ticks_with_the_time_on_the_left() {
 }
 
 #[test]
+fn after_takes_the_name_of_a_duration() {
+    let limit = declare("LIMIT", DeclarationKind::Const { value: v("30ms") });
+    let length = Length::Named(path("LIMIT"));
+    let transition = Transition { after: Some((length, span())), ..arrow("p -> q", None) };
+    let (p, q) = (initial("p", vec![]), step("q", vec![]));
+    let net = clean(vec![vec![
+        single(),
+        limit,
+        p,
+        q,
+        Item::Transition(transition),
+        go("q -> p", v("p.active")),
+    ]]);
+    assert_eq!(show(&net, &net.transitions.values().next().unwrap().guard), "p.t >= 3");
+}
+
+/// §3.5: L and D of one action may have several durations; each further one is an action that comes before.
+#[test]
+fn further_durations_of_an_action_have_timers_of_their_own() {
+    let timed = |ns| act("R", ActionHow::Qualified(Qualifier::L, Some(ns)), None);
+    let set = act("R", ActionHow::Qualified(Qualifier::S, None), None);
+    let net = clean(vec![
+        vec![single(), output("R")],
+        inputs("a"),
+        vec![
+            initial("p", vec![timed(20_000_000)]),
+            step("q", vec![timed(30_000_000)]),
+            step("r", vec![set]),
+            go("p -> q", v("a")),
+            go("q -> r", v("a")),
+            go("r -> p", v("a")),
+        ],
+    ]);
+    let actions: Vec<(&str, u32, Vec<Qualifier>)> = net
+        .actions
+        .values()
+        .map(|one| {
+            let uses = one.uses.iter().map(|one| one.qualifier).collect();
+            (one.name.text.as_str(), one.duration, uses)
+        })
+        .collect();
+    assert_eq!(
+        actions,
+        [
+            ("R_timed", 3, vec![Qualifier::L]),
+            ("R", 2, vec![Qualifier::L, Qualifier::N, Qualifier::S])
+        ]
+    );
+}
+
+#[test]
 fn after_asks_every_source() {
-    let transition =
-        Transition { after: Some((20_000_000, span())), ..arrow("p & q -> p & q", Some(v("a"))) };
+    let transition = Transition {
+        after: Some((Length::Ns(20_000_000), span())),
+        restart: true,
+        ..arrow("p & q -> p & q", Some(v("a")))
+    };
     let net = clean(vec![
         vec![single()],
         inputs("a"),

@@ -1,0 +1,45 @@
+//! A file that says nothing is an error in every language, never a design without parts.
+
+#![allow(clippy::disallowed_methods, reason = "tests write files and start the program")]
+
+use grafsynth_driver::format::Format;
+use std::fs;
+use std::process::Command;
+
+#[test]
+fn an_empty_file_is_an_error_in_every_language() {
+    let folder = tempfile::tempdir().unwrap();
+    let extensions = Format::ALL.iter().map(|(_, _, extension)| *extension);
+    for extension in extensions.chain(["exp", "kiss"]) {
+        // Nothing at all, blank lines, and a mark of the byte order alone, as editors leave behind.
+        for text in ["", " \n\n\t\n", "\u{feff}\n"] {
+            let file = format!("nothing.{extension}");
+            fs::write(folder.path().join(&file), text).unwrap();
+            let output = Command::new(env!("CARGO_BIN_EXE_grafsynth"))
+                .args(["check", &file])
+                .current_dir(folder.path())
+                .output()
+                .unwrap();
+            let said = String::from_utf8_lossy(&output.stderr);
+            assert_eq!(output.status.code(), Some(1), "{file} with {text:?}: {said}");
+            assert!(said.contains("error[G"), "{file} with {text:?}: {said}");
+        }
+    }
+}
+
+/// What stands beside a design: nothing said there is nothing asked for, but for a stimulus, which has a header at least.
+#[test]
+fn an_empty_stimulus_is_an_error() {
+    let folder = tempfile::tempdir().unwrap();
+    let chart = "chart c {\n    input x\n    initial step a\n    a -> a when x\n}\n";
+    fs::write(folder.path().join("c.graf"), chart).unwrap();
+    fs::write(folder.path().join("rows.csv"), "").unwrap();
+    let output = Command::new(env!("CARGO_BIN_EXE_grafsynth"))
+        .args(["sim", "c.graf", "--stimulus", "rows.csv"])
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(said.contains("error[G0507]"), "{said}");
+    assert_ne!(output.status.code(), Some(0), "{said}");
+}
