@@ -241,6 +241,16 @@ pub fn emit(
     }
 }
 
+/// What the device of these options lacks for a circuit, whatever its sums are: seen by counting, at no cost. None where that shows nothing.
+#[must_use]
+pub fn too_small(logic: &Logic, options: &EmitOptions) -> Option<String> {
+    let device = match options.device.as_deref() {
+        Some(name) => device::Device::find(name)?,
+        None => device::Device::default_device(),
+    };
+    fit::lacks(logic, device, options)
+}
+
 /// Reads a circuit. Pins and flip-flops come without roles; power-up values follow from the device's rules where the language does not say them.
 ///
 /// All findings of the text come at once; where one of them is an error there is no circuit.

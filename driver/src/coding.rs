@@ -6,7 +6,7 @@
 
 use grafsynth_backend_pld::device::{Device, PowerUp};
 use grafsynth_backend_pld::equations::Equations;
-use grafsynth_backend_pld::{Dialect, EmitOptions};
+use grafsynth_backend_pld::{Dialect, EmitOptions, too_small};
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::logic::{FlopId, Logic, PinRole};
 use grafsynth_ir::net::{Net, StepId, StepKind};
@@ -179,7 +179,20 @@ pub struct Known {
     made: BTreeMap<(Encoding, usize, bool, usize), Coded>,
     /// For macrocells with so many product terms each, by polarity, and how many inputs were left out.
     within: BTreeMap<(Vec<usize>, bool, usize), Option<Logic>>,
+    /// The work of the searches within devices so far.
+    work: usize,
 }
+
+impl Known {
+    /// A search for codes that find room in a device ended at its bound, so another code may still fit.
+    #[must_use]
+    pub fn is_spent(&self) -> bool {
+        self.work >= MOST_WORK
+    }
+}
+
+/// What all searches for codes within devices may cost together, as [`recode::recode_within`] counts it: some seconds.
+const MOST_WORK: usize = 50_000_000;
 
 /// Codes the steps for a language and a device.
 #[must_use]
@@ -234,7 +247,7 @@ pub fn code_knowing(
     if let Some(situations) = &situations {
         recode::only(&mut known, &situations.flops, &situations.values);
     }
-    let Known { made, within } = found;
+    let Known { made, within, work } = found;
     let mut made = |encoding: Encoding, tries: usize| {
         let key = (encoding, tries, safe, n_unread);
         if let Some(coded) = made.get(&key) {
@@ -266,7 +279,12 @@ pub fn code_knowing(
     }
     let Err(mut why) = fits(&choice, options) else { return choice };
     for encoding in [Encoding::ZeroHot, Encoding::Compact] {
-        let is_whole = situations.is_some() && encoding == Encoding::Compact;
+        let is_whole = encoding == Encoding::Compact
+            && situations.as_ref().is_some_and(|situations| {
+                let n_others = known.flops.len().saturating_sub(situations.flops.len());
+                let most = device_of(options).map_or(0, Device::n_cells);
+                n_others + situations.n_bits() <= most
+            });
         if !is_whole && !may_fit(logic, &groups, encoding, options) {
             continue;
         }
@@ -276,13 +294,18 @@ pub fn code_knowing(
             Err(lack) => why = lack,
         }
     }
-    // Where the pins are enough and the product terms are not, other numbers for the steps may still do.
+    // Where the pins are enough and the product terms are not, other numbers for the steps may still do. Logic blocks lack ways in rather than terms.
     if may_fit(logic, &groups, Encoding::Compact, options)
-        && let Some(device) = device_of(options)
+        && let Some(device) = device_of(options).filter(|device| device.blocks.is_none())
         && let room = room(device, &known)
         && let Some(logic) = within
             .entry((room.terms.clone(), room.is_by_power_up, n_unread))
-            .or_insert_with(|| recode::recode_within(&known, &groups, &room, MORE_TRIES))
+            .or_insert_with(|| {
+                let mut left = MOST_WORK.saturating_sub(*work);
+                let found = recode::recode_within(&known, &groups, &room, MORE_TRIES, &mut left);
+                *work = MOST_WORK - left;
+                found
+            })
             .clone()
     {
         let n_coded = logic.decoded.len();
@@ -341,6 +364,9 @@ pub fn why_not_one_hot(
     }
     let one_hot = EncodingChoice::This(Encoding::OneHot);
     let coded = code(net, facts, logic, one_hot, safe, dialect, options);
+    if let Some(lack) = too_small(&coded.logic, options) {
+        return Some(lack);
+    }
     match Equations::new(&coded.logic, Dialect::Palasm, options) {
         Ok(made) => misfit(&made).map(str::to_owned),
         Err(found) => found.into_iter().next().map(|finding| finding.message),
@@ -372,6 +398,9 @@ fn fits(coded: &Coded, options: &EmitOptions) -> Result<(), String> {
         Encoding::ZeroHot => "zero-hot",
         Encoding::Compact => "compact",
     };
+    if let Some(lack) = too_small(&coded.logic, options) {
+        return Err(format!("{code} does not fit: {lack}"));
+    }
     match Equations::new(&coded.logic, Dialect::Palasm, options) {
         Ok(made) if made.has_pins => Ok(()),
         Ok(made) => Err(format!("{code} does not fit: {}", made.lacks.join("; "))),

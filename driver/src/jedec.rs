@@ -212,7 +212,7 @@ pub(crate) fn build(
     let dialect = Dialect::Palasm;
     let coded = coding::code(net, facts, logic, options.encoding, options.safe, dialect, &wishes);
     let code = code_of(net, facts, logic, &coded, options, dialect, &wishes);
-    let asked = crate::rescue::Asked { net, facts, logic, options, is_burned: true };
+    let asked = crate::rescue::Asked { net, facts, logic, options, dialect, is_burned: true };
     let logic = &coding::emitted(&coded, options.safe);
     let (circuit, chains) = synchronised(net, logic.clone(), options.synchronise);
     let stimulus = options

@@ -189,7 +189,7 @@ fn equations(
     };
     let coded = coding::code(net, facts, logic, options.encoding, options.safe, dialect, &wishes);
     let code = code_of(net, facts, logic, &coded, options, dialect, &wishes);
-    let asked = rescue::Asked { net, facts, logic, options, is_burned: false };
+    let asked = rescue::Asked { net, facts, logic, options, dialect, is_burned: false };
     let logic = &coding::emitted(&coded, options.safe);
     let (circuit, chains) = synchronised(net, logic.clone(), options.synchronise);
     let vectors = options

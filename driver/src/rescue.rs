@@ -30,6 +30,8 @@ pub(crate) struct Asked<'a> {
     /// One flip-flop a step.
     pub(crate) logic: &'a Logic,
     pub(crate) options: &'a BuildOptions,
+    /// The language that was asked for.
+    pub(crate) dialect: Dialect,
     /// It was to be burned, not only written.
     pub(crate) is_burned: bool,
 }
@@ -103,7 +105,7 @@ fn advice(asked: &Asked<'_>, device: &'static Device) -> String {
     if !fits.is_empty() {
         return format!("what fits, each tried: {}", fits.join("; "));
     }
-    let tried = match n_tried {
+    let mut tried = match n_tried {
         0 => "no other device or setting of ours is large enough to be worth a trial".to_owned(),
         1 => "the one other device or setting that is large enough does not hold it either"
             .to_owned(),
@@ -115,6 +117,9 @@ fn advice(asked: &Asked<'_>, device: &'static Device) -> String {
             "none of the {n} other devices and settings that are large enough holds it either"
         ),
     };
+    if known.is_spent() {
+        tried.push_str(" (the search for codes ended at its bound of work)");
+    }
     match encoder(asked.net).or_else(|| by_hand(asked.logic)) {
         Some(by_hand) => format!("{tried}; {by_hand}"),
         None => format!(
@@ -194,7 +199,7 @@ impl Asked<'_> {
         device.macrocells.len() >= n_outputs + n_flops
             && n_inputs + n_outputs + usize::from(has_flops) <= device.n_pins as usize - 2
             && (!has_flops || device.clock != Clock::None)
-            && (!self.is_burned || device.layout.is_some())
+            && (device.layout.is_some() || !self.is_burned && self.dialect != Dialect::Galasm)
     }
 
     /// Fits it: the code that was taken, macrocells and product terms.
@@ -225,7 +230,10 @@ impl Asked<'_> {
             let n_terms = placement.cells.iter().map(|cell| cell.sum.len()).sum();
             return Some((coded.encoding, placement.cells.len(), n_terms));
         }
-        let made = Equations::new(&circuit, Dialect::Galasm, &wishes).ok()?;
+        let made = Equations::new(&circuit, self.dialect, &wishes).ok()?;
+        if !made.has_pins {
+            return None;
+        }
         let n_terms = made.equations.iter().map(|equation| equation.products.len()).sum();
         Some((coded.encoding, made.equations.len(), n_terms))
     }

@@ -75,13 +75,20 @@ pub fn recode(logic: &Logic, groups: &[Group], encoding: Encoding, tries: usize)
 /// As [`recode`] with [`Encoding::Compact`], for a device whose macrocells are narrower than the sums that come of it: codes are sought whose sums find room there,
 /// with more flip-flops than the fewest where macrocells are left. None where none was found among so many judged.
 ///
-/// The groups are coded as a whole, so this is a long search: each judgement minimises every sum of the circuit.
+/// The groups are coded as a whole, so this is a long search: each judgement minimises every sum of the circuit. `work` is how much of it is left, about
+/// 6 million for a second; what the search needs is taken from it.
 #[must_use]
-pub fn recode_within(logic: &Logic, groups: &[Group], room: &Room, tries: usize) -> Option<Logic> {
+pub fn recode_within(
+    logic: &Logic,
+    groups: &[Group],
+    room: &Room,
+    tries: usize,
+    work: &mut usize,
+) -> Option<Logic> {
     let mut logic = logic.clone();
     exclude(&mut logic, groups);
     let plans = disjoint(groups.iter().filter_map(|group| compact(&logic, group)).collect());
-    let plans = search::within(&logic, plans, room, tries)?;
+    let plans = search::within(&logic, plans, room, tries, work)?;
     Some(apply(&logic, &plans))
 }
 
@@ -745,7 +752,9 @@ mod tests {
             let mut terms = vec![1; 12];
             terms.extend([most; 4]);
             let room = Room { terms: terms.clone(), is_by_power_up: true };
-            let Some(coded) = recode_within(&logic, groups, &room, 100) else { continue };
+            let Some(coded) = recode_within(&logic, groups, &room, 100, &mut { usize::MAX }) else {
+                continue;
+            };
             walks_alike(&logic, &coded);
             let mut sums = widths(&coded);
             sums.sort_unstable_by(|a, b| b.cmp(a));
@@ -755,7 +764,11 @@ mod tests {
         }
         assert!(!found.contains(&3) && found.contains(&12), "{found:?}");
         let room = Room { terms: vec![64; 15], is_by_power_up: true };
-        assert_eq!(recode_within(&logic, groups, &room, 300), None, "a macrocell too few");
+        assert_eq!(
+            recode_within(&logic, groups, &room, 300, &mut { usize::MAX }),
+            None,
+            "a macrocell too few"
+        );
     }
 
     #[test]

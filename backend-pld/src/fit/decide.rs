@@ -5,15 +5,17 @@ use crate::device::{Device, FlipFlop, PowerUp};
 use crate::equations::{
     Equation, Equations, Signal, SignalIndex, Source, busy_note, one_line, register_name,
 };
+use crate::fit::count;
 use crate::fit::exclusive::Exclusive;
 use crate::fit::form::{Form, FormChoice};
-use crate::fit::misfit::Misfit;
+use crate::fit::misfit::{self, Misfit};
 use crate::fit::need::widest;
 use crate::{Dialect, EmitOptions};
 use grafsynth_ir::diag::{Diagnostic, nearest};
 use grafsynth_ir::logic::{Logic, NodeId, PinInputId, PinOutput};
 use grafsynth_ir::names::{CUPL, GALASM, Namer, PALASM, PALASM_CHIP};
 use grafsynth_ir::net::Meta;
+use grafsynth_logic::minimise::Budget;
 use grafsynth_logic::split::{Wide, split};
 use grafsynth_logic::support::Var;
 use std::collections::BTreeMap;
@@ -47,28 +49,58 @@ impl Equations {
         if !findings.is_empty() {
             return Err(findings);
         }
-        let budget = options.budget;
-        let forms = FormChoice { logic, device, budget, dont_cares: options.dont_cares, open: &[] };
+        // What cannot fit is refused before it is minimised; a text that leaves pins open has sums all the same, and no proofs of them.
+        let lack = count::lacks(logic, device, options);
+        let is_refused = lack.is_some() && dialect == Dialect::Galasm;
+        if let Some(lack) = lack.as_ref().filter(|_| is_refused && device.blocks.is_some()) {
+            return Err(vec![misfit::by_count(logic, device, lack)]);
+        }
+        let quick = Budget { exact: None, ..options.budget };
+        let dont_cares = options.dont_cares;
+        let forms = FormChoice { logic, device, budget: quick, dont_cares, open: &[] };
         let exclusive =
             (device.has_flip_flop(FlipFlop::T) || device.has_xor()).then(|| Exclusive::new(logic));
-        let form_of = |function: &Function<'_>| {
-            let forms = FormChoice { open: &function.open, ..forms };
-            match (&exclusive, function.source) {
-                (Some(exclusive), Source::Flop(id)) => {
-                    exclusive.best(&forms, function.node, function.init, Some(id))
+        let all = |forms: FormChoice<'_>, signals: &mut [Signal]| {
+            let form_of = |function: &Function<'_>| {
+                let forms = FormChoice { open: &function.open, ..forms };
+                match (&exclusive, function.source) {
+                    (Some(exclusive), Source::Flop(id)) => {
+                        exclusive.best(&forms, function.node, function.init, Some(id))
+                    }
+                    (Some(exclusive), _) => {
+                        exclusive.best(&forms, function.node, function.init, None)
+                    }
+                    (None, _) => forms.of(function.node, function.init),
                 }
-                (Some(exclusive), _) => exclusive.best(&forms, function.node, function.init, None),
-                (None, _) => forms.of(function.node, function.init),
+            };
+            let (mut equations, mut wide) = (Vec::new(), Vec::new());
+            for (at, function) in functions.iter().enumerate() {
+                match form_of(function) {
+                    Ok(form) => equations.push(first.equation(signals, function, form, logic)),
+                    Err(_) => wide.push(at),
+                }
             }
+            (equations, wide)
         };
-        let mut equations = Vec::new();
-        let mut wide: Vec<&Function<'_>> = Vec::new();
-        for function in &functions {
-            match form_of(function) {
-                Ok(form) => equations.push(first.equation(&mut signals, function, form, logic)),
-                Err(_) => wide.push(function),
-            }
-        }
+        let (mut equations, mut wide) = if is_refused {
+            // Which signals find no place is seen without their sums.
+            let of = |function: &Function<'_>| {
+                let form = forms.unsaid(function.node, function.init);
+                first.equation(&mut signals, function, form, logic)
+            };
+            (functions.iter().map(of).collect(), Vec::new())
+        } else {
+            all(forms, &mut signals)
+        };
+        let is_hopeless = lack.is_some() || count::is_far_too_wide(&equations, device);
+        let forms = if is_hopeless || options.budget.exact.is_none() {
+            forms
+        } else {
+            let forms = FormChoice { budget: options.budget, ..forms };
+            (equations, wide) = all(forms, &mut signals);
+            forms
+        };
+        let wide: Vec<&Function<'_>> = wide.into_iter().map(|at| &functions[at]).collect();
         let mut depth = 0;
         if !wide.is_empty() {
             let asked: Vec<Wide> = wide.iter().map(|function| function.wide(&forms)).collect();
@@ -148,7 +180,7 @@ impl Equations {
         };
         result.share_pins(logic, options);
         let mut misfit = result.assign_pins(logic, options, &mut findings);
-        if misfit.as_ref().is_some_and(Misfit::is_about_width) {
+        if !is_hopeless && misfit.as_ref().is_some_and(Misfit::is_about_width) {
             let n_before = result.signals.len();
             result.divide(logic, options, &mut |owner, count| {
                 namer.name_with_suffix(owner, &format!("_w{count}"))
@@ -159,11 +191,17 @@ impl Equations {
         }
         if let (Some(misfit), Dialect::Galasm) = (&misfit, dialect) {
             findings.push(misfit.diagnostic(logic, device));
+        } else if let Some(lack) = lack.as_ref().filter(|_| is_refused && findings.is_empty()) {
+            findings.push(misfit::by_count(logic, device, lack));
         }
         if !findings.is_empty() {
             return Err(findings);
         }
         result.lacks = misfit.map(|misfit| misfit.parts(device)).unwrap_or_default();
+        if is_hopeless {
+            let quick = "its sums were minimised quickly, without a proof of the minimum";
+            result.lacks.push(quick.to_owned());
+        }
         result.head = head(&result, logic, dialect, options);
         Ok(result)
     }

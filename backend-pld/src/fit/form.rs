@@ -1,7 +1,7 @@
 //! The choice of form: in which polarity a function is a sum.
 
 use crate::device::{Device, FlipFlop, Polarity, PowerUp};
-use grafsynth_ir::logic::{Logic, NodeId};
+use grafsynth_ir::logic::{Logic, Node, NodeId};
 use grafsynth_logic::minimise::{Budget, Product, Refused, sum_between};
 use grafsynth_logic::split::NarrowSum;
 
@@ -74,6 +74,18 @@ impl FormChoice<'_> {
             (None, _) => self.fixed().is_some_and(|is_low| is_low != sum.is_complemented),
         };
         Form::plain(sum.is_complemented, is_pin_inverted, sum.products.clone())
+    }
+
+    /// A form without its sum, for a circuit that a device is too small for in any case; but what is the literal of a flip-flop, which may share its
+    /// macrocell, has that.
+    pub(crate) fn unsaid(&self, node: NodeId, init: Option<bool>) -> Form {
+        let inner = if let Node::Not(inner) = self.logic.nodes[node] { inner } else { node };
+        let is_literal = matches!(self.logic.nodes[inner], Node::Flop(_) | Node::Input(_));
+        if is_literal && let Ok(form) = self.of(node, init) {
+            return form;
+        }
+        let is_complemented = self.polarity(init).is_some_and(|is_plain| !is_plain);
+        self.of_sum(&NarrowSum { is_complemented, products: Vec::new() }, init)
     }
 
     pub(crate) fn sum(&self, node: NodeId, is_complemented: bool) -> Result<Vec<Product>, Refused> {

@@ -225,6 +225,14 @@ impl Misfit {
     }
 }
 
+/// The finding of a circuit that a device is too small for, whatever its sums are.
+pub(crate) fn by_count(logic: &Logic, device: &Device, lack: &str) -> Diagnostic {
+    let message = format!("`{}` does not fit one {}: {lack}", logic.name, device.name);
+    Diagnostic::error(codes::DOES_NOT_FIT, message)
+        .at(logic.name.span, "this chart")
+        .help("take a larger device, split the chart, or build for `palasm` or `cupl`, which leave pins open")
+}
+
 /// What the function of a signal is made of: the named functions just below it (the firing of transitions), or else the flip-flops that it reads.
 fn causes(equations: &Equations, logic: &Logic, index: SignalIndex) -> Vec<(String, Meta)> {
     let root = match equations.signals[index].source {

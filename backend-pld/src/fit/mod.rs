@@ -1,7 +1,7 @@
 //! The decisions between a circuit and its equations: the form of each function, the pin of each signal, and what to say where that does not fit.
 //!
 //! ```text
-//! decide  all of it in order
+//! decide  all of it in order; count first, for what cannot fit needs no sums
 //!
 //! Logic ─ form    polarity of each sum; exclusive  T flip-flops, inverters ─┐
 //!   └──── logic::split  where a sum is too wide: buried nodes ─ pins  matched to macrocells; blocks  to logic blocks ─ Equations
@@ -13,6 +13,7 @@
 
 mod attempt;
 mod blocks;
+mod count;
 mod decide;
 mod divide;
 mod exclusive;
@@ -23,6 +24,8 @@ mod need;
 mod pins;
 mod place;
 mod share;
+
+pub(crate) use count::lacks;
 
 #[cfg(test)]
 mod tests;

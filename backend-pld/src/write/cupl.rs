@@ -37,8 +37,11 @@ pub(crate) fn write(equations: &Equations) -> Sheet {
         let remark = if remark.is_empty() { remark } else { format!(" /* {remark} */") };
         let is_node = match signal.source {
             Source::Buried(_) => true,
-            // Where macrocells are more than pins, the fitter finds a place for what needs no pin.
-            Source::Flop(_) => equations.device.blocks.is_some(),
+            // Where macrocells are more than pins, the fitter finds a place for what needs no pin; what an output shows needs one.
+            Source::Flop(_) => {
+                equations.device.blocks.is_some()
+                    && equations.signals.iter().all(|output| output.shared != Some(index))
+            }
             Source::Clock | Source::Input(_) | Source::Output(_) => false,
         };
         let is_node = is_node && signal.pin.is_none();

@@ -77,6 +77,7 @@ pub(super) fn within(
     plans: Vec<Plan>,
     room: &Room,
     tries: usize,
+    work: &mut usize,
 ) -> Option<Vec<Plan>> {
     let largest = (0..plans.len()).max_by_key(|at| plans[*at].members.len())?;
     let n_coded: usize = plans.iter().map(|plan| plan.members.len()).sum();
@@ -102,12 +103,19 @@ pub(super) fn within(
             searches.push(plans);
         }
     }
-    let share = tries / searches.len().max(1);
-    searches.into_iter().find_map(|plans| settle(logic, plans, room, share))
+    let n_searches = searches.len().max(1);
+    let share = tries / n_searches;
+    searches.into_iter().find_map(|plans| settle(logic, plans, room, share, work))
 }
 
-/// One search of [`within`].
-fn settle(logic: &Logic, mut plans: Vec<Plan>, room: &Room, tries: usize) -> Option<Vec<Plan>> {
+/// One search of [`within`], which ends after so many judgements, or when no work is left.
+fn settle(
+    logic: &Logic,
+    mut plans: Vec<Plan>,
+    room: &Room,
+    tries: usize,
+    work: &mut usize,
+) -> Option<Vec<Plan>> {
     let mut now = misfit(&apply(logic, &plans), room);
     if now.0 * 2 > room.terms.iter().sum() {
         // Exchanges save something, and not half of what there is.
@@ -117,6 +125,10 @@ fn settle(logic: &Logic, mut plans: Vec<Plan>, room: &Room, tries: usize) -> Opt
     for at in 0..tries {
         if now.0 == 0 {
             return Some(plans);
+        }
+        *work = work.saturating_sub(now.2);
+        if *work == 0 {
+            break;
         }
         let which = dice.below(plans.len());
         let Some(changed) = exchange(&plans[which], &mut dice) else { continue };
@@ -133,8 +145,8 @@ fn settle(logic: &Logic, mut plans: Vec<Plan>, room: &Room, tries: usize) -> Opt
     (now.0 == 0).then_some(plans)
 }
 
-/// The products that find no room, and what a search goes by: these many times over, and all products.
-fn misfit(logic: &Logic, room: &Room) -> (usize, usize) {
+/// The products that find no room, what a search goes by (these many times over, and all products), and about how much work it was.
+fn misfit(logic: &Logic, room: &Room) -> (usize, usize, usize) {
     let mut sums = Vec::new();
     for (id, flop) in logic.flops.iter() {
         let fixed = room.is_by_power_up.then_some(flop.init);
@@ -145,11 +157,14 @@ fn misfit(logic: &Logic, room: &Room) -> (usize, usize) {
         sums.push(shortest(logic, output.value, Function::Output(id), fixed));
     }
     // A function without a sum of sensible size finds no room for certain.
+    let of_one =
+        |sum: &Option<(usize, usize)>| sum.map_or(TOO_WIDE_WORK, |(products, all)| products * all);
+    let work = logic.nodes.len() + sums.iter().map(of_one).sum::<usize>();
     let mut sizes: Vec<usize> =
         sums.into_iter().map(|sum| sum.map_or(MOST, |(products, _)| products)).collect();
     let total: usize = sizes.iter().sum();
     let overflow = room.overflow(&mut sizes);
-    (overflow, overflow * 8 + total)
+    (overflow, overflow * 8 + total, work)
 }
 
 /// Sums of more products than this are not made.
@@ -245,8 +260,11 @@ const MOST_WORK: usize = 6_000_000;
 /// About how much work it was to find sums of this cost: each product is tried without each literal.
 fn work_of((too_wide, widest, _, literals): (usize, usize, usize, usize)) -> usize {
     let of_one = |products: usize, literals: usize| products.saturating_mul(literals);
-    of_one(widest, literals).saturating_add(of_one(too_wide, MOST * MOST * 8))
+    of_one(widest, literals).saturating_add(of_one(too_wide, TOO_WIDE_WORK))
 }
+
+/// The work of a sum that was given up.
+const TOO_WIDE_WORK: usize = MOST * MOST * 8;
 
 /// What the sums of a circuit cost: those too wide to have one, the widest, all products, literals.
 fn cost(logic: &Logic) -> (usize, usize, usize, usize) {
