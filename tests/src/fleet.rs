@@ -15,9 +15,10 @@ use grafsynth_ir::Valid;
 use grafsynth_ir::expr::{ArithOp, ExprKind, Type};
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::{
-    Driver, Evolution, Expr, InputKind, Net, Policy, Schedule, StepKind, TransitionKind,
+    Driver, Evolution, Expr, InputKind, Leaf, Net, Policy, Schedule, StepKind, Stmt, StmtKind,
+    TransitionKind,
 };
-use grafsynth_sim::{Random, Stimulus, compare};
+use grafsynth_sim::{Directed, MAX_DT, Random, Stimulus, compare};
 use grafsynth_verify::{facts, structural_facts};
 use std::collections::BTreeMap;
 use std::fmt;
@@ -188,6 +189,26 @@ pub fn draw(style: Style, wanted: u64) -> Drawn {
     drawn
 }
 
+/// The charts of the first seeds that a style carries: half of them with all of these features, half with a part of them.
+#[must_use]
+pub fn draw_of(style: Style, seeds: u64, features: &Features) -> Drawn {
+    let seeds: Vec<u64> = (0..seeds).collect();
+    let found = in_parallel(&seeds, |seed| {
+        let all = seed.is_multiple_of(2);
+        let net = random_net(*seed, &if all { features.clone() } else { features.some(*seed) });
+        let (package, options) = emitted(&net, options(*seed, style))?;
+        Ok(Chart { seed: *seed, net, package, options })
+    });
+    let mut drawn = Drawn::default();
+    for found in found {
+        match found {
+            Ok(chart) => drawn.charts.push(chart),
+            Err(why) => *drawn.refused.entry(why).or_default() += 1,
+        }
+    }
+    drawn
+}
+
 /// Random rows for a chart. Where a gate stands, each of them three times, so that it closes; some with ticks that run through long times at once.
 #[must_use]
 pub fn stimulus(net: &Valid<Net>, seed: u64, options: &Options) -> Stimulus {
@@ -272,12 +293,45 @@ pub fn run(charts: &[&Chart], compiler: &Compiler) -> Option<(usize, String)> {
     let traces: Vec<&str> = output.split('#').skip(1).collect();
     charts.iter().zip(&stimuli).enumerate().find_map(|(at, (chart, stimulus))| {
         let trace = traces.get(at).and_then(|it| it.split_once('\n')).map_or("", |it| it.1);
-        let why = match c::parse(&chart.net, trace.as_bytes()) {
-            Err(why) => format!("{why:?}"),
-            Ok(got) => format!("{:?}", compare(&net_trace(&chart.net, stimulus), &got)?),
-        };
-        Some((at, why))
+        let apart = differs(&chart.net, stimulus, trace.as_bytes()).or_else(|| {
+            directed(&chart.net, chart.seed).iter().find_map(|stimulus| {
+                let input = c::lines(&chart.net, stimulus);
+                match tools::run(&program.path, &[&at.to_string()], folder, input.as_bytes(), LIMIT)
+                {
+                    Err(why) => Some(why),
+                    Ok(run) if !run.is_success => Some(format!("{} {}", run.ending, run.stderr)),
+                    Ok(run) => differs(&chart.net, stimulus, &run.stdout),
+                }
+            })
+        });
+        apart.map(|why| (at, why))
     })
+}
+
+/// Where what a program printed is not what the simulator says.
+fn differs(net: &Valid<Net>, stimulus: &Stimulus, printed: &[u8]) -> Option<String> {
+    match c::parse(net, printed) {
+        Err(why) => Some(format!("{why:?}")),
+        Ok(got) => compare(&net_trace(net, stimulus), &got).map(|apart| format!("{apart:?}")),
+    }
+}
+
+/// Directed reactions of a chart.
+const DIRECTED: usize = 400;
+
+/// Ways from reset, each to something that fires for the first time.
+fn directed(net: &Valid<Net>, seed: u64) -> Vec<Stimulus> {
+    let mut directed = Directed::new(net, seed, MAX_DT);
+    let mut all = Vec::new();
+    let mut n_fired = 0;
+    for _ in 0..DIRECTED {
+        let fired = directed.next().map_or(n_fired, |_| directed.coverage().fired);
+        if fired > n_fired {
+            all.push(Stimulus::of_rows(net, &directed.path()));
+        }
+        n_fired = fired;
+    }
+    all
 }
 
 /// One program of many charts.
@@ -379,7 +433,15 @@ pub const PROPERTIES: &[(&str, Has)] = &[
     ("enclosing steps", |it| has_kind(&it.net, StepKind::Enclosing)),
     ("regions", |it| has_kind(&it.net, StepKind::Parallel)),
     ("histories", |it| !it.net.histories.is_empty()),
+    ("histories with content", |it| {
+        it.net.histories.values().any(|it| !it.default_content.is_empty())
+    }),
+    ("entries that read states", |it| {
+        it.net.steps.values().any(|step| step.entry.iter().any(reads_states))
+    }),
     ("sends", |it| !it.net.sends.is_empty()),
+    ("delayed sends", |it| it.net.sends.values().any(|it| it.delay > 0)),
+    ("12 inputs and more", |it| it.net.inputs.len() >= 12),
     ("final states", |it| has_kind(&it.net, StepKind::Final)),
     ("emergency", |it| it.net.emergency.is_some()),
     ("safe values without one", |it| {
@@ -392,6 +454,13 @@ pub const PROPERTIES: &[(&str, Has)] = &[
     ("callbacks", |it| it.options.callbacks),
     ("split functions", |it| it.options.max_transitions < 200),
 ];
+
+fn reads_states(stmt: &Stmt) -> bool {
+    let StmtKind::If { condition, .. } = &stmt.kind else { return false };
+    let mut reads = false;
+    condition.for_each_leaf(&mut |leaf| reads |= matches!(leaf, Leaf::Active(_)));
+    reads
+}
 
 fn has_kind(net: &Net, kind: StepKind) -> bool {
     net.steps.values().any(|step| step.kind == kind)

@@ -6,7 +6,8 @@
 #![allow(clippy::print_stdout, reason = "tests say what they skip and what they counted")]
 
 use grafsynth_backend_c::Style;
-use grafsynth_tests::fleet::{Compiler, PROPERTIES, check, draw};
+use grafsynth_tests::fleet::{Compiler, PROPERTIES, check, draw, draw_of};
+use grafsynth_tests::random_net::Features;
 use grafsynth_tests::rounds;
 
 /// Charts in a program: a compiler starts once for all of them.
@@ -45,6 +46,22 @@ fn numbers_stay_what_they_are() {
     };
     for style in Style::ALL {
         check(&draw(style, rounds(2, 20)), UNIT, &compiler);
+    }
+}
+
+/// Statecharts whose lists read what is entered and left beside them, with lists of histories and delayed sends.
+#[test]
+fn entering_and_leaving_is_what_the_net_does() {
+    let Some(compiler) = Compiler::plain() else {
+        println!("skipped: a C compiler is not here");
+        return;
+    };
+    for style in Style::ALL {
+        // The code of states and transitions is what `auto` makes of most of them.
+        let few = if style == Style::Auto { 60 } else { 10 };
+        let drawn = draw_of(style, rounds(few, 2_000), &Features::entering());
+        println!("style {}: {} of the charts", style.name(), drawn.charts.len());
+        check(&drawn, UNIT, &compiler);
     }
 }
 

@@ -40,6 +40,13 @@ pub struct Features {
     pub several_parts: bool,
     pub history: bool,
     pub sends: bool,
+    /// Also many sends, most of them delayed and some cancelled.
+    pub delayed_sends: bool,
+    /// Statecharts in which entering and leaving is where things happen: lists of composites that read the bits of what is entered or left beside them, and
+    /// many transitions to histories, whose defaults have lists.
+    pub entries: bool,
+    /// Also 12 to 20 inputs.
+    pub many_inputs: bool,
     pub finals: bool,
     pub mealy: bool,
     pub restart: bool,
@@ -85,6 +92,9 @@ impl Features {
             several_parts: true,
             history: true,
             sends: true,
+            delayed_sends: false,
+            entries: false,
+            many_inputs: false,
             finals: true,
             mealy: true,
             restart: true,
@@ -102,7 +112,37 @@ impl Features {
     /// Everything that a program can do that is emitted: also numbers and times at the ends of what 8, 16 and 32 bits hold.
     #[must_use]
     pub fn program() -> Self {
-        Features { wide_integers: true, long_times: true, ..Self::everything() }
+        Features {
+            wide_integers: true,
+            long_times: true,
+            delayed_sends: true,
+            entries: true,
+            many_inputs: true,
+            ..Self::everything()
+        }
+    }
+
+    /// Statecharts in which entering, leaving and sending is where things happen.
+    #[must_use]
+    pub fn entering() -> Self {
+        Features {
+            policies: vec![Policy::InnerFirst, Policy::OuterFirst],
+            single: false,
+            stable: true,
+            max_steps: 14,
+            integers: true,
+            events: true,
+            raise: true,
+            reactions: true,
+            history: true,
+            sends: true,
+            delayed_sends: true,
+            entries: true,
+            many_inputs: true,
+            finals: true,
+            timers: true,
+            ..Self::plain()
+        }
     }
 
     /// A part of these features, another for each seed: every switch that is on goes off once in three times. Charts with everything are alike in having
@@ -123,7 +163,7 @@ impl Features {
     }
 
     /// All of them but `unspecified`, which leaves cells open that two engines may fill differently, and `waits_for_inputs`, which is a shape and no thing that a net has.
-    fn switches(&mut self) -> [&mut bool; 31] {
+    fn switches(&mut self) -> [&mut bool; 34] {
         [
             &mut self.single,
             &mut self.stable,
@@ -156,6 +196,9 @@ impl Features {
             &mut self.assumptions,
             &mut self.sharing,
             &mut self.emergency,
+            &mut self.delayed_sends,
+            &mut self.entries,
+            &mut self.many_inputs,
         ]
     }
 
@@ -187,6 +230,9 @@ impl Features {
             several_parts: false,
             history: false,
             sends: false,
+            delayed_sends: false,
+            entries: false,
+            many_inputs: false,
             finals: false,
             mealy: false,
             restart: false,

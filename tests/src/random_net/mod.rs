@@ -217,7 +217,9 @@ impl<'f> Builder<'f> {
                 meta: Meta::default(),
             });
         };
-        for index in 1..=1 + self.random.below(4) {
+        let many = self.wants(self.on.many_inputs, 3);
+        let n_pins = if many { 12 + self.random.below(9) } else { 1 + self.random.below(4) };
+        for index in 1..=n_pins {
             add(&mut self.net, format!("i{index}"), Type::Bool, InputKind::Pin);
         }
         if self.wants(self.on.integers, 2) {
@@ -248,6 +250,15 @@ impl<'f> Builder<'f> {
         for index in 1..=n_vars {
             let ty = if self.random.one_in(4) { Type::Bool } else { self.int_type() };
             self.variable(format!("v{index}"), ty, None, VarOrigin::Declared);
+        }
+        if self.on.entries && self.net.settings.policy.is_statechart() {
+            // Something that lists can leave a mark in.
+            self.variable(
+                "mark".to_owned(),
+                Type::Int { lo: 0, hi: 99 },
+                None,
+                VarOrigin::Declared,
+            );
         }
         if self.wants(self.on.arrays, 4) {
             let ty = self.int_type();
@@ -391,6 +402,19 @@ impl<'f> Builder<'f> {
             }
             if self.random.one_in(4) {
                 self.net.steps[step].exit = self.list(2);
+            }
+            if self.on.entries && self.net.settings.policy.is_statechart() {
+                let is_nest =
+                    matches!(self.net.steps[step].kind, StepKind::Composite | StepKind::Parallel);
+                if self.random.one_in(if is_nest { 1 } else { 3 }) {
+                    self.net.steps[step].entry = self.list_about(step);
+                }
+                if self.random.one_in(4) {
+                    self.net.steps[step].exit = self.list_about(step);
+                }
+                if !self.net.steps[step].initial_content.is_empty() && self.random.one_in(2) {
+                    self.net.steps[step].initial_content = self.list_about(step);
+                }
             }
             if self.wants(self.on.tasks, 5) && self.net.steps[step].kind == StepKind::Leaf {
                 self.tasks(step);
@@ -626,6 +650,26 @@ mod tests {
         for (what, has) in expected {
             assert!(count(has) >= 10, "{what}: {}", count(has));
         }
+    }
+
+    #[test]
+    fn programs_have_what_enters_and_what_waits() {
+        let nets: Vec<Valid<Net>> =
+            (0..600).map(|seed| random_net(seed, &Features::program())).collect();
+        let many = nets.iter().filter(|net| (12..=26).contains(&net.inputs.len())).count();
+        assert!(many >= 100, "{many}");
+        let with_content = |net: &Valid<Net>| {
+            net.histories.iter().any(|(id, history)| {
+                let leads = |transition: &grafsynth_ir::net::Transition| {
+                    transition.enters.contains(&grafsynth_ir::net::Enter::History(id))
+                };
+                !history.default_content.is_empty() && net.transitions.values().any(leads)
+            })
+        };
+        let histories = nets.iter().filter(|net| with_content(net)).count();
+        assert!(histories >= 50, "{histories}");
+        let sends = nets.iter().filter(|net| net.sends.values().any(|send| send.delay > 0)).count();
+        assert!(sends >= 50, "{sends}");
     }
 
     #[test]

@@ -3,8 +3,8 @@
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::net::Input;
 use grafsynth_ir::net::{
-    Enter, Expr, History, HistoryCase, HistoryId, InputKind, Meta, Part, PartId, StepId, StepKind,
-    Transition, TransitionKind,
+    Enter, Expr, History, HistoryCase, HistoryId, InputKind, Meta, Part, PartId, Step, StepId,
+    StepKind, Transition, TransitionKind,
 };
 
 use super::{Builder, name, step};
@@ -30,6 +30,9 @@ impl Builder<'_> {
             let n_children = 1 + self.random.below(3);
             for at in 0..n_children {
                 self.state(part, None, at + 1 == n_children && at > 0, 0, &mut left);
+            }
+            if self.on.entries && self.random.one_in(2) {
+                self.nest(part);
             }
         }
         self.done_events();
@@ -59,7 +62,10 @@ impl Builder<'_> {
             StepKind::Final
         } else if is_region || (*left > 1 && depth < 3 && self.random.one_in(3)) {
             StepKind::Composite
-        } else if *left > 3 && depth < 2 && self.random.one_in(3) {
+        } else if *left > 3
+            && depth < if self.on.entries { 3 } else { 2 }
+            && self.random.one_in(if self.on.entries { 2 } else { 3 })
+        {
             StepKind::Parallel
         } else {
             StepKind::Leaf
@@ -77,6 +83,41 @@ impl Builder<'_> {
         }
         if kind == StepKind::Composite && self.random.one_in(3) {
             self.net.steps[id].initial_content = self.list(1);
+        }
+    }
+
+    /// A composite state around a parallel one: what transitions to the history of the inner one enter together.
+    fn nest(&mut self, part: PartId) {
+        let mut add = |kind: StepKind, parent: Option<StepId>| {
+            let text = format!("s{}", self.net.steps.len() + 1);
+            self.net.steps.push(Step { kind, parent, ..step(text, part, false) })
+        };
+        let outer = add(StepKind::Composite, None);
+        let inner = add(StepKind::Parallel, Some(outer));
+        for _ in 0..1 + self.random.below(2) {
+            let region = add(StepKind::Composite, Some(inner));
+            for _ in 0..1 + self.random.below(2) {
+                add(StepKind::Leaf, Some(region));
+            }
+        }
+    }
+
+    /// Some state leads to the history of each parallel state within another one, and waits for nothing but an event.
+    fn moves_to_nests(&mut self, states: &[StepId]) {
+        let ids: Vec<HistoryId> = self.net.histories.ids().collect();
+        for id in ids {
+            let owner = self.net.histories[id].owner;
+            let part = self.net.steps[owner].part;
+            let is_nested = self.net.steps[owner].kind == StepKind::Parallel
+                && self.net.steps[owner].parent.is_some();
+            let outside: Vec<StepId> = (states.iter().copied())
+                .filter(|state| self.net.steps[*state].part == part)
+                .filter(|state| self.ancestors(owner).iter().all(|above| above != state))
+                .filter(|state| *state != owner && !self.lies_in(*state, owner))
+                .collect();
+            if let (true, Some(source)) = (is_nested, self.random.pick(&outside).copied()) {
+                self.move_to(source, owner, Some(id), true);
+            }
         }
     }
 
@@ -185,7 +226,8 @@ impl Builder<'_> {
             .map(|(id, _)| id)
             .collect();
         for owner in owners {
-            if !self.wants(self.on.history, 3) {
+            let rarity = if self.on.entries { 1 } else { 3 };
+            if !self.wants(self.on.history, rarity) {
                 continue;
             }
             let is_deep = self.random.one_in(2);
@@ -204,7 +246,15 @@ impl Builder<'_> {
                         .map_or(Vec::new(), |child| self.default_entry(child))
                 }
             };
-            let default_content = if self.random.one_in(2) { self.list(1) } else { Vec::new() };
+            let default_content = if self.on.entries {
+                let mut list = self.list_about(owner);
+                list.extend(self.mark());
+                list
+            } else if self.random.one_in(2) {
+                self.list(1)
+            } else {
+                Vec::new()
+            };
             let text = name(format!("h{}", self.net.histories.len() + 1));
             self.net.histories.push(History {
                 name: text,
@@ -215,6 +265,16 @@ impl Builder<'_> {
                 meta: Meta::default(),
             });
         }
+    }
+
+    /// States that are entered or left together with this one, or just not.
+    pub(super) fn near(&self, state: StepId) -> Vec<StepId> {
+        let mut near = vec![state];
+        near.extend(self.ancestors(state));
+        near.extend(self.children_of(state));
+        let part = self.net.steps[state].part;
+        near.extend(self.children(part, self.net.steps[state].parent));
+        near
     }
 
     fn shallow_cases(&self, owner: StepId) -> Vec<HistoryCase> {
@@ -254,6 +314,9 @@ impl Builder<'_> {
                 self.move_from(source);
             }
         }
+        if self.on.entries {
+            self.moves_to_nests(&states);
+        }
     }
 
     fn move_from(&mut self, source: StepId) {
@@ -267,12 +330,25 @@ impl Builder<'_> {
             .filter(|(_, history)| self.net.steps[history.owner].part == part)
             .map(|(id, _)| id)
             .collect();
+        let rarity = if self.on.entries { 2 } else { 3 };
         let history =
-            if self.random.one_in(3) { self.random.pick(&histories).copied() } else { None };
+            if self.random.one_in(rarity) { self.random.pick(&histories).copied() } else { None };
         let target = match history {
             Some(history) => self.net.histories[history].owner,
             None => self.random.pick(&targets).copied().unwrap_or(source),
         };
+        self.move_to(source, target, history, false);
+    }
+
+    /// A transition to a state or its history.
+    fn move_to(
+        &mut self,
+        source: StepId,
+        target: StepId,
+        history: Option<HistoryId>,
+        waits_for_event_only: bool,
+    ) {
+        let part = self.net.steps[source].part;
         let is_composite = |state: StepId| self.net.steps[state].kind == StepKind::Composite;
         // The target proper lies inside the owner of a history, so the owner itself can be the domain.
         let inside =
@@ -304,7 +380,7 @@ impl Builder<'_> {
             .collect();
         let event = self.any_event(false).filter(|_| !self.random.one_in(4));
         let guard = match event {
-            Some(_) if !self.random.one_in(3) => Expr::bool(true),
+            Some(_) if waits_for_event_only || !self.random.one_in(3) => Expr::bool(true),
             _ => self.receptivity(),
         };
         let actions = if self.random.one_in(3) { self.list(2) } else { Vec::new() };

@@ -4,7 +4,7 @@ use grafsynth_ir::Span;
 use grafsynth_ir::expr::{ArithOp, CompareOp, Expr as GenericExpr, ExprKind, Type};
 use grafsynth_ir::interval::net_type;
 use grafsynth_ir::net::{
-    Driver, EdgeOperand, Expr, InputId, InputKind, Leaf, OutputId, SendId, Stmt, StmtKind,
+    Driver, EdgeOperand, Expr, InputId, InputKind, Leaf, OutputId, SendId, StepId, Stmt, StmtKind,
     TransitionId, VarId,
 };
 
@@ -368,6 +368,42 @@ impl Builder<'_> {
             .collect()
     }
 
+    /// A list that reads what is entered or left with a state, and leaves a mark.
+    pub(super) fn list_about(&mut self, state: StepId) -> Vec<Stmt> {
+        let near = self.near(state);
+        let mut list = Vec::new();
+        for _ in 0..1 + self.random.below(2) {
+            let Some(mark) = self.mark() else { return list };
+            let Some(read) = self.random.pick(&near).copied() else { return list };
+            let condition = leaf(Leaf::Active(read));
+            let condition = if self.random.one_in(3) { condition.not() } else { condition };
+            let otherwise = match self.random.below(5) {
+                0 => {
+                    list.push(mark);
+                    continue;
+                }
+                1 => self.statement(RECEPTIVITY, true, 0).into_iter().collect(),
+                _ => Vec::new(),
+            };
+            let kind = StmtKind::If { condition, then: vec![mark], otherwise };
+            list.push(Stmt { kind, span: Span::default() });
+        }
+        list
+    }
+
+    /// A mark that shows that a list ran.
+    pub(super) fn mark(&mut self) -> Option<Stmt> {
+        let (var, _) = self.net.vars.iter().find(|(_, var)| var.name.text == "mark")?;
+        let value = if self.random.one_in(2) {
+            GenericExpr::int(self.random.between(0, 99))
+        } else {
+            let step = GenericExpr::int([-2, 1, 3, 7][self.random.below(4)]);
+            new(ExprKind::Arith(ArithOp::Add, Box::new(leaf(Leaf::Var(var))), Box::new(step)))
+        };
+        let kind = StmtKind::Assign { var, index: None, value };
+        Some(Stmt { kind, span: Span::default() })
+    }
+
     /// The body of an action or task.
     pub(super) fn body(&mut self, kind: ActionBody) -> Vec<Stmt> {
         (0..1 + self.random.below(2))
@@ -379,6 +415,7 @@ impl Builder<'_> {
         let kind = match self.random.below(10) {
             0..=5 => self.assignment(place)?,
             6 if may_raise => self.raise()?,
+            9 if may_raise && self.on.delayed_sends => self.raise()?,
             7 => self.call(place)?,
             8 if depth > 0 => StmtKind::If {
                 condition: self.condition(place, 1),
