@@ -67,6 +67,8 @@ const NONE: u32 = u32::MAX;
 pub(crate) struct Layout {
     pub(crate) cells: Vec<Cell>,
     places: BTreeMap<Cell, u32>,
+    /// For each action its first cell, and behind the last action the first that is of none.
+    of_action: Vec<u32>,
     elapsed: Vec<u32>,
     last_elapsed: Vec<u32>,
     elapsed_caps: Vec<i64>,
@@ -153,6 +155,7 @@ impl Layout {
 
     fn actions(&mut self, net: &Net) {
         for (action, data) in net.actions.iter() {
+            self.of_action.push(self.cells.len() as u32);
             self.push(Cell::ActionQ(action));
             let has = |qualifier| data.uses.iter().any(|one| one.qualifier == qualifier);
             for latch in [Qualifier::S, Qualifier::SD, Qualifier::DS, Qualifier::SL] {
@@ -172,6 +175,7 @@ impl Layout {
                 }
             }
         }
+        self.of_action.push(self.cells.len() as u32);
     }
 
     /// Charts with a top-level final state remember that they ended, and what they gave to each output then (semantics §5).
@@ -245,7 +249,30 @@ impl Layout {
 
     /// The place of a cell, or none if the net has no use for it.
     pub(crate) fn find(&self, cell: Cell) -> Option<usize> {
-        self.places.get(&cell).map(|place| *place as usize)
+        let action = match cell {
+            Cell::ActionQ(action)
+            | Cell::Latch(action, _)
+            | Cell::ActionTimer(action, _)
+            | Cell::ActionTimerHeld(action, _)
+            | Cell::Old(action, _) => action,
+            Cell::Elapsed(_)
+            | Cell::LastElapsed(_)
+            | Cell::Var(..)
+            | Cell::Edge(_)
+            | Cell::Timer(_)
+            | Cell::TimerHeld(_)
+            | Cell::Age(..)
+            | Cell::Task(_)
+            | Cell::Raised(_)
+            | Cell::Slot(_)
+            | Cell::Recorded(..)
+            | Cell::Ended(_)
+            | Cell::Held(..) => return self.places.get(&cell).map(|place| *place as usize),
+        };
+        // Each row asks for all of them, and an action has few.
+        let own = self.of_action.get(action.index()..action.index() + 2)?;
+        let (first, end) = (own[0] as usize, own[1] as usize);
+        self.cells.get(first..end)?.iter().position(|it| *it == cell).map(|at| first + at)
     }
 
     /// The place of a cell that the caller knows to exist; a cell that does not is read as the first, which only a broken table could ask for.

@@ -5,6 +5,8 @@
 //! changes its truth, so what it costs follows from the number of comparisons and not from the length of the times. Every node is reached at each of its
 //! points, and what follows a node is all that can follow one of its points; so whatever is asked of ways is answered exactly, and for any `dt`.
 
+use std::rc::Rc;
+
 use grafsynth_ir::Valid;
 use grafsynth_ir::net::Net;
 use grafsynth_sim::{Clock, InputRow, MAX_DT, Row, Simulator, Situation, State, Stimulus};
@@ -76,16 +78,27 @@ struct Node {
     state: usize,
     /// The clocks that run, by their place among all of the net.
     clocks: Vec<usize>,
-    zone: Zone,
+    zone: Rc<Zone>,
     parent: Option<Parent>,
 }
+
+/// The nodes that differ in their times alone.
+#[derive(Debug, Clone, Default)]
+struct SameState {
+    all: Vec<u32>,
+    /// The node of a zone, and of some that lie in one.
+    by_zone: IndexMap<Rc<Zone>, u32>,
+}
+
+/// Zones of a state that lie in another and are remembered, beside two for each node.
+const REMEMBERED: usize = 16;
 
 /// All nodes of a search, each with the way it was found first.
 #[derive(Debug, Clone)]
 pub(crate) struct States {
     /// States (those of [`Times::Each`]), or what they are without times, with their nodes.
     states: IndexSet<State>,
-    by_state: Vec<Vec<u32>>,
+    by_state: Vec<SameState>,
     nodes: Vec<Node>,
     clocks: Vec<Clock>,
     /// Pairs of a node and a row (with a part of its zone) that were tried.
@@ -112,7 +125,7 @@ impl States {
     pub(crate) fn node_of(&self, state: &State) -> Option<usize> {
         self.states
             .get_index_of(state)
-            .and_then(|at| self.by_state[at].first())
+            .and_then(|at| self.by_state[at].all.first())
             .map(|node| *node as usize)
     }
 
@@ -534,21 +547,33 @@ impl<'n, 'l> Search<'n, 'l> {
     ) -> Result<usize, OpenReason> {
         let (at, is_new) = self.found.states.insert_full(state);
         if is_new {
-            self.found.by_state.push(Vec::new());
+            self.found.by_state.push(SameState::default());
         }
         let nodes = &mut self.found.by_state[at];
-        let is_known = |node: &&u32| {
-            let known = &self.found.nodes[**node as usize].zone;
-            if self.times == Times::Zones { known.includes(&zone) } else { *known == zone }
-        };
-        if let Some(node) = nodes.iter().find(is_known) {
+        let has_zones = !matches!(self.times, Times::Each(_));
+        // An equal zone is asked for first: it is found at once, and no zone before it includes it, or it would not be there.
+        let known = if has_zones { nodes.by_zone.get(&zone) } else { nodes.all.first() };
+        if let Some(node) = known {
             return Ok(*node as usize);
+        }
+        if self.times == Times::Zones {
+            let includes = |node: &&u32| self.found.nodes[**node as usize].zone.includes(&zone);
+            if let Some(node) = nodes.all.iter().find(includes).copied() {
+                if nodes.by_zone.len() < 2 * nodes.all.len() + REMEMBERED {
+                    nodes.by_zone.insert(Rc::new(zone), node);
+                }
+                return Ok(node as usize);
+            }
         }
         let number = self.found.nodes.len();
         if number >= self.limits.states {
             return Err(OpenReason::States { limit: self.limits.states });
         }
-        nodes.push(number as u32);
+        let zone = Rc::new(zone);
+        nodes.all.push(number as u32);
+        if has_zones {
+            nodes.by_zone.insert(Rc::clone(&zone), number as u32);
+        }
         self.found.nodes.push(Node { state: at, clocks, zone, parent });
         Ok(number)
     }
