@@ -336,3 +336,19 @@ fn a_lost_output_is_exit_2() {
     assert_eq!(output.status.code(), Some(2));
     assert!(Path::new("/dev/full").exists());
 }
+
+/// `convert` of C writes the functions that stay C once; after that the file is the user's.
+#[test]
+fn converting_c_again_keeps_the_users_functions() {
+    let cases = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/cases/c");
+    let folder = tempfile::tempdir().unwrap();
+    fs::copy(cases.join("library.c"), folder.path().join("library.c")).unwrap();
+    let convert = || done(grafsynth(folder.path(), &["convert", "library.c", "made.graf"]));
+    convert();
+    let path = folder.path().join("weigh_chart_user.c");
+    assert!(path.exists());
+    fs::write(&path, "/* mine */\n").unwrap();
+    let said = convert();
+    assert_eq!(fs::read_to_string(&path).unwrap(), "/* mine */\n");
+    assert!(String::from_utf8_lossy(&said.stderr).contains("exists and is kept"), "{said:?}");
+}

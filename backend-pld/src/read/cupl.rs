@@ -263,6 +263,7 @@ impl Parser<'_, '_> {
                 terms: 0,
             };
             self.draft.define(id, definition);
+            self.names.defined.insert(id);
             return Some(());
         }
         let message =
@@ -521,6 +522,19 @@ impl Parser<'_, '_> {
             let finding = Diagnostic::error(codes::UNSUPPORTED, why)
                 .at(self.lexer.span_from(start), "")
                 .help("write one equation for each bit, or lists in brackets");
+            self.draft.report(finding);
+            return Some(());
+        }
+        // The preprocessor would put the text in its place on this side too.
+        let is_defined = targets.iter().any(|(id, _)| self.names.defined.contains(id))
+            || self.names.numbers.contains_key(name.text);
+        if is_defined {
+            let finding = Diagnostic::error(
+                codes::DEFINED_TWICE,
+                format!("`{}` is a name of `$DEFINE` and cannot be assigned", name.text),
+            )
+            .at(self.lexer.span_from(start), "assigned here")
+            .help("write the signal itself, or another name");
             self.draft.report(finding);
             return Some(());
         }

@@ -16,7 +16,7 @@ use super::range::within;
 use crate::codes;
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::span::Span;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Bits that a list may have.
 pub(crate) const MAX_BITS: usize = 64;
@@ -30,6 +30,8 @@ const MAX_INDEX: u32 = 31;
 pub(crate) struct Names {
     pub(crate) fields: BTreeMap<String, Field>,
     pub(crate) numbers: BTreeMap<String, Number>,
+    /// What `$DEFINE` gives a text.
+    pub(crate) defined: BTreeSet<SignalId>,
 }
 
 /// A list under a name, the most significant bit first.

@@ -45,9 +45,18 @@ pub(crate) fn run(session: &mut Session, arguments: &Convert) -> Result<Exit, St
                 // The name that `build --target c` gives the file of the user's functions, which it leaves alone where it exists.
                 let name = format!("{}_user.c", pipeline::file_stem(&design.net));
                 let folder = files::folder_of(&arguments.output);
-                session.note(&format!("{} holds what stays C\n", folder.join(&name).display()));
+                let path = folder.join(&name);
+                // Once written it is the user's.
+                session.note(&if files::exists(&path) {
+                    format!(
+                        "{} exists and is kept; remove it first to have what stays C written\n",
+                        path.display()
+                    )
+                } else {
+                    format!("{} holds what stays C\n", path.display())
+                });
                 let bytes = library.clone().into_bytes();
-                files::write_in(folder, &[Output { name, bytes, keep_existing: false }])?;
+                files::write_in(folder, &[Output { name, bytes, keep_existing: true }])?;
             }
             Ok(Exit::Done)
         }
