@@ -21,6 +21,7 @@ mod iec_round_trip;
 mod interrupts;
 mod jedec;
 mod kiss2;
+mod logic_mutations;
 mod misra;
 mod mutations;
 mod open_cells;
