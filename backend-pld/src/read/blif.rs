@@ -6,7 +6,7 @@ use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::span::{Name, Span};
 
 pub(crate) fn parse(text: &str, draft: &mut Draft) {
-    let mut parser = Parser { text, at: 0, draft, table: None };
+    let mut parser = Parser { text, at: 0, draft, table: None, clock: None };
     while let Some(line) = parser.line() {
         if parser.draft.is_hopeless() || !parser.statement(&line) {
             break;
@@ -34,6 +34,8 @@ struct Parser<'a, 'd> {
     at: usize,
     draft: &'d mut Draft,
     table: Option<Table<'a>>,
+    /// The clock of the latches so far.
+    clock: Option<&'a str>,
 }
 
 impl<'a> Parser<'a, '_> {
@@ -169,6 +171,12 @@ impl<'a> Parser<'a, '_> {
                 self.error(*kind, format!("expected the type of the latch, found `{}`", kind.0));
             }
             if control.0 != "NIL" {
+                if self.clock.is_some_and(|known| known != control.0) {
+                    let span = self.span(*control);
+                    let message = "a second clock: one synchronous circuit has one";
+                    self.draft.error(codes::UNSUPPORTED, span, message);
+                }
+                self.clock = Some(control.0);
                 self.declare(*control, Role::Clock);
             }
             rest = after;

@@ -13,10 +13,33 @@ use std::collections::BTreeMap;
 
 pub(crate) fn parse(text: &str, draft: &mut Draft) {
     let lexer = Lexer::new(text, draft.file, Comments::Verilog, false);
-    let mut parser =
-        Parser { lexer, draft, depth: 0, inits: BTreeMap::new(), clock: None, awaited_reset: None };
+    let mut parser = Parser {
+        lexer,
+        draft,
+        depth: 0,
+        inits: BTreeMap::new(),
+        clock_at: None,
+        awaited_reset: None,
+    };
     parser.file();
+    let clock = parser.clock_at;
     let inits = std::mem::take(&mut parser.inits);
+    if let Some((clock, span)) = clock {
+        let signal = draft.at(clock);
+        match signal.role {
+            // Declared behind the block.
+            Role::Input => signal.role = Role::Clock,
+            Role::Clock | Role::Unknown => {}
+            Role::Pin | Role::Output | Role::Internal => {
+                let message = format!("the clock `{}` is no input", signal.name);
+                let error = Diagnostic::error(codes::UNSUPPORTED, message)
+                    .at(span, "this clock")
+                    .at(signal.span, "declared here")
+                    .help("a synchronous circuit has one clock, which comes from outside");
+                draft.report(error);
+            }
+        }
+    }
     for (id, (init, span)) in inits {
         let signal = draft.at(id);
         match &mut signal.definition {
@@ -37,7 +60,8 @@ struct Parser<'a, 'd> {
     draft: &'d mut Draft,
     depth: u32,
     inits: BTreeMap<SignalId, (bool, Span)>,
-    clock: Option<SignalId>,
+    /// The clock, and where it is named first.
+    clock_at: Option<(SignalId, Span)>,
     /// The asynchronous reset of a block whose `if` has not come yet.
     awaited_reset: Option<(SignalId, Span)>,
 }
@@ -308,14 +332,14 @@ impl<'a> Parser<'a, '_> {
         }
         let (name, span) = self.name()?;
         let clock = self.draft.signal(name, span);
-        if self.clock.is_some_and(|known| known != clock) {
+        if self.clock_at.is_some_and(|(known, _)| known != clock) {
             self.draft.error(
                 codes::UNSUPPORTED,
                 span,
                 "a second clock: one synchronous circuit has one",
             );
         }
-        self.clock = Some(clock);
+        self.clock_at.get_or_insert((clock, span));
         let signal = self.draft.at(clock);
         if signal.role == Role::Input {
             signal.role = Role::Clock;
