@@ -3,6 +3,7 @@
 //! A mutant is read as logic by others, as `compare` does. One that is called proved is run beside the simulator on directed stimuli, from reset;
 //! mutants in Verilog run in Icarus Verilog too, so that a mistake of our reader shows.
 
+#![allow(clippy::disallowed_methods, reason = "tests write files for other tools")]
 #![allow(clippy::print_stdout, reason = "tests say what they skip and what they counted")]
 
 use grafsynth_driver::format::Format;
