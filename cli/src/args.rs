@@ -428,8 +428,8 @@ pub(crate) struct Sim {
     pub(crate) input: Input,
     #[command(flatten)]
     pub(crate) trust: Trust,
-    /// The stimulus, CSV.
-    #[arg(long, short, value_name = "FILE", required_unless_present = "random")]
+    /// The stimulus, CSV. A trace is one too: `sim` tells the first cell that is not as it was.
+    #[arg(long, short, value_name = "FILE")]
     pub(crate) stimulus: Option<String>,
     /// So many random reactions instead.
     #[arg(long, value_name = "N", conflicts_with = "stimulus")]

@@ -10,8 +10,10 @@ use grafsynth_driver::libraries::{self, LibraryText};
 use grafsynth_driver::read::{self, Design, NetDesign, ReadLimits, Texts};
 use grafsynth_driver::source::Sources;
 use grafsynth_ir::Diagnostic;
+use grafsynth_ir::Valid;
 use grafsynth_ir::diag::any_error;
-use std::path::Path;
+use grafsynth_ir::net::Net;
+use std::path::{Path, PathBuf};
 
 /// The path that a property of the command line has.
 const ASSERT: &str = "<--assert>";
@@ -132,6 +134,13 @@ impl Session {
         } else {
             crate::print_error(&render::render(&self.sources, &found, self.style));
         }
+    }
+
+    /// Shows that no row of inputs meets all assumptions of the chart, if it is so: then there is nothing to compare or to run.
+    pub(crate) fn is_impossible(&self, net: &Valid<Net>) -> bool {
+        let found = grafsynth_verify::check_assumption(net);
+        self.show(found.as_slice());
+        found.is_some()
     }
 
     /// Gives an answer: `text` to people (what holds is not said where nothing is to be said), the answer as data to machines.
@@ -283,6 +292,25 @@ impl Session {
             all.push(files::hashed(&name, source.text.as_bytes()));
         }
         all
+    }
+
+    /// Writes files that the user named, but none over a text that was read.
+    pub(crate) fn write_named(&self, files: Vec<(PathBuf, Vec<u8>)>) -> Result<(), Stop> {
+        let read: Vec<String> = self.paths().into_iter().map(files::canonical).collect();
+        let mut written: Vec<String> = Vec::new();
+        for (path, _) in files.iter().filter(|(path, _)| files::exists(path) || files.len() > 1) {
+            let one = files::canonical(&path.to_string_lossy());
+            if read.contains(&one) {
+                let path = path.display();
+                return Err(Stop::Usage(format!("cannot write {path}: it is what is read")));
+            }
+            if written.contains(&one) {
+                let path = path.display();
+                return Err(Stop::Usage(format!("{path} would be written twice")));
+            }
+            written.push(one);
+        }
+        Ok(files::write_named(files)?)
     }
 
     /// All files read so far.

@@ -15,7 +15,7 @@ use args::{Cli, Verb, When};
 use clap::Parser as _;
 use exit::Exit;
 use load::{Session, Stop};
-use render::Style;
+use render::{MessageFormat, Style};
 use report::Report;
 use std::io::{self, IsTerminal as _, Write as _};
 use std::process::ExitCode;
@@ -32,7 +32,7 @@ fn main() -> ExitCode {
             note_lost(said.print());
             return end(Exit::Done);
         }
-        Err(said) => said.exit(),
+        Err(said) => return misused(&said),
     };
     let style = style(&cli);
     let report = Report::new(style.format, makes_standard_output(&cli.verb), cli.verb.name());
@@ -64,6 +64,28 @@ fn main() -> ExitCode {
     progress::end();
     report.end(exit);
     end(exit)
+}
+
+/// Says what is wrong with the options: as a report, where one was asked for.
+#[expect(clippy::disallowed_methods, reason = "what cannot be parsed is looked at as it is")]
+fn misused(said: &clap::Error) -> ExitCode {
+    let words: Vec<String> = std::env::args().collect();
+    let asks = |name: &str| {
+        words.iter().any(|word| *word == format!("--message-format={name}"))
+            || words.windows(2).any(|pair| pair[0] == "--message-format" && pair[1] == name)
+    };
+    let format = match (asks("json"), asks("sarif")) {
+        (true, _) => MessageFormat::Json,
+        (_, true) => MessageFormat::Sarif,
+        _ => {
+            let _ = said.print();
+            return end(Exit::Usage);
+        }
+    };
+    let report = Report::new(format, false, words.get(1).map_or("", String::as_str));
+    report.error(said.to_string().trim_end());
+    report.end(Exit::Usage);
+    end(Exit::Usage)
 }
 
 /// Says why a verb could not go on.

@@ -55,6 +55,7 @@ const CELLS: &[(&str, usize, i32, &str)] = &[
     ("check", 1, 1, "good.graf --board bad.board"),
     ("check", 1, 1, "empty.graf"),
     ("check", 2, 1, "good.graf --certify -"),
+    ("check", 10, 4, "impossible.graf --deny open"),
     ("check", 3, 2, "good.graf --proof-limit x"),
     ("check", 4, 2, "missing.graf"),
     ("check", 5, 2, "good.graf >"),
@@ -72,9 +73,11 @@ const CELLS: &[(&str, usize, i32, &str)] = &[
     ("build", 0, 0, "wide.graf --target c -o out --no-proof"),
     ("build", 1, 1, "bad.graf --target verilog -o out"),
     ("build", 1, 1, "good.graf --target verilog --stimulus bad.csv -o out"),
+    ("build", 2, 1, "impossible.graf --target verilog -o out"),
     ("build", 2, 1, "large.graf --target jedec --device gal16v8 -o out"),
     ("build", 3, 2, "good.graf --target pascal -o out"),
     ("build", 3, 2, "good.graf --target c --style fast -o out"),
+    ("build", 3, 2, "good.graf --target jedec --device gal99v9 -o out"),
     ("build", 4, 2, "missing.graf --target c -o out"),
     ("build", 5, 2, "good.graf --target verilog -o good.graf/out"),
     ("build", 5, 2, "good.graf --target verilog -o out >"),
@@ -83,11 +86,15 @@ const CELLS: &[(&str, usize, i32, &str)] = &[
     ("build", 9, 1, "warned.graf --target verilog -o out --deny warnings"),
     ("sim", 0, 0, "good.graf --stimulus good.csv"),
     ("sim", 1, 1, "good.graf --stimulus bad.csv"),
+    ("sim", 2, 1, "impossible.graf --random 3"),
+    ("sim", 3, 2, "good.graf"),
+    ("sim", 5, 2, "good.graf --stimulus good.csv --trace good.csv"),
     ("sim", 2, 1, "good.pld --stimulus good.csv --engine c"),
     ("sim", 3, 2, "good.graf --stimulus good.csv --engine warp"),
     ("sim", 4, 2, "good.graf --stimulus missing.csv"),
     ("sim", 5, 2, "good.graf --stimulus good.csv >"),
     ("sim", 6, 3, "good.graf --stimulus other_trace.csv"),
+    ("sim", 6, 3, "good.graf --stimulus late_trace.csv"),
     ("sim", 9, 1, "warned.graf --stimulus good.csv --deny warnings"),
     ("compare", 0, 0, "good.graf twin.graf"),
     ("compare", 0, 0, "hard.graf hard_twin.graf --random 100"),
@@ -96,6 +103,9 @@ const CELLS: &[(&str, usize, i32, &str)] = &[
     ("compare", 1, 1, "good.graf bad.graf"),
     ("compare", 1, 1, "good.graf twin.graf --stimulus bad.csv"),
     ("compare", 2, 1, "good.graf apart.graf"),
+    ("compare", 2, 1, "good.graf impossible.graf"),
+    ("compare", 2, 1, "never.graf always.graf"),
+    ("compare", 2, 1, "good.graf twin.graf --rename Q=Q"),
     ("compare", 3, 2, "good.graf twin.graf --rename x"),
     ("compare", 4, 2, "good.graf missing.graf"),
     ("compare", 5, 2, "good.graf twin.graf >"),
@@ -110,6 +120,7 @@ const CELLS: &[(&str, usize, i32, &str)] = &[
     ("convert", 3, 2, "good.graf out/good.st --to esperanto"),
     ("convert", 4, 2, "missing.graf out/good.st"),
     ("convert", 5, 2, "good.graf good.graf/good.st"),
+    ("convert", 5, 2, "good.graf good.graf"),
     ("minimise", 0, 0, "good.pla"),
     ("minimise", 1, 1, "bad.pla"),
     ("minimise", 3, 2, "good.pla --budget 77"),
@@ -146,6 +157,7 @@ const CELLS: &[(&str, usize, i32, &str)] = &[
     ("diff", 0, 0, "good.graf good.graf"),
     ("diff", 1, 1, "good.graf bad.graf"),
     ("diff", 2, 1, "good.graf good.pld"),
+    ("diff", 2, 1, "never.graf always.graf"),
     ("diff", 3, 2, "good.graf twin.graf --random x"),
     ("diff", 4, 2, "good.graf missing.graf"),
     ("diff", 5, 2, "good.graf other.graf >"),
@@ -234,6 +246,13 @@ fn files(folder: &Path) {
     );
     put("good.csv", "a,b\n1,0\n0,1\n");
     put("bad.csv", "a,b,c\n1,0\n7,x,y\n");
+    put("late_trace.csv", "scan,a,b,Q\n0,0,0,0\n0,1,0,0\n");
+    put("never.graf", &GOOD.replace("assert", "assume never a\n    assert"));
+    put("always.graf", &GOOD.replace("assert", "assume always a\n    assert"));
+    put(
+        "impossible.graf",
+        &GOOD.replace("assert", "assume never a\n    assume always a\n    assert"),
+    );
     put("other_trace.csv", "scan,a,b,steps,Q\n0,0,0,off,0\n1,1,0,off,1\n");
     put("good.pla", ".i 2\n.o 1\n11 1\n10 1\n.e\n");
     put("bad.pla", ".i 2\n.o 1\n111 1\n");

@@ -11,8 +11,10 @@ pub(crate) struct Cell<'t> {
 
 /// The lines that hold cells, each with its byte position.
 pub(crate) fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
-    let mut at = 0;
-    text.split('\n').filter_map(move |line| {
+    // A byte order mark is no part of the first name.
+    let mark = text.len() - text.trim_start_matches('\u{feff}').len();
+    let mut at = mark;
+    text[mark..].split('\n').filter_map(move |line| {
         let start = at;
         at += line.len() + 1;
         let content = line.split('#').next().unwrap_or("");

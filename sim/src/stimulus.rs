@@ -139,6 +139,7 @@ impl Stimulus {
             file,
             stimulus: Stimulus { zero: InputRow::zero(net).values, ..Stimulus::default() },
             expected: Expected::default(),
+            has_rows: false,
             header: Vec::new(),
             diagnostics: Vec::new(),
             broken: 0,
@@ -216,6 +217,8 @@ struct Reader<'t> {
     file: FileId,
     stimulus: Stimulus,
     expected: Expected,
+    /// A row was read.
+    has_rows: bool,
     header: Vec<Meaning>,
     diagnostics: Vec<Diagnostic>,
     broken: usize,
@@ -331,7 +334,7 @@ impl Reader<'_> {
                 }
                 // Row 0 of a trace is the reset, which no stimulus gives.
                 Some(Meaning::Scan) => {
-                    is_reset = self.stimulus.is_empty() && cell.text == "0";
+                    is_reset = !self.has_rows && cell.text == "0";
                 }
                 Some(Meaning::Expected) => expected.push(cell.text.to_owned()),
                 Some(Meaning::Nothing) | None => {}
@@ -349,6 +352,7 @@ impl Reader<'_> {
             );
             self.stimulus.values.resize(first_value + self.stimulus.columns.len(), 0);
         }
+        self.has_rows = true;
         if !self.expected.is_empty() {
             self.expected.row(expected, is_reset);
         }

@@ -11,7 +11,7 @@
 use grafsynth_ir::Valid;
 use grafsynth_ir::net::{Evolution, Net, Policy, TransitionId, TransitionKind};
 use grafsynth_sim::{InputRow, Simulator, Stimulus};
-use petgraph::algo::tarjan_scc;
+use petgraph::algo::kosaraju_scc;
 use petgraph::graph::{DiGraph, NodeIndex};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
@@ -243,7 +243,7 @@ impl<'n> Search<'n> {
                 graph.update_edge(NodeIndex::new(edge.from), NodeIndex::new(edge.to), ());
             }
         }
-        let parts = tarjan_scc(&graph);
+        let parts = kosaraju_scc(&graph);
         let mut part_of = vec![0; n_states];
         for (number, members) in parts.iter().enumerate() {
             members.iter().for_each(|member| part_of[member.index()] = number);

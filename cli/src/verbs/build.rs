@@ -9,6 +9,7 @@ use crate::progress;
 use crate::report::Answer;
 use grafsynth_backend_c::package::Ecosystem;
 use grafsynth_backend_c::{Package, Style, cost};
+use grafsynth_backend_pld::codes::UNKNOWN_DEVICE;
 use grafsynth_driver::codes;
 use grafsynth_driver::coding::{Encoding, EncodingChoice};
 use grafsynth_driver::ice40::judge;
@@ -47,6 +48,10 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
         }
     };
     let made_of = session.made_of();
+    if session.is_impossible(&design.net) {
+        session.show(&found);
+        return Ok(Exit::Errors);
+    }
     if arguments.refit {
         return Err(Stop::Input(
             "--refit is for logic by others: a chart is always fitted".to_owned(),
@@ -174,6 +179,11 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
         session.show(&found);
         let why =
             if any_error(&found) { "an output cannot be made" } else { "warnings are denied" };
+        let is_option = |one: &Diagnostic| one.code == UNKNOWN_DEVICE && one.labels.is_empty();
+        if arguments.device.is_some() && found.iter().any(is_option) {
+            say(session, net, &built.lines, Some(why));
+            return Ok(Exit::Usage);
+        }
         say(session, net, &built.lines, Some(why));
         return Err(Stop::Errors);
     }

@@ -104,6 +104,9 @@ fn engines(session: &mut Session, arguments: &Compare, input: &Input) -> Result<
         return Ok(Exit::Errors);
     }
     let net = &design.net;
+    if session.is_impossible(net) {
+        return Ok(Exit::Errors);
+    }
     let engines: Vec<Box<dyn Engine>> = if arguments.engines.is_empty() {
         grafsynth_engines::all()
             .into_iter()
@@ -213,11 +216,12 @@ fn engines(session: &mut Session, arguments: &Compare, input: &Input) -> Result<
     }
     if exit == Exit::Done {
         let skipped = if n_skipped > 0 { format!(", {n_skipped} not run") } else { String::new() };
-        say(format!(
-            "no difference found in {} reactions: {} engines{skipped}\n",
+        let message = format!(
+            "no difference found in {} reactions: {} engines{skipped}",
             stimulus.len(),
             n_equal + 1
-        ));
+        );
+        session.answer(&answer(&input.file, Status::Done, &message), &format!("{message}\n"));
     }
     Ok(exit)
 }
@@ -286,6 +290,12 @@ fn pair(
     let subject = format!("{} and {}", input.file, second.file);
     progress::doing(format!("comparing {subject}"));
     if let (Design::Net(left), Design::Net(right)) = (&design, &other) {
+        if !arguments.rename.is_empty() {
+            return Err(Stop::Input(
+                "--rename is for logic by others: two charts are compared by the names that they have"
+                    .to_owned(),
+            ));
+        }
         return compare_charts::run(session, arguments, &subject, &left.net, &right.net);
     }
     // A chart comes first, so that a proof is one about a chart wherever there is one.
@@ -307,6 +317,9 @@ fn pair(
         Design::Net(design) => &design.net,
         Design::Logic(design) => &design.interface,
     };
+    if session.is_impossible(net) {
+        return Ok(Exit::Errors);
+    }
     let rows = arguments.random.or(if arguments.stimulus.is_none() { Some(10_000) } else { None });
     let Some(stimulus) =
         stimulus(session, net, arguments.stimulus.as_deref(), rows, arguments.seed, 1)?

@@ -9,7 +9,7 @@ use grafsynth_driver::compare as driver_compare;
 use grafsynth_ir::Valid;
 use grafsynth_ir::net::Net;
 use grafsynth_sim::{Difference, MAX_DT};
-use grafsynth_verify::pair::{Apart, Common, charts_by_chance, charts_equal, charts_on};
+use grafsynth_verify::pair::{Apart, Common, SameBy, charts_by_chance, charts_equal, charts_on};
 use grafsynth_verify::verdict::Verdict;
 use grafsynth_verify::{Limits, Scope};
 
@@ -20,6 +20,9 @@ pub(crate) fn run(
     left: &Valid<Net>,
     right: &Valid<Net>,
 ) -> Result<Exit, Stop> {
+    if session.is_impossible(left) || session.is_impossible(right) {
+        return Ok(Exit::Errors);
+    }
     let common = match driver_compare::common(left, right) {
         Ok(common) => common,
         Err(found) => {
@@ -79,6 +82,7 @@ pub(crate) fn run(
         let found = charts_by_chance(left, right, &common, reactions, arguments.seed, MAX_DT);
         return Ok(match found {
             Err(apart) => refuted(session, &apart),
+            Ok(tested) if tested.reactions == 0 => return Err(nothing_legal()),
             Ok(tested) => {
                 let message = format!("no difference found in {} reactions", tested.reactions);
                 session.answer(
@@ -90,6 +94,7 @@ pub(crate) fn run(
         });
     }
     Ok(match charts_equal(left, right, &common, &Limits::default(), arguments.seed) {
+        Verdict::Proved(SameBy::Product { reactions: 0, .. }) => return Err(nothing_legal()),
         Verdict::Proved(by) => {
             session.answer(
                 &answer(Status::Proved, &by.to_string()).scope(&Scope::EveryStimulus),
@@ -109,6 +114,13 @@ pub(crate) fn run(
             session.demands.open(&why)
         }
     })
+}
+
+/// Two charts that never meet: whatever is said of all stimuli that both allow says nothing.
+pub(crate) fn nothing_legal() -> Stop {
+    Stop::Input(
+        "no row of inputs meets what both charts assume, so there is nothing to compare".to_owned(),
+    )
 }
 
 /// What a comparison speaks of and what not, by name.

@@ -38,7 +38,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Convert) -> Result<Exit, St
                 crate::print(&converted.text);
                 return Ok(Exit::Done);
             }
-            files::write_named(vec![(arguments.output.clone(), converted.text.into_bytes())])?;
+            session.write_named(vec![(arguments.output.clone(), converted.text.into_bytes())])?;
             if let Design::Net(design) = &design
                 && let Some(library) = &design.library
             {

@@ -1,6 +1,6 @@
 //! `grafsynth diff OLD NEW`.
 
-use super::compare_charts::{cells, compared, different};
+use super::compare_charts::{cells, compared, different, nothing_legal};
 use crate::args::{Diff, Reading};
 use crate::exit::Exit;
 use crate::load::{Session, Stop};
@@ -8,6 +8,7 @@ use crate::progress;
 use crate::report::{About, Answer, Status};
 use grafsynth_driver::diff::{Behaviour, Part};
 use grafsynth_verify::Scope;
+use grafsynth_verify::pair::SameBy;
 use grafsynth_verify::verdict::Verdict;
 
 pub(crate) fn run(session: &mut Session, arguments: &Diff) -> Result<Exit, Stop> {
@@ -18,6 +19,9 @@ pub(crate) fn run(session: &mut Session, arguments: &Diff) -> Result<Exit, Stop>
     let (new, found_new) = session.net_at(&arguments.new, &reading)?;
     session.show(&found_new);
     if session.demands.refuse(&found_old) || session.demands.refuse(&found_new) {
+        return Ok(Exit::Errors);
+    }
+    if session.is_impossible(&old.net) || session.is_impossible(&new.net) {
         return Ok(Exit::Errors);
     }
     progress::doing(format!("comparing {} and {}", arguments.old, arguments.new));
@@ -50,6 +54,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Diff) -> Result<Exit, Stop>
             Exit::Refuted
         }
         Behaviour::Compared(common, verdict) => match verdict {
+            Verdict::Proved(SameBy::Product { reactions: 0, .. }) => return Err(nothing_legal()),
             Verdict::Proved(by) => {
                 let answer = answer(Status::Proved, by.to_string()).scope(&Scope::EveryStimulus);
                 session.answer(

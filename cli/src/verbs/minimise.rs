@@ -2,7 +2,6 @@
 
 use crate::args::Minimise;
 use crate::exit::Exit;
-use crate::files;
 use crate::load::{Session, Stop};
 use grafsynth_driver::minimise::{Options, minimise};
 use grafsynth_ir::diag::any_error;
@@ -34,7 +33,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Minimise) -> Result<Exit, S
             crate::print_error(&small.report);
         }
         Some(output) => {
-            files::write_named(vec![(output.clone(), small.text.into_bytes())])?;
+            session.write_named(vec![(output.clone(), small.text.into_bytes())])?;
             session.tell(&small.report);
         }
         None => session.tell(&small.report),

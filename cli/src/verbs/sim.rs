@@ -2,7 +2,6 @@
 
 use crate::args::Sim;
 use crate::exit::Exit;
-use crate::files;
 use crate::load::{Session, Stop};
 use crate::report::{About, Answer, Status};
 use grafsynth_driver::logic::LogicDesign;
@@ -23,6 +22,17 @@ pub(crate) fn run(session: &mut Session, arguments: &Sim) -> Result<Exit, Stop> 
         crate::print(&list);
         return Ok(Exit::Done);
     }
+    if arguments.stimulus.is_none() && arguments.random.is_none() {
+        return Err(Stop::Usage(
+            "what shall happen? Give --stimulus FILE or --random N".to_owned(),
+        ));
+    }
+    if let (Some(trace), Some(save)) = (&arguments.trace, &arguments.save)
+        && trace == save
+    {
+        let path = trace.display();
+        return Err(Stop::Usage(format!("{path} would hold both the trace and the state")));
+    }
     let engine = engine_named(&arguments.engine)?;
     session.begin(&arguments.input.file);
     let (design, mut found) = session.design(&arguments.input)?;
@@ -42,6 +52,9 @@ pub(crate) fn run(session: &mut Session, arguments: &Sim) -> Result<Exit, Stop> 
         return Ok(Exit::Errors);
     }
     let net = &design.net;
+    if session.is_impossible(net) {
+        return Ok(Exit::Errors);
+    }
     let max_dt = if engine.is_chip() { 1 } else { 3 };
     let Some((stimulus, expected)) = with_expected(
         session,
@@ -89,7 +102,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Sim) -> Result<Exit, Stop> 
             }
         }
     };
-    write(&trace, arguments)?;
+    write(session, &trace, arguments)?;
     Ok(as_expected(session, arguments, &expected, &trace))
 }
 
@@ -145,7 +158,7 @@ fn logic(session: &mut Session, design: &LogicDesign, arguments: &Sim) -> Result
     };
     match grafsynth_driver::run::design_trace(design, &stimulus) {
         Ok(trace) => {
-            write(&trace, arguments)?;
+            write(session, &trace, arguments)?;
             Ok(as_expected(session, arguments, &expected, &trace))
         }
         Err(found) => {
@@ -156,7 +169,7 @@ fn logic(session: &mut Session, design: &LogicDesign, arguments: &Sim) -> Result
 }
 
 /// The trace to where it was asked for.
-fn write(trace: &Trace, arguments: &Sim) -> Result<(), Stop> {
+fn write(session: &Session, trace: &Trace, arguments: &Sim) -> Result<(), Stop> {
     match &arguments.trace {
         None => crate::print(&trace.to_csv()),
         Some(path) => {
@@ -171,7 +184,7 @@ fn write(trace: &Trace, arguments: &Sim) -> Result<(), Stop> {
                     )));
                 }
             };
-            files::write_named(vec![(path.clone(), text.into_bytes())])?;
+            session.write_named(vec![(path.clone(), text.into_bytes())])?;
         }
     }
     Ok(())
@@ -261,7 +274,7 @@ fn with_state(
         trace.push(row);
     }
     if let Some(path) = &arguments.save {
-        files::write_named(vec![(path.clone(), simulator.save().into_bytes())])?;
+        session.write_named(vec![(path.clone(), simulator.save().into_bytes())])?;
     }
     Ok(trace)
 }

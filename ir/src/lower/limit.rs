@@ -6,7 +6,7 @@ use crate::net::{
     Enter, Evolution, HistoryId, InputId, Net, StepId, StepKind, Stmt, StmtKind, Transition,
     TransitionId, TransitionKind,
 };
-use petgraph::algo::tarjan_scc;
+use petgraph::algo::kosaraju_scc;
 use petgraph::graph::DiGraph;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -67,7 +67,7 @@ fn has_circle(net: &Net) -> bool {
             }
         }
     }
-    tarjan_scc(&graph)
+    kosaraju_scc(&graph)
         .iter()
         .any(|group| group.len() > 1 || group.iter().any(|node| graph.contains_edge(*node, *node)))
 }

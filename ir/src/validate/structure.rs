@@ -11,7 +11,7 @@ use crate::net::{
     StepKind, Transition, TransitionKind,
 };
 use crate::span::Span;
-use petgraph::algo::tarjan_scc;
+use petgraph::algo::kosaraju_scc;
 use petgraph::graph::DiGraph;
 
 impl Checker<'_> {
@@ -403,7 +403,7 @@ impl Checker<'_> {
                 self.report(codes::FORCING, span, message);
             }
         }
-        for cycle in tarjan_scc(&graph) {
+        for cycle in kosaraju_scc(&graph) {
             let first = cycle.iter().min().copied();
             if let Some(first) = first
                 && (cycle.len() > 1 || graph.contains_edge(first, first))

@@ -547,7 +547,7 @@ impl<'n> Search<'n> {
                 graph.update_edge(node(edge.from), node(edge.to), ());
             }
             let mut component = vec![0_usize; states.len()];
-            for (number, members) in petgraph::algo::tarjan_scc(&graph).into_iter().enumerate() {
+            for (number, members) in petgraph::algo::kosaraju_scc(&graph).into_iter().enumerate() {
                 members.into_iter().for_each(|member| component[member.index()] = number);
             }
             // It loses on an edge within a strongly connected part, so it can lose there for ever. Something else must have fired on it.

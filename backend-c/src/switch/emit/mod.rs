@@ -523,8 +523,12 @@ impl<'a> Emit<'a> {
             .map(|it| {
                 let init = if in_step { self.in_step(&it.init) } else { it.init.clone() };
                 if self.locals {
-                    let is_const =
-                        !it.each_step && !it.name.starts_with("asked_") && !it.init.eq("false");
+                    // A condition that is asked where it is read first gets its value there.
+                    let is_asked_later = it.name.starts_with("cond_") && !it.init.ends_with("()");
+                    let is_const = !it.each_step
+                        && !it.name.starts_with("asked_")
+                        && !it.init.eq("false")
+                        && !is_asked_later;
                     let qualifier =
                         if is_const || it.name.starts_with("old_") { "const " } else { "" };
                     let node = Node::line(format!("{qualifier}{} {} = {init};", it.ty, it.name))
