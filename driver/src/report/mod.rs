@@ -1,4 +1,4 @@
-//! What is said about the outputs of a build: a line for each ([`Line`]), and with `build --report` a page with drawings ([`page()`]).
+//! What is said about the outputs of a build: a line for each ([`OutputReport`]), and with `build --report` a page with drawings ([`page()`]).
 //!
 //! ```text
 //! pipeline, jedec ──► Chip      what one output is made of, gathered while it is at hand

@@ -2,8 +2,8 @@
 //! number of ticks.
 //!
 //! Three ways, one after the other: the product of two reference simulators, searched breadth first, where a difference comes with a shortest stimulus
-//! ([`product`]); induction over bits of state that are always equal; and the decision diagram of all pairs of states, both over the reaction as
-//! [`crate::symbolic`] writes it. Between them directed random runs look for a difference, so that two large nets that differ do not wait for a proof.
+//! (`product`); induction over bits of state that are always equal; and the decision diagram of all pairs of states, both over the reaction as
+//! `symbolic` writes it. Between them directed random runs look for a difference, so that two large nets that differ do not wait for a proof.
 
 mod chance;
 mod common;
