@@ -143,6 +143,9 @@ pub(crate) fn source_name(logic: &Logic, source: Source) -> &str {
     }
 }
 
+/// Names by which a clock without a pin number is known where a text declares none. Ours is the first that the circuit leaves free.
+pub(crate) const CLOCK_NAMES: [&str; 3] = ["clk", "clock", "ck"];
+
 pub(crate) fn source_matches(logic: &Logic, source: Source, name: &str) -> bool {
     (source == Source::Clock && name == "clk") || source_name(logic, source) == name
 }

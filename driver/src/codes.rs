@@ -1,5 +1,6 @@
 //! Codes of findings about files and about what a verb can take.
 
+pub use grafsynth_backend_pld::codes::UNKNOWN_DEVICE;
 use grafsynth_ir::Code;
 
 /// A file whose format cannot be told.

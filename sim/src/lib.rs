@@ -44,6 +44,7 @@ mod trace_text;
 mod tests;
 
 pub use clocks::Clock;
+pub use directed::ahead::{Ahead, MICRO_STEPS, Made};
 pub use directed::ticks::Thresholds;
 pub use directed::{Coverage, Directed, Move, Start};
 pub use expected::Expected;

@@ -294,14 +294,14 @@ pub fn check_assumption(net: &Valid<Net>) -> Option<Diagnostic> {
     else {
         return None;
     };
-    let mut warning = Diagnostic::warning(
+    let mut error = Diagnostic::error(
         codes::ASSUMPTION_EMPTY,
         "no row of inputs meets all assumptions, so nothing that is proved says anything",
     );
     for property in net.properties.iter().filter(|property| property.role == PropertyRole::Assume) {
-        warning = warning.at(property.meta.span, "excludes rows");
+        error = error.at(property.meta.span, "excludes rows");
     }
-    Some(warning.help("weaken one of them; `assume never e` excludes the rows in which e is true"))
+    Some(error.help("weaken one of them; `assume never e` excludes the rows in which e is true"))
 }
 
 #[cfg(test)]
@@ -374,7 +374,7 @@ mod tests {
             meta: Default::default(),
         });
         assert_eq!(
-            check_assumption(&valid(net)).map(|warning| warning.code),
+            check_assumption(&valid(net)).map(|error| error.code),
             Some(codes::ASSUMPTION_EMPTY)
         );
     }

@@ -3,7 +3,7 @@
 //! Every question of this crate ends in a [`Verdict`]. Text is made of it only where it is printed, so that people and machines get the same answer.
 
 use grafsynth_ir::net::Net;
-use grafsynth_sim::Coverage;
+use grafsynth_sim::{Coverage, MICRO_STEPS};
 use std::fmt;
 
 /// The answer to a question: proved as `P` says, refuted by the witness `W`, or open.
@@ -226,6 +226,8 @@ pub struct Tested {
     pub transitions: usize,
     /// The names of those that never fired.
     pub never: Vec<String>,
+    /// Reactions took so many micro-steps that fewer were made than asked for.
+    pub is_cut_short: bool,
 }
 
 impl Tested {
@@ -238,6 +240,7 @@ impl Tested {
             fired: coverage.fired,
             transitions: net.transitions.len(),
             never: never.collect(),
+            is_cut_short: coverage.is_cut_short,
         }
     }
 }
@@ -261,6 +264,9 @@ fn grouped(number: u64) -> String {
 impl fmt::Display for Tested {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "tested: {} reactions", grouped(self.reactions))?;
+        if self.is_cut_short {
+            write!(f, " (no more, for they took {} micro-steps)", grouped(MICRO_STEPS))?;
+        }
         if self.transitions > 0 {
             write!(f, ", {} of {} transitions fired", self.fired, self.transitions)?;
         }
@@ -288,6 +294,7 @@ mod tests {
             fired: 41,
             transitions: 43,
             never: vec!["t7".to_owned(), "t19".to_owned()],
+            is_cut_short: false,
         };
         let open = Open::because(OpenReason::States { limit: 500 }).tested(tested);
         assert_eq!(
@@ -299,7 +306,7 @@ mod tests {
     #[test]
     fn names_beyond_the_eighth_are_counted() {
         let never: Vec<String> = (0..11).map(|n| format!("t{n}")).collect();
-        let text = Tested { reactions: 1, fired: 0, transitions: 11, never }.to_string();
+        let text = Tested { reactions: 1, transitions: 11, never, ..Tested::default() }.to_string();
         assert!(text.ends_with("t6, t7 and 3 more)"), "{text}");
     }
 }

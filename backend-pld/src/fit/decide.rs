@@ -3,7 +3,7 @@
 use crate::codes;
 use crate::device::{Device, FlipFlop, PowerUp};
 use crate::equations::{
-    Equation, Equations, Signal, SignalIndex, Source, busy_note, one_line, register_name,
+    CLOCK_NAMES, Equation, Equations, Signal, SignalIndex, Source, busy_note, one_line, register_name,
 };
 use crate::fit::count;
 use crate::fit::exclusive::Exclusive;
@@ -237,7 +237,9 @@ fn name_signals(logic: &Logic, namer: &mut Namer) -> Vec<Signal> {
         signals.push(signal(register_name(namer, &flop.name), Source::Flop(id), &flop.meta));
     }
     if !logic.flops.is_empty() || logic.outputs.values().any(|output| output.registered.is_some()) {
-        signals.insert(0, signal(namer.name("clk"), Source::Clock, &Meta::default()));
+        let [usual, ..] = CLOCK_NAMES;
+        let name = CLOCK_NAMES.into_iter().find(|name| !namer.is_taken(name)).unwrap_or(usual);
+        signals.insert(0, signal(namer.name(name), Source::Clock, &Meta::default()));
     }
     signals
 }

@@ -7,6 +7,7 @@ use super::equation::{Grammar, Sum, sum, supply};
 use super::lexer::{Comments, Kind, Lexer};
 use crate::codes;
 use crate::device::{Clock, Device};
+use crate::equations::CLOCK_NAMES;
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::span::{Name, Span};
 
@@ -53,16 +54,20 @@ pub(crate) fn finish(draft: &mut Draft, device: Option<&'static Device>, clock: 
         Some(Clock::Pin(pin)) => Some(pin),
         Some(Clock::Term | Clock::None) | None => None,
     };
+    let mut by_name = None;
     for index in 0..draft.signals.len() {
         let signal = &mut draft.signals[index];
         let id = SignalId::try_from(index).unwrap_or(SignalId::MAX);
-        let is_named =
-            ["clk", "clock", "ck"].iter().any(|name| signal.name.eq_ignore_ascii_case(name));
+        let is_free = signal.role == Role::Pin && signal.definition.is_none();
+        // Of several the first is the clock: a text of ours lists it before the inputs.
+        let is_named = is_free
+            && signal.pin.is_none()
+            && CLOCK_NAMES.iter().any(|name| signal.name.eq_ignore_ascii_case(name))
+            && *by_name.get_or_insert(id) == id;
         let is_clock = clock == Some(id)
             || clock.is_none()
-                && (signal.pin.is_some() && signal.pin == clock_pin
-                    || signal.pin.is_none() && is_named);
-        if is_clock && signal.role == Role::Pin && signal.definition.is_none() {
+                && (signal.pin.is_some() && signal.pin == clock_pin || is_named);
+        if is_clock && is_free {
             signal.role = Role::Clock;
         }
         let is_inverted = signal.is_pin_inverted;

@@ -162,6 +162,9 @@ impl Answer {
             value["fired"] = json!(tested.fired);
             value["never"] = json!(tested.never);
         }
+        if tested.is_cut_short {
+            value["cut_short"] = json!(true);
+        }
         self.with("tested", value)
     }
 

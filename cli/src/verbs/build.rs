@@ -9,7 +9,6 @@ use crate::progress;
 use crate::report::Answer;
 use grafsynth_backend_c::package::Ecosystem;
 use grafsynth_backend_c::{Package, Style, cost};
-use grafsynth_backend_pld::codes::UNKNOWN_DEVICE;
 use grafsynth_driver::codes;
 use grafsynth_driver::coding::{Encoding, EncodingChoice};
 use grafsynth_driver::ice40::judge;
@@ -179,7 +178,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
         session.show(&found);
         let why =
             if any_error(&found) { "an output cannot be made" } else { "warnings are denied" };
-        let is_option = |one: &Diagnostic| one.code == UNKNOWN_DEVICE && one.labels.is_empty();
+        let is_option = |one: &Diagnostic| one.code == grafsynth_driver::codes::UNKNOWN_DEVICE && one.labels.is_empty();
         if arguments.device.is_some() && found.iter().any(is_option) {
             say(session, net, &built.lines, Some(why));
             return Ok(Exit::Usage);

@@ -16,6 +16,7 @@
 //! A run heads for a transition: towards its steps by the shortest way in the drawing, then by inputs and ticks that make its receptivity true
 //! (`solve`). States are kept that are new, or nearer to a transition that has never fired than all before them.
 
+pub(crate) mod ahead;
 mod distance;
 mod solve;
 pub(crate) mod ticks;
@@ -74,6 +75,8 @@ pub struct Coverage {
     pub fired: usize,
     /// Those that never did, in declaration order.
     pub never: Vec<TransitionId>,
+    /// Fewer reactions were made than asked for, because of their micro-steps ([`MICRO_STEPS`](crate::MICRO_STEPS)).
+    pub is_cut_short: bool,
 }
 
 /// A state to go on from.
@@ -249,6 +252,7 @@ impl<'n> Directed<'n> {
             reactions: self.reactions,
             fired: self.net.transitions.len() - never.len(),
             never,
+            is_cut_short: false,
         }
     }
 

@@ -1,7 +1,7 @@
 //! Directed runs: what they reach, and that what they hand over can be followed.
 
 use super::net;
-use crate::{Directed, MAX_DT, Simulator, Start, State, Stimulus, run};
+use crate::{Ahead, Directed, MAX_DT, MICRO_STEPS, Simulator, Start, State, Stimulus, run};
 use grafsynth_ir::Valid;
 use grafsynth_ir::net::Net;
 
@@ -136,4 +136,39 @@ fn what_can_never_hold_ends() {
     assert!(Directed::new(&empty, 1, 1).next().is_some());
     let none = net("", "input a bool\nstep s in g initial\nassume never a or not a");
     assert!(Directed::new(&none, 1, 1).next().is_none());
+}
+
+#[test]
+fn reactions_made_ahead_are_those_of_a_directed_run() {
+    let settings = "policy inner-first\nevolution stable limit 9\npart g level 1\n    enter (s1)";
+    let net = net(settings, SAFE);
+    let mut directed = Directed::new(&net, 3, MAX_DT);
+    let mut ahead = Ahead::new(&net, 3, MAX_DT, 700);
+    let mut seen = 0;
+    loop {
+        let (numbers, rows) = ahead.batch(300);
+        if numbers.is_empty() {
+            break;
+        }
+        for (number, row) in numbers.zip(rows) {
+            assert!(directed.next().is_some());
+            assert_eq!((number, &row), (seen, directed.row()));
+            assert_eq!(ahead.path(number), directed.path());
+            seen += 1;
+        }
+    }
+    assert_eq!((seen, ahead.coverage().is_cut_short), (700, false));
+}
+
+#[test]
+fn long_reactions_make_fewer() {
+    let net = net(
+        "evolution stable limit 1000",
+        "step a in g initial\nstep b in g\ntransition t1 in g a -> b\ntransition t2 in g b -> a",
+    );
+    let mut ahead = Ahead::new(&net, 1, 1, 10_000);
+    while !ahead.batch(512).0.is_empty() {}
+    let coverage = ahead.coverage();
+    assert!(coverage.is_cut_short);
+    assert_eq!(coverage.reactions, MICRO_STEPS / 1000);
 }

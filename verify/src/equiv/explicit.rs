@@ -63,8 +63,16 @@ impl<'a> Lanes<'a> {
     /// Puts all lanes into this state.
     pub(super) fn set_code(&mut self, code: &[u64]) {
         for flop in self.logic.flops.ids() {
-            let bit = code[flop.index() / 64] >> (flop.index() % 64) & 1;
-            self.sim.set_flop(flop, if bit == 1 { !0 } else { 0 });
+            self.sim.set_flop(flop, if bit(code, flop) == 1 { !0 } else { 0 });
+        }
+    }
+
+    /// Puts each lane into a state of its own (at most 64).
+    pub(super) fn set_codes(&mut self, codes: &[&[u64]]) {
+        for flop in self.logic.flops.ids() {
+            let lanes = codes.iter().enumerate();
+            let word = lanes.fold(0, |word, (lane, code)| word | bit(code, flop) << lane);
+            self.sim.set_flop(flop, word);
         }
     }
 
@@ -191,6 +199,11 @@ impl<'a> Lanes<'a> {
     }
 }
 
+/// The bit of a flip-flop in a code.
+fn bit(code: &[u64], flop: FlopId) -> u64 {
+    code[flop.index() / 64] >> (flop.index() % 64) & 1
+}
+
 /// Which inputs the circuit reads in a state: with the flip-flops fixed, what is not constant and leads to a D function or a pin.
 struct Reads<'a> {
     net: &'a Net,
@@ -204,7 +217,7 @@ struct Reads<'a> {
 impl Reads<'_> {
     /// The inputs, and whether the tick matters.
     fn of(&mut self, code: &[u64]) -> (Inputs, bool) {
-        self.with(&|flop| Some(code[flop.index() / 64] >> (flop.index() % 64) & 1 == 1))
+        self.with(&|flop| Some(bit(code, flop) == 1))
     }
 
     /// The inputs that count in the clocks after the first, in whatever state they find the circuit: none, if it holds what it has taken. Events and the

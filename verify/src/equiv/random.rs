@@ -1,16 +1,22 @@
 //! Net and circuit side by side under directed random runs: restarted often, and headed for transitions that have not fired yet.
 
-use std::collections::BTreeMap;
+use std::collections::VecDeque;
+use std::ops::Range;
 
 use grafsynth_ir::Valid;
 use grafsynth_ir::logic::Logic;
 use grafsynth_ir::net::Net;
-use grafsynth_sim::{Directed, Move, Simulator, Start, Stimulus};
+use grafsynth_sim::{Ahead, Difference, InputRow, Row, Stimulus};
 
 use super::Counterexample;
 use super::binding::Binding;
 use super::explicit::Lanes;
 use crate::verdict::Tested;
+
+/// Reactions that the net makes before the circuit answers for them.
+const BATCH: usize = 1024;
+/// Reactions that the circuit makes at once.
+const LANES: usize = 64;
 
 /// Compares some reactions: a difference if one is found, and how much was seen.
 pub(super) fn compare(
@@ -20,49 +26,110 @@ pub(super) fn compare(
     n_rows: usize,
 ) -> (Option<Counterexample>, Tested) {
     // One clock of a chip is at most one tick.
-    let mut directed = Directed::new(net, 1, 1);
-    let found = difference(net, logic, binding, n_rows, &mut directed);
-    (found, Tested::of(net, &directed.coverage()))
+    let mut ahead = Ahead::new(net, 1, 1, n_rows);
+    let found = difference(net, logic, binding, &mut ahead);
+    (found, Tested::of(net, &ahead.coverage()))
 }
 
 fn difference(
     net: &Valid<Net>,
     logic: &Logic,
     binding: &Binding,
-    n_rows: usize,
-    directed: &mut Directed<'_>,
+    ahead: &mut Ahead<'_>,
 ) -> Option<Counterexample> {
     let mut lanes = Lanes::new(net, logic, binding);
     lanes.reset(net);
-    let after_reset = Simulator::new(net);
-    if let Some(differs) = lanes.difference(net, after_reset.row(), 0) {
-        let difference = lanes.report(net, after_reset.row(), 0, 0, differs);
+    if let Some(differs) = lanes.difference(net, ahead.row(), 0) {
+        let difference = lanes.report(net, ahead.row(), 0, 0, differs);
         return Some(Counterexample { stimulus: Stimulus::new(net), difference });
     }
-    let every_flop = vec![!0; logic.flops.len().div_ceil(64)];
-    let woken = lanes.code(0, &every_flop);
-    // What the circuit holds where the net stood when its state was saved.
-    let mut saved: BTreeMap<usize, Vec<u64>> = BTreeMap::new();
-    for _ in 0..n_rows {
-        let Some(Move { from, row, save }) = directed.next() else { continue };
-        match from {
-            Start::Here => {}
-            Start::Reset => lanes.set_code(&woken),
-            Start::Saved(number) => lanes.set_code(saved.get(&number).unwrap_or(&woken)),
+    let mut circuit = Circuit {
+        net,
+        lanes,
+        every_flop: vec![!0; logic.flops.len().div_ceil(64)],
+        codes: Vec::new(),
+    };
+    circuit.codes.push(circuit.lanes.code(0, &circuit.every_flop));
+    loop {
+        let (numbers, expected) = ahead.batch(BATCH);
+        if numbers.is_empty() {
+            return None;
         }
-        if lanes.react(net, std::slice::from_ref(&row)).is_err() {
-            let path = directed.path();
-            let difference = Lanes::still_busy(path.len());
-            return Some(Counterexample { stimulus: Stimulus::of_rows(net, &path), difference });
-        }
-        if let Some(differs) = lanes.difference(net, directed.row(), 0) {
-            let path = directed.path();
-            let difference = lanes.report(net, directed.row(), 0, path.len(), differs);
-            return Some(Counterexample { stimulus: Stimulus::of_rows(net, &path), difference });
-        }
-        if let Some(number) = save {
-            saved.insert(number, lanes.code(0, &every_flop));
+        if let Some(different) = circuit.answer(ahead, numbers, &expected) {
+            let stimulus = Stimulus::of_rows(net, &ahead.path(different.number));
+            let row = stimulus.len();
+            return Some(Counterexample {
+                stimulus,
+                difference: Difference { row, ..different.difference },
+            });
         }
     }
-    None
+}
+
+/// A reaction that the circuit makes in another way.
+struct Different {
+    number: usize,
+    difference: Difference,
+}
+
+/// The circuit, and what it held after each reaction.
+struct Circuit<'a> {
+    net: &'a Net,
+    lanes: Lanes<'a>,
+    every_flop: Vec<u64>,
+    /// By answer: 0 is that after reset, `n + 1` that of reaction `n`.
+    codes: Vec<Vec<u64>>,
+}
+
+impl Circuit<'_> {
+    /// Makes a batch of reactions, those together whose starts are known: the first that differs.
+    fn answer(
+        &mut self,
+        ahead: &Ahead<'_>,
+        numbers: Range<usize>,
+        expected: &[Row],
+    ) -> Option<Different> {
+        let first = numbers.start;
+        let batch = &ahead.made()[numbers];
+        self.codes.resize(first + 1 + batch.len(), Vec::new());
+        let mut ready = VecDeque::new();
+        // By reaction of the batch: those that go on from it.
+        let mut next = vec![Vec::new(); batch.len()];
+        for (at, reaction) in batch.iter().enumerate() {
+            match reaction.from.checked_sub(first + 1) {
+                Some(before) => next[before].push(at),
+                None => ready.push_back(at),
+            }
+        }
+        let mut earliest: Option<Different> = None;
+        while !ready.is_empty() {
+            let group: Vec<usize> = ready.drain(..ready.len().min(LANES)).collect();
+            let codes: Vec<&[u64]> =
+                group.iter().map(|at| self.codes[batch[*at].from].as_slice()).collect();
+            self.lanes.set_codes(&codes);
+            let rows: Vec<InputRow> = group.iter().map(|at| batch[*at].row.clone()).collect();
+            if let Err(lane) = self.lanes.react(self.net, &rows) {
+                return Some(Different {
+                    number: first + group[lane],
+                    difference: Lanes::still_busy(0),
+                });
+            }
+            for (lane, at) in group.into_iter().enumerate() {
+                let (number, row) = (first + at, &expected[at]);
+                match self.lanes.difference(self.net, row, lane) {
+                    Some(differs) => {
+                        if earliest.as_ref().is_none_or(|other| number < other.number) {
+                            let difference = self.lanes.report(self.net, row, lane, 0, differs);
+                            earliest = Some(Different { number, difference });
+                        }
+                    }
+                    None => {
+                        self.codes[number + 1] = self.lanes.code(lane, &self.every_flop);
+                        ready.extend(next[at].iter().copied());
+                    }
+                }
+            }
+        }
+        earliest
+    }
 }

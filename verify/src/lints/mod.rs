@@ -105,9 +105,9 @@ pub fn lints(net: &Valid<Net>, facts: &Facts) -> Vec<Diagnostic> {
 #[must_use]
 pub fn findings(net: &Valid<Net>, facts: &Facts, limits: &Limits) -> Findings {
     let mut findings = Findings::default();
-    if let Some(warning) = check_assumption(net) {
+    if let Some(error) = check_assumption(net) {
         // Where no input is possible nothing ever happens, and whatever else could be said follows from that.
-        findings.found.push(warning);
+        findings.found.push(error);
         return findings;
     }
     unreachable(net, facts, &mut findings.found);

@@ -1,0 +1,115 @@
+//! Directed reactions made ahead of what is compared with them. Which ones are made depends on the net alone, so a batch of them is there before the first
+//! answer is asked for, and whoever answers may take those of different runs together.
+
+use std::ops::Range;
+
+use grafsynth_ir::Valid;
+use grafsynth_ir::net::Net;
+
+use super::{Coverage, Directed, Start};
+use crate::row::{InputRow, Row};
+
+/// The micro-steps of the net after which no more reactions are made: a reaction may take as many as the chart's `limit` allows.
+pub const MICRO_STEPS: u64 = 1_000_000;
+
+/// A reaction that the net has made.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Made {
+    /// The answer that it goes on from: 0 is that after reset, `n + 1` that of reaction `n`.
+    pub from: usize,
+    /// Its inputs.
+    pub row: InputRow,
+}
+
+/// Reactions of a net, a batch at a time; see the module.
+pub struct Ahead<'n> {
+    directed: Directed<'n>,
+    made: Vec<Made>,
+    /// By number of a saved state: the answer that left it behind.
+    saved: Vec<usize>,
+    reactions: usize,
+    /// Where no inputs keep what the chart assumes, a run ends; there may be no others.
+    tries: usize,
+    micro_steps: u64,
+}
+
+impl<'n> Ahead<'n> {
+    /// So many reactions, fewer where none are found that keep what the chart assumes, or where they take more than [`MICRO_STEPS`] in all; `seed` and
+    /// `max_dt` are those of [`Directed::new`].
+    #[must_use]
+    pub fn new(net: &'n Valid<Net>, seed: u64, max_dt: u32, reactions: usize) -> Self {
+        Ahead {
+            directed: Directed::new(net, seed, max_dt),
+            made: Vec::new(),
+            saved: Vec::new(),
+            reactions,
+            tries: reactions.saturating_mul(2),
+            micro_steps: 0,
+        }
+    }
+
+    /// Makes the next reactions, at most `most`: their numbers, and what the net answers to each. No more are to come once there are none.
+    #[must_use]
+    pub fn batch(&mut self, most: usize) -> (Range<usize>, Vec<Row>) {
+        let first = self.made.len();
+        let mut rows = Vec::new();
+        while rows.len() < most && self.made.len() < self.reactions && self.tries > 0 && !self.is_over()
+        {
+            self.tries -= 1;
+            let Some(next) = self.directed.next() else { continue };
+            let from = match next.from {
+                Start::Here => self.made.len(),
+                Start::Reset => 0,
+                Start::Saved(number) => self.saved.get(number).copied().unwrap_or(0),
+            };
+            self.made.push(Made { from, row: next.row });
+            if let Some(number) = next.save {
+                if self.saved.len() <= number {
+                    self.saved.resize(number + 1, 0);
+                }
+                self.saved[number] = self.made.len();
+            }
+            self.micro_steps += u64::from(self.directed.simulator().micro_steps());
+            rows.push(self.directed.row().clone());
+        }
+        (first..self.made.len(), rows)
+    }
+
+    fn is_over(&self) -> bool {
+        self.micro_steps >= MICRO_STEPS
+    }
+
+    /// What the net shows after reset, until the first batch is made; then, after the last reaction.
+    #[must_use]
+    pub fn row(&self) -> &Row {
+        self.directed.row()
+    }
+
+    /// The reactions made so far.
+    #[must_use]
+    pub fn made(&self) -> &[Made] {
+        &self.made
+    }
+
+    /// The inputs from reset up to and with a reaction.
+    #[must_use]
+    pub fn path(&self, last: usize) -> Vec<InputRow> {
+        let mut rows = Vec::new();
+        let mut next = Some(last);
+        while let Some(reaction) = next.and_then(|at| self.made.get(at)) {
+            rows.push(reaction.row.clone());
+            next = reaction.from.checked_sub(1);
+        }
+        rows.reverse();
+        rows
+    }
+
+    /// What was seen so far.
+    #[must_use]
+    pub fn coverage(&self) -> Coverage {
+        Coverage {
+            is_cut_short: self.is_over() && self.made.len() < self.reactions,
+            ..self.directed.coverage()
+        }
+    }
+}
