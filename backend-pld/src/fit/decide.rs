@@ -3,7 +3,8 @@
 use crate::codes;
 use crate::device::{Device, FlipFlop, PowerUp};
 use crate::equations::{
-    CLOCK_NAMES, Equation, Equations, Signal, SignalIndex, Source, busy_note, one_line, register_name,
+    CLOCK_NAMES, Equation, Equations, Signal, SignalIndex, Source, busy_note, one_line,
+    register_name,
 };
 use crate::fit::count;
 use crate::fit::exclusive::Exclusive;

@@ -6,13 +6,24 @@ use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::span::{Name, Span};
 
 pub(crate) fn parse(text: &str, draft: &mut Draft) {
-    let mut parser = Parser { text, at: 0, draft, table: None, clock: None };
+    let mut parser = Parser {
+        text,
+        at: 0,
+        draft,
+        model: None,
+        has_ended: false,
+        table: None,
+        clock: None,
+        unset: Vec::new(),
+    };
     while let Some(line) = parser.line() {
         if parser.draft.is_hopeless() || !parser.statement(&line) {
             break;
         }
     }
     parser.close_table();
+    let unset = std::mem::take(&mut parser.unset);
+    draft.warn_of_no_first_value(&unset);
 }
 
 /// A word and where it starts.
@@ -33,9 +44,15 @@ struct Parser<'a, 'd> {
     text: &'a str,
     at: usize,
     draft: &'d mut Draft,
+    /// Where the model begins.
+    model: Option<Span>,
+    /// Its `.end` was read.
+    has_ended: bool,
     table: Option<Table<'a>>,
     /// The clock of the latches so far.
     clock: Option<&'a str>,
+    /// The latches without a first value.
+    unset: Vec<(String, Span)>,
 }
 
 impl<'a> Parser<'a, '_> {
@@ -76,9 +93,20 @@ impl<'a> Parser<'a, '_> {
         self.draft.error(codes::SYNTAX, span, message);
     }
 
-    /// False at the end of the model.
+    /// False where nothing more is read.
     fn statement(&mut self, words: &[Word<'a>]) -> bool {
         let first = words[0];
+        if first.0 == ".model" {
+            return self.model(first, words.get(1).copied());
+        }
+        if self.has_ended {
+            let message = format!(
+                "expected the end of the text after `.end`, found `{}`",
+                first.0.chars().take(30).collect::<String>()
+            );
+            self.error(first, message);
+            return false;
+        }
         if !first.0.starts_with('.') {
             self.row(words);
             return true;
@@ -86,11 +114,6 @@ impl<'a> Parser<'a, '_> {
         self.close_table();
         let rest = &words[1..];
         match first.0 {
-            ".model" => {
-                if let Some(name) = rest.first() {
-                    self.draft.name = Name::new(name.0, self.span(*name));
-                }
-            }
             ".inputs" | ".outputs" | ".clock" => {
                 let role = match first.0 {
                     ".inputs" => Role::Input,
@@ -103,7 +126,14 @@ impl<'a> Parser<'a, '_> {
             }
             ".latch" => self.latch(first, rest),
             ".names" => self.names(first, rest),
-            ".end" | ".exdc" => return false,
+            ".end" => self.has_ended = true,
+            ".exdc" => {
+                let message = "don't-cares from outside are left out: what the model does in them stays as it is";
+                let span = self.span(first);
+                self.draft
+                    .report(Diagnostic::warning(codes::TAKEN_AS, message).at(span, "from here on"));
+                return false;
+            }
             ".default_input_arrival"
             | ".default_output_required"
             | ".area"
@@ -120,6 +150,25 @@ impl<'a> Parser<'a, '_> {
                 );
                 self.draft.error(codes::UNSUPPORTED, span, message);
             }
+        }
+        true
+    }
+
+    fn model(&mut self, head: Word<'_>, name: Option<Word<'a>>) -> bool {
+        let span = self.span(head);
+        if let Some(first) = self.model {
+            let finding = Diagnostic::error(
+                codes::UNSUPPORTED,
+                "a second model is not supported by this reader: it reads one flat model",
+            )
+            .at(span, "this one")
+            .at(first, "the first");
+            self.draft.report(finding);
+            return false;
+        }
+        self.model = Some(span);
+        if let Some(name) = name {
+            self.draft.name = Name::new(name.0, self.span(name));
         }
         true
     }
@@ -182,13 +231,12 @@ impl<'a> Parser<'a, '_> {
             rest = after;
         }
         let init = match rest.first() {
-            None => false,
             Some(("0", _)) => false,
             Some(("1", _)) => true,
-            Some(word @ ("2" | "3", _)) => {
-                let span = self.span(*word);
-                let message = "this register has no first value; it is taken as 0";
-                self.draft.report(Diagnostic::warning(codes::TAKEN_AS, message).at(span, ""));
+            // Without a value it is 3: not known.
+            None | Some(("2" | "3", _)) => {
+                let place = rest.first().copied().unwrap_or(output);
+                self.unset.push((output.0.to_owned(), self.span(place)));
                 false
             }
             Some(word) => {

@@ -241,7 +241,8 @@ impl Parser<'_, '_> {
             {
                 return self.define_number(name.text, start);
             }
-            let value = sets::expression(&mut self.lexer, self.draft, &self.names)?.bits;
+            let (value, weakest) = sets::definition(&mut self.lexer, self.draft, &self.names)?;
+            let value = value.bits;
             let id = self.draft.declare(name.text, span, Role::Internal);
             let whole = self.lexer.span_from(start);
             if !self.lexer.token.is_first || value.len() != 1 {
@@ -263,7 +264,7 @@ impl Parser<'_, '_> {
                 terms: 0,
             };
             self.draft.define(id, definition);
-            self.names.defined.insert(id);
+            self.names.defined.insert(id, weakest);
             return Some(());
         }
         let message =
@@ -277,7 +278,7 @@ impl Parser<'_, '_> {
     }
 
     fn define_number(&mut self, name: &str, start: usize) -> Option<()> {
-        let number = number::read(&mut self.lexer, self.draft, &self.names)?;
+        let number = number::definition(&mut self.lexer, self.draft, &self.names)?;
         let whole = self.lexer.span_from(start);
         if !self.lexer.token.is_first {
             let message = format!("`$DEFINE {name}` is read for one number or one expression");
@@ -526,7 +527,7 @@ impl Parser<'_, '_> {
             return Some(());
         }
         // The preprocessor would put the text in its place on this side too.
-        let is_defined = targets.iter().any(|(id, _)| self.names.defined.contains(id))
+        let is_defined = targets.iter().any(|(id, _)| self.names.defined.contains_key(id))
             || self.names.numbers.contains_key(name.text);
         if is_defined {
             let finding = Diagnostic::error(

@@ -177,6 +177,18 @@ impl Draft {
         self.report(Diagnostic::error(code, message).at(span, ""));
     }
 
+    /// Warns of registers whose first value the text leaves open; `registers` are their names and places.
+    pub(crate) fn warn_of_no_first_value(&mut self, registers: &[(String, Span)]) {
+        let Some((first, span)) = registers.first() else { return };
+        let message = match registers.len() {
+            1 => format!("the register `{first}` has no first value; it is taken as 0"),
+            n => format!(
+                "{n} registers have no first value (`{first}` is the first); they are taken as 0"
+            ),
+        };
+        self.report(Diagnostic::warning(codes::TAKEN_AS, message).at(*span, ""));
+    }
+
     /// Sees that what is defined stands on a pin of the device that can be an output.
     pub(crate) fn check_output(&mut self, device: Option<&Device>, id: SignalId, span: Span) {
         let signal = &self.signals[id as usize];

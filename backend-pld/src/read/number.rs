@@ -15,6 +15,34 @@ pub(crate) struct Number {
     pub(crate) mask: u64,
 }
 
+/// What `$DEFINE` gives for a number: CUPL puts the text in its place, so digits without a base take the one that is said there.
+#[derive(Debug, Clone)]
+pub(crate) struct Digits {
+    text: String,
+    /// The base, if the text says it.
+    base: Option<u32>,
+}
+
+impl Digits {
+    /// The number where a base was said before it, or none. None if the two together are no number.
+    pub(crate) fn number(&self, outer: Option<u32>) -> Option<Number> {
+        of(&self.text, self.base.or(outer).unwrap_or(DEFAULT_BASE))
+    }
+}
+
+/// Reads the number of a `$DEFINE`. None after an error, which is reported.
+pub(crate) fn definition(
+    lexer: &mut Lexer<'_>,
+    draft: &mut Draft,
+    names: &Names,
+) -> Option<Digits> {
+    let base = base(lexer, draft)?;
+    let text = lexer.token.text;
+    let text = names.numbers.get(text).map_or(text, |defined| &defined.text).to_owned();
+    digits(lexer, draft, names, base)?;
+    Some(Digits { text, base })
+}
+
 /// Reads a number. None after an error, which is reported.
 pub(crate) fn read(lexer: &mut Lexer<'_>, draft: &mut Draft, names: &Names) -> Option<Number> {
     let base = base(lexer, draft)?;
@@ -50,15 +78,19 @@ pub(crate) fn digits(
     names: &Names,
     outer: Option<u32>,
 ) -> Option<Number> {
-    let base = base(lexer, draft)?.or(outer).unwrap_or(DEFAULT_BASE);
+    let own = base(lexer, draft)?;
+    let base = own.or(outer);
     let (span, token) = (lexer.span(), lexer.token);
-    if let Some(number) = names.numbers.get(token.text).filter(|_| token.kind == Kind::Word) {
-        lexer.advance();
-        return Some(*number);
-    }
-    let Some(number) =
-        of(token.text, base).filter(|_| matches!(token.kind, Kind::Number | Kind::Word))
-    else {
+    let defined = names.numbers.get(token.text).filter(|_| token.kind == Kind::Word);
+    let number = match defined {
+        // Two bases one behind the other are no number.
+        Some(defined) if own.is_some() && defined.base.is_some() => None,
+        Some(defined) => defined.number(base),
+        None => of(token.text, base.unwrap_or(DEFAULT_BASE))
+            .filter(|_| matches!(token.kind, Kind::Number | Kind::Word)),
+    };
+    let Some(number) = number else {
+        let base = base.unwrap_or(DEFAULT_BASE);
         let message = format!("expected a number of base {base}, found {}", token.shown());
         draft.error(codes::SYNTAX, span, message);
         return None;

@@ -65,8 +65,7 @@ pub(crate) fn finish(draft: &mut Draft, device: Option<&'static Device>, clock: 
             && CLOCK_NAMES.iter().any(|name| signal.name.eq_ignore_ascii_case(name))
             && *by_name.get_or_insert(id) == id;
         let is_clock = clock == Some(id)
-            || clock.is_none()
-                && (signal.pin.is_some() && signal.pin == clock_pin || is_named);
+            || clock.is_none() && (signal.pin.is_some() && signal.pin == clock_pin || is_named);
         if is_clock && is_free {
             signal.role = Role::Clock;
         }

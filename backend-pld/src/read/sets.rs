@@ -11,12 +11,12 @@
 use super::MAX_NESTING;
 use super::draft::{Draft, Expr, ExprId, SignalId};
 use super::lexer::{Kind, Lexer};
-use super::number::{self, Number};
+use super::number::{self, Digits, Number};
 use super::range::within;
 use crate::codes;
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::span::Span;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 /// Bits that a list may have.
 pub(crate) const MAX_BITS: usize = 64;
@@ -29,9 +29,37 @@ const MAX_INDEX: u32 = 31;
 #[derive(Debug, Default)]
 pub(crate) struct Names {
     pub(crate) fields: BTreeMap<String, Field>,
-    pub(crate) numbers: BTreeMap<String, Number>,
-    /// What `$DEFINE` gives a text.
-    pub(crate) defined: BTreeSet<SignalId>,
+    pub(crate) numbers: BTreeMap<String, Digits>,
+    /// What `$DEFINE` gives an expression, with the sign in it that binds weakest: CUPL puts the text in its place, without parentheses.
+    pub(crate) defined: BTreeMap<SignalId, Binding>,
+}
+
+/// How strongly the signs around an operand hold it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+pub(crate) enum Binding {
+    /// Nothing is beside it.
+    #[default]
+    Free,
+    /// `$`.
+    Exclusive,
+    /// `#`.
+    Or,
+    /// `&`.
+    And,
+    /// `!` before it, `:` behind it; or, of an expression, that it is one operand.
+    Operand,
+}
+
+impl Binding {
+    fn of(sign: &str) -> Self {
+        match sign {
+            "$" => Binding::Exclusive,
+            "#" => Binding::Or,
+            "&" => Binding::And,
+            ":" => Binding::Operand,
+            _ => Binding::Free,
+        }
+    }
 }
 
 /// A list under a name, the most significant bit first.
@@ -144,7 +172,18 @@ fn pair(
 
 /// Reads an expression. None after an error, which is reported.
 pub(crate) fn expression(lexer: &mut Lexer<'_>, draft: &mut Draft, names: &Names) -> Option<Value> {
-    Parser { lexer, draft, names, depth: 0 }.exclusive()
+    Parser::new(lexer, draft, names).exclusive()
+}
+
+/// Reads the expression of a `$DEFINE`, which ends with its line, and says what it may stand beside.
+pub(crate) fn definition(
+    lexer: &mut Lexer<'_>,
+    draft: &mut Draft,
+    names: &Names,
+) -> Option<(Value, Binding)> {
+    let mut parser = Parser { is_one_line: true, ..Parser::new(lexer, draft, names) };
+    let value = parser.exclusive()?;
+    Some((value, parser.weakest))
 }
 
 struct Parser<'p, 'a> {
@@ -152,6 +191,32 @@ struct Parser<'p, 'a> {
     draft: &'p mut Draft,
     names: &'p Names,
     depth: u32,
+    /// The expression ends with its line.
+    is_one_line: bool,
+    /// The sign before the operand that is read.
+    before: Binding,
+    /// The weakest sign outside parentheses so far.
+    weakest: Binding,
+}
+
+/// What begins a line of its own behind `$`.
+const DIRECTIVES: [&str; 12] = [
+    "define", "undef", "ifdef", "ifndef", "else", "endif", "include", "repeat", "repend", "macro",
+    "mend", "set",
+];
+
+impl<'p, 'a> Parser<'p, 'a> {
+    fn new(lexer: &'p mut Lexer<'a>, draft: &'p mut Draft, names: &'p Names) -> Self {
+        Parser {
+            lexer,
+            draft,
+            names,
+            depth: 0,
+            is_one_line: false,
+            before: Binding::Free,
+            weakest: Binding::Operand,
+        }
+    }
 }
 
 impl Parser<'_, '_> {
@@ -162,9 +227,11 @@ impl Parser<'_, '_> {
 
     fn exclusive(&mut self) -> Option<Value> {
         let mut value = self.or()?;
-        while self.lexer.token.is("$") {
+        loop {
             let span = self.lexer.span();
-            self.lexer.advance();
+            if !self.operator("$") {
+                return Some(value);
+            }
             let other = self.or()?;
             let exclusive = |draft: &mut Draft, bits: &[ExprId]| match bits {
                 [a, b] => draft.expr(Expr::Xor(*a, *b)),
@@ -172,7 +239,57 @@ impl Parser<'_, '_> {
             };
             value = self.bitwise(&[value, other], span, exclusive)?;
         }
-        Some(value)
+    }
+
+    /// Takes the sign between two operands, if it is ahead.
+    fn operator(&mut self, sign: &str) -> bool {
+        if !self.is_operator() || !self.lexer.eat(sign) {
+            return false;
+        }
+        self.before = Binding::of(sign);
+        if self.depth == 0 {
+            self.weakest = self.weakest.min(self.before);
+        }
+        true
+    }
+
+    /// What is ahead belongs to this expression.
+    fn is_operator(&self) -> bool {
+        let token = self.lexer.token;
+        if !token.is_first {
+            return true;
+        }
+        let is_directive = || {
+            let mut ahead = self.lexer.clone();
+            ahead.advance();
+            token.is("$") && DIRECTIVES.iter().any(|word| ahead.token.is_word(word))
+        };
+        !self.is_one_line && !is_directive()
+    }
+
+    /// An expression under a name stands here as its text: that must mean the same as its value.
+    fn check_defined(&mut self, signal: SignalId, is_negated: bool, span: Span) -> Option<()> {
+        let Some(weakest) = self.names.defined.get(&signal).copied() else { return Some(()) };
+        let before = if is_negated { Binding::Operand } else { self.before };
+        let after =
+            if self.is_operator() { Binding::of(self.lexer.token.text) } else { Binding::Free };
+        if self.depth == 0 {
+            self.weakest = self.weakest.min(weakest);
+        }
+        if weakest >= before.max(after) {
+            return Some(());
+        }
+        let name = &self.draft.signals[signal as usize].name;
+        let message = format!(
+            "`{name}` stands for its text, and what is beside it here takes only a part of that"
+        );
+        let of = self.draft.signals[signal as usize].span;
+        let finding = Diagnostic::error(codes::UNSUPPORTED, message)
+            .at(span, "")
+            .at(of, "defined here, without parentheses around the text")
+            .help("put parentheses around the text of the `$DEFINE`, or write out what is meant");
+        self.draft.report(finding);
+        None
     }
 
     fn or(&mut self) -> Option<Value> {
@@ -184,7 +301,7 @@ impl Parser<'_, '_> {
             |parser: &mut Self| if is_and { parser.literal() } else { parser.junction("&", true) };
         let span = self.lexer.span();
         let mut all = vec![operand(self)?];
-        while self.lexer.eat(sign) {
+        while self.operator(sign) {
             all.push(operand(self)?);
         }
         self.bitwise(&all, span, |draft, bits| draft.list(bits, is_and))
@@ -243,6 +360,7 @@ impl Parser<'_, '_> {
             }
             self.lexer.advance();
             self.depth += 1;
+            self.before = Binding::Free;
             let value = self.exclusive()?;
             self.depth -= 1;
             if !self.lexer.eat(")") {
@@ -264,11 +382,15 @@ impl Parser<'_, '_> {
                 let read = |signal: &SignalId| self.read(*signal, span);
                 let bits = field.signals.iter().map(read).collect();
                 Value { bits, numbering: field.numbering.clone(), is_field: true }
-            } else if let Some(number) = self.names.numbers.get(token.text) {
-                self.constant(*number, span)?
+            } else if let Some(digits) = self.names.numbers.get(token.text) {
+                let Some(number) = digits.number(None) else {
+                    return self.error(span, format!("`{}` stands for no number", token.text));
+                };
+                self.constant(number, span)?
             } else {
                 let signal = self.draft.signal(token.text, span);
                 self.feedback()?;
+                self.check_defined(signal, is_negated, span)?;
                 let mut value = Value::one(self.read(signal, span));
                 if index_of(self.draft, signal).is_some_and(|index| index > 0) {
                     value.numbering =
@@ -279,7 +401,7 @@ impl Parser<'_, '_> {
         } else {
             return self.error(span, format!("expected a signal, found {}", token.shown()));
         };
-        if self.lexer.eat(":") {
+        if self.is_operator() && self.lexer.eat(":") {
             value = Value::one(self.test(&value, span)?);
         }
         if is_negated {

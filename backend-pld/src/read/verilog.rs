@@ -4,12 +4,12 @@
 //! non-blocking assignments and `if`.
 
 use super::MAX_NESTING;
-use super::draft::{Definition, Draft, Expr, ExprId, Role, SignalId};
+use super::draft::{Definition, Draft, Expr, ExprId, Role, Signal, SignalId};
 use super::lexer::{Comments, Kind, Lexer};
 use crate::codes;
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::span::{Name, Span};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 pub(crate) fn parse(text: &str, draft: &mut Draft) {
     let lexer = Lexer::new(text, draft.file, Comments::Verilog, false);
@@ -40,6 +40,18 @@ pub(crate) fn parse(text: &str, draft: &mut Draft) {
             }
         }
     }
+    let is_unset = |(id, signal): &(usize, &Signal)| {
+        signal.definition.is_some_and(|definition| definition.is_registered)
+            && SignalId::try_from(*id).is_ok_and(|id| !inits.contains_key(&id))
+    };
+    let unset: Vec<(String, Span)> = draft
+        .signals
+        .iter()
+        .enumerate()
+        .filter(is_unset)
+        .map(|(_, signal)| (signal.name.clone(), signal.span))
+        .collect();
+    draft.warn_of_no_first_value(&unset);
     for (id, (init, span)) in inits {
         let signal = draft.at(id);
         match &mut signal.definition {
@@ -54,6 +66,27 @@ pub(crate) fn parse(text: &str, draft: &mut Draft) {
 
 /// What a clocked block assigns: the value and its place.
 type Assigned = BTreeMap<SignalId, (ExprId, Span)>;
+
+/// A statement and what is around it. Of two assignments to a signal the later one holds, so a side of an `if` that leaves a signal alone keeps what was
+/// assigned before the `if`, at any depth.
+#[derive(Default)]
+struct Scope<'s> {
+    assigned: Assigned,
+    around: Option<&'s Scope<'s>>,
+}
+
+impl Scope<'_> {
+    /// A side of an `if` that stands here.
+    fn inside(&self) -> Scope<'_> {
+        Scope { assigned: Assigned::new(), around: Some(self) }
+    }
+
+    /// What a signal was assigned so far.
+    fn value(&self, id: SignalId) -> Option<ExprId> {
+        let here = self.assigned.get(&id).map(|entry| entry.0);
+        here.or_else(|| self.around.and_then(|around| around.value(id)))
+    }
+}
 
 struct Parser<'a, 'd> {
     lexer: Lexer<'a>,
@@ -348,15 +381,15 @@ impl<'a> Parser<'a, '_> {
             self.asynchronous_reset()?;
         }
         self.expect(")")?;
-        let mut assigned = Assigned::new();
-        self.statement(&mut assigned, &Assigned::new())?;
+        let mut block = Scope::default();
+        self.statement(&mut block)?;
         if let Some((reset, span)) = self.awaited_reset.take() {
             let name = &self.draft.at(reset).name;
             let message =
                 format!("the block waits for `{name}` too, and does not begin with `if ({name})`");
             self.draft.error(codes::UNSUPPORTED, span, message);
         }
-        for (id, (value, span)) in assigned {
+        for (id, (value, span)) in block.assigned {
             self.define(id, value, true, span);
         }
         Some(())
@@ -380,15 +413,15 @@ impl<'a> Parser<'a, '_> {
         Some(())
     }
 
-    /// A statement of the clocked block; `before` is what was assigned around it.
-    fn statement(&mut self, assigned: &mut Assigned, before: &Assigned) -> Option<()> {
+    /// A statement of the clocked block.
+    fn statement(&mut self, scope: &mut Scope<'_>) -> Option<()> {
         self.enter()?;
         if self.lexer.eat_word("begin") {
             while !self.lexer.eat_word("end") {
                 if self.lexer.token.kind == Kind::End {
                     return self.unexpected("`end`");
                 }
-                self.statement(assigned, before)?;
+                self.statement(scope)?;
             }
         } else if self.lexer.eat_word("if") {
             let start = self.lexer.token.start;
@@ -400,25 +433,21 @@ impl<'a> Parser<'a, '_> {
             {
                 self.awaited_reset = None;
             }
-            let (mut then, mut otherwise) = (Assigned::new(), Assigned::new());
-            self.statement(&mut then, before)?;
+            let (mut then, mut otherwise) = (scope.inside(), scope.inside());
+            self.statement(&mut then)?;
             if self.lexer.eat_word("else") {
-                self.statement(&mut otherwise, before)?;
+                self.statement(&mut otherwise)?;
             }
             let span = self.lexer.span_from(start);
-            let mut ids: Vec<SignalId> = then.keys().chain(otherwise.keys()).copied().collect();
-            ids.sort_unstable();
-            ids.dedup();
+            let sides = then.assigned.keys().chain(otherwise.assigned.keys()).copied();
+            let ids: BTreeSet<SignalId> = sides.collect();
+            let mut both = Assigned::new();
             for id in ids {
-                let old = assigned.get(&id).or_else(|| before.get(&id)).map(|entry| entry.0);
-                let mut pick = |side: &Assigned| match side.get(&id).map(|entry| entry.0).or(old) {
-                    Some(value) => value,
-                    None => self.draft.read(id),
-                };
-                let (a, b) = (pick(&then), pick(&otherwise));
-                let value = self.draft.expr(Expr::Mux(condition, a, b));
-                assigned.insert(id, (value, span));
+                let [a, b] = [&then, &otherwise]
+                    .map(|side| side.value(id).unwrap_or_else(|| self.draft.read(id)));
+                both.insert(id, (self.draft.expr(Expr::Mux(condition, a, b)), span));
             }
+            scope.assigned.extend(both);
         } else if !self.lexer.eat(";") {
             let (name, span) = self.name()?;
             let id = self.draft.signal(name, span);
@@ -428,7 +457,7 @@ impl<'a> Parser<'a, '_> {
             let value = self.expression()?;
             let span = self.lexer.span_from(span.start as usize);
             self.expect(";")?;
-            assigned.insert(id, (value, span));
+            scope.assigned.insert(id, (value, span));
         }
         self.depth -= 1;
         Some(())
@@ -447,12 +476,12 @@ impl<'a> Parser<'a, '_> {
     /// `a ? b : c`, right to left without recursion: conditions and middles wait on a list.
     fn expression(&mut self) -> Option<ExprId> {
         let mut waiting = Vec::new();
-        let mut value = self.or()?;
+        let mut value = self.logical_or()?;
         while self.lexer.eat("?") {
             let then = self.nested()?;
             self.expect(":")?;
             waiting.push((value, then));
-            value = self.or()?;
+            value = self.logical_or()?;
         }
         for (condition, then) in waiting.into_iter().rev() {
             value = self.draft.expr(Expr::Mux(condition, then, value));
@@ -467,9 +496,27 @@ impl<'a> Parser<'a, '_> {
         Some(value)
     }
 
+    // From the sign that binds weakest on: `||`, `&&`, `|`, `^`, `&`, as in table 5-4 of IEEE 1364-2005.
+
+    fn logical_or(&mut self) -> Option<ExprId> {
+        let mut all = vec![self.logical_and()?];
+        while self.lexer.eat("||") {
+            all.push(self.logical_and()?);
+        }
+        Some(self.draft.list(&all, false))
+    }
+
+    fn logical_and(&mut self) -> Option<ExprId> {
+        let mut all = vec![self.or()?];
+        while self.lexer.eat("&&") {
+            all.push(self.or()?);
+        }
+        Some(self.draft.list(&all, true))
+    }
+
     fn or(&mut self) -> Option<ExprId> {
         let mut all = vec![self.xor()?];
-        while self.lexer.eat("|") || self.lexer.eat("||") {
+        while self.lexer.eat("|") {
             all.push(self.xor()?);
         }
         Some(self.draft.list(&all, false))
@@ -493,7 +540,7 @@ impl<'a> Parser<'a, '_> {
 
     fn and(&mut self) -> Option<ExprId> {
         let mut all = vec![self.unary()?];
-        while self.lexer.eat("&") || self.lexer.eat("&&") {
+        while self.lexer.eat("&") {
             all.push(self.unary()?);
         }
         Some(self.draft.list(&all, true))

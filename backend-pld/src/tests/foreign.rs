@@ -196,7 +196,7 @@ fn blif_with_joined_lines_and_both_kinds_of_rows() {
     let logic = accepted(
         Dialect::Blif,
         "# made by hand\n.model m\n.inputs a \\\n b clk\n.outputs x y\n.names a b x # and\n11 1\n.names a b n\n00 0\n.names n q y\n1- 1\n-1 1\n\
-         .latch n q re clk 1\n.latch q r re clk\n.end\n",
+         .latch n q re clk 1\n.latch q r re clk 0\n.end\n",
     );
     assert_eq!(logic.inputs.len(), 2, "the clock is no input");
     for bits in 0..4u8 {

@@ -178,7 +178,9 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
         session.show(&found);
         let why =
             if any_error(&found) { "an output cannot be made" } else { "warnings are denied" };
-        let is_option = |one: &Diagnostic| one.code == grafsynth_driver::codes::UNKNOWN_DEVICE && one.labels.is_empty();
+        let is_option = |one: &Diagnostic| {
+            one.code == grafsynth_driver::codes::UNKNOWN_DEVICE && one.labels.is_empty()
+        };
         if arguments.device.is_some() && found.iter().any(is_option) {
             say(session, net, &built.lines, Some(why));
             return Ok(Exit::Usage);

@@ -53,7 +53,10 @@ impl<'n> Ahead<'n> {
     pub fn batch(&mut self, most: usize) -> (Range<usize>, Vec<Row>) {
         let first = self.made.len();
         let mut rows = Vec::new();
-        while rows.len() < most && self.made.len() < self.reactions && self.tries > 0 && !self.is_over()
+        while rows.len() < most
+            && self.made.len() < self.reactions
+            && self.tries > 0
+            && !self.is_over()
         {
             self.tries -= 1;
             let Some(next) = self.directed.next() else { continue };
