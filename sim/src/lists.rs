@@ -62,7 +62,7 @@ impl Reaction<'_> {
     /// With simultaneous assignments all lists of the micro-step read what stood at its start.
     pub(crate) fn begin_lists(&mut self) {
         if self.net.settings.assign_simultaneous {
-            self.work.before.copy_from(self.state);
+            self.work.before.clone_from(self.state);
             self.work.reads_before = true;
         }
     }

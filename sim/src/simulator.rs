@@ -115,7 +115,7 @@ impl<'n> Simulator<'n> {
 
     /// Puts the net where it stood when [`Simulator::state`] gave this. The state must come from a simulator of the same net.
     pub fn set_state(&mut self, state: &State) {
-        self.state.copy_from(state);
+        self.state.clone_from(state);
         self.row.open = crate::Open::default();
     }
 

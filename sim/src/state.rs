@@ -11,7 +11,7 @@ use crate::situation::Situation;
 /// A state is a bit for each step, a number for each thing that the net uses (variables, timers, edges, latches, the order of activation among
 /// steps that decide conflicts, …) and the pending events. It belongs to the net of the [`Simulator`](crate::Simulator) that gave it;
 /// [`Simulator::save`](crate::Simulator::save) writes it by name.
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+#[derive(Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub struct State {
     pub(crate) situation: Situation,
     pub(crate) cells: Vec<i64>,
@@ -25,9 +25,20 @@ impl State {
     pub fn situation(&self) -> &Situation {
         &self.situation
     }
+}
 
-    /// Becomes equal to `other`, reusing what is allocated.
-    pub(crate) fn copy_from(&mut self, other: &State) {
+impl Clone for State {
+    fn clone(&self) -> Self {
+        State {
+            situation: self.situation.clone(),
+            cells: self.cells.clone(),
+            internal: self.internal.clone(),
+            external: self.external.clone(),
+        }
+    }
+
+    /// Reuses what is allocated.
+    fn clone_from(&mut self, other: &Self) {
         self.situation.copy_from(&other.situation);
         self.cells.clone_from(&other.cells);
         self.internal.clone_from(&other.internal);

@@ -4,6 +4,8 @@
 //! the [`Zone`] of the times at which its clocks can stand. A reaction after any `dt` is tried once for each part of the zone in which no comparison
 //! changes its truth, so what it costs follows from the number of comparisons and not from the length of the times. Every node is reached at each of its
 //! points, and what follows a node is all that can follow one of its points; so whatever is asked of ways is answered exactly, and for any `dt`.
+//!
+//! Most reactions lead to what is known already, so what one costs is what the simulator does and one look at a table: nothing is copied that is not kept.
 
 use std::rc::Rc;
 
@@ -103,6 +105,8 @@ pub(crate) struct States {
     clocks: Vec<Clock>,
     /// Pairs of a node and a row (with a part of its zone) that were tried.
     pub(crate) pairs: u64,
+    /// The same when all was tried that can follow a node, for each node that this is true of.
+    pairs_after: Vec<u64>,
 }
 
 impl States {
@@ -127,6 +131,50 @@ impl States {
             .get_index_of(state)
             .and_then(|at| self.by_state[at].all.first())
             .map(|node| *node as usize)
+    }
+
+    /// What a search within so many pairs answers, without doing it again.
+    ///
+    /// # Errors
+    /// It ends before this one did.
+    pub(crate) fn within(&self, limit: u64) -> Result<(), OpenReason> {
+        let tried = self.pairs_after.partition_point(|pairs| *pairs <= limit);
+        if tried >= self.pairs_after.len() {
+            return Ok(());
+        }
+        // Nodes are numbered as they are found, and they are found from the nodes before, in order.
+        let is_found =
+            |node: &Node| node.parent.as_ref().is_none_or(|it| (it.node as usize) < tried);
+        Err(OpenReason::Pairs { limit, states: self.nodes.partition_point(is_found) })
+    }
+
+    /// Searching one by one, each state without its times is found with at least one value for them: so many pairs are tried at the least, if the states
+    /// that are known here are all that there are.
+    fn least_pairs_one_by_one(&self, net: &Net, limits: &Limits) -> u64 {
+        let relevance = Relevance::of(net);
+        let Ok(alphabet) = Alphabet::of(net, false, limits.rows_per_state) else { return 0 };
+        let mut rows_of: IndexMap<Inputs, u64> = IndexMap::new();
+        let mut pairs: u64 = 0;
+        for state in &self.states {
+            let matter = relevance.inputs(state.situation());
+            let rows = match rows_of.get(&matter) {
+                Some(rows) => *rows,
+                None => {
+                    let rows = alphabet.rows(&matter, limits.rows_per_state);
+                    let rows = rows.map_or(0, |rows| rows.len() as u64);
+                    rows_of.insert(matter, rows);
+                    rows
+                }
+            };
+            let largest = relevance.largest_dt(state.situation()).map_or(0, u64::from);
+            pairs = pairs.saturating_add(rows.saturating_mul(largest + 1));
+        }
+        pairs
+    }
+
+    /// A search one by one, up to the longest time, cannot end within the limits.
+    pub(crate) fn are_too_many_one_by_one(&self, net: &Net, limits: &Limits) -> bool {
+        self.states.len() > limits.states || self.least_pairs_one_by_one(net, limits) > limits.pairs
     }
 
     /// A state of the node; with times, what it is without them.
@@ -225,6 +273,7 @@ fn earliest(n: usize, bounds: &[(usize, usize, i64)]) -> Vec<i64> {
 }
 
 /// How a search ended.
+#[derive(Debug, Clone)]
 pub(crate) enum Ended<B> {
     /// Every state was seen with every input.
     Complete,
@@ -232,6 +281,16 @@ pub(crate) enum Ended<B> {
     Stopped(B),
     /// It was given up, and why.
     Open(OpenReason),
+}
+
+impl<B> Ended<B> {
+    /// Why it was given up, if it was.
+    pub(crate) fn open(&self) -> Option<&OpenReason> {
+        match self {
+            Ended::Complete | Ended::Stopped(_) => None,
+            Ended::Open(why) => Some(why),
+        }
+    }
 }
 
 /// Visits every reaction from every reachable state, nearest to reset first. Inputs that cannot matter in a state keep one value.
@@ -246,29 +305,42 @@ pub(crate) fn explore<'n, B>(
     (search.found, ended)
 }
 
-/// Searches with any `dt`: by zones, and where these are too many one by one. What was visited is collected in a value, made anew for each search.
+/// A search that ended, and what was collected on the way.
+pub(crate) struct Searched<T, B> {
+    pub(crate) seen: T,
+    pub(crate) states: States,
+    pub(crate) ended: Ended<B>,
+    /// Nodes stand for sets of times.
+    pub(crate) by_zones: bool,
+}
+
+/// Searches with any `dt`: by zones, and where these are too many one by one. What was visited is collected in a value, made anew for each search. Gives the
+/// search that answers, or the last one, and the one before that was given up, if there were two.
 pub(crate) fn explore_any<'n, T, B>(
     net: &'n Valid<Net>,
     limits: &Limits,
-    zones: Times,
     begin: impl Fn() -> T,
     visit: impl Fn(&mut T, &States, &Seen<'_, 'n>) -> Option<B>,
-) -> (T, States, Ended<B>) {
-    let has_time = Relevance::of(net).has_time();
-    let first = if has_time { zones } else { Times::Each(Ticks::Any) };
-    let mut seen = begin();
-    let (states, ended) =
-        explore(net, limits, first, &mut |states, one| visit(&mut seen, states, one));
-    // Where hardly any two nodes differ in their times alone, one by one there are no fewer.
-    let is_worth_it = has_time && states.nodes.len() > 4 * states.states.len();
-    if !matches!(ended, Ended::Open(_)) || !is_worth_it {
-        return (seen, states, ended);
-    }
-    let mut seen = begin();
+) -> (Searched<T, B>, Option<Searched<T, B>>) {
+    let search = |times: Times| {
+        let mut seen = begin();
+        let (states, ended) =
+            explore(net, limits, times, &mut |states, one| visit(&mut seen, states, one));
+        Searched { seen, states, ended, by_zones: times == Times::Zones }
+    };
     let each = Times::Each(Ticks::Any);
-    let (states, ended) =
-        explore(net, limits, each, &mut |states, one| visit(&mut seen, states, one));
-    (seen, states, ended)
+    if !Relevance::of(net).has_time() {
+        return (search(each), None);
+    }
+    let zones = search(Times::Zones);
+    let states = &zones.states;
+    // Where hardly any two nodes differ in their times alone, one by one there are no fewer.
+    let is_worth_it = states.nodes.len() > 4 * states.states.len()
+        && !states.are_too_many_one_by_one(net, limits);
+    if zones.ended.open().is_none() || !is_worth_it {
+        return (zones, None);
+    }
+    (search(each), Some(zones))
 }
 
 struct Search<'n, 'l> {
@@ -277,6 +349,9 @@ struct Search<'n, 'l> {
     simulator: Simulator<'n>,
     net: &'n Valid<Net>,
     found: States,
+    /// The row that is tried, and the state that it leads to, in memory that is used again.
+    row: InputRow,
+    after: State,
 }
 
 /// One kind of reactions from a node: a state of the node, `dt`, and what else leads to the same.
@@ -287,6 +362,8 @@ struct Case {
     /// The zone after the latch, and a point of it.
     zone: Zone,
     point: Vec<i64>,
+    /// It can follow each state of the node, after some `dt`.
+    is_sure: bool,
 }
 
 impl<'n, 'l> Search<'n, 'l> {
@@ -302,8 +379,10 @@ impl<'n, 'l> Search<'n, 'l> {
             nodes: Vec::new(),
             clocks,
             pairs: 0,
+            pairs_after: Vec::new(),
         };
-        Search { limits, times, simulator, net, found }
+        let (row, after) = (InputRow::default(), State::default());
+        Search { limits, times, simulator, net, found, row, after }
     }
 
     fn run<B>(
@@ -316,10 +395,9 @@ impl<'n, 'l> Search<'n, 'l> {
             let why = format!("a time is longer than {MAX_DT} ticks");
             return Err(OpenReason::Method(why));
         }
-        let reset = self.simulator.state().clone();
-        let (state, clocks, sources) = self.after(&reset, None)?;
+        let (clocks, sources) = self.leave(None)?;
         let zone = Zone::point(&[]).map(&sources);
-        self.node(state, clocks, zone, None)?;
+        self.node(clocks, zone, None)?;
         let alphabet = match Alphabet::of(net, false, limits.rows_per_state) {
             Ok(alphabet) => alphabet,
             // No stimulus is legal: reset is all there is.
@@ -349,6 +427,7 @@ impl<'n, 'l> Search<'n, 'l> {
                     }
                 }
             }
+            self.found.pairs_after.push(self.found.pairs);
             at += 1;
         }
         Ok(Ended::Complete)
@@ -372,6 +451,7 @@ impl<'n, 'l> Search<'n, 'l> {
             came: Came::default(),
             zone: Zone::point(&[]),
             point: Vec::new(),
+            is_sure: true,
         };
         Some(dts.map(case).collect())
     }
@@ -450,7 +530,8 @@ impl<'n, 'l> Search<'n, 'l> {
         }
         // Where nothing is counted a row is a tick.
         let dt = if clocks.is_empty() { 1 } else { u32::try_from(dt).unwrap_or(MAX_DT) };
-        Case { before, dt, came, zone: part, point }
+        let is_sure = part.earlier().includes(zone);
+        Case { before, dt, came, zone: part, point, is_sure }
     }
 
     fn reaction<B>(
@@ -460,64 +541,48 @@ impl<'n, 'l> Search<'n, 'l> {
         row: &InputRow,
         visit: &mut impl FnMut(&States, &Seen<'_, 'n>) -> Option<B>,
     ) -> Result<Option<B>, OpenReason> {
-        let row = InputRow { dt: case.dt, ..row.clone() };
+        self.row.dt = case.dt;
+        self.row.values.clone_from(&row.values);
         self.found.pairs += 1;
         self.simulator.set_state(&case.before);
-        self.simulator.step(&row);
-        let (state, clocks, zone, sources) = match self.times {
-            Times::Each(_) => {
-                let zone = Zone::point(&[]);
-                (self.simulator.state().clone(), Vec::new(), zone, Vec::new())
-            }
-            Times::Zones | Times::AllZones => {
-                let ran = &self.found.nodes[from].clocks;
-                let reached = self.simulator.state().clone();
-                let (state, clocks, sources) = self.after(&reached, Some((ran, &case.point)))?;
-                let mut zone = case.zone.map(&sources);
-                let last_cut = |clock: &usize| self.found.clocks[*clock].cuts.last().copied();
-                let last: Vec<i64> = clocks.iter().filter_map(last_cut).collect();
-                zone.forget_beyond(&last);
-                (state, clocks, zone, sources)
-            }
-        };
-        let is_sure = match self.times {
-            Times::Each(_) => true,
-            Times::Zones => false,
-            Times::AllZones => case.zone.earlier().includes(&self.found.nodes[from].zone),
-        };
-        let parent =
-            Parent { node: from as u32, row: row.clone(), came: case.came.clone(), sources };
-        let to = self.node(state, clocks, zone, Some(parent))?;
+        self.simulator.step(&self.row);
+        let (clocks, sources) = self.leave(Some((from, &case.point)))?;
+        let mut zone = case.zone.map(&sources);
+        let last_cut = |clock: &usize| self.found.clocks[*clock].cuts.last().copied();
+        let last: Vec<i64> = clocks.iter().filter_map(last_cut).collect();
+        zone.forget_beyond(&last);
+        let to = self.node(clocks, zone, Some((from, case, sources)))?;
         let seen = Seen {
             from,
             to,
             before: &case.before,
-            input: &row,
+            input: &self.row,
             row: self.simulator.row(),
             simulator: &self.simulator,
-            is_sure,
+            is_sure: case.is_sure,
             came: &case.came,
         };
         Ok(visit(&self.found, &seen))
     }
 
-    /// The state without the times of clocks that run, these clocks, and where their times come from. After the latch the clocks in `ran` stood at the
-    /// point beside them; none of both at reset.
-    fn after(
-        &self,
-        reached: &State,
-        ran: Option<(&[usize], &[i64])>,
-    ) -> Result<(State, Vec<usize>, Vec<Source>), OpenReason> {
-        let mut state = reached.clone();
+    /// Leaves the state without the times of clocks that run in `after`; gives these clocks, and where their times come from. After the latch the clocks of
+    /// the node before stood at the point beside it; there is none of both at reset.
+    fn leave(
+        &mut self,
+        ran: Option<(usize, &[i64])>,
+    ) -> Result<(Vec<usize>, Vec<Source>), OpenReason> {
+        let (reached, state) = (self.simulator.state(), &mut self.after);
+        state.clone_from(reached);
         let (mut clocks, mut sources) = (Vec::new(), Vec::new());
         for (at, clock) in self.found.clocks.iter().enumerate() {
             let time = self.simulator.ticks(reached, clock);
             if clock.cuts.is_empty() {
-                self.simulator.set_ticks(&mut state, clock, 0);
+                self.simulator.set_ticks(state, clock, 0);
             } else if !self.simulator.runs(reached, clock) {
-                self.simulator.set_ticks(&mut state, clock, clock.floor(time));
+                self.simulator.set_ticks(state, clock, clock.floor(time));
             } else {
-                let before = ran.and_then(|(ran, point)| {
+                let before = ran.and_then(|(node, point)| {
+                    let ran = &self.found.nodes[node].clocks;
                     let place = ran.iter().position(|other| *other == at)?;
                     (time == clock.saturate(point[place])).then_some(place)
                 });
@@ -531,24 +596,26 @@ impl<'n, 'l> Search<'n, 'l> {
                 };
                 clocks.push(at);
                 sources.push(source);
-                self.simulator.set_ticks(&mut state, clock, 0);
+                self.simulator.set_ticks(state, clock, 0);
             }
         }
-        Ok((state, clocks, sources))
+        Ok((clocks, sources))
     }
 
-    /// The node, made if it is new.
+    /// The node of the state `after` with a zone, made if it is new; beside it what it was found from.
     fn node(
         &mut self,
-        state: State,
         clocks: Vec<usize>,
         zone: Zone,
-        parent: Option<Parent>,
+        from: Option<(usize, &Case, Vec<Source>)>,
     ) -> Result<usize, OpenReason> {
-        let (at, is_new) = self.found.states.insert_full(state);
-        if is_new {
-            self.found.by_state.push(SameState::default());
-        }
+        let at = match self.found.states.get_index_of(&self.after) {
+            Some(at) => at,
+            None => {
+                self.found.by_state.push(SameState::default());
+                self.found.states.insert_full(self.after.clone()).0
+            }
+        };
         let nodes = &mut self.found.by_state[at];
         let has_zones = !matches!(self.times, Times::Each(_));
         // An equal zone is asked for first: it is found at once, and no zone before it includes it, or it would not be there.
@@ -574,6 +641,10 @@ impl<'n, 'l> Search<'n, 'l> {
         if has_zones {
             nodes.by_zone.insert(Rc::clone(&zone), number as u32);
         }
+        let parent = from.map(|(node, case, sources)| {
+            let (node, row, came) = (node as u32, self.row.clone(), case.came.clone());
+            Parent { node, row, came, sources }
+        });
         self.found.nodes.push(Node { state: at, clocks, zone, parent });
         Ok(number)
     }

@@ -14,7 +14,7 @@ use indexmap::IndexSet;
 
 use crate::cover::{self, cover};
 use crate::exclusive::entered;
-use crate::explore::{Ended, Times, explore_any};
+use crate::explore::{Ended, Searched, Seen, States, explore_any};
 use crate::limits::Limits;
 use crate::symbolic::{self, Reached};
 
@@ -26,8 +26,34 @@ const PAIRED: usize = 128;
 /// Facts about situations hold for every stimulus that meets the chart's assumptions, with any `dt`.
 #[must_use]
 pub fn facts(net: &Valid<Net>, limits: &Limits) -> Facts {
+    let note = |watch: &mut Watch<'_>, _: &States, seen: &Seen<'_, '_>| {
+        watch.note_reaction(seen);
+        None::<()>
+    };
+    let (Searched { seen, states, ended, .. }, _) =
+        explore_any(net, limits, || Watch::new(net), note);
+    facts_of(net, limits, &seen, &states, &ended)
+}
+
+/// The facts of a net of which a search within these limits has shown this.
+pub(crate) fn facts_of(
+    net: &Valid<Net>,
+    limits: &Limits,
+    watch: &Watch<'_>,
+    states: &States,
+    ended: &Ended<()>,
+) -> Facts {
     let mut facts = structural_facts(net);
-    explicit_facts(net, limits, &mut facts);
+    match ended.open() {
+        None => explicit_facts(net, limits, watch, states, &mut facts),
+        Some(why) => {
+            if let Err(again) = symbolic_facts(net, limits, &mut facts) {
+                facts.open.push(format!(
+                    "not all states were enumerated: {why}; nor were they found as a decision diagram: {again}"
+                ));
+            }
+        }
+    }
     facts
 }
 
@@ -154,7 +180,7 @@ impl Spread<'_> {
 }
 
 /// What the reactions that were visited show.
-struct Watch<'n> {
+pub(crate) struct Watch<'n> {
     net: &'n Net,
     fired: IdMap<Transition, bool>,
     touched: IdMap<Step, bool>,
@@ -163,7 +189,7 @@ struct Watch<'n> {
 }
 
 impl<'n> Watch<'n> {
-    fn new(net: &'n Valid<Net>) -> Self {
+    pub(crate) fn new(net: &'n Valid<Net>) -> Self {
         let at_reset = Simulator::new(net);
         let mut watch = Watch {
             net,
@@ -177,6 +203,11 @@ impl<'n> Watch<'n> {
         watch
     }
 
+    pub(crate) fn note_reaction(&mut self, seen: &Seen<'_, '_>) {
+        self.note(seen.simulator);
+        self.unstable |= seen.row.fault;
+    }
+
     fn note(&mut self, simulator: &Simulator<'_>) {
         for transition in simulator.fired() {
             self.fired[*transition] = true;
@@ -187,33 +218,16 @@ impl<'n> Watch<'n> {
     }
 }
 
-/// Situations, what is never reached, and how deep a reaction goes, by enumeration.
-fn explicit_facts(net: &Valid<Net>, limits: &Limits, facts: &mut Facts) {
-    let (watch, states, ended) = explore_any::<_, ()>(
-        net,
-        limits,
-        Times::Zones,
-        || Watch::new(net),
-        |watch, _, seen| {
-            watch.note(seen.simulator);
-            watch.unstable |= seen.row.fault;
-            None
-        },
-    );
+/// Situations, what is never reached, and how deep a reaction goes, by the enumeration of all states.
+fn explicit_facts(
+    net: &Valid<Net>,
+    limits: &Limits,
+    watch: &Watch<'_>,
+    states: &States,
+    facts: &mut Facts,
+) {
     let Watch { fired, touched, most, unstable, .. } = watch;
     let mut situations: IndexSet<Vec<u64>> = IndexSet::new();
-    match ended {
-        Ended::Complete => {}
-        Ended::Stopped(()) => return,
-        Ended::Open(why) => {
-            if let Err(again) = symbolic_facts(net, limits, facts) {
-                facts.open.push(format!(
-                    "not all states were enumerated: {why}; nor were they found as a decision diagram: {again}"
-                ));
-            }
-            return;
-        }
-    }
     let mut active = IdMap::filled(&net.steps, false);
     for situation in states.situations() {
         situations.insert(situation.words().to_vec());
@@ -236,7 +250,7 @@ fn explicit_facts(net: &Valid<Net>, limits: &Limits, facts: &mut Facts) {
     if net.settings.evolution == Evolution::Single {
         explicit_components(net, &situations, facts);
     }
-    if matches!(net.settings.evolution, Evolution::Stable { .. }) && !unstable {
+    if matches!(net.settings.evolution, Evolution::Stable { .. }) && !*unstable {
         let by = Proof::Explicit;
         facts.always_stable = Some(by);
         facts.rounds = Some(Proved { value: most.rounds.max(1), by });
@@ -248,7 +262,8 @@ fn explicit_facts(net: &Valid<Net>, limits: &Limits, facts: &mut Facts) {
         facts.single_pending = if !raises_anything(net) {
             Some(Proved { value: true, by: Proof::Structural })
         } else {
-            (!unstable && most.internal <= 1).then_some(Proved { value: true, by: Proof::Explicit })
+            (!*unstable && most.internal <= 1)
+                .then_some(Proved { value: true, by: Proof::Explicit })
         };
     }
 }

@@ -6,6 +6,7 @@
 //! let answers = verify::properties(&net, &limits);                // one for each `assert`
 //! let waits = verify::waiting(&net, &limits);                    // how long each competing transition waits for its turn
 //! let findings = verify::lints(&net, &facts);                     // what is probably not meant
+//! let all = verify::Explored::of(&net, &Limits::default());       // all four of one search
 //! ```
 //!
 //! Four engines stand behind these: the structure of the net ([`cover`], with the decision diagrams of [`exclusive`]), an exhaustive search with the
@@ -21,6 +22,7 @@ pub mod cover;
 pub mod equiv;
 pub mod exclusive;
 mod explore;
+mod explored;
 mod facts;
 mod guards;
 mod limits;
@@ -35,6 +37,7 @@ mod waiting;
 mod zone;
 
 pub use equiv::{Certificate, Counterexample, Method, Verdict, equiv};
+pub use explored::Explored;
 pub use facts::{facts, structural_facts};
 pub use limits::Limits;
 pub use lints::{Check, Checked, Conflict, Decided, Findings, findings, lints};

@@ -10,7 +10,7 @@ use grafsynth_sim::{Simulator, Stimulus, breaks_assumption};
 
 use crate::alphabet::{Alphabet, NoAlphabet};
 use crate::codes;
-use crate::explore::{Ended, Seen, States, Ticks, Times, explore, explore_any};
+use crate::explore::{Ended, Searched, Seen, States, Ticks, Times, explore, explore_any};
 use crate::facts::structural_facts;
 use crate::limits::Limits;
 use crate::relevance::Relevance;
@@ -103,27 +103,64 @@ pub fn with_emergency(net: &Valid<Net>) -> Result<Valid<Net>, Vec<Diagnostic>> {
 /// Decides every `assert` of the net, in order.
 #[must_use]
 pub fn properties(net: &Valid<Net>, limits: &Limits) -> Vec<PropertyVerdict> {
-    let asserts: Vec<(usize, &Property)> = net
-        .properties
-        .iter()
-        .enumerate()
-        .filter(|(_, property)| property.role == PropertyRole::Assert)
-        .collect();
-    let mut outcomes: Vec<Option<Outcome>> = vec![None; asserts.len()];
+    let asserts = asserts(net);
     if asserts.is_empty() {
         return Vec::new();
     }
+    let note = |outcomes: &mut Vec<Option<Outcome>>, states: &States, seen: &Seen<'_, '_>| {
+        note_violations(net, &asserts, outcomes, states, seen, true)
+    };
+    let (Searched { seen, states, ended, .. }, given_up) =
+        explore_any(net, limits, || at_reset(net, &asserts), note);
+    let outcomes = either(seen, given_up.map(|it| it.seen));
+    decide(net, limits, &asserts, outcomes, &states, &ended)
+}
+
+/// Every `assert` with its place.
+pub(crate) fn asserts(net: &Net) -> Vec<(usize, &Property)> {
+    let all = net.properties.iter().enumerate();
+    all.filter(|(_, property)| property.role == PropertyRole::Assert).collect()
+}
+
+/// What the row of the reset breaks.
+pub(crate) fn at_reset(net: &Valid<Net>, asserts: &[(usize, &Property)]) -> Vec<Option<Outcome>> {
     let reset = Simulator::new(net);
-    for ((_, property), outcome) in asserts.iter().zip(&mut outcomes) {
-        if reset.is_violated(property) {
-            *outcome =
-                Some(Outcome::Refuted { stimulus: Stimulus::new(net), row: 0, is_shortest: true });
+    let broken = || Outcome::Refuted { stimulus: Stimulus::new(net), row: 0, is_shortest: true };
+    asserts.iter().map(|(_, property)| reset.is_violated(property).then(broken)).collect()
+}
+
+/// What a search has shown, and for the rest what one that was given up before has.
+pub(crate) fn either(
+    outcomes: Vec<Option<Outcome>>,
+    given_up: Option<Vec<Option<Outcome>>>,
+) -> Vec<Option<Outcome>> {
+    match given_up {
+        None => outcomes,
+        Some(given_up) => {
+            outcomes.into_iter().zip(given_up).map(|(one, other)| one.or(other)).collect()
         }
     }
+}
+
+/// Decides what a search through all states with any `dt` has left open.
+pub(crate) fn decide(
+    net: &Valid<Net>,
+    limits: &Limits,
+    asserts: &[(usize, &Property)],
+    mut outcomes: Vec<Option<Outcome>>,
+    states: &States,
+    ended: &Ended<()>,
+) -> Vec<PropertyVerdict> {
     let mut why_open = Vec::new();
-    match enumerate(net, limits, &asserts, &mut outcomes) {
-        Ok(()) => {}
-        Err(why) => why_open.push(why),
+    match ended {
+        Ended::Complete => {
+            for outcome in outcomes.iter_mut().filter(|outcome| outcome.is_none()) {
+                let by = Proof::Explicit;
+                *outcome = Some(Outcome::Proved { by, states: states.len() as u64 });
+            }
+        }
+        Ended::Stopped(()) => {}
+        Ended::Open(why) => why_open.push(why.clone()),
     }
     if outcomes.iter().any(Option::is_none) {
         let facts = structural_facts(net);
@@ -136,14 +173,14 @@ pub fn properties(net: &Valid<Net>, limits: &Limits) -> Vec<PropertyVerdict> {
     }
     let mut is_broken = vec![false; asserts.len()];
     if outcomes.iter().any(Option::is_none) {
-        by_diagram(net, limits, &asserts, &mut outcomes, &mut is_broken);
+        by_diagram(net, limits, asserts, &mut outcomes, &mut is_broken);
     }
     let mut holds_for_chips = false;
     if outcomes.iter().any(Option::is_none) && Relevance::of(net).has_time() {
-        holds_for_chips = for_chips(net, limits, &asserts, &mut outcomes);
+        holds_for_chips = for_chips(net, limits, asserts, &mut outcomes);
     }
     if outcomes.iter().any(Option::is_none) {
-        at_random(net, limits, &asserts, &mut outcomes);
+        at_random(net, limits, asserts, &mut outcomes);
     }
     asserts
         .iter()
@@ -167,34 +204,6 @@ pub fn properties(net: &Valid<Net>, limits: &Limits) -> Vec<PropertyVerdict> {
         .collect()
 }
 
-/// Asks the enumeration of all states, with any `dt`.
-fn enumerate(
-    net: &Valid<Net>,
-    limits: &Limits,
-    asserts: &[(usize, &Property)],
-    outcomes: &mut Vec<Option<Outcome>>,
-) -> Result<(), OpenReason> {
-    let (found, states, ended) = explore_any(
-        net,
-        limits,
-        Times::Zones,
-        || outcomes.clone(),
-        |found, states, seen| note_violations(net, asserts, found, states, seen, true),
-    );
-    *outcomes = found;
-    match ended {
-        Ended::Complete => {
-            for outcome in outcomes.iter_mut().filter(|outcome| outcome.is_none()) {
-                let by = Proof::Explicit;
-                *outcome = Some(Outcome::Proved { by, states: states.len() as u64 });
-            }
-            Ok(())
-        }
-        Ended::Stopped(()) => Ok(()),
-        Ended::Open(why) => Err(why),
-    }
-}
-
 /// Asks the enumeration of what a chip can do, for a counterexample or for something to say: true if no reaction of at most one tick breaks what is left.
 fn for_chips(
     net: &Valid<Net>,
@@ -209,7 +218,7 @@ fn for_chips(
 }
 
 /// Notes which properties the reaction is the first to break; enough is known if all have an answer.
-fn note_violations(
+pub(crate) fn note_violations(
     net: &Net,
     asserts: &[(usize, &Property)],
     outcomes: &mut [Option<Outcome>],

@@ -81,9 +81,19 @@ pub fn waiting(net: &Valid<Net>, limits: &Limits) -> Result<Vec<Waiting>, OpenRe
         return Ok(Vec::new());
     }
     let (states, ended) = explore::<()>(net, limits, Times::Each(Ticks::Any), &mut |_, _| None);
-    if let Ended::Open(why) = ended {
-        return Err(why);
+    match ended {
+        Ended::Open(why) => Err(why),
+        Ended::Complete | Ended::Stopped(()) => waiting_in(net, limits, &rivals, &states),
     }
+}
+
+/// The same, where all states are known, one by one.
+pub(crate) fn waiting_in(
+    net: &Valid<Net>,
+    limits: &Limits,
+    rivals: &[TransitionId],
+    states: &States,
+) -> Result<Vec<Waiting>, OpenReason> {
     let Ok(alphabet) = Alphabet::of(net, false, limits.rows_per_state) else {
         return Err(OpenReason::Assumptions);
     };
@@ -91,7 +101,7 @@ pub fn waiting(net: &Valid<Net>, limits: &Limits) -> Result<Vec<Waiting>, OpenRe
     net.inputs.ids().for_each(|input| matter.insert(input));
     let too_many = || OpenReason::Rows { limit: limits.rows_per_state };
     let rows = alphabet.rows(&matter, limits.rows_per_state).ok_or_else(too_many)?;
-    let search = Search::of(net, &rivals, states, &rows)?;
+    let search = Search::of(net, rivals, states, &rows)?;
     let answer = |(bit, transition): (usize, &TransitionId)| Waiting {
         transition: *transition,
         wait: search.wait(bit),
@@ -100,7 +110,7 @@ pub fn waiting(net: &Valid<Net>, limits: &Limits) -> Result<Vec<Waiting>, OpenRe
 }
 
 /// Transitions that compete for one step, and whose receptivity is known from a row and a situation.
-fn rivals(net: &Net) -> Vec<TransitionId> {
+pub(crate) fn rivals(net: &Net) -> Vec<TransitionId> {
     let competes = matches!(net.settings.policy, Policy::Priority | Policy::PriorityAge);
     if !competes || net.settings.evolution != Evolution::Single {
         return Vec::new();
@@ -123,18 +133,18 @@ fn rivals(net: &Net) -> Vec<TransitionId> {
 }
 
 /// All reactions of a net.
-struct Search<'n> {
+struct Search<'n, 's> {
     net: &'n Net,
-    states: States,
+    states: &'s States,
     rows: Vec<InputRow>,
     edges: Vec<Edge>,
 }
 
-impl<'n> Search<'n> {
+impl<'n, 's> Search<'n, 's> {
     fn of(
         net: &'n Valid<Net>,
         rivals: &[TransitionId],
-        states: States,
+        states: &'s States,
         rows: &[InputRow],
     ) -> Result<Self, OpenReason> {
         let relevance = Relevance::of(net);

@@ -12,7 +12,7 @@ use grafsynth_driver::read::{Design, NetDesign};
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::{Net, Policy, Property};
 use grafsynth_ir::{Diagnostic, FileId, Valid};
-use grafsynth_verify::{Checked, Limits, Outcome, PropertyVerdict, Scope, Wait, Waiting};
+use grafsynth_verify::{Checked, Explored, Limits, Outcome, PropertyVerdict, Scope, Wait, Waiting};
 use serde_json::json;
 use std::path::Path;
 
@@ -47,9 +47,15 @@ fn one(session: &mut Session, arguments: &Check, input: &Input) -> Result<Exit, 
     let visited = Limits { pairs: visited, ..limits.clone() };
     let name = net.name.to_string();
     progress::doing(format!("exploring what {name} can do"));
-    let facts = grafsynth_verify::facts(net, &visited);
+    // What the emergency promises is asked of the same states as the rest.
+    let (asked, refused) = match grafsynth_verify::with_emergency(net) {
+        Ok(asked) => (asked, Vec::new()),
+        Err(refused) => (net.clone(), refused),
+    };
+    let explored = Explored::of(&asked, &visited);
+    let facts = explored.facts();
     progress::doing(format!("looking for conflicts, dead ends and livelock in {name}"));
-    let findings = grafsynth_verify::findings(net, &facts, &visited);
+    let findings = explored.findings(&facts);
     found.extend(findings.found);
     if arguments.notes.iter().any(|what| what == "conflicts") {
         found.extend(findings.notes);
@@ -64,9 +70,19 @@ fn one(session: &mut Session, arguments: &Check, input: &Input) -> Result<Exit, 
     }
     session.show(&found);
     progress::doing(format!("proving the asserts of {name}"));
-    let mut exit = properties(session, net, &limits);
+    let mut exit = Exit::Done;
+    if !refused.is_empty() {
+        session.show(&refused);
+        let message = "its condition cannot stand in a property";
+        let answer = Answer::new(About::Assert, "emergency", Status::Open, message);
+        session.answer(&answer, &format!("open     emergency: {message}\n"));
+        exit = Exit::Open;
+    }
+    for PropertyVerdict { property, outcome } in explored.properties(&limits) {
+        exit = exit.worse(said(session, &asked, &asked.properties[property], &outcome));
+    }
     progress::doing(format!("looking how long transitions of {name} wait"));
-    waits(session, net, &limits);
+    waits(session, net, &explored, &limits);
     if session.demands.refuse(&found) {
         return Ok(exit.worse(Exit::Errors));
     }
@@ -238,25 +254,6 @@ fn counted(n: usize, one: &str, many: &str) -> String {
     format!("{n} {}", if n == 1 { one } else { many })
 }
 
-/// Says of each property whether it holds.
-fn properties(session: &Session, net: &Valid<Net>, limits: &Limits) -> Exit {
-    let (net, mut exit) = match grafsynth_verify::with_emergency(net) {
-        Ok(net) => (net, Exit::Done),
-        Err(found) => {
-            session.show(&found);
-            let message = "its condition cannot stand in a property";
-            let answer = Answer::new(About::Assert, "emergency", Status::Open, message);
-            session.answer(&answer, &format!("open     emergency: {message}\n"));
-            (net.clone(), Exit::Open)
-        }
-    };
-    for PropertyVerdict { property, outcome } in grafsynth_verify::properties(&net, limits) {
-        let property = &net.properties[property];
-        exit = exit.worse(said(session, &net, property, &outcome));
-    }
-    exit
-}
-
 /// Says of one property whether it holds.
 fn said(session: &Session, net: &Valid<Net>, property: &Property, outcome: &Outcome) -> Exit {
     let span = property.meta.span;
@@ -310,11 +307,11 @@ fn said(session: &Session, net: &Valid<Net>, property: &Property, outcome: &Outc
 }
 
 /// Says how long transitions that compete wait for their turn: a bound under `priority-age`, and under any policy the cycle on which one starves.
-fn waits(session: &Session, net: &Valid<Net>, limits: &Limits) {
+fn waits(session: &Session, net: &Valid<Net>, explored: &Explored<'_>, limits: &Limits) {
     // It is asked in passing, so it may not take long.
     let limits = Limits { pairs: limits.pairs.min(200_000), ..limits.clone() };
     let by_age = net.settings.policy == Policy::PriorityAge;
-    let waits = match grafsynth_verify::waiting(net, &limits) {
+    let waits = match explored.waiting(&limits) {
         Ok(waits) => waits,
         Err(why) => {
             let subject = "how long transitions wait for their turn";

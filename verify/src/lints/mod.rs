@@ -3,6 +3,8 @@
 
 mod search;
 
+pub(crate) use search::Shown;
+
 use std::collections::BTreeSet;
 
 use grafsynth_ir::facts::Facts;
@@ -10,6 +12,7 @@ use grafsynth_ir::net::{Net, StepId, TransitionId, TransitionKind};
 use grafsynth_ir::{Diagnostic, Valid};
 
 use crate::codes;
+use crate::explored::Explored;
 use crate::limits::Limits;
 use crate::properties::check_assumption;
 use crate::verdict::OpenReason;
@@ -104,6 +107,17 @@ pub fn lints(net: &Valid<Net>, facts: &Facts) -> Vec<Diagnostic> {
 /// As [`lints`], with limits of one's own for the search, and with what was looked for.
 #[must_use]
 pub fn findings(net: &Valid<Net>, facts: &Facts, limits: &Limits) -> Findings {
+    let limits = search::limits(facts, limits);
+    findings_in(net, facts, &limits, &Explored::of(net, &limits))
+}
+
+/// The same of a net that was searched within these limits.
+pub(crate) fn findings_in(
+    net: &Valid<Net>,
+    facts: &Facts,
+    limits: &Limits,
+    explored: &Explored<'_>,
+) -> Findings {
     let mut findings = Findings::default();
     if let Some(error) = check_assumption(net) {
         // Where no input is possible nothing ever happens, and whatever else could be said follows from that.
@@ -120,7 +134,7 @@ pub fn findings(net: &Valid<Net>, facts: &Facts, limits: &Limits) -> Findings {
         let open = (!is_counted).then(not_counted);
         findings.checked.push(Checked { check: Check::Sharing, open });
     }
-    search::run(net, facts, limits, &mut findings);
+    search::run(net, facts, limits, explored, &mut findings);
     findings.checked.sort_by_key(|checked| checked.check);
     findings
 }

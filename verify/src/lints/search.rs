@@ -13,7 +13,8 @@ use grafsynth_sim::{InputRow, Noticed, Simulator, Situation, State, Stimulus, Wr
 use super::{Check, Checked, Conflict, Decided, Findings, step_names};
 use crate::codes;
 use crate::exclusive::{all_compatible_pairs, bare, compatible_pairs, entered};
-use crate::explore::{Ended, Seen, States, Ticks, Times, explore};
+use crate::explore::{Ended, Searched, Seen, States, Ticks, Times, explore};
+use crate::explored::Explored;
 use crate::guards::{holds, is_enabled, reads_inputs_only};
 use crate::limits::Limits;
 use crate::symbolic;
@@ -24,18 +25,22 @@ const EDGE_LIMIT: usize = 4_000_000;
 /// Pairs that a search may try of which it is known beforehand that it does not end.
 const HOPELESS: u64 = 200_000;
 
-/// One search that answers all questions about states.
-struct Search<'n> {
+/// Pairs of transitions.
+type Together = BTreeSet<(TransitionId, TransitionId)>;
+
+/// What a search shows, for all questions about states.
+pub(crate) struct Shown<'n> {
     net: &'n Valid<Net>,
     /// Transitions that compete, whose chances are followed.
     rivals: Vec<TransitionId>,
     /// Pairs that fired in one micro-step and share a preceding step, in declaration order.
-    together: BTreeSet<(TransitionId, TransitionId)>,
+    together: Together,
     /// Pairs of a winner and a loser under the conflict policy.
     contests: BTreeSet<(TransitionId, TransitionId)>,
+    /// The reactions, for questions about cycles and ends.
     edges: Vec<Edge>,
-    /// Edges are followed, for questions about cycles and ends.
-    keeps_edges: bool,
+    /// Why not all of them are here, if they are not.
+    edges_open: Option<OpenReason>,
     n_noticed: usize,
     noticed: BTreeMap<Noticed, (Vec<InputRow>, State)>,
 }
@@ -52,69 +57,44 @@ struct Edge {
     is_sure: bool,
 }
 
-/// Looks for everything that only the reachable states show.
-pub(super) fn run(net: &Valid<Net>, facts: &Facts, limits: &Limits, findings: &mut Findings) {
+/// The limits of a search for findings, when it is known whether one like it ended.
+pub(super) fn limits(facts: &Facts, limits: &Limits) -> Limits {
     let is_enumerated =
         facts.reach.as_ref().is_some_and(|reach| reach.by == Proof::Explicit && reach.exact);
     let pairs = if is_enumerated { limits.pairs } else { limits.pairs.min(HOPELESS) };
-    let limits = &Limits { pairs, ..limits.clone() };
-    let has_time = crate::relevance::Relevance::of(net).has_time();
-    let (all, each) = (Times::AllZones, Times::Each(Ticks::Any));
-    let (mut search, mut states, mut ended) =
-        Search::of(net, limits, if has_time { all } else { each });
-    let is_exact = |search: &Search<'_>, states: &States, ended: &Ended<()>| {
-        matches!(ended, Ended::Complete)
-            && search.alive(states, |_| true) == search.alive(states, |edge| edge.is_sure)
-    };
-    // A node that stands for states with different futures can hide that one of them has none.
-    let mut ends_open = None;
-    if has_time && !is_exact(&search, &states, &ended) {
-        let (one_by_one, states_of_it, ended_of_it) = Search::of(net, limits, each);
-        match ended_of_it {
-            Ended::Complete => (search, states, ended) = (one_by_one, states_of_it, ended_of_it),
-            Ended::Open(why) => ends_open = Some(why),
-            Ended::Stopped(()) => {}
-        }
-    }
-    let graph_open = match &ended {
-        Ended::Complete if search.edges.len() < EDGE_LIMIT => None,
-        Ended::Complete | Ended::Stopped(()) => {
-            Some(OpenReason::Method(format!("more than {EDGE_LIMIT} reactions")))
-        }
-        Ended::Open(why) => Some(why.clone()),
-    };
-    let mut seen_open = graph_open.clone();
+    Limits { pairs, ..limits.clone() }
+}
+
+/// Looks for everything that only the reachable states show.
+pub(super) fn run(
+    net: &Valid<Net>,
+    facts: &Facts,
+    limits: &Limits,
+    explored: &Explored<'_>,
+    findings: &mut Findings,
+) {
+    let seen_open = explored.last().ended.open().cloned();
+    let widest = &explored.widest().seen.shown;
     let mut late = Vec::new();
-    if graph_open.is_none() {
-        // Both show what is there; whether that is all is another question.
-        findings.dead_ends = search.dead_ends(&states, &mut late);
-        search.starvation(&states, &mut late);
-    } else if has_time {
-        // What happens at all is known with fewer nodes.
-        let (less, _, ended) = Search::of(net, limits, Times::Zones);
-        seen_open = match ended {
-            Ended::Complete | Ended::Stopped(()) => None,
-            Ended::Open(why) => Some(why),
-        };
-        search = less;
-    }
+    let (ends_open, starvation_open) = ways(net, limits, explored, findings, &mut late);
+    let mut together = widest.together.clone();
     let mut conflicts_open = seen_open.clone();
-    if seen_open.is_some() && search.ask_diagram(facts, limits) {
+    if seen_open.is_some() && widest.ask_diagram(facts, limits, &mut together) {
         conflicts_open = None;
     }
-    findings.conflicts = search.conflicts(&mut findings.found);
-    search.notes(&mut findings.found);
+    findings.conflicts = widest.conflicts(&together, &mut findings.found);
+    widest.notes(&mut findings.found);
     findings.found.append(&mut late);
-    let decided = search.contests.iter();
+    let decided = widest.contests.iter();
     findings.decided =
         decided.map(|(winner, loser)| Decided { winner: *winner, loser: *loser }).collect();
-    findings.notes = search.decided();
+    findings.notes = widest.decided();
     let is_single = net.settings.evolution == Evolution::Single;
     let mut check = |check, open: &Option<OpenReason>| {
         findings.checked.push(Checked { check, open: open.clone() });
     };
     check(Check::Conflicts, &conflicts_open);
-    check(Check::DeadEnds, if graph_open.is_some() { &graph_open } else { &ends_open });
+    check(Check::DeadEnds, &ends_open);
     if can_race(net) {
         check(Check::Races, &seen_open);
     }
@@ -124,32 +104,120 @@ pub(super) fn run(net: &Valid<Net>, facts: &Facts, limits: &Limits, findings: &m
         check(Check::Livelock, if is_bounded { &None } else { &seen_open });
     }
     if is_single && matches!(net.settings.policy, Policy::Priority | Policy::PriorityAge) {
-        check(Check::Starvation, &graph_open);
+        check(Check::Starvation, &starvation_open);
     }
 }
 
-impl<'n> Search<'n> {
-    /// A search to the end, or to its limit.
-    fn of(net: &'n Valid<Net>, limits: &Limits, times: Times) -> (Self, States, Ended<()>) {
-        let mut search = Search {
+/// Answers the questions about ways: dead ends and starvation. Gives why each of them is open, if it is.
+///
+/// A search by zones leaves out zones that lie in others, so an edge may lead to a node of which only a part can follow. An edge that is sure still says
+/// something of each state of its node, and one that is missing of none; where both come to the same, that is the answer. Only where they do not, more
+/// nodes are told apart.
+fn ways(
+    net: &Valid<Net>,
+    limits: &Limits,
+    explored: &Explored<'_>,
+    findings: &mut Findings,
+    out: &mut Vec<Diagnostic>,
+) -> (Option<OpenReason>, Option<OpenReason>) {
+    let Searched { seen, states, ended, by_zones } = explored.last();
+    let shown = &seen.shown;
+    if let Some(why) = ended.open().or(shown.edges_open.as_ref()) {
+        // With more nodes for the same states there is no more hope. One by one they may be fewer, unless that was tried.
+        let few = Limits { pairs: limits.pairs.min(HOPELESS), ..limits.clone() };
+        if *by_zones && let Ok((each, states)) = Shown::one_by_one(net, states, &few) {
+            findings.dead_ends = each.dead_ends(&states, out);
+            each.starvation(each.starving(&states, |_| true), out);
+            return (None, None);
+        }
+        return (Some(why.clone()), Some(why.clone()));
+    }
+    let starving = shown.starving(states, |_| true);
+    let starves_for_sure = shown.starving(states, |edge| edge.is_sure);
+    let are_ends_exact = shown.are_ends_exact(states);
+    if are_ends_exact && starving == starves_for_sure {
+        findings.dead_ends = shown.dead_ends(states, out);
+        shown.starvation(starving, out);
+        return (None, None);
+    }
+    let (all, all_states, all_ended) = Shown::of(net, limits, Times::AllZones);
+    let all_open = all_ended.open().or(all.edges_open.as_ref());
+    if all_open.is_none() && all.are_ends_exact(&all_states) {
+        findings.dead_ends = all.dead_ends(&all_states, out);
+        all.starvation(all.starving(&all_states, |_| true), out);
+        return (None, None);
+    }
+    // A node that stands for states with different futures can hide that one of them has none.
+    match (Shown::one_by_one(net, states, limits), all_open) {
+        (Ok((each, states)), _) => {
+            findings.dead_ends = each.dead_ends(&states, out);
+            each.starvation(each.starving(&states, |_| true), out);
+            (None, None)
+        }
+        // Both show what is there; whether that is all is another question.
+        (Err(why), None) => {
+            findings.dead_ends = all.dead_ends(&all_states, out);
+            all.starvation(all.starving(&all_states, |_| true), out);
+            ((!are_ends_exact).then_some(why), None)
+        }
+        (Err(_), Some(why)) => {
+            findings.dead_ends = shown.dead_ends(states, out);
+            shown.starvation(starves_for_sure, out);
+            let open = |is_exact: bool| (!is_exact).then(|| why.clone());
+            (open(are_ends_exact), open(starving == starves_for_sure))
+        }
+    }
+}
+
+impl<'n> Shown<'n> {
+    /// What the reset shows.
+    pub(crate) fn new(net: &'n Valid<Net>) -> Self {
+        let mut shown = Shown {
             net,
             rivals: rivals(net),
             together: BTreeSet::new(),
             contests: BTreeSet::new(),
             edges: Vec::new(),
-            keeps_edges: times != Times::Zones,
+            edges_open: None,
             n_noticed: 0,
             noticed: BTreeMap::new(),
         };
         // A statechart runs to completion in its reset.
-        search.firings(&Simulator::new(net));
+        shown.firings(&Simulator::new(net));
+        shown
+    }
+
+    /// A search to the end, or to its limit.
+    fn of(net: &'n Valid<Net>, limits: &Limits, times: Times) -> (Self, States, Ended<()>) {
+        let mut shown = Shown::new(net);
         let (states, ended) = explore(net, limits, times, &mut |states, seen| {
-            search.note(states, seen);
+            shown.note(states, seen);
             None::<()>
         });
-        search.edges.sort_unstable();
-        search.edges.dedup();
-        (search, states, ended)
+        shown.settle();
+        (shown, states, ended)
+    }
+
+    /// A search of all states one by one, each `dt` up to the longest time. `known` are some of the states without their times.
+    fn one_by_one(
+        net: &'n Valid<Net>,
+        known: &States,
+        limits: &Limits,
+    ) -> Result<(Self, States), OpenReason> {
+        if known.are_too_many_one_by_one(net, limits) {
+            return Err(OpenReason::Pairs { limit: limits.pairs, states: known.len() });
+        }
+        let (shown, states, ended) = Shown::of(net, limits, Times::Each(Ticks::Any));
+        match ended.open().or(shown.edges_open.as_ref()) {
+            None => Ok((shown, states)),
+            Some(why) => Err(why.clone()),
+        }
+    }
+
+    /// When all was noted.
+    pub(crate) fn settle(&mut self) {
+        self.edges.sort_unstable();
+        self.edges.dedup();
     }
 
     fn firings(&mut self, simulator: &Simulator<'_>) {
@@ -171,14 +239,14 @@ impl<'n> Search<'n> {
 
     /// Finds the pairs that fire together without a search: from the receptivities alone, or from the decision diagram of all reachable states. False if
     /// that is not known of all of them.
-    fn ask_diagram(&mut self, facts: &Facts, limits: &Limits) -> bool {
+    fn ask_diagram(&self, facts: &Facts, limits: &Limits, together: &mut Together) -> bool {
         let net = self.net;
         if net.settings.policy != Policy::All || net.settings.fire_one {
             return net.settings.fire_one;
         }
         let unknown: Vec<(TransitionId, TransitionId)> = all_compatible_pairs(net)
             .into_iter()
-            .filter(|(first, second)| !self.together.contains(&(*first, *second)))
+            .filter(|pair| !together.contains(pair))
             .filter(|(first, second)| {
                 !does_the_same(&net.transitions[*first], &net.transitions[*second])
             })
@@ -188,13 +256,14 @@ impl<'n> Search<'n> {
         }
         let Ok(reached) = symbolic::reach(net, facts, limits, &[], &unknown) else { return false };
         if reached.exact {
-            let together = unknown.into_iter().zip(&reached.pairs).filter(|(_, fire)| **fire);
-            self.together.extend(together.map(|(pair, _)| pair));
+            let found = unknown.into_iter().zip(&reached.pairs).filter(|(_, fire)| **fire);
+            together.extend(found.map(|(pair, _)| pair));
         }
         reached.exact
     }
 
-    fn note(&mut self, states: &States, seen: &Seen<'_, 'n>) {
+    /// Notes a reaction.
+    pub(crate) fn note(&mut self, states: &States, seen: &Seen<'_, 'n>) {
         let net = self.net;
         self.firings(seen.simulator);
         let notes = seen.simulator.notes();
@@ -206,7 +275,9 @@ impl<'n> Search<'n> {
             }
             self.n_noticed = notes.iter().count();
         }
-        if !self.keeps_edges || self.edges.len() >= EDGE_LIMIT {
+        if self.edges.len() >= EDGE_LIMIT {
+            let why = || OpenReason::Method(format!("more than {EDGE_LIMIT} reactions"));
+            self.edges_open.get_or_insert_with(why);
             return;
         }
         let fired = seen.simulator.fired();
@@ -233,10 +304,10 @@ impl<'n> Search<'n> {
     }
 
     /// Two transitions that leave a step in one micro-step. Of two that do the same, firing both does what firing one does.
-    fn conflicts(&self, out: &mut Vec<Diagnostic>) -> Vec<Conflict> {
+    fn conflicts(&self, together: &Together, out: &mut Vec<Diagnostic>) -> Vec<Conflict> {
         let net = self.net;
         let mut conflicts = Vec::new();
-        for (a, b) in &self.together {
+        for (a, b) in together {
             let Some(step) = shared_step(net, *a, *b) else { continue };
             let (first, second) = (&net.transitions[*a], &net.transitions[*b]);
             if does_the_same(first, second) {
@@ -455,6 +526,11 @@ impl<'n> Search<'n> {
         error.help("let one of these wait for an edge, an event or a time; `evolution single` makes one micro-step a reaction")
     }
 
+    /// What fires from one state of a node sooner or later does so from all of them: the ends that are found are all there are.
+    fn are_ends_exact(&self, states: &States) -> bool {
+        self.alive(states, |_| true) == self.alive(states, |edge| edge.is_sure)
+    }
+
     /// For each node whether something fires in it or later, by edges that are `kept`.
     fn alive(&self, states: &States, kept: impl Fn(&Edge) -> bool) -> Vec<bool> {
         let n = states.len();
@@ -532,18 +608,17 @@ impl<'n> Search<'n> {
         found
     }
 
-    /// Competing transitions that are fireable again and again on some cycle and never fire there.
-    fn starvation(&self, states: &States, out: &mut Vec<Diagnostic>) {
-        let net = self.net;
-        let mut starving: BTreeMap<StepId, Vec<TransitionId>> = BTreeMap::new();
-        for (bit, rival) in self.rivals.iter().enumerate() {
+    /// Competing transitions that are fireable again and again on some cycle of edges that are `kept`, and never fire there: a bit for each rival.
+    fn starving(&self, states: &States, kept: impl Fn(&Edge) -> bool) -> u32 {
+        let mut starving = 0;
+        for bit in 0..self.rivals.len() {
             let mut graph: petgraph::graph::DiGraph<(), ()> = petgraph::graph::DiGraph::new();
             (0..states.len()).for_each(|_| {
                 graph.add_node(());
             });
-            let kept = || self.edges.iter().filter(|edge| edge.won >> bit & 1 == 0);
+            let lost = || self.edges.iter().filter(|edge| edge.won >> bit & 1 == 0 && kept(edge));
             let node = |state: u32| petgraph::graph::NodeIndex::new(state as usize);
-            for edge in kept() {
+            for edge in lost() {
                 graph.update_edge(node(edge.from), node(edge.to), ());
             }
             let mut component = vec![0_usize; states.len()];
@@ -551,14 +626,23 @@ impl<'n> Search<'n> {
                 members.into_iter().for_each(|member| component[member.index()] = number);
             }
             // It loses on an edge within a strongly connected part, so it can lose there for ever. Something else must have fired on it.
-            let loses = kept().any(|edge| {
+            let loses = lost().any(|edge| {
                 edge.lost >> bit & 1 == 1
                     && edge.fires
                     && component[edge.from as usize] == component[edge.to as usize]
             });
-            if loses {
-                starving.entry(net.transitions[*rival].requires[0]).or_default().push(*rival);
-            }
+            starving |= u32::from(loses) << bit;
+        }
+        starving
+    }
+
+    /// Says which of the rivals starve.
+    fn starvation(&self, bits: u32, out: &mut Vec<Diagnostic>) {
+        let net = self.net;
+        let mut starving: BTreeMap<StepId, Vec<TransitionId>> = BTreeMap::new();
+        let rivals = self.rivals.iter().enumerate().filter(|(bit, _)| bits >> bit & 1 == 1);
+        for (_, rival) in rivals {
+            starving.entry(net.transitions[*rival].requires[0]).or_default().push(*rival);
         }
         for (step, transitions) in starving {
             let names: Vec<String> = transitions

@@ -1,0 +1,119 @@
+//! One search through all reachable states, for everything that is asked of them.
+
+use grafsynth_ir::Valid;
+use grafsynth_ir::facts::Facts;
+use grafsynth_ir::net::Net;
+
+use crate::explore::{Searched, explore_any};
+use crate::facts::{Watch, facts_of};
+use crate::limits::Limits;
+use crate::lints::{Findings, Shown, findings_in};
+use crate::properties::{
+    Outcome, PropertyVerdict, asserts, at_reset, decide, either, note_violations, properties,
+};
+use crate::relevance::Relevance;
+use crate::verdict::OpenReason;
+use crate::waiting::{Waiting, rivals, waiting, waiting_in};
+
+/// What a search through all reachable states of a net shows: its facts, what is probably not meant, its asserts, and how long transitions wait. Each
+/// answer is the one that [`facts`](crate::facts), [`findings`](crate::findings), [`properties`] and [`waiting`] give within the same limits; the states
+/// that they all look at are visited once.
+pub struct Explored<'n> {
+    net: &'n Valid<Net>,
+    limits: Limits,
+    search: Searched<Collected<'n>, ()>,
+    /// A search that was given up before.
+    given_up: Option<Searched<Collected<'n>, ()>>,
+}
+
+/// What is collected from the reactions.
+pub(crate) struct Collected<'n> {
+    watch: Watch<'n>,
+    pub(crate) shown: Shown<'n>,
+    outcomes: Vec<Option<Outcome>>,
+}
+
+impl<'n> Explored<'n> {
+    /// Searches all states within the limits.
+    #[must_use]
+    pub fn of(net: &'n Valid<Net>, limits: &Limits) -> Self {
+        let asserts = asserts(net);
+        let begin = || Collected {
+            watch: Watch::new(net),
+            shown: Shown::new(net),
+            outcomes: at_reset(net, &asserts),
+        };
+        let (mut search, given_up) = explore_any(net, limits, begin, |collected, states, seen| {
+            collected.watch.note_reaction(seen);
+            collected.shown.note(states, seen);
+            // When all are broken the others still want to see the rest.
+            let _ = note_violations(net, &asserts, &mut collected.outcomes, states, seen, true);
+            None
+        });
+        search.seen.shown.settle();
+        Explored { net, limits: limits.clone(), search, given_up }
+    }
+
+    /// As [`facts`](crate::facts).
+    #[must_use]
+    pub fn facts(&self) -> Facts {
+        let Searched { seen, states, ended, .. } = &self.search;
+        facts_of(self.net, &self.limits, &seen.watch, states, ended)
+    }
+
+    /// As [`findings`](crate::findings). `facts` are those of the same net.
+    #[must_use]
+    pub fn findings(&self, facts: &Facts) -> Findings {
+        findings_in(self.net, facts, &self.limits, self)
+    }
+
+    /// As [`properties`]; a search that did not end is done again if more is allowed now.
+    #[must_use]
+    pub fn properties(&self, limits: &Limits) -> Vec<PropertyVerdict> {
+        let asserts = asserts(self.net);
+        if asserts.is_empty() {
+            return Vec::new();
+        }
+        let Searched { seen, states, ended, .. } = &self.search;
+        if ended.open().is_some() && *limits != self.limits {
+            return properties(self.net, limits);
+        }
+        let given_up = self.given_up.as_ref().map(|it| it.seen.outcomes.clone());
+        let outcomes = either(seen.outcomes.clone(), given_up);
+        decide(self.net, limits, &asserts, outcomes, states, ended)
+    }
+
+    /// As [`waiting`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn waiting(&self, limits: &Limits) -> Result<Vec<Waiting>, OpenReason> {
+        // Where times are counted, it asks for other states than these.
+        if Relevance::of(self.net).has_time() || limits.pairs > self.limits.pairs {
+            return waiting(self.net, limits);
+        }
+        let rivals = rivals(self.net);
+        if rivals.is_empty() {
+            return Ok(Vec::new());
+        }
+        let Searched { states, ended, .. } = &self.search;
+        states.within(limits.pairs)?;
+        match ended.open() {
+            Some(why) => Err(why.clone()),
+            None => waiting_in(self.net, limits, &rivals, states),
+        }
+    }
+
+    /// What answers, or was looked at last.
+    pub(crate) fn last(&self) -> &Searched<Collected<'n>, ()> {
+        &self.search
+    }
+
+    /// The search that looked at most of what there is, if none ended.
+    pub(crate) fn widest(&self) -> &Searched<Collected<'n>, ()> {
+        match &self.given_up {
+            Some(given_up) if self.search.ended.open().is_some() => given_up,
+            Some(_) | None => &self.search,
+        }
+    }
+}
