@@ -55,7 +55,8 @@ const CELLS: &[(&str, usize, i32, &str)] = &[
     ("check", 1, 1, "good.graf --board bad.board"),
     ("check", 1, 1, "empty.graf"),
     ("check", 2, 1, "good.graf --certify -"),
-    ("check", 10, 4, "impossible.graf --deny open"),
+    ("check", 2, 1, "impossible.graf"),
+    ("check", 10, 4, "wide.graf --deny open"),
     ("check", 3, 2, "good.graf --proof-limit x"),
     ("check", 4, 2, "missing.graf"),
     ("check", 5, 2, "good.graf >"),
@@ -249,6 +250,10 @@ fn files(folder: &Path) {
     put("late_trace.csv", "scan,a,b,Q\n0,0,0,0\n0,1,0,0\n");
     put("never.graf", &GOOD.replace("assert", "assume never a\n    assert"));
     put("always.graf", &GOOD.replace("assert", "assume always a\n    assert"));
+    put(
+        "wide.graf",
+        "chart wide {\n    input a: int 0..60000\n    input b: int 0..60000\n    output q\n    initial step s\n    step t { q }\n    s -> t when a > b\n    t -> s when b > a\n}\n",
+    );
     put(
         "impossible.graf",
         &GOOD.replace("assert", "assume never a\n    assume always a\n    assert"),

@@ -41,6 +41,10 @@ fn one(session: &mut Session, arguments: &Check, input: &Input) -> Result<Exit, 
         Design::Logic(design) => return Ok(logic(session, &design, found)),
     };
     let net = &design.net;
+    if session.is_impossible(net) {
+        session.show(&found);
+        return Ok(Exit::Errors);
+    }
     let limits = Limits { pairs: arguments.limits.proof_limit, ..Limits::default() };
     // A large chart has more states than can be visited; what its structure shows is found without them.
     let visited = if net.steps.len() > LARGE { limits.pairs.min(100_000) } else { limits.pairs };
@@ -88,11 +92,6 @@ fn one(session: &mut Session, arguments: &Check, input: &Input) -> Result<Exit, 
     }
     counts(session, net, &facts);
     if findings.checked.iter().any(|one| one.open.is_some()) {
-        exit = exit.worse(session.demands.unchecked());
-    }
-    if findings.checked.is_empty() {
-        let answer = Answer::new(About::Lint, "all", Status::Open, "no row of inputs is possible");
-        session.answer(&answer, "not checked: anything (no row of inputs meets all assumptions)\n");
         exit = exit.worse(session.demands.unchecked());
     }
     looked_for(session, &findings.checked);
