@@ -302,7 +302,9 @@ impl Session {
             let one = files::canonical(&path.to_string_lossy());
             if read.contains(&one) {
                 let path = path.display();
-                return Err(Stop::Usage(format!("cannot write {path}: it is what is read")));
+                return Err(Stop::Usage(format!(
+                    "cannot write {path}: the design is read from it"
+                )));
             }
             if written.contains(&one) {
                 let path = path.display();

@@ -5,8 +5,8 @@ use crate::codes;
 use crate::compare::{self, Outcome, nothing_in_common};
 use crate::logic::LogicDesign;
 use crate::run::{logic_trace, net_trace};
-use grafsynth_ir::logic::{Logic, Node, PinRole};
-use grafsynth_ir::net::{Driver, Net, OutputId};
+use grafsynth_ir::logic::{FlopId, Logic, Node, PinRole};
+use grafsynth_ir::net::{Driver, InputId, Net, OutputId};
 use grafsynth_ir::{Diagnostic, Valid};
 use grafsynth_logic::chip::most_clocks;
 use grafsynth_sim::{ColumnKind, Difference, Stimulus, Trace};
@@ -28,16 +28,37 @@ impl Renames {
             if old.is_empty() || new.is_empty() {
                 return Err(text.clone());
             }
-            Ok((old.to_lowercase(), new.to_lowercase()))
+            Ok((old.to_owned(), new.to_owned()))
         };
         Ok(Renames(pairs.iter().map(pair).collect::<Result<_, _>>()?))
     }
 
-    /// What a name of the second design is called in the first, without letter case.
-    fn apply(&self, name: &str) -> String {
-        let name = name.to_lowercase();
-        self.0.iter().find(|(old, _)| *old == name).map_or(name, |(_, new)| new.clone())
+    /// What a name of the second design is called in the first. The letter case of `old` counts where two pairs differ in nothing else.
+    fn apply<'n>(&'n self, name: &'n str) -> &'n str {
+        let pair = |is: &dyn Fn(&str) -> bool| self.0.iter().find(|(old, _)| is(old));
+        let exact = pair(&|old| old == name);
+        exact.or_else(|| pair(&|old| is_alike(old, name))).map_or(name, |(_, new)| new)
     }
+}
+
+/// The names are equal but for letter case.
+fn is_alike(a: &str, b: &str) -> bool {
+    a.to_lowercase() == b.to_lowercase()
+}
+
+/// Which name of the first design one of the second means: the same, else the only one that differs in letter case alone, if no other name of the second
+/// could mean it. `others` are all names of the second.
+fn twin<T>(name: &str, known: &[(T, &str)], others: &[&str]) -> Option<T>
+where
+    T: Copy,
+{
+    if let Some((id, _)) = known.iter().find(|(_, known)| *known == name) {
+        return Some(*id);
+    }
+    let mut alike = known.iter().filter(|(_, known)| is_alike(known, name));
+    let (first, second) = (alike.next(), alike.next());
+    let is_only_one = others.iter().filter(|other| is_alike(other, name)).count() == 1;
+    first.filter(|_| second.is_none() && is_only_one).map(|(id, _)| *id)
 }
 
 /// A circuit whose pins carry what a net has; outputs that the net does not have are gone.
@@ -55,13 +76,18 @@ fn bind(net: &Net, logic: &Logic, renames: &Renames) -> Result<Bound, Vec<Diagno
     let mut bound =
         Bound { logic: logic.clone(), outputs: Vec::new(), apart: compare::Apart::default() };
     let mut found = Vec::new();
+    let ours: Vec<(InputId, &str)> =
+        net.inputs.iter().map(|(id, input)| (id, input.name.text.as_str())).collect();
+    let theirs: Vec<&str> = logic.inputs.values().map(|input| renames.apply(&input.name)).collect();
     for id in bound.logic.inputs.ids() {
         let input = &mut bound.logic.inputs[id];
-        let name = renames.apply(&input.name);
-        let known = net.inputs.iter().find(|(_, known)| known.name.text.to_lowercase() == name);
+        let name = renames.apply(&logic.inputs[id].name);
+        let known = twin(name, &ours, &theirs);
         match known {
-            Some((twin, known)) if known.ty.is_bool() => input.role = PinRole::Input(twin, 0),
-            None if input.role == PinRole::Tick || name == "tick" => input.role = PinRole::Tick,
+            Some(twin) if net.inputs[twin].ty.is_bool() => input.role = PinRole::Input(twin, 0),
+            None if input.role == PinRole::Tick || is_alike(name, "tick") => {
+                input.role = PinRole::Tick;
+            }
             // A pin that no function reads may carry anything.
             _ if !logic.nodes.values().any(|node| *node == Node::Input(id)) => {
                 input.role = PinRole::Reset;
@@ -74,7 +100,7 @@ fn bind(net: &Net, logic: &Logic, renames: &Renames) -> Result<Bound, Vec<Diagno
                         format!("the logic has an input `{}`, {why}", input.name),
                     )
                     .at(input.meta.span, "")
-                    .help("inputs are found by name, letter case does not matter; `--rename LOGIC=CHART` says which one is meant"),
+                    .help("inputs are found by name, in any letter case where that is clear; `--rename LOGIC=CHART` says which one is meant"),
                 );
             }
         }
@@ -83,17 +109,20 @@ fn bind(net: &Net, logic: &Logic, renames: &Renames) -> Result<Bound, Vec<Diagno
         return Err(found);
     }
     let is_stable = most_clocks(net) > 1;
+    let ours: Vec<(OutputId, &str)> =
+        net.outputs.iter().map(|(id, output)| (id, output.name.text.as_str())).collect();
+    let theirs: Vec<&str> =
+        logic.outputs.values().map(|output| renames.apply(&output.name)).collect();
     for id in bound.logic.outputs.ids() {
         let output = &mut bound.logic.outputs[id];
-        let name = renames.apply(&output.name);
-        let known = net.outputs.iter().find(|(_, known)| known.name.text.to_lowercase() == name);
-        output.role = match known {
-            Some((twin, known)) if known.ty.is_bool() && !bound.outputs.contains(&twin) => {
+        let name = renames.apply(&logic.outputs[id].name);
+        output.role = match twin(name, &ours, &theirs) {
+            Some(twin) if net.outputs[twin].ty.is_bool() && !bound.outputs.contains(&twin) => {
                 bound.outputs.push(twin);
-                output.mealy = matches!(known.driver, Driver::Mealy(_));
+                output.mealy = matches!(net.outputs[twin].driver, Driver::Mealy(_));
                 PinRole::Output(twin, 0)
             }
-            None if name == "busy" && is_stable => PinRole::Busy,
+            None if is_alike(name, "busy") && is_stable => PinRole::Busy,
             Some(_) | None => {
                 bound.apart.second.push(output.name.clone());
                 PinRole::Unknown
@@ -303,11 +332,13 @@ fn pairs(left: &Logic, right: &Logic, renames: &Renames) -> Pairs {
         let twin = left.outputs.iter().find(|(_, other)| same(output.role, other.role))?;
         Some((twin.0, id))
     });
-    let flops = right.flops.iter().filter_map(|(id, flop)| {
-        let name = renames.apply(&flop.name);
-        let twin = left.flops.iter().find(|(_, other)| other.name.to_lowercase() == name)?;
-        Some((twin.0, id))
-    });
+    let ours: Vec<(FlopId, &str)> =
+        left.flops.iter().map(|(id, flop)| (id, flop.name.as_str())).collect();
+    let theirs: Vec<&str> = right.flops.values().map(|flop| renames.apply(&flop.name)).collect();
+    let flops = right
+        .flops
+        .iter()
+        .filter_map(|(id, flop)| Some((twin(renames.apply(&flop.name), &ours, &theirs)?, id)));
     Pairs { inputs: inputs.collect(), outputs: outputs.collect(), flops: flops.collect() }
 }
 

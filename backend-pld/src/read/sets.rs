@@ -175,7 +175,7 @@ pub(crate) fn expression(lexer: &mut Lexer<'_>, draft: &mut Draft, names: &Names
     Parser::new(lexer, draft, names).exclusive()
 }
 
-/// Reads the expression of a `$DEFINE`, which ends with its line, and says what it may stand beside.
+/// Reads the expression of a `$DEFINE`, which ends with its line; gives its value and the sign in it that binds weakest.
 pub(crate) fn definition(
     lexer: &mut Lexer<'_>,
     draft: &mut Draft,
@@ -281,13 +281,13 @@ impl Parser<'_, '_> {
         }
         let name = &self.draft.signals[signal as usize].name;
         let message = format!(
-            "`{name}` stands for its text, and what is beside it here takes only a part of that"
+            "CUPL puts the text of `{name}` here without parentheses, so the sign beside it would take only a part of it"
         );
         let of = self.draft.signals[signal as usize].span;
         let finding = Diagnostic::error(codes::UNSUPPORTED, message)
             .at(span, "")
             .at(of, "defined here, without parentheses around the text")
-            .help("put parentheses around the text of the `$DEFINE`, or write out what is meant");
+            .help("put parentheses around the text of the `$DEFINE`");
         self.draft.report(finding);
         None
     }
@@ -384,7 +384,7 @@ impl Parser<'_, '_> {
                 Value { bits, numbering: field.numbering.clone(), is_field: true }
             } else if let Some(digits) = self.names.numbers.get(token.text) {
                 let Some(number) = digits.number(None) else {
-                    return self.error(span, format!("`{}` stands for no number", token.text));
+                    return self.error(span, format!("`{}` is no number here", token.text));
                 };
                 self.constant(number, span)?
             } else {

@@ -34,7 +34,7 @@ pub struct Ahead<'n> {
 }
 
 impl<'n> Ahead<'n> {
-    /// So many reactions, fewer where none are found that keep what the chart assumes, or where they take more than [`MICRO_STEPS`] in all; `seed` and
+    /// Makes this many reactions: fewer where no inputs are found that keep what the chart assumes, or once they have taken [`MICRO_STEPS`]. `seed` and
     /// `max_dt` are those of [`Directed::new`].
     #[must_use]
     pub fn new(net: &'n Valid<Net>, seed: u64, max_dt: u32, reactions: usize) -> Self {

@@ -1,0 +1,6 @@
+// run: compare {} letter_case_same.v
+// A file is equal to itself; `y` of another text finds `Y` where nothing else could be meant.
+module letter_case_same(input a, input A, output y, output Y);
+  assign y = A & ~a;
+  assign Y = ~a;
+endmodule
