@@ -465,7 +465,7 @@ pub(crate) struct Trace {
 #[derive(Debug, Args)]
 pub(crate) struct Compare {
     /// One design: all engines run it. Two or more: the first against each of the others, by the columns that both have. Two folders: files of one name
-    /// against each other. `-` is standard input.
+    /// against each other. `-` is standard input. `--board` and `--assert` are of the first design, the other options of reading of each.
     #[command(flatten)]
     pub(crate) inputs: Inputs,
     #[command(flatten)]

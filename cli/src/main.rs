@@ -3,6 +3,7 @@
 mod args;
 mod exit;
 mod files;
+mod idle;
 mod interrupt;
 mod load;
 mod memory;
@@ -12,7 +13,7 @@ mod report;
 mod verbs;
 
 use args::{Cli, Verb, When};
-use clap::Parser as _;
+use clap::{CommandFactory as _, FromArgMatches as _};
 use exit::Exit;
 use load::{Session, Stop};
 use render::{MessageFormat, Style};
@@ -25,8 +26,11 @@ use std::sync::OnceLock;
 static LOST: OnceLock<String> = OnceLock::new();
 
 fn main() -> ExitCode {
-    let cli = match Cli::try_parse() {
-        Ok(cli) => cli,
+    let parsed = Cli::command()
+        .try_get_matches()
+        .and_then(|matches| Ok((Cli::from_arg_matches(&matches)?, matches)));
+    let (cli, matches) = match parsed {
+        Ok(parsed) => parsed,
         // Help and the version are what was asked for.
         Err(said) if !said.use_stderr() => {
             note_lost(said.print());
@@ -41,21 +45,9 @@ fn main() -> ExitCode {
         progress::begin();
     }
     let mut session = Session::new(&cli.global, style, report.clone());
-    let ended = match &cli.verb {
-        Verb::New(arguments) => verbs::new::run(arguments, cli.global.quiet).map_err(Stop::Usage),
-        Verb::Check(arguments) => verbs::check::run(&mut session, arguments),
-        Verb::Build(arguments) => verbs::build::run(&mut session, arguments),
-        Verb::Sim(arguments) => verbs::sim::run(&mut session, arguments),
-        Verb::Compare(arguments) => verbs::compare::run(&mut session, arguments),
-        Verb::Convert(arguments) => verbs::convert::run(&mut session, arguments),
-        Verb::Minimise(arguments) => verbs::minimise::run(&mut session, arguments),
-        Verb::Trace(arguments) => verbs::trace::run(&mut session, arguments),
-        Verb::Fmt(arguments) => verbs::fmt::run(&mut session, arguments),
-        Verb::Diff(arguments) => verbs::diff::run(&mut session, arguments),
-        Verb::Explain(arguments) => verbs::explain::run(arguments).map_err(Stop::Usage),
-        Verb::Doctor => Ok(verbs::doctor::run()),
-        Verb::Completions(arguments) => Ok(verbs::manual::completions(arguments.shell)),
-        Verb::Man => verbs::manual::man().map_err(Stop::Usage),
+    let ended = match idle::refusal(&cli, &matches) {
+        Some(idle) => Err(Stop::Usage(idle)),
+        None => run(&cli, &mut session),
     };
     let exit = match ended {
         Ok(exit) => exit,
@@ -64,6 +56,26 @@ fn main() -> ExitCode {
     progress::end();
     report.end(exit);
     end(exit)
+}
+
+/// Runs the verb.
+fn run(cli: &Cli, session: &mut Session) -> Result<Exit, Stop> {
+    match &cli.verb {
+        Verb::New(arguments) => verbs::new::run(arguments, cli.global.quiet).map_err(Stop::Usage),
+        Verb::Check(arguments) => verbs::check::run(session, arguments),
+        Verb::Build(arguments) => verbs::build::run(session, arguments),
+        Verb::Sim(arguments) => verbs::sim::run(session, arguments),
+        Verb::Compare(arguments) => verbs::compare::run(session, arguments),
+        Verb::Convert(arguments) => verbs::convert::run(session, arguments),
+        Verb::Minimise(arguments) => verbs::minimise::run(session, arguments),
+        Verb::Trace(arguments) => verbs::trace::run(session, arguments),
+        Verb::Fmt(arguments) => verbs::fmt::run(session, arguments),
+        Verb::Diff(arguments) => verbs::diff::run(session, arguments),
+        Verb::Explain(arguments) => verbs::explain::run(arguments).map_err(Stop::Usage),
+        Verb::Doctor => Ok(verbs::doctor::run()),
+        Verb::Completions(arguments) => Ok(verbs::manual::completions(arguments.shell)),
+        Verb::Man => verbs::manual::man().map_err(Stop::Usage),
+    }
 }
 
 /// Says what is wrong with the options: as a report, where one was asked for.

@@ -5,6 +5,7 @@ use grafsynth_ir::net::Net;
 use grafsynth_ir::{Diagnostic, Valid};
 use grafsynth_sim::{Difference, Stimulus};
 use grafsynth_verify::pair::{Common, Incomparable, Omitted, Side, charts_on};
+use itertools::Itertools as _;
 
 /// What a comparison found.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -28,14 +29,18 @@ pub struct Apart {
     pub second: Vec<String>,
 }
 
-impl std::fmt::Display for Apart {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+impl Apart {
+    /// The outputs of each side that has some, as a phrase.
+    pub fn parts(&self) -> impl Iterator<Item = String> {
         let sides = [(&self.first, "first"), (&self.second, "second")];
         let sides = sides.into_iter().filter(|(names, _)| !names.is_empty());
-        let said: Vec<String> = sides
-            .map(|(names, which)| format!("{} (only in the {which})", names.join(", ")))
-            .collect();
-        write!(f, "{}", said.join("; "))
+        sides.map(|(names, which)| format!("{} (only in the {which})", names.join(", ")))
+    }
+}
+
+impl std::fmt::Display for Apart {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}", self.parts().join("; "))
     }
 }
 

@@ -5,6 +5,7 @@ use crate::codes;
 use crate::compare::{self, Outcome, nothing_in_common};
 use crate::logic::LogicDesign;
 use crate::run::{logic_trace, net_trace};
+use grafsynth_ir::facts::Proof;
 use grafsynth_ir::logic::{FlopId, Logic, Node, PinRole};
 use grafsynth_ir::net::{Driver, InputId, Net, OutputId};
 use grafsynth_ir::{Diagnostic, Valid};
@@ -12,6 +13,7 @@ use grafsynth_logic::chip::most_clocks;
 use grafsynth_sim::{ColumnKind, Difference, Stimulus, Trace};
 use grafsynth_verify::circuits::{Apart, Equality, Pairs, circuits};
 use grafsynth_verify::{Limits, Open, Verdict};
+use itertools::Itertools as _;
 
 /// Names of the second design and what they are called in the first.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -252,13 +254,13 @@ pub fn with_logic(
     })
 }
 
-/// What a proof of two circuits found, in words, and whether they were shown to differ.
+/// What a proof of two circuits found.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Judged {
     /// They are equal, and how that was proved.
     Equal(EqualBy),
     /// They differ, and where.
-    Different(String),
+    Different(CircuitsApart),
     /// It was not found out, and why.
     Open(Open),
 }
@@ -275,6 +277,17 @@ pub enum EqualBy {
     },
     /// Their flip-flops wake alike, and this many functions are equal.
     Functions(usize),
+}
+
+impl EqualBy {
+    /// The kind of proof.
+    #[must_use]
+    pub fn proof(&self) -> Proof {
+        match self {
+            EqualBy::Enumerated { .. } => Proof::Explicit,
+            EqualBy::Functions(_) => Proof::Induction,
+        }
+    }
 }
 
 impl std::fmt::Display for EqualBy {
@@ -317,7 +330,7 @@ fn judge_as(ours: &Logic, theirs: &Logic, renames: &Renames, limits: &Limits) ->
             Judged::Equal(EqualBy::Enumerated { states, outputs })
         }
         Equality::ByFunctions(n) => Judged::Equal(EqualBy::Functions(n)),
-        Equality::Different(apart) => Judged::Different(describe(ours, &pairs, &apart)),
+        Equality::Different(apart) => Judged::Different(named(ours, &pairs, &apart)),
         Equality::Open(why) => Judged::Open(why),
     }
 }
@@ -342,33 +355,74 @@ fn pairs(left: &Logic, right: &Logic, renames: &Renames) -> Pairs {
     Pairs { inputs: inputs.collect(), outputs: outputs.collect(), flops: flops.collect() }
 }
 
-fn describe(left: &Logic, pairs: &Pairs, apart: &Apart) -> String {
-    let bit = |value: bool| if value { "1" } else { "0" };
-    let row = |row: &Vec<bool>| {
-        let cells = pairs.inputs.iter().zip(row).filter_map(|((pin, _), value)| {
-            Some(format!("{}={}", left.inputs[(*pin)?].name, bit(*value)))
-        });
-        cells.collect::<Vec<_>>().join(" ")
+/// The difference with the names that the first circuit has.
+fn named(left: &Logic, pairs: &Pairs, apart: &Apart) -> CircuitsApart {
+    let inputs = || pairs.inputs.iter().filter_map(|(pin, _)| *pin);
+    let values = |row: &Vec<bool>| {
+        let values = pairs.inputs.iter().zip(row);
+        values.filter(|((pin, _), _)| pin.is_some()).map(|(_, value)| *value).collect()
     };
-    let name =
-        pairs.outputs.get(apart.output).map_or("", |(pin, _)| left.outputs[*pin].name.as_str());
-    let (last, clocks) =
-        apart.rows.split_last().map_or((String::new(), &[][..]), |(last, rest)| (row(last), rest));
-    let mut text = match clocks.len() {
-        0 => "after power-up".to_owned(),
-        1 => "after 1 clock".to_owned(),
-        n => format!("after {n} clocks"),
-    };
-    text += &format!(
-        ", {name} is {} in the first and {} in the second",
-        bit(apart.left),
-        bit(!apart.left)
-    );
-    if !last.is_empty() {
-        text += &format!(" while {last}");
+    let output = pairs.outputs.get(apart.output);
+    CircuitsApart {
+        output: output.map_or_else(String::new, |(pin, _)| left.outputs[*pin].name.clone()),
+        left: apart.left,
+        inputs: inputs().map(|pin| left.inputs[pin].name.clone()).collect(),
+        rows: apart.rows.iter().map(values).collect(),
     }
-    for (at, clock) in clocks.iter().enumerate() {
-        text += &format!("\n  clock {}: {}", at + 1, row(clock));
+}
+
+/// Where two circuits differ.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct CircuitsApart {
+    /// The output, as the first circuit calls it.
+    pub output: String,
+    /// What it is in the first; the second has the other value.
+    pub left: bool,
+    /// The inputs, as the first circuit calls them.
+    pub inputs: Vec<String>,
+    /// Their values at each clock, and last those under which the output differs without a further clock.
+    pub rows: Vec<Vec<bool>>,
+}
+
+impl CircuitsApart {
+    /// Clocks before the output differs.
+    #[must_use]
+    pub fn clocks(&self) -> usize {
+        self.rows.len().saturating_sub(1)
     }
-    text
+
+    /// The inputs as a table of comma-separated values: a line of names, a line for each clock, and last the line under which the output differs.
+    #[must_use]
+    pub fn to_csv(&self) -> String {
+        let lines = self.rows.iter().map(|row| row.iter().copied().map(bit).join(","));
+        [self.inputs.join(",")].into_iter().chain(lines).map(|line| line + "\n").collect()
+    }
+
+    fn row(&self, row: &[bool]) -> String {
+        self.inputs.iter().zip(row).map(|(name, value)| format!("{name}={}", bit(*value))).join(" ")
+    }
+}
+
+fn bit(value: bool) -> &'static str {
+    if value { "1" } else { "0" }
+}
+
+impl std::fmt::Display for CircuitsApart {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self.clocks() {
+            0 => write!(f, "after power-up")?,
+            1 => write!(f, "after 1 clock")?,
+            n => write!(f, "after {n} clocks")?,
+        }
+        let (left, right) = (bit(self.left), bit(!self.left));
+        write!(f, ", {} is {left} in the first and {right} in the second", self.output)?;
+        let Some((last, clocks)) = self.rows.split_last() else { return Ok(()) };
+        if !last.is_empty() {
+            write!(f, " while {}", self.row(last))?;
+        }
+        for (at, clock) in clocks.iter().enumerate() {
+            write!(f, "\n  clock {}: {}", at + 1, self.row(clock))?;
+        }
+        Ok(())
+    }
 }

@@ -1,6 +1,6 @@
 //! What is known of each output: proved, refuted or open, and what else the user should know of it. Data until it is printed.
 
-use crate::judge::EqualBy;
+use crate::judge::{CircuitsApart, EqualBy};
 use grafsynth_sim::Stimulus;
 use grafsynth_verify::equiv::{Counterexample, Verdict};
 use grafsynth_verify::{Certificate, Dominance, Method, Open, OpenReason, Scope};
@@ -109,7 +109,7 @@ pub enum OutputFault {
         clocks: usize,
     },
     /// It differs from the circuit that it was made of; says where.
-    Rebuilt(String),
+    Rebuilt(CircuitsApart),
     /// Compiled C does not answer: it crashes, or does not end a reaction.
     NoAnswer(String),
 }

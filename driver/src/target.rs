@@ -87,4 +87,26 @@ impl Target {
             Target::C(_) | Target::Jedec | Target::Net | Target::Json | Target::Template => None,
         }
     }
+
+    /// True if it describes a circuit.
+    #[must_use]
+    pub fn is_circuit(self) -> bool {
+        self == Target::Jedec || self.dialect().is_some()
+    }
+
+    /// True if its text gives signals the pins of a device.
+    #[must_use]
+    pub fn has_pins(self) -> bool {
+        match self.dialect() {
+            Some(Dialect::Palasm | Dialect::Cupl | Dialect::Galasm) => true,
+            Some(Dialect::Verilog | Dialect::Blif) => false,
+            None => self == Target::Jedec,
+        }
+    }
+
+    /// True if its text can have a reset input.
+    #[must_use]
+    pub fn can_reset(self) -> bool {
+        self.dialect() == Some(Dialect::Verilog)
+    }
 }

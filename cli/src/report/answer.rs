@@ -4,6 +4,7 @@ use grafsynth_driver::report::{Outcome, OutputFault, OutputProof, OutputReport, 
 use grafsynth_ir::Span;
 use grafsynth_ir::facts::Proof;
 use grafsynth_ir::net::Net;
+use grafsynth_sim::Difference;
 use grafsynth_verify::{Open, OpenReason, Scope, Tested};
 use serde_json::{Map, Value, json};
 
@@ -144,6 +145,16 @@ impl Answer {
         }
     }
 
+    /// With the kind of proof that it was proved by, and the stimuli that this covers.
+    pub(crate) fn proved_by(self, proof: Proof, scope: &Scope) -> Self {
+        self.with("by", proof_name(proof)).scope(scope)
+    }
+
+    /// With the first cell in which two traces differ.
+    pub(crate) fn difference(self, difference: &Difference) -> Self {
+        self.with("row", difference.row).with("column", difference.column.as_str())
+    }
+
     /// With the reasons why it is open, and what was tested instead.
     pub(crate) fn open(self, open: &Open) -> Self {
         let reasons: Vec<Value> = open.reasons.iter().map(reason).collect();
@@ -212,7 +223,7 @@ impl Answer {
     }
 }
 
-/// The name of a kind of proof for machines.
+/// The name of a kind of proof, the same for people and machines.
 pub(crate) fn proof_name(proof: Proof) -> &'static str {
     match proof {
         Proof::Explicit => "enumeration",

@@ -51,11 +51,6 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
         session.show(&found);
         return Ok(Exit::Errors);
     }
-    if arguments.refit {
-        return Err(Stop::Input(
-            "--refit is for logic by others: a chart is always fitted".to_owned(),
-        ));
-    }
     let targets = targets(&arguments.target)?;
     let style = Style::from_name(&arguments.style).ok_or_else(|| {
         Stop::Usage(format!(
@@ -72,9 +67,6 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
         return Err(Stop::Usage("--blob is for the targets c-engine and c-program".to_owned()));
     }
     let packages = packages(&arguments.package)?;
-    if !packages.is_empty() && !targets.iter().any(|target| matches!(target, Target::C(_))) {
-        return Err(Stop::Usage("--package is for the targets c, c-switch, ..".to_owned()));
-    }
     if targets.contains(&Target::Template) == arguments.template.is_empty() {
         return Err(Stop::Usage(
             "the target `template` and the option --template FILE go together".to_owned(),

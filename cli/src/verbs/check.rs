@@ -277,10 +277,10 @@ fn said(session: &Session, net: &Valid<Net>, property: &Property, outcome: &Outc
     match outcome {
         Outcome::Proved { by, states } => {
             let answer = answer(Status::Proved, format!("proved by {}", proof_name(*by)))
-                .with("by", proof_name(*by))
-                .with("states", *states)
-                .scope(&Scope::EveryStimulus);
-            session.answer(&answer, &format!("proved   {text}{tags} ({by:?}, {states} states)\n"));
+                .proved_by(*by, &Scope::EveryStimulus)
+                .with("states", *states);
+            let how = proof_name(*by);
+            session.answer(&answer, &format!("proved   {text}{tags} ({how}, {states} states)\n"));
             Exit::Done
         }
         Outcome::Refuted { stimulus, row, is_shortest } => {

@@ -1,23 +1,25 @@
 //! `grafsynth compare FILE…`: all engines on one stimulus, or designs with each other.
 
-use super::compare_charts;
+use super::compare_charts::{self, cells};
 use super::sim::{engine_named, stimulus};
-use crate::args::{Compare, Input};
+use crate::args::{Compare, Input, Reading};
 use crate::exit::Exit;
 use crate::files;
 use crate::load::{Session, Stop, charts_below};
 use crate::progress;
 use crate::report::{About, Answer, Status};
-use grafsynth_driver::compare::Apart;
+use grafsynth_driver::compare::{Apart, Outcome as Compared};
+use grafsynth_driver::format::Format;
 use grafsynth_driver::judge::{self, Judged, Renames};
 use grafsynth_driver::read::Design;
 use grafsynth_driver::trust;
 use grafsynth_engines::{Availability, Engine, EngineError, Job, ReferenceEngine};
+use grafsynth_ir::facts::Proof;
 use grafsynth_ir::logic::Logic;
 use grafsynth_ir::net::Net;
 use grafsynth_ir::{Span, Valid};
 use grafsynth_sim::{Difference, Stimulus, Trace, compare};
-use grafsynth_verify::{Limits, Tested, Verdict, verdict};
+use grafsynth_verify::{Limits, Scope, Tested, Verdict, verdict};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
@@ -177,8 +179,7 @@ fn engines(session: &mut Session, arguments: &Compare, input: &Input) -> Result<
                     let text = explain(session, net, &difference, &reference, name);
                     session.answer(
                         &answer(name, Status::Refuted, &message)
-                            .with("row", *row)
-                            .with("column", column.as_str())
+                            .difference(&difference)
                             .witness(&stimulus.to_csv(net)),
                         &format!("{name:<10} DIFFERENT\n{text}"),
                     );
@@ -261,6 +262,16 @@ fn declared(net: &Net, column: &str) -> Option<Span> {
     outputs.chain(vars).find(|(name, _)| *name == plain).map(|(_, span)| span)
 }
 
+/// How the second design is read: as the first, but for what speaks of the first alone.
+fn of_second(first: &Reading, path: &str) -> Reading {
+    Reading {
+        from: first.from.clone().filter(|_| Format::of(path, "").is_none()),
+        assert: Vec::new(),
+        board: None,
+        ..first.clone()
+    }
+}
+
 /// Two designs: the columns that both traces have must be equal. Where one is logic, it is then proved for every stimulus.
 fn pair(
     session: &mut Session,
@@ -272,8 +283,7 @@ fn pair(
     session.begin(&input.file);
     let (design, found) = session.design(input)?;
     session.show(&found);
-    let mut second = Input::plain(other);
-    second.reading.machine = input.reading.machine;
+    let second = Input { file: other.to_owned(), reading: of_second(&input.reading, other) };
     let (other, also) = session.design(&second)?;
     session.show(&also);
     if session.demands.refuse(&found) || session.demands.refuse(&also) {
@@ -290,12 +300,6 @@ fn pair(
     let subject = format!("{} and {}", input.file, second.file);
     progress::doing(format!("comparing {subject}"));
     if let (Design::Net(left), Design::Net(right)) = (&design, &other) {
-        if !arguments.rename.is_empty() {
-            return Err(Stop::Input(
-                "--rename is for logic by others: two charts are compared by the names that they have"
-                    .to_owned(),
-            ));
-        }
         return compare_charts::run(session, arguments, &subject, &left.net, &right.net);
     }
     // A chart comes first, so that a proof is one about a chart wherever there is one.
@@ -350,8 +354,11 @@ fn pair(
     }
     let Design::Logic(other) = &other else { return Ok(exit) };
     let Ok(circuit) = other.circuit() else { return Ok(exit) };
-    prove(session, &subject, &design, circuit, renames, stimulus.len())
+    prove(session, &subject, &design, circuit, renames, &tested, stimulus.len())
 }
+
+/// How two designs were proved equal, in words too; or the answer that they differ, and its text for people.
+type Proven = verdict::Verdict<(Proof, String), Box<(Answer, String)>>;
 
 /// The proof for every stimulus, after some were tried.
 fn prove(
@@ -360,54 +367,61 @@ fn prove(
     design: &Design,
     circuit: &Logic,
     renames: &Renames,
+    tested: &Compared,
     reactions: usize,
 ) -> Result<Exit, Stop> {
     let limits = Limits::default();
-    let answer = |status, message: &str| Answer::new(About::Equality, subject, status, message);
-    let judged: Result<verdict::Verdict<String, Box<Answer>>, _> =
-        match design {
-            Design::Net(design) => judge::prove_with_net(&design.net, circuit, renames, &limits)
-                .map(|verdict| match verdict {
+    let answer = |status, message: &str| with_parts(subject, status, message, tested);
+    let judged: Result<Proven, _> = match design {
+        Design::Net(design) => {
+            judge::prove_with_net(&design.net, circuit, renames, &limits).map(|verdict| {
+                match verdict {
                     Verdict::Proved(certificate) => {
-                        verdict::Verdict::Proved(certificate.to_string())
+                        verdict::Verdict::Proved((certificate.proof(), certificate.to_string()))
                     }
                     Verdict::Refuted(found) => {
-                        let Difference { row, column, left, right } = &found.difference;
-                        let message = format!(
-                            "scan {row}, {column}: `{left}` in the first, `{right}` in the second"
-                        );
+                        let message = cells(&found.difference, "first", "second");
+                        let witness = found.stimulus.to_csv(&design.net);
                         let answer = answer(Status::Refuted, &message)
-                            .with("row", *row)
-                            .with("column", column.as_str())
-                            .witness(&found.stimulus.to_csv(&design.net));
-                        verdict::Verdict::Refuted(Box::new(answer))
+                            .difference(&found.difference)
+                            .witness(&witness);
+                        let rows: String =
+                            witness.lines().map(|line| format!("  {line}\n")).collect();
+                        let text = format!("different: {message}\n{rows}");
+                        verdict::Verdict::Refuted(Box::new((answer, text)))
                     }
                     Verdict::Open(why) => verdict::Verdict::Open(why),
-                }),
-            Design::Logic(design) => judge::prove_with_logic(design, circuit, renames, &limits)
-                .map(|judged| match judged {
-                    Judged::Equal(by) => verdict::Verdict::Proved(by.to_string()),
-                    Judged::Different(how) => {
-                        verdict::Verdict::Refuted(Box::new(answer(Status::Refuted, &how)))
-                    }
-                    Judged::Open(why) => verdict::Verdict::Open(why),
-                }),
-        };
+                }
+            })
+        }
+        Design::Logic(design) => {
+            judge::prove_with_logic(design, circuit, renames, &limits).map(|judged| match judged {
+                Judged::Equal(by) => verdict::Verdict::Proved((by.proof(), by.to_string())),
+                Judged::Different(apart) => {
+                    let answer = answer(Status::Refuted, &apart.to_string())
+                        .with("row", apart.clocks())
+                        .with("column", apart.output.as_str())
+                        .witness(&apart.to_csv());
+                    verdict::Verdict::Refuted(Box::new((answer, format!("different: {apart}\n"))))
+                }
+                Judged::Open(why) => verdict::Verdict::Open(why),
+            })
+        }
+    };
+    // A clock is one tick, and there is no other reaction of a circuit.
+    let scope = Scope::OneTick;
     Ok(match judged {
         Err(found) => {
             session.show(&found);
             Exit::Errors
         }
-        Ok(verdict::Verdict::Proved(how)) => {
-            session.answer(&answer(Status::Proved, &how), &format!("equal: {how}\n"));
+        Ok(verdict::Verdict::Proved((by, how))) => {
+            let answer = answer(Status::Proved, &how).proved_by(by, &scope);
+            session.answer(&answer, &format!("equal: {how}\n"));
             Exit::Done
         }
-        Ok(verdict::Verdict::Refuted(answer)) => {
-            let mut text = format!("different: {}\n", answer.message);
-            let witness = answer.details.get("witness").and_then(|csv| csv.as_str());
-            for line in witness.unwrap_or_default().lines() {
-                text += &format!("  {line}\n");
-            }
+        Ok(verdict::Verdict::Refuted(found)) => {
+            let (answer, text) = *found;
             session.answer(&answer, &text);
             Exit::Refuted
         }
@@ -422,19 +436,25 @@ fn prove(
     })
 }
 
+/// An answer about two designs that says which columns it is about.
+fn with_parts(subject: &str, status: Status, message: &str, compared: &Compared) -> Answer {
+    let answer =
+        Answer::new(About::Equality, subject, status, message).with("columns", compared.n_columns);
+    let apart: Vec<String> = compared.apart.parts().collect();
+    if apart.is_empty() { answer } else { answer.with("not_compared", apart) }
+}
+
 /// Says what a test showed. Where a proof follows, machines are told of its answer alone.
 fn after_a_test(
     session: &Session,
     subject: &str,
     net: &Valid<Net>,
     stimulus: &Stimulus,
-    outcome: &grafsynth_driver::compare::Outcome,
+    outcome: &Compared,
     is_test: bool,
 ) -> Exit {
     let answer = |status, message: &str| {
-        Answer::new(About::Equality, subject, status, message)
-            .with("reactions", stimulus.len())
-            .with("columns", outcome.n_columns)
+        with_parts(subject, status, message, outcome).with("reactions", stimulus.len())
     };
     match &outcome.difference {
         None => {
@@ -443,10 +463,9 @@ fn after_a_test(
                 stimulus.len(),
                 outcome.n_columns
             );
-            let mut answer = answer(Status::Done, text.trim_end());
+            let answer = answer(Status::Done, text.trim_end());
             if outcome.apart != Apart::default() {
                 text += &format!("not compared: {}\n", outcome.apart);
-                answer = answer.with("not_compared", outcome.apart.to_string());
             }
             if is_test {
                 session.answer(&answer, &text);
@@ -455,12 +474,10 @@ fn after_a_test(
             }
             Exit::Done
         }
-        Some(Difference { row, column, left, right }) => {
-            let message =
-                format!("scan {row}, {column}: `{left}` in the first, `{right}` in the second");
+        Some(difference) => {
+            let message = cells(difference, "first", "second");
             let answer = answer(Status::Refuted, &message)
-                .with("row", *row)
-                .with("column", column.as_str())
+                .difference(difference)
                 .witness(&stimulus.to_csv(net));
             session.answer(&answer, &format!("different: {message}\n"));
             Exit::Refuted

@@ -40,6 +40,7 @@ pub(crate) fn run(
     let refuted = |session: &Session, apart: &Apart| {
         let text = different(left, right, &common, apart, "first", "second");
         let answer = answer(Status::Refuted, &cells(&apart.difference, "first", "second"))
+            .difference(&apart.difference)
             .with("is_shortest", apart.is_shortest)
             .with("witness_of_second", apart.right.to_csv(right))
             .witness(&apart.left.to_csv(left));
@@ -56,7 +57,9 @@ pub(crate) fn run(
             Some(difference) => {
                 let message = cells(&difference, "first", "second");
                 session.answer(
-                    &answer(Status::Refuted, &message).witness(&stimulus.to_csv(left)),
+                    &answer(Status::Refuted, &message)
+                        .difference(&difference)
+                        .witness(&stimulus.to_csv(left)),
                     &format!("different: {message}\n"),
                 );
                 Exit::Refuted
@@ -97,7 +100,8 @@ pub(crate) fn run(
         Verdict::Proved(SameBy::Product { reactions: 0, .. }) => return Err(nothing_legal()),
         Verdict::Proved(by) => {
             session.answer(
-                &answer(Status::Proved, &by.to_string()).scope(&Scope::EveryStimulus),
+                &answer(Status::Proved, &by.to_string())
+                    .proved_by(by.proof(), &Scope::EveryStimulus),
                 &format!("equal: proved for every stimulus {by}\n{}", compared(&common)),
             );
             Exit::Done

@@ -56,7 +56,8 @@ pub(crate) fn run(session: &mut Session, arguments: &Diff) -> Result<Exit, Stop>
         Behaviour::Compared(common, verdict) => match verdict {
             Verdict::Proved(SameBy::Product { reactions: 0, .. }) => return Err(nothing_legal()),
             Verdict::Proved(by) => {
-                let answer = answer(Status::Proved, by.to_string()).scope(&Scope::EveryStimulus);
+                let answer = answer(Status::Proved, by.to_string())
+                    .proved_by(by.proof(), &Scope::EveryStimulus);
                 session.answer(
                     &answer,
                     &format!(
@@ -79,6 +80,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Diff) -> Result<Exit, Stop>
             Verdict::Refuted(apart) => {
                 let text = different(&old.net, &new.net, common, apart, "old", "new");
                 let answer = answer(Status::Refuted, cells(&apart.difference, "old", "new"))
+                    .difference(&apart.difference)
                     .with("is_shortest", apart.is_shortest)
                     .with("witness_of_second", apart.right.to_csv(&new.net))
                     .witness(&apart.left.to_csv(&old.net));

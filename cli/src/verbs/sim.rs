@@ -122,8 +122,7 @@ fn as_expected(session: &Session, arguments: &Sim, expected: &Expected, trace: &
     let Difference { row, column, left, right } = &difference;
     let message = format!("scan {row}, {column}: `{left}` is expected, and it is `{right}`");
     let answer = answer(Status::Refuted, &message)
-        .with("row", *row)
-        .with("column", column.as_str())
+        .difference(&difference)
         .with("expected", left.as_str())
         .with("got", right.as_str());
     session.keep(&answer);

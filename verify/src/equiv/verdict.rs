@@ -1,5 +1,6 @@
 //! What a comparison of a net and a circuit comes to.
 
+use grafsynth_ir::facts::Proof;
 use grafsynth_sim::{Difference, Stimulus};
 
 /// What is known of a circuit and a net. Proofs hold for every stimulus with `dt` 0 or 1 ([`Scope::OneTick`](crate::Scope::OneTick)), which is all that a
@@ -32,6 +33,17 @@ pub enum Method {
         /// Functions that the solver proved equal.
         solved: usize,
     },
+}
+
+impl Certificate {
+    /// The kind of proof.
+    #[must_use]
+    pub fn proof(&self) -> Proof {
+        match self.method {
+            Method::Explicit { .. } => Proof::Explicit,
+            Method::Symbolic { .. } => Proof::Induction,
+        }
+    }
 }
 
 impl std::fmt::Display for Certificate {

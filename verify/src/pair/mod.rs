@@ -11,6 +11,7 @@ mod product;
 mod rows;
 
 use grafsynth_ir::Valid;
+use grafsynth_ir::facts::Proof;
 use grafsynth_ir::net::Net;
 use grafsynth_sim::{Difference, MAX_DT, Simulator, Stimulus};
 
@@ -50,6 +51,18 @@ pub enum SameBy {
         /// Pairs of states, as far as they tell anything that is compared; `u64::MAX` stands for that and more.
         states: u64,
     },
+}
+
+impl SameBy {
+    /// The kind of proof.
+    #[must_use]
+    pub fn proof(&self) -> Proof {
+        match self {
+            SameBy::Product { .. } => Proof::Explicit,
+            SameBy::Induction { .. } => Proof::Induction,
+            SameBy::Diagram { .. } => Proof::Symbolic,
+        }
+    }
 }
 
 impl std::fmt::Display for SameBy {

@@ -1,0 +1,297 @@
+//! Options that nothing in the command takes. They are refused before anything is read: who gave one asked another question than the one that would be answered.
+
+use crate::args::{Build, Cli, Compare, Reading, Sim, Verb};
+use crate::files;
+use clap::ArgMatches;
+use clap::CommandFactory as _;
+use clap::parser::ValueSource;
+use grafsynth_driver::format::Format;
+use grafsynth_driver::target::Target;
+
+/// An option, what takes it, and whether that is in the command.
+struct Rule {
+    /// Its name in [`crate::args`].
+    option: &'static str,
+    /// Completes "it is for ..".
+    taker: &'static str,
+    is_taken: bool,
+}
+
+/// What is wrong with the options of a command that was parsed; none if something takes each of them.
+pub(crate) fn refusal(cli: &Cli, matches: &ArgMatches) -> Option<String> {
+    let (name, given) = matches.subcommand()?;
+    let rules = rules(&cli.verb);
+    let idle = rules.iter().filter(|rule| {
+        !rule.is_taken && given.value_source(rule.option) == Some(ValueSource::CommandLine)
+    });
+    let lines: Vec<String> = idle
+        .map(|rule| {
+            format!("{} does nothing here: it is for {}", flag(name, rule.option), rule.taker)
+        })
+        .collect();
+    (!lines.is_empty()).then(|| lines.join("\n"))
+}
+
+/// An option as it is written on the command line.
+fn flag(verb: &str, option: &str) -> String {
+    let command = Cli::command();
+    let known = command.find_subcommand(verb);
+    let argument =
+        known.and_then(|verb| verb.get_arguments().find(|known| known.get_id() == option));
+    let long = argument.and_then(|argument| argument.get_long()).map(|long| format!("--{long}"));
+    let short = argument.and_then(|argument| argument.get_short()).map(|short| format!("-{short}"));
+    long.or(short).unwrap_or_else(|| option.to_owned())
+}
+
+fn rules(verb: &Verb) -> Vec<Rule> {
+    match verb {
+        Verb::Check(arguments) => {
+            let files = Files::of(&arguments.inputs.files, &arguments.inputs.reading);
+            let mut rules = of_reading(&files);
+            let is_dumped = arguments.dump_after.is_some();
+            rules.extend(["certify", "notes", "proof_limit"].map(|option| Rule {
+                option,
+                taker: if is_dumped { "a check, which --dump-after is none" } else { CHARTS },
+                is_taken: files.any_chart() && !is_dumped,
+            }));
+            rules
+        }
+        Verb::Build(arguments) => of_build(arguments),
+        Verb::Sim(arguments) => of_sim(arguments),
+        Verb::Compare(arguments) => of_compare(arguments),
+        Verb::Convert(arguments) => {
+            of_reading(&Files::of([&arguments.input.file], &arguments.input.reading))
+        }
+        Verb::Trace(arguments) => {
+            let mut reading = arguments.reading.clone();
+            reading.from = None;
+            of_reading(&Files::of([&arguments.chart], &reading))
+        }
+        Verb::New(_)
+        | Verb::Minimise(_)
+        | Verb::Fmt(_)
+        | Verb::Diff(_)
+        | Verb::Explain(_)
+        | Verb::Doctor
+        | Verb::Completions(_)
+        | Verb::Man => Vec::new(),
+    }
+}
+
+const CHARTS: &str = "charts, and this is logic";
+
+/// The formats of the files that a command names; none where only the text would say it.
+struct Files(Vec<Option<Format>>);
+
+impl Files {
+    fn of<'f>(files: impl IntoIterator<Item = &'f String>, reading: &Reading) -> Files {
+        let said = reading.from.as_deref().and_then(Format::named);
+        let format = |file: &String| {
+            // Of a folder the charts are taken that are not in C.
+            if files::is_folder(file) { Some(Format::Graf) } else { Format::of(file, "") }
+        };
+        Files(files.into_iter().map(|file| said.or_else(|| format(file))).collect())
+    }
+
+    /// True if one may be in such a format.
+    fn any(&self, is_it: impl Fn(Format) -> bool) -> bool {
+        self.0.iter().any(|format| format.is_none_or(&is_it))
+    }
+
+    fn any_chart(&self) -> bool {
+        self.any(Format::is_chart)
+    }
+
+    fn any_logic(&self) -> bool {
+        self.any(|format| !format.is_chart())
+    }
+}
+
+/// The options that say how a file is read.
+fn of_reading(files: &Files) -> Vec<Rule> {
+    let c = [
+        "entry",
+        "fuse",
+        "keep",
+        "group",
+        "calls",
+        "int",
+        "unsigned_char",
+        "array_length",
+        "define",
+    ];
+    let c = c.map(|option| Rule {
+        option,
+        taker: "charts in C (.c)",
+        is_taken: files.any(|format| format == Format::C),
+    });
+    let of_charts = ["assert", "board", "machine"];
+    let of_charts =
+        of_charts.map(|option| Rule { option, taker: CHARTS, is_taken: files.any_chart() });
+    let root = Rule {
+        option: "root",
+        taker: "charts with `use` (.graf)",
+        is_taken: files.any(|format| format == Format::Graf),
+    };
+    c.into_iter().chain(of_charts).chain([root]).collect()
+}
+
+/// What is said only of charts' C.
+const OF_C: [&str; 10] = [
+    "style",
+    "optimise",
+    "io",
+    "gate",
+    "safe_state",
+    "trace",
+    "callbacks",
+    "measure",
+    "package",
+    "trust_code",
+];
+
+/// What is said only of charts' circuits.
+const OF_CIRCUITS: [&str; 5] = ["busy", "encoding", "no_dc", "safe", "synchronise"];
+
+/// What else is said only of charts' outputs. The first two are looked at more closely where the targets are.
+const OF_OUTPUTS: [&str; 6] = ["reset", "keep_pins", "stimulus", "emit", "template", "blob"];
+
+fn of_build(arguments: &Build) -> Vec<Rule> {
+    let files = Files::of([&arguments.input.file], &arguments.input.reading);
+    let targets = || arguments.target.iter().flat_map(|names| names.split(','));
+    // A name that is no target is refused as such.
+    let any =
+        |is_it: fn(Target) -> bool| targets().any(|name| Target::named(name).is_none_or(is_it));
+    let rule = |option, taker, is_taken| Rule { option, taker, is_taken };
+    let mut rules = of_reading(&files);
+    rules.push(rule("refit", "logic by others, and a chart is fitted always", files.any_logic()));
+    if !files.any_chart() {
+        let of_charts = OF_C.into_iter().chain(OF_CIRCUITS).chain(OF_OUTPUTS);
+        rules.extend(of_charts.map(|option| rule(option, CHARTS, false)));
+        return rules;
+    }
+    let is_c = any(|target| matches!(target, Target::C(_)));
+    rules.extend(OF_C.map(|option| rule(option, "C, and no target is", is_c)));
+    let circuits = "circuits, and no target is one";
+    let is_circuit = any(Target::is_circuit);
+    rules.extend(OF_CIRCUITS.map(|option| rule(option, circuits, is_circuit)));
+    rules.push(rule("device", circuits, is_circuit));
+    rules.push(rule("reset", "Verilog, and no target is", any(Target::can_reset)));
+    let pins = "texts and fuse maps with pins, and no target is one";
+    rules.push(rule("keep_pins", pins, any(Target::has_pins)));
+    rules
+}
+
+fn of_sim(arguments: &Sim) -> Vec<Rule> {
+    let files = Files::of([&arguments.input.file], &arguments.input.reading);
+    let runs_c = grafsynth_engines::named(&arguments.engine).is_none_or(|engine| engine.runs_c());
+    let mut rules = of_reading(&files);
+    rules.push(Rule { option: "seed", taker: "--random", is_taken: arguments.random.is_some() });
+    rules.push(Rule {
+        option: "trust_code",
+        taker: "engines that run C",
+        is_taken: runs_c && files.any_chart(),
+    });
+    rules
+}
+
+fn of_compare(arguments: &Compare) -> Vec<Rule> {
+    let files = Files::of(&arguments.inputs.files, &arguments.inputs.reading);
+    let is_one = arguments.inputs.files.len() == 1;
+    let rule = |option, taker, is_taken| Rule { option, taker, is_taken };
+    let mut rules = of_reading(&files);
+    let one = "one design that all engines run, and here are several";
+    rules.push(rule("engines", one, is_one));
+    rules.push(rule("trust_code", one, is_one));
+    let logic = "logic by others: two charts are compared by the names that they have";
+    rules.push(rule("rename", logic, !is_one && files.any_logic()));
+    rules.push(rule("no_proof", "two designs", !is_one));
+    rules.push(rule("seed", "random reactions", arguments.stimulus.is_none()));
+    rules
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{refusal, rules};
+    use crate::args::Cli;
+    use clap::{ArgMatches, CommandFactory as _, FromArgMatches as _};
+
+    fn parsed(words: &str) -> (Cli, ArgMatches) {
+        let words = ["grafsynth"].into_iter().chain(words.split(' '));
+        let matches = Cli::command().try_get_matches_from(words).unwrap();
+        (Cli::from_arg_matches(&matches).unwrap(), matches)
+    }
+
+    fn refused(words: &str) -> Option<String> {
+        let (cli, matches) = parsed(words);
+        refusal(&cli, &matches)
+    }
+
+    #[test]
+    fn each_rule_is_about_an_option_of_its_verb() {
+        for words in [
+            "check a.graf",
+            "build a.graf -t c",
+            "build a.v -t jedec",
+            "sim a.graf",
+            "compare a.graf",
+            "convert a.graf b.st",
+            "trace a.bin --chart a.graf",
+        ] {
+            let (cli, _) = parsed(words);
+            let command = Cli::command();
+            let verb = command.find_subcommand(cli.verb.name()).unwrap();
+            let rules = rules(&cli.verb);
+            assert!(!rules.is_empty());
+            for rule in rules {
+                let is_known = verb.get_arguments().any(|known| known.get_id() == rule.option);
+                assert!(is_known, "{words}: {}", rule.option);
+            }
+        }
+    }
+
+    #[test]
+    fn what_something_takes_is_not_refused() {
+        for words in [
+            "check a.c -D X=1 --int 16",
+            "check a.graf b.c --entry f",
+            "check - --int 16",
+            "check folder --assert never(a) --notes conflicts",
+            "build a.graf -t palasm -t c --gate --device gal22v10 --style switch",
+            "build a.graf -t c,verilog --reset rst",
+            "build a.pld -t jedec --refit --device gal22v10",
+            "build a.graf -t pascal --gate",
+            "sim a.graf --random 10 --seed 3",
+            "sim a.graf --random 10 -e c --trust-code",
+            "compare a.graf --engines c --trust-code",
+            "compare a.graf b.v --rename x=y",
+            "compare a.graf b.graf --no-proof --seed 4",
+        ] {
+            assert_eq!(refused(words), None, "{words}");
+        }
+    }
+
+    #[test]
+    fn what_nothing_takes_is_named() {
+        for (words, flags) in [
+            ("check a.graf -D X=1 --int 16", "--int -D"),
+            ("check src --entry f", "--entry"),
+            ("check a.v --certify b.graf --assert never(a)", "--assert --certify"),
+            ("check a.graf --dump-after flatten --notes conflicts", "--notes"),
+            ("build a.graf -t palasm --gate", "--gate"),
+            ("build a.graf -t c --reset rst --device gal22v10", "--device --reset"),
+            ("build a.graf -t verilog --keep-pins old.jed", "--keep-pins"),
+            ("build a.graf -t jedec --refit", "--refit"),
+            ("build a.pld -t jedec --gate --encoding compact", "--gate --encoding"),
+            ("sim a.graf --stimulus s.csv --seed 3", "--seed"),
+            ("sim a.graf --random 10 --trust-code", "--trust-code"),
+            ("compare a.graf b.graf --engines c --rename x=y", "--engines --rename"),
+            ("compare a.graf --rename x=y --no-proof", "--rename --no-proof"),
+            ("convert a.scxml b.graf --root .", "--root"),
+        ] {
+            let said = refused(words).unwrap_or_default();
+            let named: Vec<&str> = said.lines().filter_map(|line| line.split(' ').next()).collect();
+            assert_eq!(named.join(" "), flags, "{words}: {said}");
+        }
+    }
+}
