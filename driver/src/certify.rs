@@ -21,8 +21,23 @@ pub struct Certified {
     pub charts: usize,
     /// How many properties they name.
     pub properties: usize,
+    /// Each named property and what is known of it, in their order.
+    pub verdicts: Vec<Certifiable>,
     /// Named properties that no certificate names, with the reason.
     pub found: Vec<Diagnostic>,
+}
+
+/// A named property of a library chart.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Certifiable {
+    /// Its name, where it stands.
+    pub name: Name,
+    /// The library chart.
+    pub of: Name,
+    /// The chart by itself, which a witness is a stimulus of.
+    pub net: Valid<Net>,
+    /// What is known of it.
+    pub outcome: Outcome,
 }
 
 /// Proves the named properties of the library charts that stand in `file`, each chart by itself, and writes down which hold. One proof a property, within
@@ -36,8 +51,13 @@ pub fn certify(
     limits: &Limits,
 ) -> Certified {
     let text = sources.get(file).map_or("", |source| source.text.as_str());
-    let mut certified =
-        Certified { text: String::new(), charts: 0, properties: 0, found: Vec::new() };
+    let mut certified = Certified {
+        text: String::new(),
+        charts: 0,
+        properties: 0,
+        verdicts: Vec::new(),
+        found: Vec::new(),
+    };
     // Where text is replaced, and by what.
     let mut changes: Vec<(std::ops::Range<usize>, String)> = Vec::new();
     for (index, library) in design.libraries.iter().enumerate() {
@@ -53,7 +73,11 @@ pub fn certify(
                 continue;
             }
         };
-        let properties = proved(&net, library, limits, &mut certified.found);
+        let verdicts = verdicts(&net, library, limits, &mut certified.found);
+        let holds = |one: &&Certifiable| matches!(one.outcome, Outcome::Proved { .. });
+        let properties: Vec<Name> =
+            verdicts.iter().filter(holds).map(|one| one.name.clone()).collect();
+        certified.verdicts.extend(verdicts);
         certified.charts += 1;
         certified.properties += properties.len();
         let certificate = graf::write_certificate(&Certificate {
@@ -86,43 +110,47 @@ pub fn certify(
     certified
 }
 
-/// The named properties of a library chart that hold, in their order.
-fn proved(
+/// What is known of the named properties of a library chart, in their order.
+fn verdicts(
     net: &Valid<Net>,
     library: &Library,
     limits: &Limits,
     found: &mut Vec<Diagnostic>,
-) -> Vec<Name> {
-    let mut names: Vec<Name> = Vec::new();
+) -> Vec<Certifiable> {
+    let mut verdicts = Vec::new();
     for verdict in grafsynth_verify::properties(net, limits) {
         let property = &net.properties[verdict.property];
         if property.role == PropertyRole::Assume {
             continue;
         }
-        let span = property.meta.span;
-        let name = match &property.name {
-            name if name.is_empty() => {
-                let message =
-                    format!("a property of {} has no name to certify it by", library.name);
-                found.push(
-                    Diagnostic::note(codes::CERTIFICATE, message)
-                        .at(span, "")
-                        .help("write a name before it: `assert still: never ..`"),
-                );
-                continue;
+        let (name, span) = (&property.name, property.meta.span);
+        if name.is_empty() {
+            let message = format!("a property of {} has no name to certify it by", library.name);
+            found.push(
+                Diagnostic::note(codes::CERTIFICATE, message)
+                    .at(span, "")
+                    .help("write a name before it: `assert still: never ..`"),
+            );
+            continue;
+        }
+        let why = match &verdict.outcome {
+            Outcome::Proved { .. } => None,
+            Outcome::Refuted { row, .. } => {
+                Some(format!("it is broken in row {row} of a stimulus"))
             }
-            name => name,
+            Outcome::Open(why) => Some(why.to_string()),
         };
-        let why = match verdict.outcome {
-            Outcome::Proved { .. } => {
-                names.push(Name::new(name.clone(), span));
-                continue;
-            }
-            Outcome::Refuted { row, .. } => format!("it is broken in row {row} of a stimulus"),
-            Outcome::Open(why) => why.to_string(),
-        };
-        let message = format!("{name} of {} is not certified: it is not proved", library.name);
-        found.push(Diagnostic::warning(codes::CERTIFICATE, message).at(span, why));
+        if let Some(why) = why {
+            let message = format!("{name} of {} is not certified: it is not proved", library.name);
+            found.push(Diagnostic::warning(codes::CERTIFICATE, message).at(span, why));
+        }
+        let name = Name::new(name.clone(), span);
+        verdicts.push(Certifiable {
+            name,
+            of: library.name.clone(),
+            net: net.clone(),
+            outcome: verdict.outcome,
+        });
     }
-    names
+    verdicts
 }

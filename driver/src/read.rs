@@ -187,7 +187,8 @@ pub fn read(
         Format::Pla => {
             let (table, more) = grafsynth_backend_pld::pla::read(texts.main, &source.text);
             found.extend(more);
-            table.and_then(|(table, _)| {
+            table.and_then(|(table, places)| {
+                found.extend(grafsynth_backend_pld::pla::clashes(&table, &places));
                 let (logic, n_open) = grafsynth_backend_pld::pla::circuit(&table);
                 let start = Span::new(texts.main, 0, 0);
                 let mut said = grafsynth_backend_pld::read::Text {

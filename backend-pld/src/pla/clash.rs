@@ -25,37 +25,81 @@ pub fn function(table: &Pla, places: &Places, nodes: usize) -> (Option<Function>
             return (None, vec![finding]);
         }
     };
+    let contradictory = function.contradictory().iter().map(|&output| {
+        let pair = on_and_off(table, places, output, &mut { PAIRS });
+        contradiction(table, output, pair.ok().flatten())
+    });
+    let overlapping = function.overlapping().iter().map(|&output| {
+        let pair = on_and_free(table, places, output, &mut { PAIRS });
+        overlap(table, output, pair.ok().flatten(), "which is taken as free")
+    });
+    let findings = contradictory.chain(overlapping).collect();
+    (function.contradictory().is_empty().then_some(function), findings)
+}
+
+/// Where a table disagrees with itself whose circuit ([`circuit`](super::circuit())) is asked for: a point that is on and off is an error, one that is on
+/// and free is on. A table of very many products is not looked at to the end, which is said.
+#[must_use]
+pub fn clashes(table: &Pla, places: &Places) -> Vec<Diagnostic> {
+    let mut left = 50 * PAIRS;
     let mut findings = Vec::new();
-    let mut has_error = false;
-    for &output in function.contradictory() {
-        has_error = true;
-        let message = format!("output {} is on and off at one point", table.output_name(output));
-        let pair = first_pair((&table.on, &places.on), (&table.off, &places.off), output)
-            .or_else(|| first_pair((&table.free, &places.free), (&table.off, &places.off), output));
-        findings.push(at_pair(
-            Diagnostic::error(codes::CONTRADICTION, message),
-            pair,
-            ["these points are said to be on or free", "and some of them off here"],
-        ));
+    for output in 0..table.shape().outputs() {
+        let off = on_and_off(table, places, output, &mut left);
+        let free = on_and_free(table, places, output, &mut left);
+        if off.is_err() || free.is_err() {
+            let message = "whether a point is on and off was not looked for in the whole table, which is large";
+            let finding = Diagnostic::warning(codes::TOO_LARGE, message);
+            findings.push(match places.on.first() {
+                Some(&span) => finding.at(span, "the first product of the table"),
+                None => finding,
+            });
+            break;
+        }
+        findings.extend(off.ok().flatten().map(|pair| contradiction(table, output, Some(pair))));
+        let shown = "and the circuit is on there";
+        findings.extend(free.ok().flatten().map(|pair| overlap(table, output, Some(pair), shown)));
     }
-    for &output in function.overlapping() {
-        let message = format!(
-            "output {} is on and free at one point, which is taken as free",
-            table.output_name(output)
-        );
-        let pair = first_pair((&table.on, &places.on), (&table.free, &places.free), output);
-        let finding = at_pair(
-            Diagnostic::warning(codes::OVERLAP, message),
-            pair,
-            ["these points are on", "and some of them free here"],
-        );
-        findings.push(if table.kind == Kind::Fd {
-            finding.help("write `~` or 0 for an output of which the product says nothing")
-        } else {
-            finding
-        });
+    findings
+}
+
+/// Pairs of products in which the first that meet are looked for.
+const PAIRS: u32 = 4_000_000;
+
+fn contradiction(table: &Pla, output: usize, pair: Option<(Span, Span)>) -> Diagnostic {
+    let message = format!("output {} is on and off at one point", table.output_name(output));
+    let finding = Diagnostic::error(codes::CONTRADICTION, message);
+    at_pair(finding, pair, ["these points are said to be on or free", "and some of them off here"])
+}
+
+fn overlap(table: &Pla, output: usize, pair: Option<(Span, Span)>, so: &str) -> Diagnostic {
+    let message = format!("output {} is on and free at one point, {so}", table.output_name(output));
+    let finding = Diagnostic::warning(codes::OVERLAP, message);
+    let finding = at_pair(finding, pair, ["these points are on", "and some of them free here"]);
+    if table.kind == Kind::Fd {
+        finding.help("write `~` or 0 for an output of which the product says nothing")
+    } else {
+        finding
     }
-    ((!has_error).then_some(function), findings)
+}
+
+type Found = Result<Option<(Span, Span)>, TooMany>;
+
+/// There are more pairs than are looked at.
+struct TooMany;
+
+fn on_and_off(table: &Pla, places: &Places, output: usize, left: &mut u32) -> Found {
+    let off = (&table.off, places.off.as_slice());
+    if !table.kind.says_off() {
+        return Ok(None);
+    }
+    Ok(match first_pair((&table.on, &places.on), off, output, left)? {
+        None => first_pair((&table.free, &places.free), off, output, left)?,
+        pair => pair,
+    })
+}
+
+fn on_and_free(table: &Pla, places: &Places, output: usize, left: &mut u32) -> Found {
+    first_pair((&table.on, &places.on), (&table.free, &places.free), output, left)
 }
 
 fn at_pair(finding: Diagnostic, pair: Option<(Span, Span)>, labels: [&str; 2]) -> Diagnostic {
@@ -65,19 +109,18 @@ fn at_pair(finding: Diagnostic, pair: Option<(Span, Span)>, labels: [&str; 2]) -
     }
 }
 
-/// The first two products of an output that meet, of the first few million pairs.
-fn first_pair(a: (&Terms, &[Span]), b: (&Terms, &[Span]), output: usize) -> Option<(Span, Span)> {
-    let mut left = 4_000_000u32;
+/// The first two products of an output that meet.
+fn first_pair(a: (&Terms, &[Span]), b: (&Terms, &[Span]), output: usize, left: &mut u32) -> Found {
     for (one, &place) in a.0.iter().zip(a.1) {
         if !a.0.shape.has_output(one, output) {
             continue;
         }
         for (other, &other_place) in b.0.iter().zip(b.1) {
-            left = left.checked_sub(1)?;
+            *left = left.checked_sub(1).ok_or(TooMany)?;
             if a.0.shape.meet(one, other, output) {
-                return Some((place, other_place));
+                return Ok(Some((place, other_place)));
             }
         }
     }
-    None
+    Ok(None)
 }

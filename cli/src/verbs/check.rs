@@ -7,6 +7,7 @@ use crate::load::{Session, Stop};
 use crate::progress;
 use crate::report::{About, Answer, Status, proof_name, reason};
 use grafsynth_backend_c::cost::Machine;
+use grafsynth_driver::certify::Certifiable;
 use grafsynth_driver::logic::LogicDesign;
 use grafsynth_driver::read::{Design, NetDesign};
 use grafsynth_ir::facts::Facts;
@@ -236,6 +237,9 @@ fn certify(
         return Err(Stop::Input("there is no library chart in the file to certify".to_owned()));
     };
     session.show(&found);
+    if session.demands.refuse(&found) {
+        return Err(Stop::Errors);
+    }
     if output.as_os_str() == "-" {
         crate::print(&certified.text);
     } else {
@@ -246,7 +250,33 @@ fn certify(
         counted(certified.properties, "property", "properties"),
         counted(certified.charts, "library chart", "library charts")
     ));
-    Ok(Exit::Done)
+    // People were told by the findings.
+    let judged = certified.verdicts.iter().map(|Certifiable { name, of, net, outcome }| {
+        let answer = |status, message: String| Answer {
+            place: Some(name.span),
+            ..Answer::new(About::Assert, format!("{name} of {of}"), status, message)
+        };
+        let (answer, exit) = match outcome {
+            Outcome::Proved { by, states } => {
+                let answer = answer(Status::Proved, format!("proved by {}", proof_name(*by)));
+                let answer = answer.proved_by(*by, &Scope::EveryStimulus).with("states", *states);
+                (answer, Exit::Done)
+            }
+            Outcome::Refuted { stimulus, row, is_shortest } => {
+                let answer = answer(Status::Refuted, format!("broken in row {row} of a stimulus"))
+                    .with("row", *row)
+                    .with("is_shortest", *is_shortest)
+                    .witness(&grafsynth_sim::run(net, stimulus).to_csv());
+                (answer, Exit::Refuted)
+            }
+            Outcome::Open(why) => {
+                (answer(Status::Open, why.to_string()).open(why), session.demands.open(why))
+            }
+        };
+        session.keep(&answer);
+        exit
+    });
+    Ok(judged.fold(Exit::Done, Exit::worse))
 }
 
 fn counted(n: usize, one: &str, many: &str) -> String {
