@@ -314,15 +314,18 @@ pub(crate) struct Searched<T, B> {
     pub(crate) by_zones: bool,
 }
 
-/// Searches with any `dt`: by zones, and where these are too many one by one. What was visited is collected in a value, made anew for each search. Gives the
-/// search that answers, or the last one, and the one before that was given up, if there were two.
+/// The part of the pairs within which both ways are tried first: one of them may end soon where the other would go on for long.
+const FIRST_PART: u64 = 8;
+
+/// Searches with any `dt`: by zones, and where these are too many one by one; both with a part of the pairs first. What was visited is collected in a value,
+/// made anew for each search. Gives the search that answers, or the last one, and the one before that was given up, if there were two.
 pub(crate) fn explore_any<'n, T, B>(
     net: &'n Valid<Net>,
     limits: &Limits,
     begin: impl Fn() -> T,
     visit: impl Fn(&mut T, &States, &Seen<'_, 'n>) -> Option<B>,
 ) -> (Searched<T, B>, Option<Searched<T, B>>) {
-    let search = |times: Times| {
+    let search = |times: Times, limits: &Limits| {
         let mut seen = begin();
         let (states, ended) =
             explore(net, limits, times, &mut |states, one| visit(&mut seen, states, one));
@@ -330,17 +333,27 @@ pub(crate) fn explore_any<'n, T, B>(
     };
     let each = Times::Each(Ticks::Any);
     if !Relevance::of(net).has_time() {
-        return (search(each), None);
+        return (search(each, limits), None);
     }
-    let zones = search(Times::Zones);
-    let states = &zones.states;
-    // Where hardly any two nodes differ in their times alone, one by one there are no fewer.
-    let is_worth_it = states.nodes.len() > 4 * states.states.len()
-        && !states.are_too_many_one_by_one(net, limits);
-    if zones.ended.open().is_none() || !is_worth_it {
-        return (zones, None);
+    let both = |limits: &Limits| {
+        let zones = search(Times::Zones, limits);
+        let states = &zones.states;
+        // Where hardly any two nodes differ in their times alone, one by one there are no fewer.
+        let is_worth_it = states.nodes.len() > 4 * states.states.len()
+            && !states.are_too_many_one_by_one(net, limits);
+        if zones.ended.open().is_none() || !is_worth_it {
+            return (zones, None);
+        }
+        (search(each, limits), Some(zones))
+    };
+    let soon = both(&Limits { pairs: limits.pairs / FIRST_PART, ..limits.clone() });
+    let ran_out = |it: &Searched<T, B>| matches!(it.ended.open(), Some(OpenReason::Pairs { .. }));
+    let is_open = soon.0.ended.open().is_some();
+    // Nothing but more pairs can change this.
+    if is_open && (ran_out(&soon.0) || soon.1.as_ref().is_some_and(ran_out)) {
+        return both(limits);
     }
-    (search(each), Some(zones))
+    soon
 }
 
 struct Search<'n, 'l> {

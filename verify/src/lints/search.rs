@@ -485,6 +485,30 @@ impl<'n> Shown<'n> {
         }
     }
 
+    /// The least limit, above `least` and not above `most`, within which the reaction ends. It does within `most`.
+    fn least_limit(&self, state: &State, way: &[InputRow], least: u32, most: u32) -> u32 {
+        let ends = |limit: u32| {
+            let mut patient = (**self.net).clone();
+            patient.settings.evolution = Evolution::Stable { limit };
+            let (Ok(patient), Some(last)) = (grafsynth_ir::validate(patient), way.last()) else {
+                return false;
+            };
+            let mut simulator = Simulator::new(&patient);
+            simulator.set_state(state);
+            !simulator.step(last).fault
+        };
+        let (mut low, mut high) = (least, most);
+        while low + 1 < high {
+            let middle = low + (high - low) / 2;
+            if ends(middle) {
+                high = middle;
+            } else {
+                low = middle;
+            }
+        }
+        high
+    }
+
     /// A limit that is too small is not yet a livelock: with much more of it the reaction may end.
     fn livelock(&self, way: &[InputRow], state: &State, shown: &str) -> Diagnostic {
         let net = self.net;
@@ -504,6 +528,7 @@ impl<'n> Shown<'n> {
             turning = fired[fired.len().saturating_sub(8)..].to_vec();
         }
         if ends {
+            let more = self.least_limit(state, way, limit, more);
             return Diagnostic::warning(
                 codes::LIVELOCK,
                 format!("a reaction needs more than the {limit} micro-steps of the limit{shown}"),
