@@ -2,10 +2,12 @@
 //!
 //! With `GRAFSYNTH_DEEP=1` in the environment the large counts are run, with `GRAFSYNTH_DEEP=8` an eighth of them; `scripts/test --deep` sets it.
 
+pub mod conversions;
 pub mod facts_watch;
 pub mod fleet;
 pub mod large_chart;
 pub mod random_c;
+pub mod random_chart;
 pub mod random_net;
 pub mod random_table;
 pub mod variants;

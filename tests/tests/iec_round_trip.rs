@@ -10,9 +10,10 @@ use grafsynth_driver::format::Format;
 use grafsynth_driver::read::{Design, ReadLimits, Texts, read};
 use grafsynth_driver::source::Sources;
 use grafsynth_ir::net::{Driver, Enter, Net, Qualifier};
-use grafsynth_ir::{Diagnostic, FileId, Valid, validate};
+use grafsynth_ir::{Diagnostic, FileId, Valid};
 use grafsynth_sim::{Stimulus, Trace};
-use grafsynth_tests::random_net::{Features, random_net};
+use grafsynth_tests::random_chart::{sayable, standard_features};
+use grafsynth_tests::random_net::random_net;
 use grafsynth_tests::rounds;
 
 fn net_of(name: &str, text: &str) -> Result<Valid<Net>, String> {
@@ -34,63 +35,6 @@ fn written(net: &Net, format: Format) -> Result<(String, Vec<Diagnostic>), Vec<D
 
 fn name_in(format: Format) -> &'static str {
     if format == Format::St { "a.st" } else { "a.xml" }
-}
-
-/// What random nets have here: all that the standard has some words for.
-fn features() -> Features {
-    Features {
-        controlled_actions: true,
-        integers: true,
-        max_steps: 5,
-        externs: false,
-        edges: false,
-        timers: true,
-        events: false,
-        raise: false,
-        tasks: false,
-        reactions: false,
-        restart: true,
-        otherwise: false,
-        mealy: false,
-        ..Features::plain()
-    }
-}
-
-/// A net without what the standard has no words for, so that most random nets can be written; `lists` keeps what runs when steps change.
-fn sayable(net: Valid<Net>, lists: bool) -> Option<Valid<Net>> {
-    let mut net = net.into_inner();
-    let steps: Vec<_> = net.steps.ids().collect();
-    for id in steps {
-        let step = &mut net.steps[id];
-        step.priority = None;
-        if !lists {
-            (step.entry, step.exit) = (Vec::new(), Vec::new());
-        }
-    }
-    let transitions: Vec<_> = net.transitions.ids().collect();
-    for id in transitions {
-        net.transitions[id].actions.clear();
-    }
-    let outputs: Vec<_> = net.outputs.ids().collect();
-    let mut driving = Vec::new();
-    for id in outputs {
-        match &mut net.outputs[id].driver {
-            Driver::Continuous(emissions) => {
-                emissions.iter_mut().for_each(|one| one.condition = None);
-            }
-            Driver::Controlled(action) => driving.push(*action),
-            Driver::Mealy(_) | Driver::Stored(_) | Driver::Extern { .. } => {}
-        }
-    }
-    let actions: Vec<_> = net.actions.ids().collect();
-    for id in actions {
-        let action = &mut net.actions[id];
-        action.uses.iter_mut().for_each(|one| one.condition = None);
-        if driving.contains(&id) {
-            action.body.clear();
-        }
-    }
-    validate(net).ok()
 }
 
 /// Steps, transitions and who asks for which action and output, whatever words say so: each a line. Actions that are in `of` alone.
@@ -296,7 +240,9 @@ fn check_project(text: &str) {
 fn charts_written_as_programs_come_back() {
     let mut n_of: BTreeMap<&str, u64> = BTreeMap::new();
     for seed in 0..rounds(400, 2_500) {
-        let Some(net) = sayable(random_net(seed, &features()), seed % 2 == 1) else { continue };
+        let Some(net) = sayable(random_net(seed, &standard_features()), seed % 2 == 1) else {
+            continue;
+        };
         for format in [Format::St, Format::Plcopen] {
             let Ok((text, lost)) = written(&net, format) else { continue };
             let about = format!("seed {seed}\n{text}");
@@ -355,7 +301,7 @@ fn written_projects_are_valid_against_the_schema() {
     let drawn = net_of("drawn.graf", include_str!("../cases/plcopen/drawn.graf"))
         .unwrap_or_else(|why| panic!("{why}"));
     let random = (0..rounds(120, 2_000))
-        .filter_map(|seed| sayable(random_net(seed, &features()), seed % 2 == 1));
+        .filter_map(|seed| sayable(random_net(seed, &standard_features()), seed % 2 == 1));
     let mut n_files = 0;
     let mut command = Command::new("xmllint");
     command.arg("--noout").arg("--schema").arg(&schema);

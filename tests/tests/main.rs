@@ -10,6 +10,7 @@ mod c_random;
 mod c_sources;
 mod chart_pairs;
 mod controllers;
+mod conversions;
 mod drawn_again;
 mod emergency;
 mod engines;

@@ -13,7 +13,7 @@ use grafsynth_ir::net::{
 use grafsynth_ir::{Name, Span};
 
 use super::bodies::BodyId;
-use super::{Writer, cannot};
+use super::{Writer, cannot, timers};
 
 /// True for the qualifiers that do not make an action controlled by themselves.
 pub(super) fn is_plain(qualifier: Qualifier) -> bool {
@@ -30,7 +30,7 @@ pub(super) fn is_plain(qualifier: Qualifier) -> bool {
     }
 }
 
-fn is_timed(qualifier: Qualifier) -> bool {
+pub(super) fn is_timed(qualifier: Qualifier) -> bool {
     match qualifier {
         Qualifier::L | Qualifier::D | Qualifier::SD | Qualifier::DS | Qualifier::SL => true,
         Qualifier::N
@@ -95,7 +95,7 @@ impl Writer<'_> {
                             action.name.span,
                         ));
                     }
-                    self.controlled(action, &output.name, None);
+                    self.controlled(*id, &output.name, None);
                 }
                 Driver::Extern { calls, .. } => {
                     for call in calls {
@@ -112,10 +112,13 @@ impl Writer<'_> {
                 }
             }
         }
-        for (id, action) in net.actions.iter().filter(|(id, _)| !driven.contains_key(&id.index())) {
+        for (id, action) in net.actions.iter() {
+            if driven.contains_key(&id.index()) || self.timers.contains_key(&id) {
+                continue;
+            }
             match called_by_qualifiers(net, action) {
                 Some((output, arguments)) => {
-                    self.controlled(action, &net.outputs[output].name, Some(arguments));
+                    self.controlled(id, &net.outputs[output].name, Some(arguments));
                 }
                 None => {
                     if net.settings.policy.is_statechart() {
@@ -124,7 +127,7 @@ impl Writer<'_> {
                         self.findings.push(cannot(finding, action.name.span));
                     }
                     self.drawn.push(id);
-                    self.controlled(action, &action.name, None);
+                    self.controlled(id, &action.name, None);
                 }
             }
         }
@@ -186,14 +189,23 @@ impl Writer<'_> {
         path.names.pop().unwrap_or_default()
     }
 
-    fn controlled(
-        &mut self,
-        action: &net::ControlledAction,
-        target: &Name,
-        arguments: Option<&[net::Expr]>,
-    ) {
-        let duration = self.nanoseconds(action.duration, action.name.span);
+    fn controlled(&mut self, id: net::ActionId, target: &Name, arguments: Option<&[net::Expr]>) {
+        let net = self.net;
+        let action = &net.actions[id];
+        let mut of_timers: BTreeMap<net::ActionId, std::slice::Iter<'_, net::ActionUse>> =
+            BTreeMap::new();
         for one in &action.uses {
+            // What a further duration brings stands where it is asked for.
+            let timer = timers::asked(one).filter(|timer| self.timers.get(timer) == Some(&id));
+            let (of, one) = match timer {
+                Some(timer) => {
+                    let own = of_timers.entry(timer);
+                    let own = own.or_insert_with(|| net.actions[timer].uses.iter());
+                    (&net.actions[timer], own.next().unwrap_or(one))
+                }
+                None => (action, one),
+            };
+            let duration = self.nanoseconds(of.duration, of.name.span);
             let how =
                 ActionHow::Qualified(one.qualifier, is_timed(one.qualifier).then_some(duration));
             self.action(one.step, target, arguments, how, one.condition.as_ref(), one.span);

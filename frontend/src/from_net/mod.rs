@@ -7,6 +7,7 @@ mod bodies;
 mod expr;
 mod items;
 mod states;
+mod timers;
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -52,6 +53,7 @@ pub(crate) fn design(net: &Net) -> Result<Design, Vec<Diagnostic>> {
         step_items: BTreeMap::new(),
         is_iec: needs_iec(net),
         drawn: Vec::new(),
+        timers: timers::of(net),
         states,
         completed,
     };
@@ -69,6 +71,8 @@ struct Writer<'a> {
     is_iec: bool,
     /// Controlled actions that are drawn as such.
     drawn: Vec<ActionId>,
+    /// Actions that are a further duration of another one, which they come before.
+    timers: BTreeMap<ActionId, ActionId>,
     /// The states of a statechart.
     states: States,
     /// The states whose completion an event is.

@@ -45,6 +45,7 @@ impl<'a> Numbers<'a> {
         let mut last = [none; 6];
         let mut constant: Option<Const<'a>> = None;
         let mut in_const_list = false;
+        let mut was_while = false;
         loop {
             let token = lexer.next(&mut |_, _| {}, &mut |_| {});
             last.rotate_left(1);
@@ -71,8 +72,10 @@ impl<'a> Numbers<'a> {
             }
             has_sink |=
                 word(f) == SINK && matches!(word(e), "step" | "state" | "parallel" | "region");
-            // `T while`
-            if word(f) == "while" && is_name(e) {
+            // `timer T while`, `, U while`; what stands behind may be a name that is spelled as the word.
+            let declares = word(d) == "timer" || d.kind == Kind::Comma;
+            was_while = word(f) == "while" && is_name(e) && declares && !was_while;
+            if was_while {
                 names.push(name_of(text, e));
             }
             // `const N = 5, M = N + 1`

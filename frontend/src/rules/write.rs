@@ -61,6 +61,8 @@ struct Flat<'a> {
     declarations: Vec<&'a Declaration>,
     /// Names of outputs that are no extern actions.
     outputs: BTreeSet<&'a str>,
+    /// The actions that stand right before an output, by its name: actions run in their order.
+    behind_actions: BTreeMap<&'a str, Vec<String>>,
 }
 
 impl Writer {
@@ -75,6 +77,9 @@ impl Writer {
         }
         let mut flat = Flat::default();
         let mut behind = Vec::new();
+        let mut before = Vec::new();
+        // The first transition with a list: rules have all steps, and so their reactions, before all transitions.
+        let mut with_list: Option<&Transition> = None;
         let mut has_policy = false;
         for item in &chart.items {
             match item {
@@ -94,18 +99,41 @@ impl Writer {
                 Item::Declaration(declaration) => {
                     if matches!(declaration.kind, DeclarationKind::Output { .. }) {
                         flat.outputs.insert(&declaration.name.text);
+                        if !before.is_empty() {
+                            flat.behind_actions
+                                .insert(&declaration.name.text, std::mem::take(&mut before));
+                        }
                     }
                     flat.declarations.push(declaration);
                 }
-                Item::Step(step) => flat.steps.push(step),
-                Item::Transition(transition) => flat.transitions.push(transition),
+                Item::Step(step) => {
+                    let reacts =
+                        step.body.iter().find(|it| matches!(it.kind, StepItemKind::On { .. }));
+                    if let (Some(reaction), Some(transition)) = (reacts, with_list) {
+                        let name = transition.name.as_ref().map_or("", |name| &name.text);
+                        self.findings.push(cannot(
+                            format!(
+                                "rules run the reactions of {} before the list of transition {name}",
+                                step.name
+                            ),
+                            reaction.span,
+                        ));
+                    }
+                    flat.steps.push(step);
+                }
+                Item::Transition(transition) => {
+                    if with_list.is_none() && !transition.actions.is_empty() {
+                        with_list = Some(transition);
+                    }
+                    flat.transitions.push(transition);
+                }
                 Item::Action(action) => {
                     let list = match action.body.as_slice() {
                         [] => Some(String::new()),
                         _ => self.text.inline_list(&action.body).map(|list| format!(" {list}")),
                     };
                     match list.filter(|list| !list.contains('\n')) {
-                        Some(list) => behind.push(format!(
+                        Some(list) => before.push(format!(
                             "action {}{}{list}",
                             names::name(&action.name.text, Position::Anywhere),
                             attributes(&action.meta)
@@ -163,7 +191,8 @@ impl Writer {
         if !has_policy {
             options.push("conflict all".to_owned());
         }
-        self.rules(&flat, options, behind)
+        before.append(&mut behind);
+        self.rules(&flat, options, before)
     }
 
     fn rules(&mut self, flat: &Flat<'_>, mut options: Vec<String>, behind: Vec<String>) -> String {
@@ -192,7 +221,9 @@ impl Writer {
             if let Some(is_input) = is_input {
                 lists[if is_input { 2 } else { 3 }].1.push(name);
             }
-            if !is_plain(declaration, &sub_rules) {
+            let actions = flat.behind_actions.get(declaration.name.text.as_str());
+            options.extend(actions.into_iter().flatten().cloned());
+            if actions.is_some() || !is_plain(declaration, &sub_rules) {
                 options.push(format!(
                     "{} {}",
                     keyword(declaration),

@@ -89,7 +89,11 @@ impl<'m> Builder<'m, '_> {
     /// SCXML lets one name stand for several sends; a chart has one timer for each name.
     fn slots(&mut self) {
         let mut sends: Vec<(&'m Name, Sent)> = Vec::new();
-        self.machine.each_act(&mut |act| {
+        // What stands in a transition that is left out is sent nowhere, and a cancel of it cancels nothing.
+        let never = |one: &super::tree::Transition| {
+            one.has_event && !self.alphabet.matches_any(&one.events)
+        };
+        self.machine.each_act_but(&never, &mut |act| {
             if let ActKind::Send { event, after_ns, slot: Some(slot) } = &act.kind {
                 sends.push((slot, (event.text.clone(), after_ns.unwrap_or(0))));
             }

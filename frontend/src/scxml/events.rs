@@ -170,6 +170,18 @@ impl Alphabet {
         Some(Name::new(self.events[*index].name.as_str(), event.span))
     }
 
+    /// True when some event matches one of these descriptors.
+    pub(super) fn matches_any(&self, descriptors: &[Name]) -> bool {
+        descriptors.iter().any(|descriptor| {
+            let (text, _) = stem(&descriptor.text);
+            let prefix = format!("{text}.");
+            let mut longer = self.by_name.range(prefix.clone()..);
+            text.is_empty() && !self.events.is_empty()
+                || self.by_name.contains_key(text)
+                || longer.next().is_some_and(|(name, _)| name.starts_with(&prefix))
+        })
+    }
+
     /// What descriptors match, in the order of declaration; each event once.
     pub(super) fn matched(
         &mut self,

@@ -152,6 +152,15 @@ pub(super) enum ActKind {
 impl Machine {
     /// Calls `visit` on every statement, document order, outer before inner.
     pub(super) fn each_act<'m>(&'m self, visit: &mut impl FnMut(&'m Act)) {
+        self.each_act_but(&|_| false, visit);
+    }
+
+    /// The same but for the contents of some transitions.
+    pub(super) fn each_act_but<'m>(
+        &'m self,
+        is_left_out: &impl Fn(&Transition) -> bool,
+        visit: &mut impl FnMut(&'m Act),
+    ) {
         fn acts<'m>(list: &'m [Act], visit: &mut impl FnMut(&'m Act)) {
             for act in list {
                 visit(act);
@@ -181,7 +190,9 @@ impl Machine {
                 acts(&history.content, visit);
             }
             for child in &state.children {
-                if let Child::Transition(transition) = child {
+                if let Child::Transition(transition) = child
+                    && !is_left_out(transition)
+                {
                     acts(&transition.content, visit);
                 }
             }

@@ -251,15 +251,21 @@ impl Builder {
         names.filter(|(is_next, _)| !is_next).map(|(_, name)| name.text.clone()).collect()
     }
 
-    /// Inputs and outputs in the order of their lists, then everything that only options declare; gives back all other options.
+    /// Inputs and outputs in the order of their lists, then everything that only options declare; gives back all other options. An action whose option stands
+    /// before that of an output comes before it, for actions run in their order.
     fn declarations(&mut self, items: &mut Vec<Item>, mealy: &BTreeSet<String>) -> Vec<Item> {
         let mut declared: BTreeMap<String, Declaration> = BTreeMap::new();
         let mut order = Vec::new();
         let mut rest = Vec::new();
+        let mut actions = Vec::new();
+        let mut before: BTreeMap<String, Vec<Item>> = BTreeMap::new();
         for item in std::mem::take(&mut self.options.items) {
             match item {
                 Item::Declaration(declaration) => {
                     let name = declaration.name.clone();
+                    if matches!(declaration.kind, DeclarationKind::Output { .. }) {
+                        before.entry(name.text.clone()).or_default().append(&mut actions);
+                    }
                     match declared.entry(name.text.clone()) {
                         Entry::Vacant(place) => {
                             place.insert(declaration);
@@ -282,13 +288,15 @@ impl Builder {
                 | Item::Enclosing(_)
                 | Item::State(_)
                 | Item::Use(_)
-                | Item::Action(_)
                 | Item::Emergency(_)
                 | Item::Property(_)
                 | Item::Place(_)
                 | Item::Board(_)) => rest.push(item),
+                item @ Item::Action(_) => actions.push(item),
             }
         }
+        actions.append(&mut rest);
+        let rest = actions;
         for (list, is_output) in [(&self.rules.inputs, false), (&self.rules.outputs, true)] {
             for name in list {
                 let mut declaration = match declared.remove(&name.text) {
@@ -323,10 +331,14 @@ impl Builder {
                         .at(name.span, "listed here")
                     });
                 }
+                items.extend(before.remove(&name.text).unwrap_or_default());
                 items.push(Item::Declaration(declaration));
             }
         }
-        items.extend(order.iter().filter_map(|name| declared.remove(name)).map(Item::Declaration));
+        for name in order {
+            items.extend(before.remove(&name).unwrap_or_default());
+            items.extend(declared.remove(&name).map(Item::Declaration));
+        }
         rest
     }
 

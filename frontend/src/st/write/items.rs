@@ -105,6 +105,10 @@ struct Maker<'a> {
     /// Actions with lists: programs cannot ask for their Q.
     lists: BTreeSet<&'a str>,
     leaving: BTreeSet<String>,
+    /// Steps that a transition may make begin anew, at once left and entered.
+    renewed: BTreeSet<&'a str>,
+    /// Outputs and actions whose value changes before the actions run.
+    controlled: BTreeSet<&'a str>,
     /// Why lists of steps and free timers would not run as they do, if they would not.
     unordered: Option<&'static str>,
     /// Lists that run when steps are left and entered, in the order of the steps.
@@ -163,6 +167,8 @@ fn programs(design: &Design, target: &'static str) -> Programs {
             steps: BTreeSet::new(),
             lists: BTreeSet::new(),
             leaving: BTreeSet::new(),
+            renewed: BTreeSet::new(),
+            controlled: BTreeSet::new(),
             unordered: (design.charts.len() > 1).then_some("in one of several charts"),
             exits: Vec::new(),
             entries: Vec::new(),
@@ -271,7 +277,7 @@ impl<'a> Maker<'a> {
                         self.lists.insert(&action.name.text);
                     } else {
                         let label = self.label(&action.meta);
-                        let (address, label) = address(&label);
+                        let (address, label) = address(&label, true);
                         vars.push(Var {
                             name,
                             ty: Type::Bool,
@@ -332,7 +338,7 @@ impl<'a> Maker<'a> {
                 Item::Use(one) => {
                     self.cannot(format!("library charts: {}", one.name), one.name.span);
                 }
-                Item::Emergency(one) => self.cannot("an emergency", one.meta.span),
+                Item::Emergency(one) => self.cannot("emergencies", one.meta.span),
                 Item::Property(one) => self.lose("a property", one.meta.span),
                 Item::Place(one) => self.lose("a wish about the partition", one.span),
                 Item::Board(one) => self.lose("device and pins", one.span),
@@ -341,6 +347,8 @@ impl<'a> Maker<'a> {
         if !priority && !program.pragmas.iter().any(|one| one.starts_with("conflict")) {
             program.pragmas.push("conflict all".to_owned());
         }
+        self.renewed = super::lists::renewed(chart);
+        self.controlled = super::lists::controlled(chart);
         self.bodies(chart, iec, &mut program);
         self.lists_and_timers(chart, *tick, &mut program, &mut vars);
         program.sections = vec![("VAR_INPUT", inputs), ("VAR_OUTPUT", outputs), ("VAR", vars)];
@@ -413,6 +421,20 @@ impl<'a> Maker<'a> {
         self.ordered("lists that run at changes of steps", span);
         if super::lists::asks_for_steps(list) {
             self.cannot("lists that run at changes of steps and ask for steps", span);
+        }
+        if let Some(name) = super::lists::asks_for(list, &self.controlled) {
+            self.cannot(
+                format!(
+                    "lists that run at changes of steps and read {name} as it was in the last row"
+                ),
+                span,
+            );
+        }
+        if self.renewed.contains(step.text.as_str()) {
+            self.cannot(
+                format!("lists of a step that `restart` leaves and enters at once: {step}"),
+                span,
+            );
         }
         let mut body = Vec::new();
         if let Err((what, span)) = text::block(self, list, 0, &mut body) {
@@ -542,7 +564,7 @@ impl<'a> Maker<'a> {
         };
         let name = self.declare(&declaration.name);
         let label = self.label(&declaration.meta);
-        let (address, label) = address(&label);
+        let (address, label) = address(&label, section == 2);
         Some((section, Var { name, ty, len, block: None, init, address, label }))
     }
 
@@ -692,11 +714,12 @@ fn pulse(action: &Action, qualifier: &str) -> Use {
     Use { action: action.name.clone(), qualifier: qualifier.to_owned(), duration: None }
 }
 
-/// An address at the beginning of a label, and the rest.
-fn address(label: &str) -> (Option<String>, String) {
+/// An address at the beginning of a label, and the rest. A variable that `is_inner` has none at a pin: that would make it an input or output.
+fn address(label: &str, is_inner: bool) -> (Option<String>, String) {
     let (first, rest) = label.split_once(' ').unwrap_or((label, ""));
     let is_address = first.starts_with('%')
         && first.len() > 2
+        && (!is_inner || first[1..].starts_with(['M', 'm']))
         && first[1..].chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '.' | '*'));
     if is_address { (Some(first.to_owned()), rest.to_owned()) } else { (None, label.to_owned()) }
 }

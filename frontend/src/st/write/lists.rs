@@ -6,10 +6,13 @@
 //! ```
 //! Actions run after all transitions of a scan, in the order in which they are declared: first all lists of steps that are left, then those of steps that
 //! are entered, then what the chart has of actions, and the timers at last. That is the order of semantics §3.3, §3.5 and §7 as long as no list asks for
-//! steps, which change one after the other there.
+//! steps, which change one after the other there, or for controlled outputs, which still have the value of the last row there. A step that is left and
+//! entered at once stays active for a P0 or P1.
+
+use std::collections::BTreeSet;
 
 use grafsynth_ir::chart::{
-    Block, Chart, DeclarationKind, Expr, Item, Leaf, StepItemKind, StmtKind,
+    ActionHow, Block, Chart, DeclarationKind, Expr, Item, Leaf, StepItemKind, StmtKind,
 };
 
 /// Calls `visit` on every expression of a list.
@@ -49,6 +52,52 @@ pub(super) fn asks_for_steps(block: &Block) -> bool {
         });
     });
     asks
+}
+
+/// The first of these names that a list reads.
+pub(super) fn asks_for(block: &Block, names: &BTreeSet<&str>) -> Option<String> {
+    let mut found = None;
+    of_block(block, &mut |expr| {
+        expr.for_each_leaf(&mut |leaf| {
+            if let Leaf::Name(path) = leaf
+                && let [name] = path.names.as_slice()
+                && names.contains(name.text.as_str())
+            {
+                found.get_or_insert_with(|| name.text.clone());
+            }
+        });
+    });
+    found
+}
+
+/// The outputs and actions that steps name with qualifiers: their values change before the bodies of actions run.
+pub(super) fn controlled(chart: &Chart) -> BTreeSet<&str> {
+    let mut found = BTreeSet::new();
+    for item in &chart.items {
+        let Item::Step(step) = item else { continue };
+        for one in &step.body {
+            if let StepItemKind::Action { target, how, .. } = &one.kind
+                && *how != ActionHow::Bare
+            {
+                found.insert(target.text.as_str());
+            }
+        }
+    }
+    found
+}
+
+/// The steps that a transition with `restart` enters and some transition leaves.
+pub(super) fn renewed(chart: &Chart) -> BTreeSet<&str> {
+    let transitions = || {
+        chart.items.iter().filter_map(|item| {
+            if let Item::Transition(transition) = item { Some(transition) } else { None }
+        })
+    };
+    let left: BTreeSet<String> =
+        transitions().flat_map(|one| &one.sources).map(ToString::to_string).collect();
+    let entered = transitions().filter(|one| one.restart).flat_map(|one| &one.targets);
+    let names = entered.filter(|path| left.contains(&path.to_string()));
+    names.filter_map(|path| path.names.last()).map(|name| name.text.as_str()).collect()
 }
 
 /// The longest time that anything of a chart is compared with, in nanoseconds.

@@ -1,0 +1,93 @@
+//! Further durations of an action, which lowering makes actions of their own.
+//!
+//! ```text
+//! action Q_timed duration 2        step s { Q D 40 ms; Q D 20 ms }
+//!     use s D
+//! action Q duration 4
+//!     use s D
+//!     use s N if Q_timed.q
+//! ```
+
+use std::collections::BTreeMap;
+
+use grafsynth_ir::expr::ExprKind;
+use grafsynth_ir::net::{ActionId, ActionUse, Driver, Leaf, Net, PropertyLeaf, Qualifier};
+use grafsynth_ir::walk::for_each_expr;
+
+use super::items::is_timed;
+
+/// The action that this use asks for and nothing else.
+pub(super) fn asked(one: &ActionUse) -> Option<ActionId> {
+    match (one.qualifier, one.condition.as_ref().map(|condition| &condition.kind)) {
+        (Qualifier::N, Some(ExprKind::Leaf(Leaf::Controlled(action)))) => Some(*action),
+        _ => None,
+    }
+}
+
+/// The actions that are a further duration of another one, with that one: lowering the chart that has their durations there gives them back.
+pub(super) fn of(net: &Net) -> BTreeMap<ActionId, ActionId> {
+    let mut n_reads: BTreeMap<ActionId, usize> = BTreeMap::new();
+    let mut read = |leaf: &Leaf| {
+        if let Leaf::Controlled(action) = leaf {
+            *n_reads.entry(*action).or_default() += 1;
+        }
+    };
+    for_each_expr(net, &mut |expr| expr.for_each_leaf(&mut read));
+    for property in &net.properties {
+        property.never.for_each_leaf(&mut |leaf| {
+            if let PropertyLeaf::Net(leaf) = leaf {
+                read(leaf);
+            }
+        });
+    }
+    let drives =
+        |id: ActionId| net.outputs.values().any(|output| output.driver == Driver::Controlled(id));
+    let mut found = BTreeMap::new();
+    // The actions that stand before the one at hand and may be durations of it.
+    let mut before: Vec<ActionId> = Vec::new();
+    for (id, action) in net.actions.iter() {
+        // Durations in the order in which they first occur, as lowering makes actions of them; the first one stays.
+        let mut timers: Vec<ActionId> = Vec::new();
+        for timer in action.uses.iter().filter_map(asked) {
+            if !timers.contains(&timer) {
+                timers.push(timer);
+            }
+        }
+        let is_whole = |timer: &ActionId| {
+            let asking = action.uses.iter().filter(|one| asked(one) == Some(*timer));
+            let own = &net.actions[*timer].uses;
+            let prefix = format!("{}_timed", action.name.text);
+            n_reads.get(timer) == Some(&own.len())
+                && net.actions[*timer].name.text.starts_with(&prefix)
+                && asking.map(|one| one.step).eq(own.iter().map(|one| one.step))
+        };
+        timers.retain(is_whole);
+        let mut durations: Vec<u32> = timers.iter().map(|it| net.actions[*it].duration).collect();
+        durations.push(action.duration);
+        durations.sort_unstable();
+        let is_twice = durations.windows(2).any(|pair| pair[0] == pair[1]);
+        let stores = |one: &ActionUse| {
+            is_timed(one.qualifier) && !matches!(one.qualifier, Qualifier::L | Qualifier::D)
+        };
+        let first = action.uses.iter().find(|one| {
+            is_timed(one.qualifier) || asked(one).is_some_and(|timer| timers.contains(&timer))
+        });
+        let keeps =
+            action.uses.iter().any(stores) || first.is_some_and(|one| is_timed(one.qualifier));
+        if before.ends_with(&timers) && !is_twice && keeps {
+            found.extend(timers.into_iter().map(|timer| (timer, id)));
+        }
+        let is_timer = !drives(id)
+            && action.body.is_empty()
+            && action.meta.label.is_empty()
+            && action.meta.req.is_empty()
+            && !action.uses.is_empty()
+            && action.uses.iter().all(|one| matches!(one.qualifier, Qualifier::L | Qualifier::D));
+        if is_timer {
+            before.push(id);
+        } else {
+            before.clear();
+        }
+    }
+    found
+}

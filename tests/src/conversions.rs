@@ -1,0 +1,171 @@
+//! Charts in other languages, read back: what is written behaves as the chart does, or is refused.
+
+use grafsynth_driver::convert::convert;
+use grafsynth_driver::format::Format;
+use grafsynth_driver::read::{Design, NetDesign, ReadLimits, Texts, read};
+use grafsynth_driver::source::Sources;
+use grafsynth_ir::net::Net;
+use grafsynth_ir::{FileId, Valid};
+use grafsynth_sim::{ColumnKind, Stimulus, Trace, Value, run};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// What came of one chart in one language.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Came {
+    /// The language cannot say it: the first reason.
+    Refused(String),
+    /// Written and read back, and it behaves alike; how many losses are listed.
+    Alike(usize),
+    /// It behaves otherwise, or cannot be read back: how that shows.
+    Otherwise(String),
+}
+
+/// The chart of a text.
+///
+/// # Errors
+/// The messages of its errors.
+pub fn design_of(file: &str, text: &str) -> Result<Box<NetDesign>, String> {
+    let mut sources = Sources::default();
+    let main = sources.add(file, text);
+    match read(&sources, &Texts { main, ..Texts::default() }, ReadLimits::default()) {
+        (Some(Design::Net(design)), _) => Ok(design),
+        (Some(Design::Logic(_)), _) => Err("it is logic".to_owned()),
+        (None, found) => {
+            let messages = found.iter().filter(|one| one.is_error());
+            Err(messages.map(|one| one.message.as_str()).collect::<Vec<_>>().join("; "))
+        }
+    }
+}
+
+/// The languages of charts that are written and read back.
+pub const FORMS: [Format; 6] =
+    [Format::Graf, Format::Rules, Format::Scxml, Format::St, Format::Plcopen, Format::Net];
+
+/// A chart in another language and back, and from there in a third one and back.
+#[must_use]
+pub fn there_and_back(chart: &NetDesign, to: Format, seed: u64) -> Came {
+    let (came, again) = one_way(chart, to, seed);
+    if let Some(again) = again {
+        let next = FORMS[(seed % FORMS.len() as u64) as usize];
+        if let (Came::Otherwise(why), _) = one_way(&again, next, seed) {
+            let text =
+                convert(&Design::Net(again), to).map_or_else(|_| String::new(), |it| it.text);
+            return Came::Otherwise(format!("from there to {}: {why}\n{text}", next.name()));
+        }
+    }
+    came
+}
+
+/// A chart in another language, and what is read back where it behaves alike.
+fn one_way(chart: &NetDesign, to: Format, seed: u64) -> (Came, Option<Box<NetDesign>>) {
+    match written(chart, to, seed) {
+        Ok((n_lost, again)) => (Came::Alike(n_lost), Some(again)),
+        Err(came) => (came, None),
+    }
+}
+
+fn written(chart: &NetDesign, to: Format, seed: u64) -> Result<(usize, Box<NetDesign>), Came> {
+    let converted = match convert(&Design::Net(Box::new(chart.clone())), to) {
+        Ok(converted) => converted,
+        Err(found) => {
+            let why = found.first().map_or_else(String::new, |one| one.message.clone());
+            return Err(Came::Refused(why));
+        }
+    };
+    let file = format!("a.{}", to.extension());
+    let again = match design_of(&file, &converted.text) {
+        Ok(again) => again,
+        Err(why) => {
+            return Err(Came::Otherwise(format!("not read back: {why}\n{}", converted.text)));
+        }
+    };
+    // What has another name is listed.
+    let mut names: BTreeMap<String, String> = BTreeMap::new();
+    for one in &converted.lost {
+        let message = one.message.strip_suffix(" in the document").unwrap_or(&one.message);
+        if let Some((old, new)) = message.split_once(" is called ") {
+            let old = old.strip_prefix("the event ").unwrap_or(old);
+            names.insert(old.to_owned(), new.to_owned());
+        }
+    }
+    for round in 0..3 {
+        let stimulus = Stimulus::random(&chart.net, 60, seed + round, 3);
+        if let Err(why) = alike(&chart.net, &again.net, &stimulus, &names) {
+            return Err(Came::Otherwise(format!("{why}\n{}", converted.text)));
+        }
+    }
+    Ok((converted.lost.len(), again))
+}
+
+/// Compares the columns of both traces under the names that the second has.
+fn alike(
+    net: &Valid<Net>,
+    other: &Valid<Net>,
+    stimulus: &Stimulus,
+    names: &BTreeMap<String, String>,
+) -> Result<(), String> {
+    let new = |name: &str| names.get(name).cloned().unwrap_or_else(|| name.to_owned());
+    let csv = stimulus.to_csv(net);
+    let (head, rows) = csv.split_once('\n').unwrap_or((&csv, ""));
+    let head: Vec<String> = head.split(',').map(new).collect();
+    let csv = format!("{}\n{rows}", head.join(","));
+    let (parsed, found) = Stimulus::parse_csv(other, FileId(0), &csv);
+    let parsed = parsed.ok_or_else(|| format!("other inputs: {found:?}"))?;
+    let (first, second) = (run(net, stimulus), run(other, &parsed));
+    for (at, column) in first.layout.columns.iter().enumerate() {
+        let name = new(&column.name);
+        let is_own = |kind: ColumnKind| {
+            matches!(
+                kind,
+                ColumnKind::Output(_)
+                    | ColumnKind::Calls(_)
+                    | ColumnKind::Var(_)
+                    | ColumnKind::Element(..)
+            )
+        };
+        let twin = second.layout.columns.iter().position(|other| match column.kind {
+            ColumnKind::Steps => other.kind == ColumnKind::Steps,
+            ColumnKind::Fault => other.kind == ColumnKind::Fault,
+            ColumnKind::Scan
+            | ColumnKind::Dt
+            | ColumnKind::Input(_)
+            | ColumnKind::Output(_)
+            | ColumnKind::Calls(_)
+            | ColumnKind::Var(_)
+            | ColumnKind::Element(..) => {
+                is_own(column.kind) && is_own(other.kind) && other.name == name
+            }
+        });
+        let Some(twin) = twin else {
+            if is_own(column.kind) || column.kind == ColumnKind::Steps {
+                return Err(format!("no column {name}"));
+            }
+            continue;
+        };
+        for row in 0..first.rows.len() {
+            let left = cell(&first, at, row, &new);
+            let right = cell(&second, twin, row, &|name| name.to_owned());
+            if left != right {
+                return Err(format!("row {row}, {}: {left:?} and {right:?}", column.name));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// A cell as words: the names of steps, or a value.
+fn cell(
+    trace: &Trace,
+    column: usize,
+    row: usize,
+    new: &dyn Fn(&str) -> String,
+) -> BTreeSet<String> {
+    match trace.rows.get(row).map(|row| &row.values[column]) {
+        Some(Value::Steps(steps)) => {
+            let names: Vec<&str> = trace.layout.step_names().collect();
+            steps.iter().map(|step| new(names[*step as usize])).collect()
+        }
+        Some(value) => [trace.layout.text(value)].into(),
+        None => BTreeSet::new(),
+    }
+}
