@@ -159,7 +159,7 @@ pub(crate) struct Input {
 /// The designs that a verb works on.
 #[derive(Debug, Args)]
 pub(crate) struct Inputs {
-    /// Charts (.graf .rules .scxml .st .c .kiss2 .net) or logic (.pds .pld .v .blif .pla); `-` is standard input. Of a folder the charts in it and below.
+    /// Charts (.graf .rules .scxml .st .c .kiss2 .net) or logic (.pds .pld .v .blif .pla); `-` is standard input. Of a folder the charts in it and below; hidden folders and links to folders are left out.
     #[arg(required = true, value_name = "FILE")]
     pub(crate) files: Vec<String>,
     #[command(flatten)]

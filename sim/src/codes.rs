@@ -28,6 +28,8 @@ pub const TRACE_HEADER: Code = Code { id: "G0511", title: "trace of another char
 pub const TRACE_CELL: Code = Code { id: "G0512", title: "unreadable cell in a trace" };
 /// A saved state that cannot be read.
 pub const BAD_STATE: Code = Code { id: "G0513", title: "unreadable saved state" };
+/// Inputs in the row of the reset.
+pub const RESET_ROW: Code = Code { id: "G0514", title: "inputs in the row of the reset" };
 /// An assignment that did not fit and was brought to the nearest bound.
 pub const SATURATED: Code = Code { id: "G0520", title: "assignment saturated" };
 /// Two lists that wrote one variable in one micro-step.
@@ -56,6 +58,7 @@ pub const ALL: &[Code] = &[
     TRACE_HEADER,
     TRACE_CELL,
     BAD_STATE,
+    RESET_ROW,
     SATURATED,
     RACE,
     RESENT,

@@ -357,6 +357,22 @@ impl Reader<'_> {
             self.expected.row(expected, is_reset);
         }
         if is_reset {
+            let zero = InputRow::zero(self.net);
+            let given = &self.stimulus.values[first_value..];
+            let mut given = self.stimulus.columns.iter().zip(given);
+            if let Some((input, _)) = given.find(|(input, value)| zero.value(**input) != **value) {
+                let name = &self.net.inputs[*input].name;
+                self.diagnostics.push(
+                    Diagnostic::warning(
+                        codes::RESET_ROW,
+                        format!(
+                            "row 0 is the reset, which reads no input: its `{name}` does nothing"
+                        ),
+                    )
+                    .at(Span::new(self.file, start, start + line.trim_end().len()), "")
+                    .help("number the rows of a stimulus from 1, or leave `scan` out"),
+                );
+            }
             self.stimulus.values.truncate(first_value);
             return;
         }

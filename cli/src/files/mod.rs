@@ -67,7 +67,8 @@ pub(crate) fn below(folder: &str) -> Result<Vec<String>, String> {
             let path = entry.path();
             if entry.file_type().map_err(|why| cannot(&path, &why))?.is_dir() {
                 open.push(path);
-            } else if path.is_file() {
+            } else if path.is_file() || !path.exists() {
+                // A link that leads nowhere is for the reader to complain of.
                 let text = path.to_str().ok_or_else(|| cannot(&path, &"its name is not UTF-8"))?;
                 found.push(text.to_owned());
             }
