@@ -2,15 +2,16 @@
 //!
 //! Files that are being written in that moment are written to the end: all of a build or none.
 
+use crate::render::Style;
 use crate::report::Report;
 
 /// Begins to wait for Ctrl-C. Where there are no signals, the system just ends the program.
 #[cfg(not(unix))]
-pub(crate) fn watch(_report: Report) {}
+pub(crate) fn watch(_report: Report, _style: Style) {}
 
 /// Begins to wait for Ctrl-C.
 #[cfg(unix)]
-pub(crate) fn watch(report: Report) {
+pub(crate) fn watch(report: Report, style: Style) {
     use signal_hook::consts::SIGINT;
     let Ok(mut signals) = signal_hook::iterator::Signals::new([SIGINT]) else { return };
     let wait = move || {
@@ -19,7 +20,7 @@ pub(crate) fn watch(report: Report) {
         }
         // Held to the end, so that nothing is begun to be written any more.
         let written = crate::files::writing();
-        stopped(&report, *written);
+        stopped(&report, style, *written);
         let _ = signal_hook::low_level::emulate_default_handler(SIGINT);
     };
     let _ = std::thread::Builder::new().name("interrupt".to_owned()).spawn(wait);
@@ -27,10 +28,10 @@ pub(crate) fn watch(report: Report) {
 
 /// Says what is known, and what is not any more found out.
 #[cfg(unix)]
-fn stopped(report: &Report, is_written: bool) {
+fn stopped(report: &Report, style: Style, is_written: bool) {
     let doing = crate::progress::what();
     crate::progress::end();
-    report.print_known();
+    report.print_known(style);
     let doing = if doing.is_empty() { String::new() } else { format!(" while {doing}") };
     let written = if is_written { "" } else { "; nothing was written" };
     let text = format!("stopped{doing}{written}");

@@ -128,7 +128,11 @@ impl Session {
 
     /// Shows findings: on standard error, or in the report for machines.
     pub(crate) fn show(&self, found: &[Diagnostic]) {
+        if found.is_empty() {
+            return;
+        }
         let found = render::spoken(&self.sources, found);
+        self.report.know_findings(&Sources::default(), Vec::new());
         if self.report.is_for_machines() {
             self.report.findings(&self.sources, &found, self.style);
         } else {
@@ -157,9 +161,14 @@ impl Session {
         self.report.answer(&self.sources, answer);
     }
 
+    /// Findings that are shown later, for a user who stops the program before.
+    pub(crate) fn know_found(&self, found: &[Diagnostic]) {
+        self.report.know_findings(&self.sources, render::spoken(&self.sources, found));
+    }
+
     /// Answers that are given at the end, for a user who stops the program before.
     pub(crate) fn know(&self, known: Vec<(Answer, String)>) {
-        self.report.know(known);
+        self.report.know_answers(known);
     }
 
     /// Prints a result that is not to be missed, unless a report for machines is there to hold it.

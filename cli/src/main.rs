@@ -40,7 +40,7 @@ fn main() -> ExitCode {
     };
     let style = style(&cli);
     let report = Report::new(style.format, makes_standard_output(&cli.verb), cli.verb.name());
-    interrupt::watch(report.clone());
+    interrupt::watch(report.clone(), style);
     if !cli.global.quiet && !report.is_for_machines() {
         progress::begin();
     }

@@ -373,6 +373,32 @@ fn an_interrupted_verb_writes_nothing_and_ends_by_the_signal() {
     );
 }
 
+/// Who stops a long `check` is told what was found before it began to explore.
+#[cfg(unix)]
+#[test]
+fn an_interrupted_check_says_what_it_found() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let chart = "chart big {\n input a, unread\n output R\n var n: int 0..60000, m: int 0..60000\n initial step s { entry { n := n + 1 } }\n step t { R; entry { m := (m * 7 + n) mod 59999 } }\n s -> t when a\n t -> s when not a\n assert never (n = 59998 and m = 17)\n}\n";
+    fs::write(folder.path().join("big.graf"), chart).expect("it is written");
+    for (format, wanted) in [("human", "input unread is never used"), ("json", "\"G0240\"")] {
+        let child = Command::new(env!("CARGO_BIN_EXE_grafsynth"))
+            .args(["check", "big.graf", "--proof-limit", "1000000000", "--message-format", format])
+            .current_dir(folder.path())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("grafsynth starts");
+        std::thread::sleep(std::time::Duration::from_millis(1500));
+        let killed = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
+        assert!(killed.expect("kill starts").success());
+        let output = child.wait_with_output().expect("it ends");
+        let said = if format == "json" { &output.stdout } else { &output.stderr };
+        let said = String::from_utf8_lossy(said);
+        assert_eq!(said.matches(wanted).count(), 1, "{said}");
+        assert!(said.contains("stopped while exploring what big can do"), "{said}");
+    }
+}
+
 /// The table as Markdown.
 fn table() -> String {
     let mut text = String::from("| |");

@@ -291,6 +291,24 @@ fn a_foreign_journal_stays_in_its_folder() {
     assert!(folder.path().join("out/x").is_file(), "a sound journal is completed");
 }
 
+/// Who looks into a folder for its charts finds those of a write that was killed before its renames.
+#[test]
+fn a_folder_that_is_looked_into_is_completed_first() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = |name: &str| folder.path().join("charts").join(name);
+    fs::create_dir_all(at(".grafsynth-build")).expect("it is made");
+    let net = "net lamp\npart lamp level 1\nstep s in lamp initial\n";
+    fs::write(at(".grafsynth-build/0"), net).expect("it is written");
+    let file = "{\"name\":\"lamp.net\",\"replaces\":false,\"keep_existing\":false}";
+    let journal = format!("{{\"folders\":[],\"files\":[{file}]}}");
+    fs::write(at(".grafsynth-build/journal"), journal).expect("it is written");
+    let output = done(grafsynth(folder.path(), &["check", "charts"]));
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{said}");
+    assert_eq!(fs::read_to_string(at("lamp.net")).expect("it is there"), net);
+    assert!(!at(".grafsynth-build").exists());
+}
+
 /// A write that was killed after some renames, and that cannot be completed since, is undone: the old files come back.
 #[test]
 fn a_write_that_cannot_be_completed_is_undone() {

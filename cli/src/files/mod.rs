@@ -59,6 +59,7 @@ pub(crate) fn below(folder: &str) -> Result<Vec<String>, String> {
     let mut found = Vec::new();
     let mut open = vec![PathBuf::from(folder)];
     while let Some(folder) = open.pop() {
+        settle(&folder);
         for entry in fs::read_dir(&folder).map_err(|why| cannot(&folder, &why))? {
             let entry = entry.map_err(|why| cannot(&folder, &why))?;
             if entry.file_name().to_string_lossy().starts_with('.') {
@@ -78,16 +79,21 @@ pub(crate) fn below(folder: &str) -> Result<Vec<String>, String> {
     Ok(found)
 }
 
+/// Completes or removes what a build left in the folder that was killed there; says why, where that cannot be.
+fn settle(folder: &Path) {
+    if let Err(why) = Staging::settle(folder) {
+        crate::print_error(&format!("grafsynth: {why}\n"));
+    }
+}
+
 /// Reads the bytes of a file; `-` is standard input.
 ///
 /// # Errors
 /// What the system says, or that there are more than `limit` bytes.
 pub(crate) fn read_bytes(path: &str, limit: u64) -> Result<Vec<u8>, String> {
     let mut bytes = Vec::new();
-    if path != "-"
-        && let Err(why) = Staging::settle(folder_of(Path::new(path)))
-    {
-        crate::print_error(&format!("grafsynth: {why}\n"));
+    if path != "-" {
+        settle(folder_of(Path::new(path)));
     }
     let taken = if path == "-" {
         io::stdin().lock().take(limit + 1).read_to_end(&mut bytes)

@@ -10,7 +10,7 @@ mod sarif;
 pub(crate) use answer::{About, Answer, Status, proof_name, reason};
 
 use crate::exit::Exit;
-use crate::render::{MessageFormat, Style, sorted_and_limited};
+use crate::render::{MessageFormat, Style, render, sorted_and_limited};
 use grafsynth_driver::source::Sources;
 use grafsynth_ir::Diagnostic;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -22,8 +22,19 @@ pub(crate) struct Report {
     /// What a verb makes goes to standard output, so the report goes to standard error.
     beside: bool,
     sarif: Arc<Mutex<sarif::Log>>,
-    /// What is known and waits to be said at the end, with its text for people.
-    known: Arc<Mutex<Vec<(Answer, String)>>>,
+    /// What is known and waits to be said.
+    known: Arc<Mutex<Known>>,
+}
+
+/// What is known of a design and is not said yet.
+#[derive(Debug, Clone, Default)]
+struct Known {
+    /// What places are places of.
+    sources: Sources,
+    /// Findings, in the words of the language of each file.
+    findings: Vec<Diagnostic>,
+    /// Answers, each with its text for people.
+    answers: Vec<(Answer, String)>,
 }
 
 impl Report {
@@ -75,21 +86,29 @@ impl Report {
         }
     }
 
-    /// What is known so far of what is said at the end: it is said at once where the user stops the program before.
-    pub(crate) fn know(&self, known: Vec<(Answer, String)>) {
-        *self.known.lock().unwrap_or_else(PoisonError::into_inner) = known;
+    /// Findings that are said later: they are said at once where the user stops the program before.
+    pub(crate) fn know_findings(&self, sources: &Sources, findings: Vec<Diagnostic>) {
+        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        known.sources.clone_from(sources);
+        known.findings = findings;
+    }
+
+    /// The same of answers.
+    pub(crate) fn know_answers(&self, answers: Vec<(Answer, String)>) {
+        self.known.lock().unwrap_or_else(PoisonError::into_inner).answers = answers;
     }
 
     /// Says what is known so far.
     #[cfg(unix)]
-    pub(crate) fn print_known(&self) {
+    pub(crate) fn print_known(&self, style: Style) {
         let known = std::mem::take(&mut *self.known.lock().unwrap_or_else(PoisonError::into_inner));
-        for (answer, text) in known {
-            if self.is_for_machines() {
-                self.answer(&Sources::default(), &answer);
-            } else {
-                crate::print(&text);
-            }
+        let Known { sources, findings, answers } = known;
+        if self.is_for_machines() {
+            self.findings(&sources, &findings, style);
+            answers.iter().for_each(|(answer, _)| self.answer(&sources, answer));
+        } else {
+            crate::print_error(&render(&sources, &findings, style));
+            answers.iter().for_each(|(_, text)| crate::print(text));
         }
     }
 

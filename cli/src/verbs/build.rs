@@ -46,6 +46,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
             return super::refit::run(session, arguments, &design);
         }
     };
+    session.know_found(&found);
     let made_of = session.made_of();
     if session.is_impossible(&design.net) {
         session.show(&found);
@@ -160,6 +161,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
     if !built.packages.is_empty() && !options.trusts_code {
         found.extend(trust::left_out(net));
     }
+    session.know_found(&found);
     know(session, net, &built.lines);
     let mut bitstreams = bitstreams(&limits, &mut built);
     if arguments.blob {

@@ -41,6 +41,7 @@ fn one(session: &mut Session, arguments: &Check, input: &Input) -> Result<Exit, 
         Design::Net(design) => design,
         Design::Logic(design) => return Ok(logic(session, &design, found)),
     };
+    session.know_found(&found);
     let net = &design.net;
     if session.is_impossible(net) {
         session.show(&found);

@@ -247,10 +247,8 @@ impl Entering<'_, '_> {
             }
             return self.below(Some(state), goals);
         }
-        let children = tree.children_of(state, self.part);
-        let marked = children.iter().find(|child| tree.marked.contains(child));
-        match marked.or(children.first()) {
-            Some(child) => self.by_default(*child),
+        match first_child(self.lowering, state, self.part) {
+            Some(child) => self.by_default(child),
             None => Ok(()),
         }
     }
@@ -403,6 +401,31 @@ pub(super) fn domain(
     None
 }
 
+/// Where the default entry of a composite or parallel state leads.
+fn default_goals(lowering: &Lowering<'_>, state: StepId) -> Vec<Goal> {
+    let (net, tree) = (&lowering.net, &lowering.tree);
+    if let Some((goals, _)) = tree.initial.get(&state) {
+        return goals.clone();
+    }
+    let part = net.steps[state].part;
+    match net.steps[state].kind {
+        StepKind::Parallel => {
+            tree.children_of(Some(state), part).iter().copied().map(Goal::State).collect()
+        }
+        StepKind::Leaf | StepKind::Final | StepKind::Enclosing | StepKind::Composite => {
+            first_child(lowering, Some(state), part).map(Goal::State).into_iter().collect()
+        }
+    }
+}
+
+/// The child that is marked initial, else the first, of a state or of the chart.
+fn first_child(lowering: &Lowering<'_>, state: Option<StepId>, part: PartId) -> Option<StepId> {
+    let tree = &lowering.tree;
+    let children = tree.children_of(state, part);
+    let marked = children.iter().find(|child| tree.marked.contains(child));
+    marked.or(children.first()).copied()
+}
+
 /// What a state adds to the step that it is: the content of its initial transition, and its histories.
 pub(super) fn state<'a>(
     lowering: &mut Lowering<'a>,
@@ -425,7 +448,11 @@ pub(super) fn state<'a>(
         }
         let part = lowering.net.steps[id].part;
         let span = history.name.span;
-        if let Ok(goals) = goals(lowering, scope, &history.default)
+        let goals = match history.default.as_slice() {
+            [] => Ok(default_goals(lowering, id)),
+            default => goals(lowering, scope, default),
+        };
+        if let Ok(goals) = goals
             && let Ok(mut default) = entered(lowering, part, Some(id), &goals, span)
         {
             lowering.history_goals.insert(made, goals);
