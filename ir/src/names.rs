@@ -70,12 +70,12 @@ pub const C: Target = Target {
     ..PLAIN
 };
 
-/// Verilog-2001, without the words of SystemVerilog (tools read `.v` files as either) and VHDL's for mixed projects left alone. IEEE 1364-2001 2.7: case
-/// matters, at least 1024 characters; we keep names short enough to read.
+/// Verilog-2001, without the words of SystemVerilog (tools read `.v` files as either) and those that only a tool knows; VHDL's for mixed projects are left
+/// alone. IEEE 1364-2001 2.7: case matters, at least 1024 characters; we keep names short enough to read.
 pub const VERILOG: Target = Target {
     name: "Verilog",
     max_length: 128,
-    reserved: &[words::VERILOG, words::SYSTEM_VERILOG],
+    reserved: &[words::VERILOG, words::SYSTEM_VERILOG, words::VERILOG_TOOLS],
     ..PLAIN
 };
 

@@ -39,6 +39,7 @@ mod table_engine;
 mod templates;
 mod trace_ring;
 mod verilog_tools;
+mod words;
 mod worst_case;
 
 /// A file of tests that no `main.rs` names would neither be compiled nor missed.

@@ -54,18 +54,14 @@ pub(crate) fn finish(draft: &mut Draft, device: Option<&'static Device>, clock: 
         Some(Clock::Pin(pin)) => Some(pin),
         Some(Clock::Term | Clock::None) | None => None,
     };
-    let mut by_name = None;
+    let by_name = clock_by_name(draft);
     for index in 0..draft.signals.len() {
         let signal = &mut draft.signals[index];
         let id = SignalId::try_from(index).unwrap_or(SignalId::MAX);
         let is_free = signal.role == Role::Pin && signal.definition.is_none();
-        // Of several the first is the clock: a text of ours lists it before the inputs.
-        let is_named = is_free
-            && signal.pin.is_none()
-            && CLOCK_NAMES.iter().any(|name| signal.name.eq_ignore_ascii_case(name))
-            && *by_name.get_or_insert(id) == id;
         let is_clock = clock == Some(id)
-            || clock.is_none() && (signal.pin.is_some() && signal.pin == clock_pin || is_named);
+            || clock.is_none()
+                && (signal.pin.is_some() && signal.pin == clock_pin || by_name == Some(id));
         if is_clock && is_free {
             signal.role = Role::Clock;
         }
@@ -79,6 +75,22 @@ pub(crate) fn finish(draft: &mut Draft, device: Option<&'static Device>, clock: 
             };
         }
     }
+}
+
+/// The pin without a number that is the clock by its name. Of several it is the first: a text of ours lists the clock before the inputs, as `clk_2` where
+/// the circuit has all usual names for something else.
+fn clock_by_name(draft: &Draft) -> Option<SignalId> {
+    let mut free = draft.signals.iter().enumerate().filter(|(_, signal)| {
+        signal.role == Role::Pin && signal.definition.is_none() && signal.pin.is_none()
+    });
+    let is_usual = |name: &str| CLOCK_NAMES.iter().any(|usual| name.eq_ignore_ascii_case(usual));
+    let first = free.next()?;
+    let number =
+        CLOCK_NAMES.first().and_then(|usual| first.1.name.strip_prefix(usual)?.strip_prefix('_'));
+    let is_first = is_usual(&first.1.name)
+        || number.is_some_and(|it| !it.is_empty() && it.bytes().all(|byte| byte.is_ascii_digit()));
+    let found = if is_first { Some(first) } else { free.find(|(_, it)| is_usual(&it.name)) };
+    found.and_then(|(index, _)| SignalId::try_from(index).ok())
 }
 
 /// Looks up a device; an unknown one is taken as a chip whose flip-flops wake at 0.
