@@ -4,6 +4,7 @@
 //! [`crate::switch`], [`crate::bits`] and [`crate::header`]; the writer only indents, places comments and keeps the provenance of each line.
 
 use crate::Object;
+use grafsynth_ir::names::is_unseen;
 use grafsynth_ir::net::StepId;
 
 /// A piece of a file.
@@ -175,7 +176,7 @@ impl From<Kind> for Node {
 pub(crate) fn comment_text(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
-        let c = if c.is_control() { ' ' } else { c };
+        let c = if is_unseen(c) { ' ' } else { c };
         // `*/` would end the comment, `/*` is a warning, `??/` a trigraph.
         if (c == '/' && out.ends_with('*'))
             || (c == '*' && out.ends_with('/'))
@@ -353,6 +354,7 @@ mod tests {
     fn comments_cannot_be_left() {
         assert_eq!(comment_text("a */ b /* c\nd ??/"), "a * / b / * c d ? ?/");
         assert_eq!(comment_text("**//**"), "** // **");
+        assert_eq!(comment_text("a\u{202e}b\u{2028}c"), "a b c");
     }
 
     #[test]

@@ -13,7 +13,7 @@
 use crate::device::{Device, FlipFlop};
 use crate::{Named, Object};
 use grafsynth_ir::logic::{FlopId, Logic, PinInputId, PinOutputId, PinRole};
-use grafsynth_ir::names::Namer;
+use grafsynth_ir::names::{Namer, is_unseen};
 use grafsynth_ir::net::Meta;
 
 /// Names a signal of [`Equations`].
@@ -161,7 +161,7 @@ pub(crate) fn busy_note(logic: &Logic) -> Option<String> {
 
 /// A text fit for a comment of one line in every language here.
 pub(crate) fn one_line(text: &str) -> String {
-    let text: String = text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+    let text: String = text.chars().map(|c| if is_unseen(c) { ' ' } else { c }).collect();
     text.replace("*/", "* /")
 }
 

@@ -22,6 +22,14 @@ mod words;
 
 use std::collections::BTreeSet;
 
+/// True for characters that have no picture of their own but end a line or turn the direction of what is shown: in the comment of an emitted text they would
+/// make it look like something else than what is compiled.
+#[must_use]
+pub fn is_unseen(c: char) -> bool {
+    c.is_control()
+        || matches!(c, '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+}
+
 /// What a language accepts as an identifier.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Target {

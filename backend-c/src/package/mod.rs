@@ -20,6 +20,7 @@ mod ticks;
 
 use crate::{File, Package, codes};
 use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::names::is_unseen;
 use grafsynth_ir::net::{InputKind, Net};
 
 /// What a folder of C is made for.
@@ -107,7 +108,7 @@ impl Chart<'_> {
         let label = self.net.parts.values().map(|part| part.meta.label.as_str());
         let label = label.into_iter().find(|label| !label.is_empty()).unwrap_or_default();
         let text = if label.is_empty() { &self.net.name.text } else { label };
-        let plain: String = text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+        let plain: String = text.chars().map(|c| if is_unseen(c) { ' ' } else { c }).collect();
         plain.trim().to_owned()
     }
 

@@ -13,6 +13,7 @@ use grafsynth_backend_pld::placement::{CellKind, Placement, Product};
 use grafsynth_backend_pld::synchronise::Chain;
 use grafsynth_backend_pld::{Dialect, Emitted, Object};
 use grafsynth_ir::logic::{FlopBit, FlopId, Logic, Node, NodeId, PinInputId, PinOutputId, PinRole};
+use grafsynth_ir::names::is_unseen;
 use grafsynth_ir::net::Meta;
 use grafsynth_logic::minimise::{Budget, Minimum, sum_between};
 use std::collections::{BTreeMap, BTreeSet};
@@ -644,7 +645,7 @@ impl Signal {
 pub(super) fn plain(name: &str) -> String {
     let plain = |c: char| match c {
         '`' => '\'',
-        c if c.is_control() => ' ',
+        c if is_unseen(c) => ' ',
         c => c,
     };
     name.chars().map(plain).collect()

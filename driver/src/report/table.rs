@@ -1,5 +1,7 @@
 //! Tables and inline text of a page: Markdown that is aligned, so that it reads as plain text too.
 
+use grafsynth_ir::names::is_unseen;
+
 /// A table with a head; cells are made fit for Markdown when they are added.
 pub(super) struct Table {
     rows: Vec<Vec<String>>,
@@ -74,7 +76,7 @@ pub(super) fn inline(text: &str) -> String {
                 out.push('\\');
                 out.push(c);
             }
-            c if c.is_control() => out.push(' '),
+            c if is_unseen(c) => out.push(' '),
             c => out.push(c),
         }
     }
