@@ -290,8 +290,8 @@ fn a_proved_depth_bounds_stable_charts() {
         s0 -> s1 when a   s1 -> s2 when b   s2 -> s3 when c   s3 -> s4 when not a   s4 -> s0 when not b
     }";
     for (name, text, styles, proved, most) in [
-        ("oven", oven, &[Style::Switch, Style::Bits][..], 8, 7.0),
-        ("cascade", cascade, &[Style::Switch, Style::Bits][..], 4, 7.0),
+        ("oven", oven, &[Style::Switch, Style::Bits][..], 8, 3.5),
+        ("cascade", cascade, &[Style::Switch, Style::Bits][..], 4, 3.5),
     ] {
         let net = grafsynth_tests::chart("a.graf", text);
         let facts = facts_of(&net);
@@ -348,7 +348,7 @@ fn each_event_counts_once() {
         ("16 events", switch(""), 3.0),
         ("16 events, one at a time", switch("events exclusive"), 3.0),
         // What stands in functions that a compiler puts into their only caller is priced as calls.
-        ("regions", regions.to_owned(), 6.0),
+        ("regions", regions.to_owned(), 3.5),
     ];
     for (name, text, most) in &charts {
         let net = grafsynth_tests::chart("a.graf", text);

@@ -35,6 +35,7 @@ pub(super) const AVR: Machine = Machine {
     truth: op(3, 5),
     // Loops of one bit: lsl, rol, dec, brne.
     shift: ([op(1, 2), op(2, 6), op(3, 8), op(20, 24)], [op(2, 1), op(5, 1), op(7, 1), op(20, 0)]),
+    byte_shift: Some((7, op(6, 12))),
     multiply: [op(6, 6), op(14, 16), op(75, 10), op(320, 30)],
     // Bytes are divided as numbers of 16 bits.
     divide: [op(250, 8), op(250, 8), op(760, 16), op(2900, 40)],
@@ -45,11 +46,15 @@ pub(super) const AVR: Machine = Machine {
     switch_table: op(28, 26),
     switch_compare: op(3, 4),
     call: op(8, 4),
+    merges_single_calls: true,
     argument: [op(1, 2), op(1, 2), op(2, 4), op(8, 16)],
     frame: (op(2, 2), op(4, 4)),
     stack_frame: op(20, 24),
     copy: op(8, 4),
+    // Twelve in all, but the compiler takes registers that it saves while some of these are free.
     scratch: 4,
+    // r2 to r31 without a pair for an address.
+    registers: 28,
     saved: 18,
     helper_stack: [2, 4, 12, 36],
     return_address: 2,

@@ -71,6 +71,8 @@ pub struct Machine {
     pub truth: Op,
     /// A shift by a constant number of bits: what it begins with, and each bit.
     pub shift: (Widths, Widths),
+    /// The most that a shift without a sign takes whose bits move by so many or more, where the compiler moves bytes instead of shifting bit by bit: of 16 bits.
+    pub byte_shift: Option<(u64, Op)>,
     /// A product.
     pub multiply: Widths,
     /// A quotient or rest.
@@ -89,6 +91,8 @@ pub struct Machine {
     pub switch_compare: Op,
     /// A call and its return.
     pub call: Op,
+    /// The compiler puts a `static` function with one place of call into its caller.
+    pub merges_single_calls: bool,
     /// An argument.
     pub argument: Widths,
     /// What a function begins and ends with, and each byte (rounded to registers) that it must save.
@@ -99,6 +103,8 @@ pub struct Machine {
     pub copy: Op,
     /// Bytes of locals that cost no saving: registers that a call may destroy.
     pub scratch: u32,
+    /// Bytes of locals that are in registers; what is more is on the stack.
+    pub registers: u32,
     /// The most bytes of registers that a function saves.
     pub saved: u32,
     /// Bytes of stack of the library's functions for products and quotients, the return address among them.

@@ -75,7 +75,7 @@ pub struct Bound {
     pub way: Way,
     /// Where it was found by the text alone, why.
     pub open: Option<String>,
-    /// Why `step` bounds nothing that a chart would be built for: it is what the limit of micro-steps alone would allow.
+    /// Why `step` bounds nothing that a chart would be built for: it is what the limit of micro-steps or the text alone would allow.
     pub unbounded: Option<String>,
     /// The same of `NAME_init`.
     pub init: u64,

@@ -139,7 +139,8 @@ impl Parser<'_> {
             self.unit.types.insert(name, ty);
             return Ok(());
         }
-        let is_inline = self.word() == Some("static")
+        let is_static = self.word() == Some("static");
+        let is_inline = is_static
             && matches!(self.words.get(self.at + 1), Some(Token { word: Word::Name(it), .. }) if &**it == "inline");
         let (ty, rom) = self.specifiers()?;
         if self.eat(";") {
@@ -147,7 +148,7 @@ impl Parser<'_> {
         }
         let (ty, rom, name) = self.declarator(ty, rom)?;
         if self.is("(") {
-            return self.function(ty, name, is_inline);
+            return self.function(ty, name, (is_static, is_inline));
         }
         let from = self.at;
         if self.eat("=") {
@@ -386,7 +387,7 @@ impl Parser<'_> {
         &mut self,
         returns: Type,
         name: Rc<str>,
-        is_inline: bool,
+        (is_static, is_inline): (bool, bool),
     ) -> Result<(), NotUnderstood> {
         self.need("(")?;
         let mut parameters = Vec::new();
@@ -412,7 +413,7 @@ impl Parser<'_> {
         }
         let body = self.block()?;
         self.unit.declared.insert(name.clone(), returns);
-        self.unit.functions.push(Function { name, parameters, body, is_inline });
+        self.unit.functions.push(Function { name, parameters, body, is_static, is_inline });
         Ok(())
     }
 

@@ -102,6 +102,8 @@ pub(super) struct Function {
     pub(super) name: Rc<str>,
     pub(super) parameters: Vec<(Rc<str>, Type)>,
     pub(super) body: Vec<Stmt>,
+    /// Nobody outside calls it.
+    pub(super) is_static: bool,
     /// `static inline`, in a header.
     pub(super) is_inline: bool,
 }
@@ -193,49 +195,69 @@ impl Unit {
     }
 }
 
-/// Each name that an expression of these statements mentions.
-pub(super) fn each_name(list: &[Stmt], look: &mut dyn FnMut(&str)) {
+/// Each expression of these statements.
+pub(super) fn each_expr(list: &[Stmt], look: &mut dyn FnMut(&Expr)) {
     for stmt in list {
         match &stmt.kind {
-            Kind::Expr(expr) | Kind::Return(Some(expr)) => names_in(expr, look),
-            Kind::Local { init, .. } => init.iter().for_each(|it| names_in(it, look)),
+            Kind::Expr(expr) | Kind::Return(Some(expr)) => look(expr),
+            Kind::Local { init, .. } => init.iter().for_each(&mut *look),
             Kind::If(arms, otherwise) => {
                 for (condition, body) in arms {
-                    names_in(condition, look);
-                    each_name(body, look);
+                    look(condition);
+                    each_expr(body, look);
                 }
-                each_name(otherwise, look);
+                each_expr(otherwise, look);
             }
             Kind::Switch(subject, sections) => {
-                names_in(subject, look);
-                sections.iter().for_each(|(_, body)| each_name(body, look));
+                look(subject);
+                sections.iter().for_each(|(_, body)| each_expr(body, look));
             }
             Kind::Loop { init, condition, step, body } => {
-                init.iter().for_each(|it| each_name(std::slice::from_ref(it), look));
-                condition.iter().chain(step).for_each(|it| names_in(it, look));
-                each_name(body, look);
+                init.iter().for_each(|it| each_expr(std::slice::from_ref(it), look));
+                condition.iter().chain(step).for_each(&mut *look);
+                each_expr(body, look);
             }
-            Kind::Block(body) => each_name(body, look),
+            Kind::Block(body) => each_expr(body, look),
             Kind::Return(None) | Kind::Break | Kind::Continue | Kind::UserCode => {}
         }
     }
 }
 
+/// Each name that an expression of these statements mentions.
+pub(super) fn each_name(list: &[Stmt], look: &mut dyn FnMut(&str)) {
+    each_expr(list, &mut |expr| names_in(expr, look));
+}
+
 /// Each name that an expression mentions.
 pub(super) fn names_in(expr: &Expr, look: &mut dyn FnMut(&str)) {
+    if let Expr::Name(name) = expr {
+        look(name);
+    }
+    each_inner(expr, &mut |it| names_in(it, look));
+}
+
+/// Each call in an expression.
+pub(super) fn each_call(expr: &Expr, look: &mut dyn FnMut(&Rc<str>)) {
+    if let Expr::Call(name, _) = expr {
+        look(name);
+    }
+    each_inner(expr, &mut |it| each_call(it, look));
+}
+
+/// What an expression is made of directly.
+pub(super) fn each_inner(expr: &Expr, look: &mut dyn FnMut(&Expr)) {
     match expr {
-        Expr::Name(name) => look(name),
         Expr::Member(inner, _)
         | Expr::Unary(_, inner)
         | Expr::Count(inner)
         | Expr::Cast(_, inner)
-        | Expr::Size(inner) => names_in(inner, look),
+        | Expr::Size(inner) => look(inner),
         Expr::Index(a, b) | Expr::Binary(_, a, b) | Expr::Assign(_, a, b) => {
-            names_in(a, look);
-            names_in(b, look);
+            look(a);
+            look(b);
         }
-        Expr::Choice(a, b, c) => [a, b, c].into_iter().for_each(|it| names_in(it, look)),
-        Expr::Call(_, all) => all.iter().for_each(|it| names_in(it, look)),
-        Expr::Number(..) | Expr::List(_) | Expr::Nothing => {}
+        Expr::Choice(a, b, c) => [a, b, c].into_iter().for_each(|it| look(it)),
+        Expr::Call(_, all) => all.iter().for_each(look),
+        Expr::Number(..) | Expr::Name(_) | Expr::List(_) | Expr::Nothing => {}
     }
 }

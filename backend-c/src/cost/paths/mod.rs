@@ -56,13 +56,15 @@ pub(in crate::cost) struct Chart<'a> {
     pub(in crate::cost) contract: &'a Contract,
 }
 
-/// Statements that a search from instance to instance may go through, and one from all at once.
-const WORK: u64 = 20_000;
-const JOINED_WORK: u64 = 100_000;
+/// Work that all searches of a chart may take together, in statements that a state goes through, with what it takes to make and to join states: about ten seconds of a
+/// build that is not optimised at most.
+const WORK: u64 = 10_000_000;
+/// The same of one search from instance to instance.
+const WORK_OF_EACH: u64 = 3_000_000;
 /// Instances that are looked at one by one.
 const INSTANCES: usize = 4000;
 /// States at once.
-const STATES: usize = 600;
+const STATES: usize = 300;
 
 /// A cell of a structure.
 struct Cell {
@@ -108,6 +110,8 @@ struct Search<'a> {
     ranges: Vec<Values>,
     /// The cell of the flag that a reaction was cut off.
     fault: Option<usize>,
+    /// Work that is left for all searches, and for the present one.
+    left: u64,
     work: u64,
     keys: Option<Vec<usize>>,
     is_traced: bool,
@@ -130,22 +134,24 @@ pub(in crate::cost) fn worst(chart: &Chart<'_>) -> Result<Found, Stopped> {
             if !is_tried {
                 continue;
             }
-            search.begin(keys, WORK);
-            match search.each(is_wide) {
+            match search.within(WORK_OF_EACH, keys, |it| it.each(is_wide)) {
                 Err(Stopped::TooMuch) => {}
                 found => return found,
             }
         }
         let keys = search.keys(false);
-        search.begin(Some(keys), JOINED_WORK);
-        search.joined()
+        search.within(WORK, Some(keys), Search::joined)
     };
     let is_exclusive = chart.contract.is_exclusive && single_rows.len() > 1;
     let mut found = of(&mut search, if is_exclusive { &single_rows } else { &all_rows })?;
     found.of_one_event = found.price;
     if !is_exclusive && single_rows.len() > 1 {
-        let single = of(&mut search, &single_rows)?;
-        found.of_one_event = single.price;
+        match of(&mut search, &single_rows) {
+            Ok(single) => found.of_one_event = single.price,
+            // What bounds all rows bounds these.
+            Err(Stopped::TooMuch) => {}
+            Err(why) => return Err(why),
+        }
     }
     Ok(found)
 }
@@ -183,15 +189,25 @@ impl<'a> Search<'a> {
             rows: Vec::new(),
             ranges,
             fault,
+            left: WORK,
             work: 0,
             keys: None,
             is_traced: false,
         }
     }
 
-    fn begin(&mut self, keys: Option<Vec<usize>>, work: u64) {
-        self.work = work;
-        self.keys = keys;
+    /// A search that may take so much work, or what is left of all; where there are too many states they are told apart by these cells.
+    fn within(
+        &mut self,
+        most: u64,
+        keys: Option<Vec<usize>>,
+        search: impl FnOnce(&mut Self) -> Result<Found, Stopped>,
+    ) -> Result<Found, Stopped> {
+        let given = most.min(self.left);
+        (self.work, self.keys) = (given, keys);
+        let found = search(self);
+        self.left -= given - self.work.min(given);
+        found
     }
 
     /// Whether the instance has numbers of many values, and arrays.
@@ -413,10 +429,12 @@ impl<'a> Search<'a> {
         let mut path = Vec::new();
         if let Some((_, own, row)) = &best.from {
             let row = self.rows.get(*row).cloned().unwrap_or_default();
+            // It has been gone before, so it ends without a limit.
+            let left = std::mem::replace(&mut self.work, u64::MAX);
             self.is_traced = true;
-            self.work = JOINED_WORK;
             let ends = self.run(self.chart.step, own, &row);
             self.is_traced = false;
+            self.work = left;
             let dearest = ends?.into_iter().max_by_key(|it| it.price.time);
             let mut way = dearest.and_then(|it| it.way);
             while let Some(step) = way {

@@ -4,6 +4,7 @@ use super::super::NotUnderstood;
 use super::super::memory::size;
 use super::super::tree::{Expr, Kind, Stmt, Type};
 use super::frame::replaced;
+use super::parts::is_handed_on;
 use super::{Cost, Local, Walker, width};
 use std::rc::Rc;
 
@@ -15,6 +16,8 @@ pub(super) struct Value {
     bits: u8,
     /// It lies in ROM.
     rom: bool,
+    /// It is a member of a structure that is kept in registers.
+    is_kept: bool,
 }
 
 impl Value {
@@ -23,13 +26,17 @@ impl Value {
             Type::Number { bits, .. } => *bits,
             Type::Void | Type::Pointer(..) | Type::Array(..) | Type::Struct(_) => 16,
         };
-        Value { ty, bits, rom }
+        Value { ty, bits, rom, is_kept: false }
     }
 }
 
 impl Walker<'_> {
     pub(super) fn find(&self, name: &str) -> Option<&Local> {
         self.locals.iter().rev().find(|(it, _)| &**it == name).map(|(_, local)| local)
+    }
+
+    fn is_kept(&self, name: &Rc<str>) -> bool {
+        self.kept.contains(name)
     }
 
     pub(super) fn local(&mut self, bits: u8) {
@@ -257,6 +264,18 @@ impl Walker<'_> {
                     u64::from(bits) - 1
                 }
             };
+            // Without a sign: what is shifted up, and what has none.
+            let has_sign =
+                matches!(value.ty, Type::Number { bits: own, signed, .. } if signed || own < bits);
+            if let Some((from, moved)) = machine.byte_shift
+                && bits == 16
+                && n >= from
+                && (sign == "<<" || !has_sign)
+                && self.unit.value(b).is_some()
+            {
+                self.pay(moved);
+                return Ok(Value::of(Type::number(bits, false), false));
+            }
             let (base, each) = &machine.shift;
             self.pay_width(base, bits);
             self.pay_times(each[width(bits)], n);
@@ -339,6 +358,7 @@ impl Walker<'_> {
         let machine = self.machine;
         match expr {
             Expr::Member(base, name) => {
+                let is_kept = matches!(&**base, Expr::Name(name) if self.is_kept(name));
                 let base = self.base(base)?;
                 let rom = match &base.ty {
                     Type::Pointer(_, rom) => *rom,
@@ -347,7 +367,10 @@ impl Walker<'_> {
                     }
                 };
                 match self.unit.member(&base.ty, name) {
-                    Some(member) => Ok((Value::of(member.ty.clone(), rom), member.bits.is_some())),
+                    Some(member) => {
+                        let value = Value { is_kept, ..Value::of(member.ty.clone(), rom) };
+                        Ok((value, member.bits.is_some()))
+                    }
                     None => self.unknown(format!("the member `{name}`")),
                 }
             }
@@ -402,7 +425,7 @@ impl Walker<'_> {
         if let Expr::Name(name) = expr
             && let Some(local) = self.find(name).cloned()
         {
-            if self.spilled && matches!(local.ty, Type::Pointer(..)) {
+            if self.spilled && matches!(local.ty, Type::Pointer(..)) && !self.is_kept(name) {
                 self.local(16);
             }
             return Ok(Value::of(local.ty, local.rom));
@@ -420,6 +443,7 @@ impl Walker<'_> {
     fn load(&mut self, value: &Value, field: bool) {
         let machine = self.machine;
         match &value.ty {
+            Type::Number { bits, .. } if value.is_kept => self.local(*bits),
             Type::Number { .. } if field => self.pay(machine.field.0),
             Type::Number { bits, .. } if value.rom => self.pay_width(&machine.rom, *bits),
             Type::Number { bits, .. } => self.pay_width(&machine.load, *bits),
@@ -431,6 +455,7 @@ impl Walker<'_> {
     fn store(&mut self, value: &Value, field: bool) {
         let machine = self.machine;
         match &value.ty {
+            Type::Number { bits, .. } if value.is_kept => self.local(*bits),
             Type::Number { .. } if field => self.pay(machine.field.1),
             Type::Number { bits, .. } if self.far => self.pay_width(&machine.far_store, *bits),
             Type::Number { bits, .. } => self.pay_width(&machine.store, *bits),
@@ -462,7 +487,12 @@ impl Walker<'_> {
         if let Some(body) = self.inlined(name, arguments) {
             return self.value(&body);
         }
-        for argument in arguments {
+        let part = self.parts.get(&**name).copied();
+        for (at, argument) in arguments.iter().enumerate() {
+            let parameter = part.and_then(|it| it.parameters.get(at));
+            if parameter.is_some_and(|(_, ty)| is_handed_on(ty, argument)) {
+                continue;
+            }
             let value = self.value(argument)?;
             self.pay_width(&machine.argument, value.bits);
         }
@@ -472,7 +502,9 @@ impl Walker<'_> {
         };
         match self.by_name.get(name).copied() {
             Some(index) => {
-                self.pay(machine.call);
+                if part.is_none() {
+                    self.pay(machine.call);
+                }
                 let callee = self.summaries.get(index).cloned().unwrap_or_default();
                 self.cost = self.cost.plus(Cost { own: 0, own_user: 0, ..callee.cost });
                 self.calls.push(index);
@@ -526,5 +558,5 @@ fn constant(value: i128) -> Value {
         -0x8000_0000..=0xffff_ffff => 32,
         _ => 64,
     };
-    Value { ty: Type::number(bits, value < 0), bits, rom: false }
+    Value::of(Type::number(bits, value < 0), false)
 }

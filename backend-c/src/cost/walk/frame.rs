@@ -3,6 +3,7 @@
 use super::super::machine::Machine;
 use super::super::memory::size;
 use super::super::tree::{Expr, Function, Kind, Stmt, Type, Unit};
+use super::live::Live;
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
@@ -39,6 +40,8 @@ pub(super) fn is_one_return(function: &Function) -> bool {
 pub(super) struct Frame {
     pub(super) registers: u64,
     pub(super) memory: u64,
+    /// Of those in registers, those at once.
+    pub(super) live: Live,
     pub(super) pointers: u32,
     /// How often each member is read where nothing parts the paths: a compiler keeps what is read again.
     pub(super) reads: BTreeMap<(Rc<str>, Rc<str>), u32>,
@@ -47,10 +50,24 @@ pub(super) struct Frame {
     pub(super) calls: bool,
     /// What is called, at how many places.
     pub(super) called: BTreeMap<Rc<str>, u64>,
+    /// What each of them is given, at the last of these places.
+    pub(super) arguments: BTreeMap<Rc<str>, Vec<Expr>>,
 }
 
 impl Frame {
-    pub(super) fn add(&mut self, unit: &Unit, machine: &Machine, ty: &Type) {
+    /// Of a whole function.
+    pub(super) fn of(unit: &Unit, machine: &Machine, function: &Function) -> Frame {
+        let mut frame = Frame::default();
+        for (_, ty) in &function.parameters {
+            frame.add(unit, machine, ty);
+        }
+        frame.look(unit, machine, &function.body);
+        frame.kept(&function.body);
+        frame.live = Live::of(unit, machine, function);
+        frame
+    }
+
+    fn add(&mut self, unit: &Unit, machine: &Machine, ty: &Type) {
         let bytes = size(unit, machine, ty);
         match ty {
             Type::Number { .. } | Type::Pointer(..) => {
@@ -62,7 +79,7 @@ impl Frame {
         }
     }
 
-    pub(super) fn look(&mut self, unit: &Unit, machine: &Machine, list: &[Stmt]) {
+    fn look(&mut self, unit: &Unit, machine: &Machine, list: &[Stmt]) {
         for stmt in list {
             match &stmt.kind {
                 Kind::Expr(expr) | Kind::Return(Some(expr)) => self.expr(expr),
@@ -97,7 +114,7 @@ impl Frame {
         }
     }
 
-    pub(super) fn kept(&mut self, list: &[Stmt]) {
+    fn kept(&mut self, list: &[Stmt]) {
         for stmt in list {
             match &stmt.kind {
                 Kind::Expr(expr) | Kind::Return(Some(expr)) => self.read(expr),
@@ -158,6 +175,7 @@ impl Frame {
             Expr::Call(name, arguments) => {
                 self.calls = true;
                 *self.called.entry(name.clone()).or_default() += 1;
+                self.arguments.insert(name.clone(), arguments.clone());
                 arguments.iter().for_each(|it| self.expr(it));
             }
             Expr::Cast(ty, inner) => {

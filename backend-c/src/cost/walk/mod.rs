@@ -7,6 +7,9 @@
 mod compile;
 mod expr;
 mod frame;
+mod kept;
+mod live;
+mod parts;
 mod stmt;
 mod trace;
 
@@ -14,6 +17,7 @@ pub(super) use compile::{NOWHERE, cells, numbers};
 pub use trace::Place;
 
 use self::frame::{Frame, is_one_return};
+use self::parts::Compiled;
 use self::trace::Tracer;
 use super::NotUnderstood;
 use super::TaskBound;
@@ -25,7 +29,7 @@ use super::paths::{self, Contract, Way};
 use super::tree::{Function, Type, Unit};
 use crate::Object;
 use crate::ctext::Marks;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
 /// Time, and calls of functions of the user; and both without what functions of the text take that are called.
@@ -118,8 +122,6 @@ struct Summary {
     /// Bytes of it that are locals in memory, of all that is part of it.
     memory: u64,
     entry: u64,
-    /// The same, or that of a function which becomes part of it, where that is dearer.
-    whole_entry: u64,
     user_code: bool,
 }
 
@@ -143,6 +145,8 @@ struct Walker<'a> {
     by_name: BTreeMap<Rc<str>, usize>,
     /// Functions of the header that are one expression.
     small: BTreeMap<&'a str, &'a Function>,
+    /// Functions that are part of their only caller.
+    parts: BTreeMap<&'a str, &'a Function>,
     summaries: Vec<Summary>,
     /// For each of these the number of places that call it.
     call_sites: Vec<u64>,
@@ -150,6 +154,8 @@ struct Walker<'a> {
     infos: Vec<Option<Info>>,
     text: u64,
     // --- of the present function:
+    /// Structures that it keeps in registers, and pointers to such.
+    kept: BTreeSet<Rc<str>>,
     locals: Vec<(Rc<str>, Local)>,
     spilled: bool,
     /// Stores may go through a pointer without an offset.
@@ -191,11 +197,13 @@ fn walked<'a>(
             .filter(|it| it.is_inline && is_one_return(it))
             .map(|it| (&*it.name, it))
             .collect(),
+        parts: BTreeMap::new(),
         summaries: Vec::new(),
         call_sites: Vec::new(),
         sites: BTreeMap::new(),
         infos: vec![None; unit.n_stmts],
         text: 0,
+        kept: BTreeSet::new(),
         locals: Vec::new(),
         spilled: false,
         far: false,
@@ -211,14 +219,17 @@ fn walked<'a>(
         calls: Vec::new(),
     };
     let functions = needed(unit, machine, roots)?;
-    for function in &functions {
+    // Of the whole text: what only one of these functions calls, another may call too.
+    for function in &unit.functions {
         for (name, n) in Frame::calls_of(unit, machine, &function.body) {
             *walker.sites.entry(name).or_default() += n;
         }
     }
-    for function in functions {
+    let known = walker.known.as_ref().map(|(name, _)| name.as_str());
+    let compiled = parts::compiled(unit, machine, &functions, &walker.sites, known);
+    for (function, compiled) in functions.into_iter().zip(compiled) {
         let before = walker.text;
-        walker.function(function)?;
+        walker.function(function, compiled)?;
         // A function of one expression becomes text within its callers.
         if function.is_inline && is_one_return(function) {
             walker.text = before;
@@ -300,6 +311,14 @@ pub(super) fn bound(
             )),
         }
     });
+    let (unbounded, open) = match &found {
+        Err(why @ Stopped::TooMuch) if unbounded.is_none() => {
+            let time = cost.plus(call).time;
+            let unit = machine.unit;
+            (Some(format!("{why}, and by the text alone one would take {time} {unit}")), None)
+        }
+        Ok(_) | Err(_) => (unbounded, open),
+    };
     // The scan lies in the header, and is text only where it is called: it is looked at by itself. The ring hands over one event for each reaction.
     let known = Some((format!("{prefix}_step"), of_one_event));
     let scanning = walked(unit, machine, marks, &named(&["scan_isr", "scan"]), known)?;
@@ -380,7 +399,7 @@ fn width(bits: u8) -> usize {
     }
 }
 
-impl Walker<'_> {
+impl<'a> Walker<'a> {
     fn unknown<T>(&self, what: impl Into<String>) -> Result<T, NotUnderstood> {
         Err(NotUnderstood::new(self.line, what))
     }
@@ -404,7 +423,11 @@ impl Walker<'_> {
 
     // --- functions -------------------------------------------------------------------------------------------------------------------------
 
-    fn function(&mut self, function: &Function) -> Result<(), NotUnderstood> {
+    fn function(
+        &mut self,
+        function: &'a Function,
+        compiled: Compiled,
+    ) -> Result<(), NotUnderstood> {
         let machine = self.machine;
         self.n_cells = 0;
         self.locals = Vec::new();
@@ -414,29 +437,23 @@ impl Walker<'_> {
             self.locals.push((name.clone(), local));
         }
         self.user_code = false;
-        let mut frame = Frame::default();
-        for (_, ty) in &function.parameters {
-            frame.add(self.unit, machine, ty);
-        }
-        frame.look(self.unit, machine, &function.body);
-        frame.kept(&function.body);
-        self.far = frame.pointers > machine.near_pointers;
-        // Besides what has a name: both operands of the widest operator.
-        let temporary = 2 * u64::from(frame.widest / 8).max(2);
-        let kept = frame.reads.values().filter(|n| **n > 1).count() as u64;
-        let registers = frame.registers + temporary + kept;
-        let scratch = if frame.calls { 0 } else { u64::from(machine.scratch) };
-        let saved = registers.saturating_sub(scratch).min(u64::from(machine.saved));
-        let spilled = registers.saturating_sub(u64::from(machine.scratch + machine.saved));
-        self.spilled = spilled > 0;
-        // Once registers are short, temporaries are kept in memory too.
-        let on_stack = frame.memory + 3 * spilled + if spilled > 0 { temporary } else { 0 };
+        let Compiled { alone, whole, kept } = compiled;
+        self.kept = kept;
+        self.far = whole.is_far;
+        self.spilled = whole.is_spilled;
         self.helper = 0;
         self.cost = Cost::default();
-        self.pay(machine.frame.0);
-        self.pay_times(machine.frame.1, saved.div_ceil(u64::from(machine.register).max(1)));
-        if on_stack > 0 {
-            self.pay(machine.stack_frame);
+        if whole.is_part {
+            self.parts.insert(&*function.name, function);
+        } else {
+            self.pay(machine.frame.0);
+            self.pay_times(
+                machine.frame.1,
+                whole.saved.div_ceil(u64::from(machine.register).max(1)),
+            );
+            if whole.on_stack > 0 {
+                self.pay(machine.stack_frame);
+            }
         }
         let entry = self.cost;
         let (flow, body) = self.list(&function.body)?;
@@ -446,26 +463,27 @@ impl Walker<'_> {
             (Some(a), Some(b)) => a.or(b),
             (a, b) => a.or(b).unwrap_or(entry),
         };
-        let own = if function.is_inline && is_one_return(function) {
-            0
-        } else {
-            u64::from(machine.return_address) + saved
+        let is_expression = function.is_inline && is_one_return(function);
+        let own = |saved: u64| {
+            if is_expression { 0 } else { u64::from(machine.return_address) + saved }
         };
         // A function with one place of call becomes part of its caller, whose frame then holds what it keeps in memory beside everything else there.
-        let mut whole_entry = entry.time;
-        let (mut memory, mut below, mut user_code) = (on_stack, self.helper, self.user_code);
-        for index in frame.called.keys().filter_map(|name| self.by_name.get(name)) {
+        let (mut memory, mut below, mut user_code) = (alone.on_stack, self.helper, self.user_code);
+        let called = Frame::calls_of(self.unit, machine, &function.body);
+        for index in called.keys().filter_map(|name| self.by_name.get(name)) {
             let Some(callee) = self.summaries.get(*index) else { continue };
             let is_part = self.call_sites.get(*index) == Some(&1);
             memory += if is_part { callee.memory } else { 0 };
             below = below.max(callee.stack - if is_part { callee.memory } else { 0 });
             user_code |= callee.user_code;
-            // The caller then saves what both need.
-            whole_entry = whole_entry.max(if is_part { callee.whole_entry } else { 0 });
         }
-        let called = frame.called.keys().filter_map(|name| self.by_name.get(name));
-        let deepest = called.filter_map(|index| self.routines.get(*index)).map(|it| it.depth).max();
-        let routine = self.routine(function, body, whole_entry, deepest.unwrap_or(0));
+        // In one frame or in several, whichever needs more.
+        let memory = memory.max(whole.on_stack);
+        let own = own(alone.saved.max(whole.saved));
+        let deepest = called.keys().filter_map(|name| self.by_name.get(name));
+        let deepest =
+            deepest.filter_map(|index| self.routines.get(*index)).map(|it| it.depth).max();
+        let routine = self.routine(function, body, entry.time, deepest.unwrap_or(0));
         self.routines.push(routine);
         let known = self.known.as_ref().filter(|(name, _)| **name == *function.name);
         let cost = known.map_or(cost, |(_, known)| *known);
@@ -476,7 +494,6 @@ impl Walker<'_> {
             stack: own + memory + below,
             memory,
             entry: entry.time,
-            whole_entry,
             user_code,
         });
         Ok(())

@@ -8,18 +8,33 @@ use std::rc::Rc;
 /// States within a condition that are still told apart by all that is known of them.
 const ASKED: usize = 32;
 
+/// Cells that are copied or compared for the work of one statement.
+const CELLS_OF_WORK: u64 = 32;
+
 impl Run<'_> {
+    /// So many states are gone through or made, of so many cells.
+    pub(super) fn spend(&mut self, states: usize, cells: usize) -> Done<()> {
+        let each = 1 + cells as u64 / CELLS_OF_WORK;
+        let spent = each.saturating_mul(states as u64);
+        self.work = self.work.checked_sub(spent).ok_or(Stopped::TooMuch)?;
+        Ok(())
+    }
+
+    /// So many states are compared with each other.
+    fn spend_on_joining(&mut self, states: usize, first: Option<&State>) -> Done<()> {
+        let each = states.checked_ilog2().unwrap_or(0) as usize;
+        self.spend(states, first.map_or(0, |it| it.memory.len() * (1 + each)))
+    }
+
     /// Those that know the same become one, in the midst of a condition: each of its parts can double them.
-    pub(super) fn same(&self, states: &mut Vec<State>) -> Done<()> {
+    pub(super) fn same(&mut self, states: &mut Vec<State>) -> Done<()> {
         if states.len() < 3 {
             return Ok(());
         }
-        let mut all: BTreeMap<Vec<Values>, State> = BTreeMap::new();
-        for mut state in std::mem::take(states) {
-            let key = std::mem::take(&mut state.memory);
-            merge(&mut all, key, state);
-        }
-        states.extend(all.into_iter().map(|(memory, state)| State { memory, ..state }));
+        self.spend_on_joining(states.len(), states.first())?;
+        let mut all = Different::default();
+        std::mem::take(states).into_iter().for_each(|it| all.add(it, Values::one(0)));
+        states.extend(all.into_states().map(|(state, _)| state));
         if states.len() > ASKED {
             let found = std::mem::take(states);
             *states = self.few(found)?;
@@ -28,43 +43,37 @@ impl Run<'_> {
     }
 
     /// As many states as are allowed.
-    pub(super) fn few(&self, states: Vec<State>) -> Done<Vec<State>> {
+    pub(super) fn few(&mut self, states: Vec<State>) -> Done<Vec<State>> {
         let all = states.into_iter().map(|it| (it, Values::one(0))).collect();
         Ok(self.few_of(all)?.into_iter().map(|(state, _)| state).collect())
     }
 
-    pub(super) fn few_of(&self, states: Vec<(State, Values)>) -> Done<Vec<(State, Values)>> {
+    pub(super) fn few_of(&mut self, states: Vec<(State, Values)>) -> Done<Vec<(State, Values)>> {
         if states.len() < 2 {
             return Ok(states);
         }
-        let mut all: BTreeMap<(Values, Vec<Values>), State> = BTreeMap::new();
-        for (mut state, value) in states {
-            let key = (value, std::mem::take(&mut state.memory));
-            merge(&mut all, key, state);
-        }
+        self.spend_on_joining(states.len(), states.first().map(|(state, _)| state))?;
+        let mut all = Different::default();
+        states.into_iter().for_each(|(state, value)| all.add(state, value));
         let Some(keys) = &self.keys else {
-            if all.len() > self.most_states {
+            if all.by_memory.len() > self.most_states {
                 return Err(Stopped::TooMuch);
             }
-            return Ok(all
-                .into_iter()
-                .map(|((value, memory), state)| (State { memory, ..state }, value))
-                .collect());
+            return Ok(all.into_states().collect());
         };
         let cells_of = |memory: &[Values], n: usize| -> Vec<Option<i64>> {
             keys.iter().take(n).map(|cell| memory.get(*cell).and_then(|it| it.only())).collect()
         };
         let apart: BTreeSet<Vec<Option<i64>>> =
-            all.keys().map(|(_, memory)| cells_of(memory, keys.len())).collect();
+            all.by_memory.keys().map(|(_, memory)| cells_of(memory, keys.len())).collect();
         let n = if apart.len() <= self.most_states { keys.len() } else { 0 };
         // Where that is not few enough all become one; but then nobody knows how often a loop goes.
         if n == 0 && self.depth > 0 && !keys.is_empty() {
             return Err(Stopped::TooMuch);
         }
         let mut groups: BTreeMap<Vec<Option<i64>>, (State, Values)> = BTreeMap::new();
-        for ((value, memory), state) in all {
-            let key = cells_of(&memory, n);
-            let state = State { memory, ..state };
+        for (state, value) in all.into_states() {
+            let key = cells_of(&state.memory, n);
             match groups.entry(key) {
                 std::collections::btree_map::Entry::Vacant(place) => {
                     place.insert((state, value));
@@ -111,17 +120,32 @@ fn join(known: &mut State, other: State) {
     known.price = known.price.or(other.price);
 }
 
-pub(super) fn merge<K: Ord>(all: &mut BTreeMap<K, State>, key: K, state: State) {
-    match all.entry(key) {
-        std::collections::btree_map::Entry::Vacant(place) => {
-            place.insert(state);
-        }
-        std::collections::btree_map::Entry::Occupied(mut place) => {
-            let old = place.get_mut();
-            if state.price.time > old.price.time {
-                old.way = state.way;
+/// States that differ in what is known of them, each with a value that was found in it.
+#[derive(Default)]
+pub(super) struct Different {
+    by_memory: BTreeMap<(Values, Vec<Values>), State>,
+}
+
+impl Different {
+    pub(super) fn add(&mut self, mut state: State, value: Values) {
+        let memory = std::mem::take(&mut state.memory);
+        match self.by_memory.entry((value, memory)) {
+            std::collections::btree_map::Entry::Vacant(place) => {
+                place.insert(state);
             }
-            old.price = old.price.or(state.price);
+            std::collections::btree_map::Entry::Occupied(mut place) => {
+                let old = place.get_mut();
+                if state.price.time > old.price.time {
+                    old.way = state.way;
+                }
+                old.price = old.price.or(state.price);
+            }
         }
+    }
+
+    pub(super) fn into_states(self) -> impl Iterator<Item = (State, Values)> {
+        self.by_memory
+            .into_iter()
+            .map(|((value, memory), state)| (State { memory, ..state }, value))
     }
 }

@@ -8,7 +8,7 @@ mod join;
 mod numbers;
 mod questions;
 
-use self::join::{behind, merge};
+use self::join::behind;
 use super::code::{Code, Op, Price, Question, Routine, What};
 use super::values::Values;
 use std::collections::BTreeMap;
@@ -117,19 +117,14 @@ impl Run<'_> {
         (self.line, self.frame, self.size) = (line, frame, size);
         let ends = ends?;
         let nothing = ends.next.into_iter().map(|state| (state, Values::one(0)));
-        let mut all: BTreeMap<(Values, Vec<Values>), State> = BTreeMap::new();
+        let mut out = Vec::new();
         for (mut state, value) in ends.returned.into_iter().chain(nothing) {
             let value = routine.gives.map_or(value, |kind| kind.take(value));
             if let Some(own) = state.memory.get_mut(own.clone()) {
                 own.fill(Values::one(0));
             }
-            let key = (value, std::mem::take(&mut state.memory));
-            merge(&mut all, key, state);
+            out.push((state, value));
         }
-        let out: Vec<(State, Values)> = all
-            .into_iter()
-            .map(|((value, memory), state)| (State { memory, ..state }, value))
-            .collect();
         self.few_of(out)
     }
 
@@ -150,8 +145,7 @@ impl Run<'_> {
                 break;
             }
             let states = std::mem::take(&mut ends.next);
-            let spent = states.len() as u64;
-            self.work = self.work.checked_sub(spent).ok_or(Stopped::TooMuch)?;
+            self.spend(states.len(), 0)?;
             self.line = op.line;
             let n = states.len();
             let one = self.op(op, states)?;
@@ -298,7 +292,8 @@ impl Run<'_> {
                         one
                     }
                 };
-                self.work = self.work.checked_sub(1).ok_or(Stopped::TooMuch)?;
+                let n = one.next.len() + one.broken.len() + one.returned.len();
+                self.spend(1 + n, state.memory.len())?;
                 self.line = line;
                 let behind = |end: &State| behind(&state, end);
                 for end in &one.next {
@@ -340,6 +335,7 @@ impl Run<'_> {
         for mut state in states {
             self.pay(&mut state, price);
             for (mut state, number) in self.values(subject, state)? {
+                self.spend(sections.len(), state.memory.len())?;
                 let place = if let Code::Read(address, _) = subject {
                     self.single(address, &mut state)?
                 } else {

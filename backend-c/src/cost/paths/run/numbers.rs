@@ -31,7 +31,8 @@ impl Run<'_> {
             Code::Truth(question) => {
                 let (mut yes, mut no) = (Vec::new(), Vec::new());
                 self.ask(question, state, &mut yes, &mut no)?;
-                let truth = |value| Number::truth(Values::one(value), self.int_bits);
+                let int_bits = self.int_bits;
+                let truth = |value| Number::truth(Values::one(value), int_bits);
                 let mut out = Vec::new();
                 out.extend(self.few(yes)?.into_iter().map(|it| (it, truth(1))));
                 out.extend(self.few(no)?.into_iter().map(|it| (it, truth(0))));

@@ -134,12 +134,14 @@ impl Run<'_> {
             no.push(state);
             return Ok(());
         }
+        self.spend(1, state.memory.len())?;
         let cell = self.open_cell(codes, &mut state)?;
         let values = cell.and_then(|cell| state.memory.get(cell).copied());
         let narrowed = match (values, values.and_then(Values::listed)) {
             (Some(values), _) if cut.is_some_and(|(yes, no)| yes.or(no) == values) => cut,
             (Some(values), Some(all)) => {
                 let cell = cell.unwrap_or(usize::MAX);
+                self.spend(all.len(), 0)?;
                 let (mut true_for, mut false_for) = (Vec::new(), Vec::new());
                 for value in all {
                     // To find these numbers changes nothing, so one state will do for all of them.

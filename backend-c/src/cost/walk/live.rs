@@ -1,0 +1,155 @@
+//! How many bytes of locals a function needs at once: each from where it is declared to where it is mentioned last.
+//!
+//! What is mentioned in a loop and declared before it is needed to the end of the loop. Registers that a compiler takes beside those of the locals are not counted here.
+
+use super::super::machine::Machine;
+use super::super::memory::size;
+use super::super::tree::{Expr, Function, Kind, Stmt, Type, Unit, each_call, names_in};
+use std::collections::BTreeMap;
+use std::rc::Rc;
+
+/// Bytes of locals that are needed at once.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Live {
+    /// The most of them.
+    pub(super) most: u64,
+    /// The most of them where that function is called.
+    pub(super) at_calls: BTreeMap<Rc<str>, u64>,
+}
+
+impl Live {
+    pub(super) fn of(unit: &Unit, machine: &Machine, function: &Function) -> Live {
+        let mut spans = Spans::new(unit, machine);
+        for (name, ty) in &function.parameters {
+            spans.declare(name, ty);
+        }
+        spans.list(&function.body);
+        // What begins and what ends at each place.
+        let mut changes = vec![(0_u64, 0_u64); spans.at + 2];
+        for span in &spans.all {
+            changes[span.first].0 += span.bytes;
+            changes[span.last + 1].1 += span.bytes;
+        }
+        let mut live = Live::default();
+        let mut now = 0;
+        let mut calls = spans.calls.iter().peekable();
+        for (at, (begun, ended)) in changes.into_iter().enumerate() {
+            now = now + begun - ended;
+            live.most = live.most.max(now);
+            while let Some((_, name)) = calls.next_if(|(place, _)| *place == at) {
+                let most = live.at_calls.entry(name.clone()).or_default();
+                *most = now.max(*most);
+            }
+        }
+        live
+    }
+}
+
+/// A local: where it is declared, and where it is mentioned last.
+struct Span {
+    bytes: u64,
+    first: usize,
+    last: usize,
+}
+
+struct Spans<'a> {
+    unit: &'a Unit,
+    machine: &'a Machine,
+    /// The present place; each expression is one.
+    at: usize,
+    all: Vec<Span>,
+    /// For each name the locals of that name around the present place, the innermost last.
+    around: BTreeMap<Rc<str>, Vec<usize>>,
+    declared: Vec<Rc<str>>,
+    /// Calls with their places, in that order.
+    calls: Vec<(usize, Rc<str>)>,
+}
+
+impl<'a> Spans<'a> {
+    fn new(unit: &'a Unit, machine: &'a Machine) -> Self {
+        Spans {
+            unit,
+            machine,
+            at: 0,
+            all: Vec::new(),
+            around: BTreeMap::new(),
+            declared: Vec::new(),
+            calls: Vec::new(),
+        }
+    }
+
+    fn declare(&mut self, name: &Rc<str>, ty: &Type) {
+        let bytes = match ty {
+            Type::Number { .. } | Type::Pointer(..) => {
+                size(self.unit, self.machine, ty).max(u64::from(self.machine.register))
+            }
+            Type::Void | Type::Array(..) | Type::Struct(_) => 0,
+        };
+        self.around.entry(name.clone()).or_default().push(self.all.len());
+        self.declared.push(name.clone());
+        self.all.push(Span { bytes, first: self.at, last: self.at });
+    }
+
+    fn expr(&mut self, expr: &Expr) {
+        self.at += 1;
+        let at = self.at;
+        names_in(expr, &mut |name| {
+            let local = self.around.get(name).and_then(|all| all.last());
+            if let Some(span) = local.and_then(|local| self.all.get_mut(*local)) {
+                span.last = at;
+            }
+        });
+        each_call(expr, &mut |name| self.calls.push((at, name.clone())));
+    }
+
+    /// What stands in braces: its locals are not known behind them.
+    fn list(&mut self, list: &[Stmt]) {
+        let n = self.declared.len();
+        list.iter().for_each(|it| self.stmt(it));
+        self.leave(n);
+    }
+
+    /// Behind the place where so many locals were known those declared since are not known any more.
+    fn leave(&mut self, n: usize) {
+        for name in self.declared.split_off(n) {
+            if let Some(all) = self.around.get_mut(&name) {
+                all.pop();
+            }
+        }
+    }
+
+    fn stmt(&mut self, stmt: &Stmt) {
+        match &stmt.kind {
+            Kind::Expr(expr) | Kind::Return(Some(expr)) => self.expr(expr),
+            Kind::Local { name, ty, init, .. } => {
+                init.iter().for_each(|it| self.expr(it));
+                self.declare(name, ty);
+            }
+            Kind::If(arms, otherwise) => {
+                for (condition, body) in arms {
+                    self.expr(condition);
+                    self.list(body);
+                }
+                self.list(otherwise);
+            }
+            Kind::Switch(subject, sections) => {
+                self.expr(subject);
+                sections.iter().for_each(|(_, body)| self.list(body));
+            }
+            Kind::Loop { init, condition, step, body } => {
+                let n = self.declared.len();
+                init.iter().for_each(|it| self.stmt(it));
+                let begin = self.at;
+                condition.iter().for_each(|it| self.expr(it));
+                self.list(body);
+                step.iter().for_each(|it| self.expr(it));
+                let end = self.at;
+                let is_around = |it: &&mut Span| it.first <= begin && it.last > begin;
+                self.all.iter_mut().filter(is_around).for_each(|it| it.last = end);
+                self.leave(n);
+            }
+            Kind::Block(body) => self.list(body),
+            Kind::Return(None) | Kind::Break | Kind::Continue | Kind::UserCode => {}
+        }
+    }
+}
