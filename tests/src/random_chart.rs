@@ -9,8 +9,8 @@
 )]
 
 use grafsynth_ir::chart::{
-    ActionHow, Chart, Design, Expr, Item, Leaf, Macro, MacroStep, Setting, SettingKind, Step,
-    StepItem, StepItemKind, StepRole, Transition,
+    ActionHow, Chart, Design, Expr, Item, Leaf, Length, Macro, MacroStep, Setting, SettingKind,
+    Step, StepCount, StepItem, StepItemKind, StepRole, Transition,
 };
 use grafsynth_ir::diag::any_error;
 use grafsynth_ir::expr::ExprKind;
@@ -206,6 +206,13 @@ fn renamed(net: Valid<Net>, random: &mut Random) -> Valid<Net> {
     for id in timers {
         net.timers[id].name = odd(random, &net.timers[id].name);
     }
+    let transitions: Vec<_> = net.transitions.ids().collect();
+    for id in transitions {
+        net.transitions[id].name = odd(random, &net.transitions[id].name);
+    }
+    if random.one_in(2) && net.parts.len() == 1 {
+        net.name = odd(random, &net.name);
+    }
     if net.macros.is_empty() && net.parts.len() == 1 {
         let steps: Vec<_> = net.steps.ids().collect();
         for id in steps {
@@ -273,8 +280,8 @@ pub fn random_chart(seed: u64) -> Option<String> {
     }
     let text = grafsynth_frontend::graf::write_net(&net).ok()?;
     let mut design = parsed(&text)?;
-    let n_changes = if say == Say::Documents { 0 } else { CHANGES.len() };
-    for change in &CHANGES[..n_changes] {
+    let changes: &[Change] = if say == Say::Documents { &[waits] } else { &CHANGES };
+    for change in changes {
         if random.one_in(4) {
             let mut changed = design.clone();
             let Some(chart) = changed.charts.first_mut() else { continue };
@@ -296,9 +303,20 @@ fn parsed(text: &str) -> Option<Design> {
     (net.is_some() && !any_error(&found)).then_some(design)
 }
 
-/// What a chart may have that a net does not remember.
-const CHANGES: [fn(&mut Chart, &mut Random); 7] =
-    [durations, delayed_uses, delays, macro_step, restarts, iec, reading_lists];
+/// Adds to a chart what a net does not remember.
+type Change = fn(&mut Chart, &mut Random);
+
+const CHANGES: [Change; 9] = [
+    durations,
+    delayed_uses,
+    delays,
+    macro_step,
+    restarts,
+    iec,
+    reading_lists,
+    waits,
+    counting_step,
+];
 
 fn steps(chart: &mut Chart) -> impl Iterator<Item = &mut Step> {
     chart
@@ -423,6 +441,34 @@ fn macro_step(chart: &mut Chart, random: &mut Random) {
     chart.items[at] =
         Item::MacroStep(MacroStep { name: own, body: body.clone(), role, ..MacroStep::default() });
     chart.items.insert(at, Item::Macro(Macro { name: body, items, ..Macro::default() }));
+}
+
+/// Transitions wait for some time.
+fn waits(chart: &mut Chart, random: &mut Random) {
+    fn of(items: &mut [Item], random: &mut Random) {
+        for item in items {
+            match item {
+                Item::Transition(one) if one.after.is_none() && random.one_in(3) => {
+                    let time = Length::Ns(10_000_000 + some_time(random));
+                    one.after = Some((time, Span::default()));
+                }
+                Item::State(state) => of(&mut state.items, random),
+                Item::Enclosing(one) => of(&mut one.items, random),
+                _ => {}
+            }
+        }
+    }
+    of(&mut chart.items, random);
+}
+
+/// A step counts its activations.
+fn counting_step(chart: &mut Chart, random: &mut Random) {
+    let max = 1 + random.below(3) as u32;
+    for step in steps(chart) {
+        if random.one_in(3) {
+            step.count = Some(StepCount { max, initial: None, span: Span::default() });
+        }
+    }
 }
 
 /// Transitions to steps begin them anew.

@@ -39,6 +39,7 @@ fn random_charts_behave_alike_in_every_language() {
             Came::Refused(_) => "refused",
             Came::Alike(0) => "alike",
             Came::Alike(_) => "alike, losses listed",
+            Came::Said => "otherwise, as listed",
             Came::Otherwise(_) => "otherwise",
         };
         *n_of.entry((form.name(), what)).or_default() += 1;
@@ -55,7 +56,7 @@ fn random_charts_behave_alike_in_every_language() {
 #[test]
 fn what_was_once_written_wrongly_behaves_alike_or_is_refused() {
     use Format::{Net, Plcopen, Rules, Scxml, St};
-    let charts: [(&str, &str, &[Format], bool); 11] = [
+    let charts: [(&str, &str, &[Format], bool); 13] = [
         (
             "several durations of one action",
             "chart c { output Q initial step s { Q D 40 ms; Q D 20 ms; Q P0 } }",
@@ -117,6 +118,18 @@ fn what_was_once_written_wrongly_behaves_alike_or_is_refused() {
             true,
         ),
         (
+            "a transition called as a word between its steps",
+            "chart c { conflict priority input a initial step s step `to` `from`: s -> `to` when a t: `to` -> s when not a }",
+            &[St, Plcopen],
+            true,
+        ),
+        (
+            "transitions called as what a list and the timers become",
+            "chart c { conflict priority input a var v: int 0..9 timer T while a initial step s { exit { v := v + 1 } } step r timers: s -> r when T >= 20 ms s_exit: r -> s when not a }",
+            &[St, Plcopen],
+            true,
+        ),
+        (
             "a cancel of what is never sent",
             "chart c { conflict inner-first event e queue 1 state s1 { state s2 { exit { cancel x } step s3 } } t: in s1 on s2.done do { send e as x } }",
             &[Scxml],
@@ -128,6 +141,7 @@ fn what_was_once_written_wrongly_behaves_alike_or_is_refused() {
             for seed in 0..12 {
                 match came(text, *form, seed) {
                     Came::Otherwise(why) => panic!("{what}, in {}: {why}", form.name()),
+                    Came::Said => panic!("{what}, in {}: otherwise, as listed", form.name()),
                     Came::Alike(_) => assert!(is_written, "{what}, in {}", form.name()),
                     Came::Refused(why) => assert!(!is_written, "{what}, in {}: {why}", form.name()),
                 }

@@ -194,7 +194,9 @@ fn identifier(text: &str) -> String {
     if out.starts_with(|c: char| c.is_ascii_digit()) || out.is_empty() {
         out.insert(0, '_');
     }
-    if is_reserved(&out.to_uppercase()) {
+    // Words between which the steps of a transition stand are names to our reader only.
+    let upper = out.to_uppercase();
+    if is_reserved(&upper) || matches!(upper.as_str(), "FROM" | "TO") {
         out.push('_');
     }
     out
@@ -698,11 +700,12 @@ impl<'a> Maker<'a> {
             1 => conditions.remove(0),
             _ => conditions.iter().map(|one| format!("({one})")).collect::<Vec<_>>().join(" AND "),
         };
-        // Names of transitions are their own.
+        // A name that something has in other letter case, or that a list or the timers got, is left out.
         let name = transition.name.as_ref().and_then(|name| {
             let made = format!("{}_{}", from.join("_"), to.join("_"));
             let written = identifier(&name.text);
-            (name.text != made && written == name.text).then_some(written)
+            (name.text != made && written == name.text && self.taken.insert(written.to_uppercase()))
+                .then_some(written)
         });
         let label = self.label(&transition.meta);
         let (priority, restart) = (transition.priority, transition.restart);
