@@ -268,7 +268,45 @@ fn a_build_does_not_replace_what_it_reads() {
     assert_eq!(fs::read_to_string(folder.path().join("lamp.net")).expect("it is there"), before);
 }
 
-/// A journal that came with somebody's files leads nowhere else.
+/// A journal of a write in the folder that the entry lies in.
+fn journal(entry: &Path, files: &str) -> String {
+    #[cfg(unix)]
+    let (device, inode) = {
+        use std::os::unix::fs::MetadataExt as _;
+        let data = fs::metadata(entry).expect("it is there");
+        (data.dev(), data.ino())
+    };
+    #[cfg(not(unix))]
+    let (device, inode) = (0, 0);
+    format!(
+        "{{\"place\":{{\"device\":{device},\"inode\":{inode}}},\"folders\":[],\"files\":[{files}]}}"
+    )
+}
+
+/// A journal that came with somebody's files replaces none of them: it was begun in another folder.
+#[cfg(unix)]
+#[test]
+fn a_journal_of_another_folder_completes_nothing() {
+    let folder = project();
+    let entry = folder.path().join("0/.grafsynth-build");
+    let file = "{\"name\":\"Makefile\",\"replaces\":true,\"keep_existing\":false}";
+    let lamp = fs::read_to_string(folder.path().join("0/lamp.graf")).expect("it is there");
+    let without = format!("{{\"folders\":[],\"files\":[{file}]}}");
+    for text in [without, journal(folder.path(), file)] {
+        fs::create_dir(&entry).expect("it is made");
+        fs::write(folder.path().join("0/Makefile"), "mine\n").expect("it is written");
+        fs::write(entry.join("0"), "theirs\n").expect("it is written");
+        fs::write(entry.join("journal"), &text).expect("it is written");
+        let output = done(grafsynth(folder.path(), &["check", "0/lamp.graf"]));
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(said.contains("was begun in another folder"), "{said}");
+        let now = fs::read_to_string(folder.path().join("0/Makefile")).expect("it is there");
+        assert_eq!((now.as_str(), entry.exists()), ("mine\n", false));
+    }
+    assert_eq!(fs::read_to_string(folder.path().join("0/lamp.graf")).expect("it is there"), lamp);
+}
+
+/// A journal leads nowhere but into its folder.
 #[test]
 fn a_foreign_journal_stays_in_its_folder() {
     let folder = project();
@@ -279,10 +317,8 @@ fn a_foreign_journal_stays_in_its_folder() {
     {
         fs::create_dir(&entry).expect("it is made");
         fs::write(entry.join("0"), "theirs\n").expect("it is written");
-        let journal = format!(
-            "{{\"folders\":[],\"files\":[{{\"name\":\"{name}\",\"replaces\":true,\"keep_existing\":false}}]}}"
-        );
-        fs::write(entry.join("journal"), journal).expect("it is written");
+        let file = format!("{{\"name\":\"{name}\",\"replaces\":true,\"keep_existing\":false}}");
+        fs::write(entry.join("journal"), journal(&entry, &file)).expect("it is written");
         assert!(done(build(folder.path(), 0)).status.success(), "{name}");
         assert!(!entry.exists(), "{name}");
         let now = fs::read_to_string(folder.path().join("elsewhere")).expect("it is there");
@@ -300,7 +336,7 @@ fn a_folder_that_is_looked_into_is_completed_first() {
     let net = "net lamp\npart lamp level 1\nstep s in lamp initial\n";
     fs::write(at(".grafsynth-build/0"), net).expect("it is written");
     let file = "{\"name\":\"lamp.net\",\"replaces\":false,\"keep_existing\":false}";
-    let journal = format!("{{\"folders\":[],\"files\":[{file}]}}");
+    let journal = journal(&at(".grafsynth-build"), file);
     fs::write(at(".grafsynth-build/journal"), journal).expect("it is written");
     let output = done(grafsynth(folder.path(), &["check", "charts"]));
     let said = String::from_utf8_lossy(&output.stderr);
@@ -325,7 +361,7 @@ fn a_write_that_cannot_be_completed_is_undone() {
         format!("{{\"name\":\"{name}\",\"replaces\":{replaces},\"keep_existing\":false}}")
     };
     let files = [file("a.txt", true), file("b.txt", false), file("c.txt", false)].join(",");
-    let journal = format!("{{\"folders\":[],\"files\":[{files}]}}");
+    let journal = journal(&at(".grafsynth-build"), &files);
     fs::write(at(".grafsynth-build/journal"), journal).expect("it is written");
     assert!(done(build(folder.path(), 0)).status.success());
     assert_eq!(fs::read_to_string(at("a.txt")).expect("it is there"), "old\n");

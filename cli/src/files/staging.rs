@@ -9,7 +9,8 @@
 //! ```
 //!
 //! A rename that the system refuses (a file of another user in `/tmp`, an immutable one) turns the journal into an undo list: the old files come back.
-//! What the journal says is not trusted: its names are checked as those of a new write are.
+//! What the journal says is not trusted: its names are checked as those of a new write are, and it holds only in the very folder on disk in which it was
+//! begun ([`Place`]): one that came with somebody's files, in an archive or a copy, replaces nothing.
 
 use serde::{Deserialize, Serialize};
 use std::fs::{self, File, OpenOptions, TryLockError};
@@ -42,9 +43,33 @@ pub(crate) struct Output {
 /// What has to be done when all new files are there, as it is kept on disk.
 #[derive(Debug, Default, Serialize, Deserialize)]
 struct Journal {
+    /// Where the entry is that it was written in.
+    #[serde(default)]
+    place: Place,
     /// Folders that are made, outer ones first.
     folders: Vec<String>,
     files: Vec<Move>,
+}
+
+/// What tells a folder on this machine from a copy of it.
+#[derive(Debug, Default, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+struct Place {
+    device: u64,
+    inode: u64,
+}
+
+impl Place {
+    #[cfg(unix)]
+    fn of(folder: &Path) -> io::Result<Place> {
+        use std::os::unix::fs::MetadataExt as _;
+        let data = fs::symlink_metadata(folder)?;
+        Ok(Place { device: data.dev(), inode: data.ino() })
+    }
+
+    #[cfg(not(unix))]
+    fn of(_: &Path) -> io::Result<Place> {
+        Ok(Place::default())
+    }
 }
 
 /// The new file `index` and where it goes.
@@ -200,7 +225,9 @@ impl Staging {
 
     /// Writes the new files into the entry, and links to those that they replace.
     fn stage(&self, outputs: &[&Output]) -> Result<Journal, String> {
-        let mut journal = Journal::default();
+        let cannot = |error| format!("cannot write in {}: {error}", self.folder.display());
+        let place = Place::of(&self.entry).map_err(cannot)?;
+        let mut journal = Journal { place, ..Journal::default() };
         for (index, output) in outputs.iter().enumerate() {
             // Some file systems take names that differ in letter case for one.
             let twin = journal.files.iter().find(|it| it.name.eq_ignore_ascii_case(&output.name));
@@ -351,8 +378,19 @@ impl Staging {
         Ok(())
     }
 
-    /// Completes or undoes what the entry holds, and empties it.
+    /// Completes or undoes what the entry holds, and empties it; says so.
     fn recover(&mut self) -> Result<(), String> {
+        let say = |what: &str| {
+            let folder = self.folder.display();
+            crate::print_error(&format!("grafsynth: {folder}: a write that was stopped {what}\n"));
+        };
+        let is_there = |name: &str| is_file(&self.entry.join(name));
+        let is_known = self.journal(UNDO).is_some() || self.journal(JOURNAL).is_some();
+        if is_known {
+            say("is completed now");
+        } else if is_there(UNDO) || is_there(JOURNAL) {
+            say("was begun in another folder, of which this is a copy: it is not completed");
+        }
         if let Some(journal) = self.journal(UNDO) {
             if let Err(error) = self.undo(&journal) {
                 self.is_stuck = true;
@@ -376,6 +414,9 @@ impl Staging {
             return None;
         }
         let journal: Journal = serde_json::from_slice(&fs::read(path).ok()?).ok()?;
+        if journal.place != Place::of(&self.entry).ok()? {
+            return None;
+        }
         let mut names = journal.folders.iter().chain(journal.files.iter().map(|file| &file.name));
         names.all(|name| is_inside(name)).then_some(journal)
     }
