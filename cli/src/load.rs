@@ -216,13 +216,10 @@ impl Session {
         };
         if let Some(board) = &reading.board {
             texts.board = Some(self.text(board)?);
-        } else if let Some(beside) = companion(&input.file, "board") {
-            texts.board = Some(self.text(&beside)?);
+        } else if let Some(beside) = self.companion(&input.file, "board")? {
+            texts.board = Some(beside);
         }
-        if let Some(beside) = companion(&input.file, "props") {
-            let file = self.text(&beside)?;
-            texts.properties.push(file);
-        }
+        texts.properties.extend(self.companion(&input.file, "props")?);
         let folder = files::folder_of(Path::new(&input.file));
         self.libraries(main, &input.file, reading.root.as_deref().unwrap_or(folder), &mut texts);
         for text in &reading.assert {
@@ -241,6 +238,23 @@ impl Session {
                 })
             }
         }
+    }
+
+    /// Reads the file `NAME.extension` beside `path`, if it is there, and says so: answers may rest on what it assumes.
+    fn companion(
+        &mut self,
+        path: &str,
+        extension: &str,
+    ) -> Result<Option<grafsynth_ir::FileId>, Stop> {
+        let Some(beside) = files::companion(path, extension) else { return Ok(None) };
+        if files::is_link(&beside) {
+            self.note(&format!("{beside} is a symbolic link, which is not followed\n"));
+            return Ok(None);
+        }
+        let text = self.text(&beside)?;
+        self.note(&format!("{path} is read with {beside}\n"));
+        self.report.beside(&beside);
+        Ok(Some(text))
     }
 
     /// Reads the files of library charts that a text names, and those that these name. One that cannot be read, is not below `root`, or is too much is
@@ -379,14 +393,4 @@ fn unknown_format(name: &str) -> Stop {
 fn starts_with_role(text: &str) -> bool {
     let word = text.split_whitespace().next().unwrap_or_default();
     word == "assert" || word == "assume"
-}
-
-/// The file `NAME.extension` beside `path`, if it is there.
-fn companion(path: &str, extension: &str) -> Option<String> {
-    if path == "-" {
-        return None;
-    }
-    let beside = Path::new(path).with_extension(extension);
-    (beside != Path::new(path) && files::exists(&beside))
-        .then(|| beside.to_string_lossy().into_owned())
 }

@@ -3,7 +3,7 @@
 
 use grafsynth_ir::Span;
 
-use crate::trace::{ColumnKind, Difference, Trace};
+use crate::trace::{ColumnKind, Difference, Trace, TraceRow};
 
 /// Cells that a trace should have.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -29,6 +29,25 @@ impl Expected {
         self.columns.len() * self.rows.len()
     }
 
+    /// How many of them stand where the trace leaves the cell open: nothing is asked of these.
+    #[must_use]
+    pub fn open_cells(&self, trace: &Trace) -> usize {
+        let places = self.places(trace);
+        let first = usize::from(!self.from_reset);
+        let rows = trace.rows.iter().skip(first).take(self.rows.len());
+        let is_open = |row: &TraceRow, place: Option<usize>| {
+            place.is_some_and(|place| row.open.get(place).copied().unwrap_or(false))
+        };
+        rows.map(|row| places.iter().filter(|place| is_open(row, **place)).count()).sum()
+    }
+
+    /// Where each column stands in a trace.
+    fn places(&self, trace: &Trace) -> Vec<Option<usize>> {
+        let place =
+            |name: &String| trace.layout.columns.iter().position(|column| column.name == *name);
+        self.columns.iter().map(|(name, _)| place(name)).collect()
+    }
+
     pub(crate) fn column(&mut self, name: &str, span: Span) {
         self.columns.push((name.to_owned(), span));
     }
@@ -41,11 +60,7 @@ impl Expected {
     /// The first cell of a trace that is not as expected: the expected one is the left one. Cells that the chart leaves open are as expected.
     #[must_use]
     pub fn first_difference(&self, trace: &Trace) -> Option<Difference> {
-        let places: Vec<Option<usize>> = self
-            .columns
-            .iter()
-            .map(|(name, _)| trace.layout.columns.iter().position(|column| column.name == *name))
-            .collect();
+        let places = self.places(trace);
         let first = usize::from(!self.from_reset);
         for (at, expected) in self.rows.iter().enumerate() {
             let row = at + first;

@@ -343,6 +343,17 @@ impl Trace {
         Trace { layout, rows: Vec::new() }
     }
 
+    /// The reactions of which some cell is asked for. The others follow a broken assumption, and nothing that is compared with them can differ.
+    #[must_use]
+    pub fn asked_reactions(&self) -> usize {
+        let computed = |at: usize| !is_given(self.layout.columns[at].kind);
+        let is_asked = |row: &&TraceRow| {
+            row.open.is_empty()
+                || row.open.iter().enumerate().any(|(at, open)| !open && computed(at))
+        };
+        self.rows.iter().skip(1).filter(is_asked).count()
+    }
+
     /// Adds a row and numbers it.
     pub fn push(&mut self, mut row: TraceRow) {
         if let Some(scan) = row.values.first_mut() {

@@ -49,6 +49,21 @@ pub(crate) fn is_folder(path: &str) -> bool {
     path != "-" && Path::new(path).is_dir()
 }
 
+/// The name of the file `NAME.extension` beside `path`, if something of that name is there.
+pub(crate) fn companion(path: &str, extension: &str) -> Option<String> {
+    if path == "-" {
+        return None;
+    }
+    let beside = Path::new(path).with_extension(extension);
+    let is_there = fs::symlink_metadata(&beside).is_ok_and(|data| !data.is_dir());
+    (is_there && beside != Path::new(path)).then(|| beside.to_string_lossy().into_owned())
+}
+
+/// True for a symbolic link.
+pub(crate) fn is_link(path: &str) -> bool {
+    fs::symlink_metadata(path).is_ok_and(|data| data.is_symlink())
+}
+
 /// The files in a folder and below it, in the order of their paths. What begins with a dot is not looked at, and symbolic links to folders are not followed.
 ///
 /// # Errors

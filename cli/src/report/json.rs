@@ -51,6 +51,10 @@ pub(super) fn design(file: &str) -> Value {
     json!({"kind": "design", "file": file})
 }
 
+pub(super) fn beside(file: &str) -> Value {
+    json!({"kind": "beside", "file": file})
+}
+
 pub(super) fn error(message: &str) -> Value {
     json!({"kind": "error", "message": message})
 }

@@ -86,6 +86,14 @@ impl Report {
         }
     }
 
+    /// This file was read beside the design, unasked.
+    pub(crate) fn beside(&self, file: &str) {
+        if self.format == MessageFormat::Json {
+            self.line(&json::beside(file));
+        }
+        self.log(|log| log.beside(file));
+    }
+
     /// Findings that are said later: they are said at once where the user stops the program before.
     pub(crate) fn know_findings(&self, sources: &Sources, findings: Vec<Diagnostic>) {
         let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);

@@ -18,12 +18,18 @@ pub(super) struct Log {
     design: String,
     rules: BTreeMap<String, String>,
     results: Vec<Value>,
+    /// Files that were read beside a design.
+    artifacts: Vec<Value>,
     errors: Vec<Value>,
 }
 
 impl Log {
     pub(super) fn design(&mut self, file: &str) {
         file.clone_into(&mut self.design);
+    }
+
+    pub(super) fn beside(&mut self, file: &str) {
+        self.artifacts.push(json!({"location": {"uri": uri(file)}}));
     }
 
     pub(super) fn finding(&mut self, sources: &Sources, diagnostic: &Diagnostic) {
@@ -111,6 +117,7 @@ impl Log {
                 }},
                 "invocations": [invocation],
                 "columnKind": "unicodeCodePoints",
+                "artifacts": self.artifacts,
                 "results": self.results,
             }],
         })

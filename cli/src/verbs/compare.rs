@@ -139,8 +139,12 @@ fn engines(session: &mut Session, arguments: &Compare, input: &Input) -> Result<
         Ok(trace) => trace,
         Err(_) => unreachable!("the reference simulator runs every valid net"),
     };
+    let asked = reference.asked_reactions();
+    if asked == 0 && !stimulus.is_empty() {
+        return Err(nothing_asked());
+    }
     let answer = |name: &str, status, message: &str| {
-        Answer::new(About::Equality, name, status, message).with("reactions", stimulus.len())
+        Answer::new(About::Equality, name, status, message).with("reactions", asked)
     };
     let say = |line: String| {
         if !session.quiet {
@@ -218,13 +222,26 @@ fn engines(session: &mut Session, arguments: &Compare, input: &Input) -> Result<
     if exit == Exit::Done {
         let skipped = if n_skipped > 0 { format!(", {n_skipped} not run") } else { String::new() };
         let message = format!(
-            "no difference found in {} reactions: {} engines{skipped}",
-            stimulus.len(),
+            "no difference found in {}: {} engines{skipped}",
+            reactions(asked, stimulus.len()),
             n_equal + 1
         );
         session.answer(&answer(&input.file, Status::Done, &message), &format!("{message}\n"));
     }
     Ok(exit)
+}
+
+/// How many reactions were compared, and of how many.
+fn reactions(asked: usize, all: usize) -> String {
+    if asked == all {
+        return format!("{all} reactions");
+    }
+    format!("{asked} of {all} reactions (the others follow a broken assumption)")
+}
+
+/// No row of a stimulus keeps what the chart assumes: whatever is said of all that do says nothing.
+fn nothing_asked() -> Stop {
+    Stop::Input("each row follows a broken assumption, so there is nothing to compare".to_owned())
 }
 
 /// The first difference in the user's terms: the reaction, the signal, both values, and where the signal comes from.
@@ -348,7 +365,11 @@ fn pair(
         }
     };
     let is_test = arguments.no_proof || arguments.stimulus.is_some() || arguments.random.is_some();
-    let exit = after_a_test(session, &subject, net, &stimulus, &tested, is_test);
+    let asked = grafsynth_sim::run(net, &stimulus).asked_reactions();
+    if asked == 0 && !stimulus.is_empty() {
+        return Err(nothing_asked());
+    }
+    let exit = after_a_test(session, &subject, net, &stimulus, asked, &tested, is_test);
     if exit != Exit::Done || is_test {
         return Ok(exit);
     }
@@ -450,17 +471,18 @@ fn after_a_test(
     subject: &str,
     net: &Valid<Net>,
     stimulus: &Stimulus,
+    asked: usize,
     outcome: &Compared,
     is_test: bool,
 ) -> Exit {
     let answer = |status, message: &str| {
-        with_parts(subject, status, message, outcome).with("reactions", stimulus.len())
+        with_parts(subject, status, message, outcome).with("reactions", asked)
     };
     match &outcome.difference {
         None => {
             let mut text = format!(
-                "no difference found in {} reactions, {} columns in common\n",
-                stimulus.len(),
+                "no difference found in {}, {} columns in common\n",
+                reactions(asked, stimulus.len()),
                 outcome.n_columns
             );
             let answer = answer(Status::Done, text.trim_end());

@@ -27,6 +27,11 @@ pub(crate) fn run(session: &mut Session, arguments: &Convert) -> Result<Exit, St
     };
     let (design, found) = session.design(&arguments.input)?;
     session.show(&found);
+    if let Design::Net(design) = &design
+        && session.is_impossible(&design.net)
+    {
+        return Ok(Exit::Errors);
+    }
     match grafsynth_driver::convert::convert(&design, to) {
         Err(found) => {
             session.show(&found);

@@ -72,6 +72,18 @@ impl<'a> Checker<'a> {
         for timer in net.timers.values() {
             self.claim(&mut taken, &timer.name, "timer");
         }
+        let mut said: BTreeMap<&str, Span> = BTreeMap::new();
+        for property in net.properties.iter().filter(|property| !property.name.is_empty()) {
+            let (name, span) = (property.name.as_str(), property.meta.span);
+            let Some(first) = said.insert(name, span) else { continue };
+            let message = format!("two properties are called `{name}`");
+            self.out.push(
+                Diagnostic::error(codes::NAME_TWICE, message)
+                    .at(span, "the second")
+                    .at(first, "the first")
+                    .help("rename one of them"),
+            );
+        }
         let stable = matches!(net.settings.evolution, Evolution::Stable { .. });
         for name in columns {
             let text = name.text.as_str();
