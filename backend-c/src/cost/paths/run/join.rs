@@ -149,3 +149,36 @@ impl Different {
             .map(|((value, memory), state)| (State { memory, ..state }, value))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cost::paths::code::Price;
+
+    /// The limit of work counts what it takes to join states, not only the statements that they go through.
+    #[test]
+    fn joining_takes_of_the_work() {
+        let states = || -> Vec<State> {
+            let state =
+                |n| State { memory: vec![Values::one(n); 64], price: Price::default(), way: None };
+            (0..100).map(state).collect()
+        };
+        let run = |work| Run {
+            routines: &[],
+            int_bits: 16,
+            work,
+            most_states: 200,
+            keys: None,
+            is_traced: false,
+            line: 0,
+            frame: 0,
+            size: 0,
+            depth: 0,
+        };
+        let mut enough = run(1_000_000);
+        assert_eq!(enough.few(states()).map(|it| it.len()), Ok(100));
+        let taken = 1_000_000 - enough.work;
+        assert!(taken > 1000, "{taken}");
+        assert_eq!(run(taken - 1).few(states()).map(|it| it.len()), Err(Stopped::TooMuch));
+    }
+}
