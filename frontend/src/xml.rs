@@ -143,23 +143,44 @@ impl<'t> Mapped<'t> {
         }
         let mut out = Builder::default();
         let mut at = start;
-        while at < range.end {
-            let rest = &source[at..range.end];
-            if let Some(inside) = rest.strip_prefix("<![CDATA[") {
-                let length = inside.find("]]>").unwrap_or(inside.len());
-                out.lines(&inside[..length], at + 9);
-                at = (at + 9 + length + 3).min(range.end);
-            } else if rest.starts_with("<!--") {
-                at += rest.find("-->").map_or(rest.len(), |found| found + 3);
-            } else if rest.starts_with('<') {
-                break;
-            } else {
-                let length = rest.find('<').unwrap_or(rest.len());
-                out.resolve(&rest[..length], at, false);
-                at += length;
+        while let Some(mark) = Mark::at(source, at..range.end) {
+            match mark {
+                Mark::Tag(_) => break,
+                Mark::Text { raw, place, is_verbatim, .. } => out.text(raw, place, is_verbatim),
+                Mark::Nothing(_) => {}
             }
+            at = mark.end();
         }
         out.finish(file, at)
+    }
+
+    /// All characters of an element whose text is formatted: those of the elements in it too, with a line end between paragraphs.
+    /// References and `CDATA` sections are resolved; comments and the blanks between paragraphs are left out.
+    pub(crate) fn formatted(file: FileId, source: &'t str, element: Node<'_, '_>) -> Self {
+        let range = element.range();
+        let mut at = tag_end(source, range.start).unwrap_or(range.end).min(range.end);
+        let mut out = Builder::default();
+        // The tag that ends a line, until characters follow.
+        let mut line_end: Option<Range<usize>> = None;
+        let mut end = at;
+        while let Some(mark) = Mark::at(source, at..range.end) {
+            match &mark {
+                Mark::Tag(tag) if ends_line(&source[tag.clone()]) => line_end = Some(tag.clone()),
+                Mark::Text { raw, place, is_verbatim, end: after } => {
+                    let is_between = out.text.is_empty() || line_end.is_some();
+                    if !(is_between && raw.trim().is_empty()) {
+                        if let Some(tag) = line_end.take().filter(|_| !out.text.is_empty()) {
+                            out.put('\n', tag.start, tag.len());
+                        }
+                        out.text(raw, *place, *is_verbatim);
+                        end = *after;
+                    }
+                }
+                Mark::Tag(_) | Mark::Nothing(_) => {}
+            }
+            at = mark.end();
+        }
+        out.finish(file, end)
     }
 
     /// A stretch of the source as it stands.
@@ -233,6 +254,76 @@ impl<'t> Mapped<'t> {
     }
 }
 
+/// What stands at a place of the content of an element.
+enum Mark<'t> {
+    /// A start or end tag.
+    Tag(Range<usize>),
+    /// Characters, which begin at that byte; no references are resolved in those that stand verbatim. The end is that of their section.
+    Text { raw: &'t str, place: usize, is_verbatim: bool, end: usize },
+    /// A comment or an instruction to a processor, up to that byte.
+    Nothing(usize),
+}
+
+impl<'t> Mark<'t> {
+    /// What begins at the start of a range; none where that is empty.
+    fn at(source: &'t str, range: Range<usize>) -> Option<Mark<'t>> {
+        let at = range.start;
+        let rest = source.get(range)?;
+        if rest.is_empty() {
+            return None;
+        }
+        let past = |mark: &str| at + rest.find(mark).map_or(rest.len(), |found| found + mark.len());
+        Some(if let Some(inside) = rest.strip_prefix("<![CDATA[") {
+            let raw = &inside[..inside.find("]]>").unwrap_or(inside.len())];
+            Mark::Text { raw, place: at + 9, is_verbatim: true, end: past("]]>") }
+        } else if rest.starts_with("<!--") {
+            Mark::Nothing(past("-->"))
+        } else if rest.starts_with("<?") {
+            Mark::Nothing(past("?>"))
+        } else if rest.starts_with('<') {
+            let end = tag_end(source, at).unwrap_or(at + rest.len());
+            Mark::Tag(at..end.min(at + rest.len()))
+        } else {
+            let raw = &rest[..rest.find('<').unwrap_or(rest.len())];
+            Mark::Text { raw, place: at, is_verbatim: false, end: at + raw.len() }
+        })
+    }
+
+    /// One past its last byte.
+    fn end(&self) -> usize {
+        match self {
+            Mark::Tag(range) => range.end,
+            Mark::Text { end, .. } | Mark::Nothing(end) => *end,
+        }
+    }
+}
+
+/// True for the tag of an element of XHTML that begins or ends a line.
+fn ends_line(tag: &str) -> bool {
+    const LINES: [&str; 16] = [
+        "p",
+        "div",
+        "br",
+        "li",
+        "pre",
+        "ul",
+        "ol",
+        "dl",
+        "dt",
+        "dd",
+        "table",
+        "tr",
+        "hr",
+        "blockquote",
+        "body",
+        "html",
+    ];
+    let name = tag.trim_start_matches(['<', '/']);
+    let name = &name[..name.find([' ', '\t', '\r', '\n', '/', '>']).unwrap_or(name.len())];
+    let local = name.rsplit(':').next().unwrap_or(name);
+    LINES.contains(&local)
+}
+
 /// Text under construction, with the places of its pieces.
 #[derive(Default)]
 struct Builder {
@@ -251,6 +342,15 @@ impl Builder {
             self.pieces.push(Piece { from, place, stands_for: None });
         }
         self.text.push_str(text);
+    }
+
+    /// Appends characters of the source, which has references in them unless they stand there verbatim.
+    fn text(&mut self, raw: &str, place: usize, is_verbatim: bool) {
+        if is_verbatim {
+            self.lines(raw, place);
+        } else {
+            self.resolve(raw, place, false);
+        }
     }
 
     /// Appends the character for which the source has so many bytes.

@@ -138,25 +138,7 @@ fn sink(
             if is_set(node, "negated") {
                 value = Expr::new(ExprKind::Not(Box::new(value)), span);
             }
-            let assign =
-                |value| Stmt { kind: StmtKind::Assign { target: target.clone(), value }, span };
-            match node.attribute("storage") {
-                Some("set") => {
-                    let kind = StmtKind::If {
-                        arms: vec![(value, vec![assign(constant(true, span))])],
-                        otherwise: Vec::new(),
-                    };
-                    list.push(Stmt { kind, span });
-                }
-                Some("reset") => {
-                    let kind = StmtKind::If {
-                        arms: vec![(value, vec![assign(constant(false, span))])],
-                        otherwise: Vec::new(),
-                    };
-                    list.push(Stmt { kind, span });
-                }
-                Some(_) | None => list.push(assign(value)),
-            }
+            list.push(stored(node.attribute("storage"), target, value, span));
         }
         "outVariable" | "inOutVariable" => {
             if child(node, "connectionPointIn")
@@ -170,19 +152,33 @@ fn sink(
             else {
                 return;
             };
-            value = with_edge(reader, node, "edge", value, unit, list);
-            let is_negated =
-                ["negated", "negatedIn"].iter().any(|name| node.attribute(*name) == Some("true"));
-            if is_negated {
+            let [negated, edge, storage] = match tag(node) {
+                "inOutVariable" => ["negatedIn", "edgeIn", "storageIn"],
+                _ => ["negated", "edge", "storage"],
+            };
+            value = with_edge(reader, node, edge, value, unit, list);
+            if is_set(node, negated) {
                 value = Expr::new(ExprKind::Not(Box::new(value)), span);
             }
-            list.push(Stmt { kind: StmtKind::Assign { target, value }, span });
+            list.push(stored(node.attribute(storage), target, value, span));
         }
         "jump" | "return" => {
             unit.refuse(format!("a {} in a picture", tag(node)), span, "draw conditions instead");
         }
         _ => {}
     }
+}
+
+/// What a coil or variable does with the value that flows into it: takes it, or is set or reset by it.
+fn stored(storage: Option<&str>, target: Expr, value: Expr, span: Span) -> Stmt {
+    let is_set = match storage {
+        Some("set") => true,
+        Some("reset") => false,
+        Some(_) | None => return Stmt { kind: StmtKind::Assign { target, value }, span },
+    };
+    let assign = StmtKind::Assign { target, value: constant(is_set, span) };
+    let arms = vec![(value, vec![Stmt { kind: assign, span }])];
+    Stmt { kind: StmtKind::If { arms, otherwise: Vec::new() }, span }
 }
 
 /// An edge of a value, by an instance of its own.
@@ -289,7 +285,6 @@ fn output(
     let negate = |value: Expr, is_negated: bool| {
         if is_negated { Expr::new(ExprKind::Not(Box::new(value)), span) } else { value }
     };
-    let is_negated = is_set(node, "negated");
     match tag(node) {
         "leftPowerRail" => Some(constant(true, span)),
         "contact" => {
@@ -299,7 +294,7 @@ fn output(
             let variable =
                 child(node, "variable").and_then(|one| reader.expression_in(one, unit))?;
             let value = with_edge(reader, node, "edge", variable, unit, list);
-            let value = negate(value, is_negated);
+            let value = negate(value, is_set(node, "negated"));
             match before? {
                 Expr { kind: ExprKind::Bool(true), .. } => Some(value),
                 // Contacts in a row are one list.
@@ -319,9 +314,12 @@ fn output(
         "inVariable" | "inOutVariable" => {
             let value =
                 child(node, "expression").and_then(|one| reader.expression_in(one, unit))?;
-            let value = with_edge(reader, node, "edge", value, unit, list);
-            let is_negated = is_negated || is_set(node, "negatedOut");
-            Some(negate(value, is_negated))
+            let [negated, edge] = match tag(node) {
+                "inOutVariable" => ["negatedOut", "edgeOut"],
+                _ => ["negated", "edge"],
+            };
+            let value = with_edge(reader, node, edge, value, unit, list);
+            Some(negate(value, is_set(node, negated)))
         }
         "continuation" => {
             let name = node.attribute("name").unwrap_or("");

@@ -100,18 +100,9 @@ impl<'t> Reader<'_, 't> {
         self.findings.report(make);
     }
 
-    /// The characters of the element that holds a text, which may lie a level deeper (`xhtml:p`).
+    /// The characters of an element, formatted or not.
     pub(super) fn content(&self, node: Node<'_, '_>) -> Mapped<'t> {
-        let inner = node
-            .descendants()
-            .filter(|one| one.is_element())
-            .find(|one| {
-                one.children().any(|child| {
-                    child.is_text() && child.text().is_some_and(|text| !text.trim().is_empty())
-                })
-            })
-            .unwrap_or(node);
-        Mapped::content(self.file, self.text, inner)
+        Mapped::formatted(self.file, self.text, node)
     }
 
     /// Structured text in an element.

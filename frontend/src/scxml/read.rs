@@ -242,6 +242,9 @@ impl<'t> Reader<'_, 't> {
             }
             let written = self.value(data, "expr");
             let content = Mapped::content(self.file, self.source, data).trimmed();
+            if written.is_some() && !content.text.is_empty() {
+                self.two_values(data, &content);
+            }
             let text = written.or_else(|| (!content.text.is_empty()).then_some(content));
             if let Some(late) = self.is_late.filter(|_| !at_root && text.is_some()) {
                 let finding = refuse(

@@ -46,6 +46,22 @@ fn content_is_the_text_before_the_first_element() {
 }
 
 #[test]
+fn formatted_text_is_that_of_all_elements_with_a_line_for_each_paragraph() {
+    let text = "<a>\n <h:div><h:p>x<h:br/>AND</h:p>\n <h:p><h:b>N</h:b>OT<!-- no --> &lt;<?no?><![CDATA[<y>]]></h:p>\n</h:div></a><b/>";
+    let text = format!("<r xmlns:h='h'>{text}</r>");
+    let document = read(&text);
+    let element = document.root_element().first_element_child().unwrap();
+    let content = Mapped::formatted(FILE, &text, element);
+    assert_eq!(content.text, "x\nAND\nNOT <<y>");
+    assert_eq!(&text[content.span(1..2).range()], "<h:br/>");
+    assert_eq!(&text[content.span(6..9).range()], "N</h:b>OT");
+    assert_eq!(&text[content.span(10..11).range()], "&lt;");
+    assert_eq!(&text[content.span(11..14).range()], "<y>");
+    let empty = read("<a><p> </p></a>");
+    assert_eq!(Mapped::formatted(FILE, "<a><p> </p></a>", empty.root_element()).text, "");
+}
+
+#[test]
 fn the_place_of_what_is_wrong_is_shown() {
     let text = "<a>\n  <b>\n</a>";
     assert_eq!(shown(text, &refused(text)), "<");

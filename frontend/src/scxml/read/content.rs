@@ -90,6 +90,10 @@ impl<'t> Reader<'_, 't> {
         };
         let content = Mapped::content(self.file, self.source, node).trimmed();
         let value = match self.value(node, "expr") {
+            Some(_) if !content.text.is_empty() => {
+                self.two_values(node, &content);
+                None
+            }
             Some(value) => self.scalar(&value),
             None if !content.text.is_empty() => self.scalar(&content),
             None => {

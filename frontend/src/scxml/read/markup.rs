@@ -213,6 +213,19 @@ impl<'t> Reader<'_, 't> {
         }
     }
 
+    /// Reports an element with a value in `expr` and another between its tags.
+    pub(super) fn two_values(&mut self, node: N<'_, 't>, content: &Mapped<'_>) {
+        let name = node.tag_name().name();
+        self.report(
+            Diagnostic::error(
+                codes::SCXML_ELEMENT,
+                format!("<{name}> has an attribute expr and a text, of which it may have one"),
+            )
+            .at(content.whole(), "a second value")
+            .help("delete the one that is not meant"),
+        );
+    }
+
     /// The value of an attribute.
     pub(super) fn value(&self, node: N<'_, 't>, name: &str) -> Option<Mapped<'t>> {
         self.value_in(node, None, name)
