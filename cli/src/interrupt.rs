@@ -1,6 +1,6 @@
 //! Ctrl-C: what is known is printed, nothing is written, and the program ends by the signal, as its caller expects.
 //!
-//! Files that are being written in that moment are written to the end: all of a build or none.
+//! Files that are being written in that moment are written to the end: all of a build or none. A program that has come to its end by then ends as it would have.
 
 use crate::render::Style;
 use crate::report::Report;
@@ -21,6 +21,7 @@ pub(crate) fn watch(report: Report, style: Style) {
         // Held to the end, so that nothing is begun to be written any more.
         let written = crate::files::writing();
         stopped(&report, style, *written);
+        grafsynth_engines::scratch::remove_all();
         let _ = signal_hook::low_level::emulate_default_handler(SIGINT);
     };
     let _ = std::thread::Builder::new().name("interrupt".to_owned()).spawn(wait);

@@ -53,6 +53,8 @@ fn main() -> ExitCode {
         Ok(exit) => exit,
         Err(stop) => stopped(&report, stop),
     };
+    // Where the user has stopped the program in this moment, the signal ends it; else it comes too late from here on.
+    std::mem::forget(files::writing());
     progress::end();
     report.end(exit);
     end(exit)

@@ -1,5 +1,6 @@
 //! The emitted C, compiled by the host's compiler and run.
 
+use crate::scratch::Scratch;
 use crate::tools;
 use crate::{Availability, Engine, EngineError, Job};
 use grafsynth_backend_c::{Options, Package};
@@ -81,7 +82,7 @@ pub fn parse(net: &Net, output: &[u8]) -> Result<Trace, EngineError> {
 #[derive(Debug)]
 pub struct Program {
     /// The folder, removed when this is dropped.
-    pub folder: tempfile::TempDir,
+    pub folder: Scratch,
     /// The executable.
     pub path: PathBuf,
 }
@@ -158,7 +159,7 @@ pub fn compile_with(text: &str, flags: &[&str], libraries: &[&str]) -> Result<Pr
 }
 
 fn compile_in(
-    folder: tempfile::TempDir,
+    folder: Scratch,
     sources: &[String],
     flags: &[&str],
     libraries: &[&str],
@@ -170,7 +171,7 @@ fn compile_in(
 
 fn compile_by(
     compiler: &Path,
-    folder: tempfile::TempDir,
+    folder: Scratch,
     sources: &[String],
     flags: &[&str],
     libraries: &[&str],
@@ -190,8 +191,8 @@ fn compile_by(
     }
 }
 
-fn temporary() -> Result<tempfile::TempDir, String> {
-    tempfile::tempdir().map_err(|error| format!("cannot make a temporary folder: {error}"))
+fn temporary() -> Result<Scratch, String> {
+    Scratch::new().map_err(|error| format!("cannot make a temporary folder: {error}"))
 }
 
 #[expect(clippy::disallowed_methods, reason = "engines work in temporary folders")]

@@ -3,6 +3,7 @@
 //!
 //! Machine by machine: [`crate::avr`], [`crate::arm`], [`crate::c8051`].
 
+use crate::scratch::Scratch;
 use crate::{Engine, EngineError, Job, c::LIMIT, tools};
 use grafsynth_backend_c::firmware::{PORT, firmware, renamed, shown_steps, stored_bytes};
 use grafsynth_backend_c::{Options, codes};
@@ -22,7 +23,7 @@ pub(crate) const BENCH: &str = "bench_main.c";
 
 /// The folder of a run: the package, the bench with its port, and the stimulus.
 pub(crate) struct Bench {
-    folder: tempfile::TempDir,
+    folder: Scratch,
     /// The chart's sources, without a folder: one, and with an engine its tables and the engine.
     pub(crate) sources: Vec<String>,
 }
@@ -57,7 +58,7 @@ pub trait Machine: Engine {
 impl Bench {
     /// Writes everything that a compiler and a machine need. Several charts are called `n0`, `n1` and so on.
     pub(crate) fn new(pieces: &[Piece<'_>], port: &str) -> Result<Self, EngineError> {
-        let folder = tempfile::tempdir().map_err(|error| {
+        let folder = Scratch::new().map_err(|error| {
             EngineError::Failed(format!("cannot make a temporary folder: {error}"))
         })?;
         let mut bench = Bench { folder, sources: Vec::new() };

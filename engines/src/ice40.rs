@@ -1,5 +1,6 @@
 //! From Verilog to an iCE40 bitstream, and back: yosys, nextpnr-ice40 and icepack make it, `icebox_vlog` says what its bits mean.
 
+use crate::scratch::Scratch;
 use crate::tools;
 use grafsynth_driver::ice40::Job;
 use std::fs;
@@ -42,7 +43,7 @@ pub fn missing() -> Vec<&'static str> {
 /// What a program said when it failed.
 #[expect(clippy::disallowed_methods, reason = "engines work in temporary folders")]
 pub fn bitstream(job: &Job) -> Result<Bitstream, String> {
-    let folder = tempfile::tempdir().map_err(|why| format!("no temporary folder: {why}"))?;
+    let folder = Scratch::new().map_err(|why| format!("no temporary folder: {why}"))?;
     let folder = folder.path();
     let io = |why: std::io::Error| format!("a temporary file: {why}");
     fs::write(folder.join("design.v"), &job.verilog).map_err(io)?;

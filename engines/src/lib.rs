@@ -23,6 +23,7 @@ mod explorer;
 mod firmware;
 pub mod ice40;
 pub mod measure;
+pub mod scratch;
 mod simavr;
 pub mod tested;
 pub mod tools;

@@ -2,6 +2,7 @@
 //!
 //! The bench only drives pins and prints bits; rows are made of them here, so a trace comes out as from any other engine.
 
+use crate::scratch::Scratch;
 use crate::tools;
 use crate::{Availability, Engine, EngineError, Job};
 use grafsynth_backend_pld::{Dialect, Named, Object};
@@ -230,7 +231,7 @@ fn simulate(text: &str, bench: &str, rows: &str) -> Result<Vec<u8>, EngineError>
     let failed = |error: std::io::Error| {
         EngineError::Failed(format!("cannot write a temporary file: {error}"))
     };
-    let folder = tempfile::tempdir().map_err(failed)?;
+    let folder = Scratch::new().map_err(failed)?;
     write(folder.path(), "design.v", text).map_err(failed)?;
     write(folder.path(), "bench.v", bench).map_err(failed)?;
     write(folder.path(), "rows.txt", rows).map_err(failed)?;

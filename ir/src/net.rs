@@ -213,12 +213,15 @@ impl Policy {
     }
 }
 
+/// The largest limit of micro-steps. A chart that turns for ever does so many in each reaction before the fault is seen.
+pub const MAX_LIMIT: u32 = 1_000_000;
+
 /// How many micro-steps a reaction makes (§3.4).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Evolution {
     /// One.
     Single,
-    /// Until nothing is fireable and no event is pending, at most `limit` (at least 1).
+    /// Until nothing is fireable and no event is pending, at most `limit` (at least 1, at most [`MAX_LIMIT`]).
     Stable {
         /// The largest number of micro-steps; in statecharts, for each external event.
         limit: u32,

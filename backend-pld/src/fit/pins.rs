@@ -6,7 +6,7 @@ use super::misfit::{Misfit, Obstacles};
 use super::need::{Need, Refusal, View};
 use crate::EmitOptions;
 use crate::codes;
-use crate::equations::{Equations, SignalIndex, Source, source_matches, source_name};
+use crate::equations::{Equation, Equations, SignalIndex, Source, source_matches, source_name};
 use grafsynth_ir::diag::{Diagnostic, nearest};
 use grafsynth_ir::logic::Logic;
 
@@ -157,38 +157,24 @@ impl Equations {
             };
             options.keep.iter().find(is_kept).map(|(_, pin)| *pin)
         };
+        // Each signal is asked for; looking through all products for each would take longer than all else.
+        let mut is_read = vec![false; self.signals.len()];
+        for equation in &self.equations {
+            equation.products.iter().flatten().for_each(|(signal, _)| is_read[*signal] = true);
+        }
+        let mut own: Vec<Option<&Equation>> = vec![None; self.signals.len()];
+        self.equations.iter().rev().for_each(|equation| own[equation.signal] = Some(equation));
         let wishes = (0..self.signals.len())
             .filter(|index| self.signals[*index].shared.is_none())
             .map(|index| Wish {
                 index,
-                need: self.need(index),
+                need: need(self.signals[index].source, own[index], is_read[index]),
                 key: source_key(logic, self.signals[index].source, &self.signals[index].name),
                 kept: keep(index),
             })
             .collect();
         let has_registers = self.equations.iter().any(|equation| equation.is_registered);
         Order { board, wishes, has_registers }
-    }
-
-    fn need(&self, index: SignalIndex) -> Need {
-        let own = self.equations.iter().find(|equation| equation.signal == index);
-        match (self.signals[index].source, own) {
-            (Source::Clock, _) => Need::Clock,
-            (_, Some(equation)) => Need::Macrocell {
-                terms: equation.n_terms(),
-                is_registered: equation.is_registered,
-                is_read: self.is_read(index),
-            },
-            (Source::Input(_) | Source::Flop(_) | Source::Output(_) | Source::Buried(_), None) => {
-                Need::Input
-            }
-        }
-    }
-
-    fn is_read(&self, index: SignalIndex) -> bool {
-        let literals =
-            self.equations.iter().flat_map(|equation| equation.products.iter().flatten());
-        literals.into_iter().any(|(signal, _)| *signal == index)
     }
 
     /// Pins of the board that will not do in any mode, as the mode says that likes most of them.
@@ -221,5 +207,20 @@ impl Equations {
 
     fn find_source(&self, logic: &Logic, name: &str) -> Option<SignalIndex> {
         self.signals.iter().position(|signal| source_matches(logic, signal.source, name))
+    }
+}
+
+/// What a signal needs of its pin; `own` is its equation.
+fn need(source: Source, own: Option<&Equation>, is_read: bool) -> Need {
+    match (source, own) {
+        (Source::Clock, _) => Need::Clock,
+        (_, Some(equation)) => Need::Macrocell {
+            terms: equation.n_terms(),
+            is_registered: equation.is_registered,
+            is_read,
+        },
+        (Source::Input(_) | Source::Flop(_) | Source::Output(_) | Source::Buried(_), None) => {
+            Need::Input
+        }
     }
 }

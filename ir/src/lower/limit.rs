@@ -3,8 +3,8 @@
 use super::context::Lowering;
 use super::expand::Work;
 use crate::net::{
-    Enter, Evolution, HistoryId, InputId, Net, StepId, StepKind, Stmt, StmtKind, Transition,
-    TransitionId, TransitionKind,
+    Enter, Evolution, HistoryId, InputId, MAX_LIMIT, Net, StepId, StepKind, Stmt, StmtKind,
+    Transition, TransitionId, TransitionKind,
 };
 use petgraph::algo::kosaraju_scc;
 use petgraph::graph::DiGraph;
@@ -29,7 +29,7 @@ pub(super) fn limit(lowering: &mut Lowering<'_>) {
     if net.settings.policy.is_statechart() && has_circle(net) {
         limit = limit.max(LOOPS);
     }
-    net.settings.evolution = Evolution::Stable { limit };
+    net.settings.evolution = Evolution::Stable { limit: limit.min(MAX_LIMIT) };
 }
 
 /// True if transitions that need no event from outside can follow each other for ever.

@@ -4,7 +4,7 @@ use super::codes;
 use super::context::Lowering;
 use crate::chart::{DeclarationKind, Item, SettingKind};
 use crate::diag::Diagnostic;
-use crate::net::{Evolution, Policy, Schedule, Sharing};
+use crate::net::{Evolution, MAX_LIMIT, Policy, Schedule, Sharing};
 use crate::span::Span;
 
 /// A setting and where it was written.
@@ -98,8 +98,14 @@ fn read(lowering: &mut Lowering<'_>, items: &[Item]) -> Said {
                 once(&mut said.evolution, Some(Evolution::Single), span)
             }
             SettingKind::EvolutionStable(limit) => {
-                if let Some(limit) = *limit {
-                    let limit = limit.max(1);
+                if limit.is_some_and(|limit| !(1..=MAX_LIMIT).contains(&limit)) {
+                    let message = format!("the limit of micro-steps is not in 1..{MAX_LIMIT}");
+                    lowering.report(
+                        Diagnostic::error(codes::RANGE, message)
+                            .at(span, "")
+                            .help("leave it out: the default is enough for a chart that ends"),
+                    );
+                } else if let Some(limit) = *limit {
                     said.limit.get_or_insert((limit, span));
                 }
                 once(&mut said.evolution, Some(Evolution::Stable { limit: 0 }), span)

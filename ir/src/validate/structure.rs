@@ -7,8 +7,8 @@ use crate::arena::IdMap;
 use crate::codes;
 use crate::expr::Type;
 use crate::net::{
-    Enter, Evolution, ForcingOrder, InputKind, OpenCell, Part, PartId, PlacedItem, StepId,
-    StepKind, Transition, TransitionKind,
+    Enter, Evolution, ForcingOrder, InputKind, MAX_LIMIT, OpenCell, Part, PartId, PlacedItem,
+    StepId, StepKind, Transition, TransitionKind,
 };
 use crate::span::Span;
 use petgraph::algo::kosaraju_scc;
@@ -22,6 +22,10 @@ impl Checker<'_> {
         self.at_least_one(settings.queue.map(u64::from), span, "the bound of the queue");
         if let Evolution::Stable { limit } = settings.evolution {
             self.at_least_one(Some(u64::from(limit)), span, "the limit of micro-steps");
+            if limit > MAX_LIMIT {
+                let message = format!("the limit of micro-steps is above {MAX_LIMIT}");
+                self.report(codes::BAD_TYPE, span, message);
+            }
         }
     }
 
