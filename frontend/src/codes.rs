@@ -168,6 +168,8 @@ pub const ST_LOST: Code = Code { id: "G0457", title: "not in the written program
 pub const PLC_PROJECT: Code = Code { id: "G0461", title: "no PLCopen project" };
 /// A chart of a project that does not hang together.
 pub const PLC_CHART: Code = Code { id: "G0462", title: "chart of a PLCopen project" };
+/// An element, attribute or value that PLCopen XML does not have, or not there.
+pub const PLC_MARKUP: Code = Code { id: "G0463", title: "not an element or attribute of PLCopen" };
 
 /// A KISS2 table whose lines do not follow the format.
 pub const KISS2_SYNTAX: Code = Code { id: "G0131", title: "state table that does not parse" };
@@ -259,6 +261,7 @@ pub const ALL: &[Code] = &[
     ST_LOST,
     PLC_PROJECT,
     PLC_CHART,
+    PLC_MARKUP,
     KISS2_SYNTAX,
     KISS2_CONTRADICTION,
     KISS2_COUNT,

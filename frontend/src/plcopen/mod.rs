@@ -12,9 +12,11 @@
 //! ```
 
 mod il;
+mod markup;
 mod network;
 mod project;
 mod reader;
+mod rules;
 mod sfc;
 mod write;
 

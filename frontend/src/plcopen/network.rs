@@ -97,12 +97,7 @@ pub(super) fn statements(
     let mut network = Network::of(body);
     let mut list = Vec::new();
     let mut sinks: Vec<Node<'_, '_>> = network.order.clone();
-    sinks.retain(|node| match tag(*node) {
-        "coil" | "outVariable" | "inOutVariable" => true,
-        "block" => node.attribute("instanceName").is_some_and(|name| !name.is_empty()),
-        "jump" | "return" | "label" => true,
-        _ => false,
-    });
+    sinks.retain(|node| is_sink(*node));
     // Numbers that the designer gave come before places on the page, rows before columns.
     sinks.sort_by_key(|node| {
         let number: i64 =
@@ -113,6 +108,17 @@ pub(super) fn statements(
         sink(reader, &mut network, node, unit, &mut list);
     }
     list
+}
+
+/// True for an element that does something where nothing reads it.
+pub(super) fn is_sink(node: Node<'_, '_>) -> bool {
+    match tag(node) {
+        "coil" | "outVariable" => true,
+        "inOutVariable" => child(node, "connectionPointIn")
+            .is_some_and(|point| child(point, "connection").is_some()),
+        "block" => node.attribute("instanceName").is_some_and(|name| !name.is_empty()),
+        _ => false,
+    }
 }
 
 fn sink(
@@ -161,9 +167,6 @@ fn sink(
                 value = Expr::new(ExprKind::Not(Box::new(value)), span);
             }
             list.push(stored(node.attribute(storage), target, value, span));
-        }
-        "jump" | "return" => {
-            unit.refuse(format!("a {} in a picture", tag(node)), span, "draw conditions instead");
         }
         _ => {}
     }
@@ -373,6 +376,10 @@ fn block_output(
             let field = parameter.filter(|one| !one.is_empty()).or(first).unwrap_or("Q");
             Expr::new(ExprKind::Field(Box::new(Expr::name(instance)), Name::new(field, span)), span)
         }
+        None if parameter.is_some_and(|one| one.eq_ignore_ascii_case("ENO")) => {
+            unit.refuse("ENO of a function", span, "draw it without EN and ENO");
+            return None;
+        }
         None => {
             network.enter(node, span, unit)?;
             let arguments = arguments(reader, network, node, false, unit, list);
@@ -415,9 +422,12 @@ fn arguments(
                 unit.refuse("a function with EN", span, "draw it without, and choose with SEL");
                 return None;
             }
-            let name = if named { name } else { None };
             made.push(Arg { name, value, is_output: false, is_negated: false });
         }
+    }
+    // Parameters of functions go by their place where one has no name.
+    if !named && made.iter().any(|one| one.name.is_none()) {
+        made.iter_mut().for_each(|one| one.name = None);
     }
     Some(made)
 }
@@ -472,7 +482,25 @@ pub(super) fn condition(
         );
         return None;
     };
-    let is_negated = is_set(*sink, "negated");
-    let value = incoming(reader, &mut network, *sink, unit, list)?;
+    let sink = *sink;
+    let value = incoming(reader, &mut network, sink, unit, list)?;
+    let value = with_edge(reader, sink, "edge", value, unit, list);
+    // What the picture does besides would be lost.
+    let others = sinks.iter().filter(|node| **node != sink && is_sink(**node));
+    let others = others.filter(|node| {
+        tag(**node) != "block" || !network.called.contains(node.attribute("localId").unwrap_or(""))
+    });
+    for node in others {
+        unit.refuse(
+            "a condition that does something else besides",
+            reader.span(*node),
+            "do that in an action",
+        );
+    }
+    if matches!(sink.attribute("storage"), Some("set" | "reset")) {
+        unit.refuse("a condition that is stored", span, "use a coil without S or R");
+        return None;
+    }
+    let is_negated = is_set(sink, "negated");
     Some(if is_negated { Expr::new(ExprKind::Not(Box::new(value)), span) } else { value })
 }

@@ -18,7 +18,18 @@ impl Reader<'_, '_> {
     pub(super) fn project(&mut self, root: Node<'_, '_>) -> Library {
         let mut library = Library::default();
         let mut outside = Unit::default();
+        self.check(root, "project", &mut outside);
         for node in root.descendants().filter(Node::is_element) {
+            // What tools keep for themselves is passed over, but for these.
+            if node.parent().is_some_and(|parent| tag(parent) == "data") {
+                match tag(node) {
+                    "globalVars" => self.check(node, "variables", &mut outside),
+                    name @ ("configuration" | "resource" | "task" | "pouInstance" | "dataType") => {
+                        self.check(node, name, &mut outside);
+                    }
+                    _ => {}
+                }
+            }
             match tag(node) {
                 "pou" => {
                     if let Some(pou) = self.pou(node) {
@@ -78,12 +89,27 @@ impl Reader<'_, '_> {
                 .help("write one such as T#10ms")
             });
         }
+        if node.attribute("single").is_some_and(|single| !single.trim().is_empty()) {
+            let (span, name) = (self.span(node), name.clone());
+            self.report(|| {
+                Diagnostic::warning(
+                    codes::ST_LEFT_OUT,
+                    format!(
+                        "`single` of the task {name} is left out: its programs run once a tick"
+                    ),
+                )
+                .at(span, "")
+                .help("write an interval such as T#10ms")
+            });
+        }
         library.tasks.push(Task { name, interval });
     }
 
     fn program(&mut self, node: Node<'_, '_>, library: &mut Library) {
         let Some(name) = self.name(node, "name") else { return };
-        let program = self.name(node, "typeName").unwrap_or_else(|| name.clone());
+        // Version 1.01 calls it `type`.
+        let program = self.name(node, "typeName").or_else(|| self.name(node, "type"));
+        let program = program.unwrap_or_else(|| name.clone());
         let task = node
             .ancestors()
             .find(|one| tag(*one) == "task")
@@ -101,6 +127,7 @@ impl Reader<'_, '_> {
     fn pou(&mut self, node: Node<'_, '_>) -> Option<Pou> {
         let name = self.name(node, "name")?;
         let mut unit = Unit::default();
+        self.check(node, "pou", &mut unit);
         let interface = child(node, "interface");
         let kind = match node.attribute("pouType").unwrap_or("") {
             "program" => PouKind::Program,
@@ -132,13 +159,6 @@ impl Reader<'_, '_> {
             for list in interface.children().filter(Node::is_element) {
                 if let Some((_, section)) = sections.iter().find(|(name, _)| *name == tag(list)) {
                     self.vars(list, *section, &mut vars, &mut unit);
-                } else if !matches!(tag(list), "returnType" | "documentation" | "addData") {
-                    let (span, what) = (self.span(list), tag(list).to_owned());
-                    unit.refuse(
-                        format!("a list of variables of the kind {what}"),
-                        span,
-                        "declare them as inputs, outputs, local or global variables",
-                    );
                 }
             }
         }

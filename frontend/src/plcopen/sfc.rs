@@ -164,6 +164,19 @@ pub(super) fn chart(
             _ => {}
         }
     }
+    for node in
+        drawing.order.iter().filter(|node| tag(**node) != "block" && network::is_sink(**node))
+    {
+        let (span, what) = (reader.span(*node), tag(*node));
+        reader.report(|| {
+            Diagnostic::warning(
+                codes::ST_LEFT_OUT,
+                format!("<{what}> on the page of a chart is left out: nothing is written there"),
+            )
+            .at(span, "")
+            .help("draw it in an action")
+        });
+    }
     sfc.always = always;
     sfc
 }
@@ -417,6 +430,12 @@ fn uses(
                 unit.refuse("an action without a name", span, "refer to a variable or an action");
                 continue;
             };
+            if action.attribute("indicator").is_some_and(|one| !one.trim().is_empty()) {
+                reader.report(|| {
+                    Diagnostic::warning(codes::ST_LEFT_OUT, "an indicator variable is left out")
+                        .at(span, "")
+                });
+            }
             let time = time(reader, action, span);
             for step in &steps {
                 let key = step.attribute("localId").unwrap_or("").to_owned();

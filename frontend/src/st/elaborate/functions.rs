@@ -70,6 +70,13 @@ fn flatter(condition: Expr, then: Expr, otherwise: Expr) -> (Expr, Expr, Expr) {
     (condition, then, otherwise)
 }
 
+/// True for the name of a parameter that some standard function has, in capitals.
+fn is_parameter(name: &str) -> bool {
+    let number = name.strip_prefix("IN");
+    number.is_some_and(|rest| rest.bytes().all(|byte| byte.is_ascii_digit()))
+        || matches!(name, "EN" | "G" | "K" | "L" | "N" | "P" | "MN" | "MX")
+}
+
 impl Elaborator<'_> {
     /// A call in an expression.
     pub(super) fn call_function(
@@ -83,14 +90,24 @@ impl Elaborator<'_> {
         if let Some(index) = self.functions.get(&key).copied() {
             return self.run_function(frame, index, arguments, span);
         }
+        let named = arguments.iter().filter_map(|one| one.name.as_ref());
+        if let Some(unknown) = named.clone().find(|name| !is_parameter(&upper(&name.text))) {
+            let unknown = unknown.clone();
+            return Err(self.no_parameter(name, &unknown));
+        }
         let mut values = self.values(frame, arguments.iter().map(|one| &one.value))?;
         // `SEL(G := c, IN0 := a, IN1 := b)` in any order.
         if arguments.iter().all(|one| one.name.is_some()) && arguments.len() > 1 {
-            const ORDER: [&str; 8] = ["EN", "G", "K", "MN", "IN", "IN0", "IN1", "IN2"];
+            // Inputs by their numbers: IN2 comes before IN10.
             let rank = |argument: &Arg| {
                 let text = argument.name.as_ref().map(|name| upper(&name.text)).unwrap_or_default();
-                let place = ORDER.iter().position(|known| *known == text);
-                (place.unwrap_or(ORDER.len()), text)
+                let first = ["EN", "G", "K", "MN"].iter().position(|known| *known == text);
+                let (place, number) = match (first, text.strip_prefix("IN")) {
+                    (Some(place), _) => (place, None),
+                    (None, Some(digits)) => (4, digits.parse::<u64>().ok()),
+                    (None, None) => (5, None),
+                };
+                (place, number, text)
             };
             let mut order: Vec<usize> = (0..arguments.len()).collect();
             order.sort_by_key(|index| rank(&arguments[*index]));
@@ -102,6 +119,17 @@ impl Elaborator<'_> {
             return Err(self.too_much(span));
         }
         Ok(value)
+    }
+
+    fn no_parameter(&mut self, function: &Name, unknown: &Name) -> Told {
+        self.report(
+            Diagnostic::error(
+                codes::ST_CALL,
+                format!("{function} has no parameter {}", unknown.text),
+            )
+            .at(unknown.span, "")
+            .help("standard functions have IN, IN0, IN1 and so on, G, K, N, MN and MX; others those of their VAR_INPUT"),
+        )
     }
 
     fn standard(
@@ -441,6 +469,14 @@ impl Elaborator<'_> {
         };
         for refusal in &pou.refused {
             self.refused(&refusal.what, refusal.span, &refusal.help);
+        }
+        let is_input = |name: &Name| {
+            let mut inputs = pou.vars.iter().filter(|var| var.section == Section::Input);
+            inputs.any(|var| upper(&var.name.text) == upper(&name.text))
+        };
+        let mut named = arguments.iter().filter_map(|one| one.name.as_ref());
+        if let Some(unknown) = named.find(|name| !is_input(name)) {
+            return Err(self.no_parameter(&pou.name, unknown));
         }
         let inside = self.new_frame(Some(self.globals));
         let result_type = self.ty(inside, result);

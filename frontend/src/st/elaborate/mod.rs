@@ -481,6 +481,22 @@ impl<'a> Elaborator<'a> {
             let task = instance.task.as_ref().or(library.tasks.first().map(|task| &task.name));
             roots.push(Root { pou, name, tick: tick_of(task) });
         }
+        for (index, pou) in library.pous.iter().enumerate() {
+            let is_run = roots.is_empty() || roots.iter().any(|root| root.pou == index);
+            if pou.kind == PouKind::Program && !is_run {
+                self.report(
+                    Diagnostic::warning(
+                        codes::ST_LEFT_OUT,
+                        format!(
+                            "program {} is left out: the configuration has no instance of it",
+                            pou.name
+                        ),
+                    )
+                    .at(pou.name.span, "")
+                    .help("declare one, as in `PROGRAM name : type;`, or remove the configuration"),
+                );
+            }
+        }
         let tick = library.tasks.iter().find_map(|task| task.interval);
         let all = |kind: fn(&Pou) -> bool| {
             let pous = library.pous.iter().enumerate().filter(move |(_, pou)| kind(pou));

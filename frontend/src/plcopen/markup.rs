@@ -1,0 +1,198 @@
+//! Holds the file against the table of `rules`: what the format does not have is an error, what it has and no one reads is refused.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use grafsynth_ir::diag::{Diagnostic, nearest};
+use roxmltree::Node;
+
+use super::reader::{Reader, Unit, tag};
+use super::rules::{self, FREE, OTHERS, Rule, Times, Value};
+use crate::codes;
+use crate::xml;
+
+impl Reader<'_, '_> {
+    /// Checks an element and all in it but units, which are checked where they are read.
+    pub(super) fn check(&mut self, node: Node<'_, '_>, kind: &str, unit: &mut Unit) {
+        let Some(rule) = rules::of(kind) else { return };
+        self.check_attributes(node, rule, unit);
+        if matches!(kind, "FBD" | "LD" | "SFC") {
+            self.check_keys(node);
+        }
+        if kind == "vendorElement"
+            && node.descendants().any(|one| one.is_element() && tag(one) == "connection")
+        {
+            unit.refuse("a vendorElement that is wired", self.span(node), "draw what it does");
+        }
+        let mut seen = BTreeSet::new();
+        let mut chosen: Option<&str> = None;
+        let mut is_text_reported = rule.text;
+        for child in node.children() {
+            if child.is_text()
+                && !is_text_reported
+                && child.text().is_some_and(|text| !text.trim().is_empty())
+            {
+                is_text_reported = true;
+                let (span, name) = (xml::node_span(self.file, child), tag(node).to_owned());
+                self.report(|| {
+                    Diagnostic::error(
+                        codes::PLC_MARKUP,
+                        format!("text stands in <{name}>, which has none"),
+                    )
+                    .at(span, "")
+                    .help("delete it, or write it as a comment")
+                });
+            }
+            if !child.is_element() || matches!(tag(child), "addData" | "documentation") {
+                continue;
+            }
+            let (name, parent) = (tag(child), tag(node));
+            let known = rule.children.iter().copied().flatten();
+            let found = known.copied().find(|(one, ..)| *one == name || *one == OTHERS);
+            let Some((_, kind, times)) = found else {
+                self.misplaced(child, node, rule);
+                continue;
+            };
+            let second = match times {
+                Times::Many | Times::NotRead(_) => None,
+                Times::One | Times::First if seen.insert(name) => None,
+                Times::One | Times::First => Some(format!("a second <{name}> in <{parent}>")),
+                Times::Either => match chosen.replace(name) {
+                    None => None,
+                    Some(first) if first == name => {
+                        Some(format!("a second <{name}> in <{parent}>"))
+                    }
+                    Some(first) => Some(format!("<{name}> beside <{first}> in <{parent}>")),
+                },
+            };
+            let span = self.span(child);
+            match (second, times) {
+                (Some(what), Times::First) => {
+                    unit.refuse(what, span, "make one of the two, or a unit of its own");
+                }
+                (Some(what), _) => self.report(|| {
+                    Diagnostic::error(codes::PLC_MARKUP, what)
+                        .at(span, "")
+                        .help("delete the one that is not meant")
+                }),
+                // An empty one says nothing.
+                (None, Times::NotRead(_)) if kind == FREE && is_blank(child) => {}
+                (None, Times::NotRead(help)) => {
+                    unit.refuse(format!("<{name}> in <{parent}>"), span, help);
+                }
+                (None, _) if name == "pou" => {}
+                (None, _) => self.check(child, kind, unit),
+            }
+        }
+    }
+
+    fn misplaced(&mut self, child: Node<'_, '_>, parent: Node<'_, '_>, rule: &Rule) {
+        let (name, span) = (tag(child), self.span(child));
+        let mut all = rules::RULES.iter().flat_map(|rule| rule.children).copied().flatten();
+        let is_known = all.any(|(one, ..)| *one == name);
+        let allowed = rule.children.iter().copied().flatten().map(|(one, ..)| *one);
+        let near = nearest(name, allowed).filter(|_| !is_known);
+        self.report(|| {
+            let message = if is_known {
+                format!("<{name}> cannot stand in <{}>", tag(parent))
+            } else {
+                format!("PLCopen has no element <{name}>, which stands in <{}>", tag(parent))
+            };
+            let help = match near {
+                Some(near) => format!("did you mean <{near}>?"),
+                None => {
+                    "delete it, or put it in <addData>, which holds what tools keep for themselves"
+                        .to_owned()
+                }
+            };
+            Diagnostic::error(codes::PLC_MARKUP, message).at(span, "").help(help)
+        });
+    }
+
+    fn check_attributes(&mut self, node: Node<'_, '_>, rule: &Rule, unit: &mut Unit) {
+        let name = tag(node);
+        // Those of a namespace belong to XML itself or to a tool.
+        for attribute in node.attributes().filter(|one| one.namespace().is_none()) {
+            let (word, value) = (attribute.name(), attribute.value());
+            let span = xml::name_span(self.file, attribute);
+            let known = || rule.attributes.iter().copied().flatten().copied();
+            let Some((_, allowed)) = known().find(|(one, _)| *one == word) else {
+                let near = nearest(word, known().map(|(one, _)| one));
+                self.report(|| {
+                    let finding = Diagnostic::error(
+                        codes::PLC_MARKUP,
+                        format!("<{name}> has no attribute {word}"),
+                    )
+                    .at(span, "");
+                    match near {
+                        Some(near) => finding.help(format!("did you mean {near}?")).fix(span, near),
+                        None => finding.help("delete it"),
+                    }
+                });
+                continue;
+            };
+            let (expected, n_read, place) = match allowed {
+                Value::Any => continue,
+                Value::Boolean | Value::False => {
+                    const TRUTH: &[&str] = &["false", "0", "true", "1"];
+                    let n_read = if matches!(allowed, Value::False) { 2 } else { 4 };
+                    (TRUTH, n_read, TRUTH.iter().position(|one| *one == value.trim()))
+                }
+                Value::Word(words, n_read) => {
+                    (words, n_read, words.iter().position(|one| *one == value))
+                }
+            };
+            match place {
+                Some(place) if place >= n_read => {
+                    let help = "remove it, and draw what it means with elements of its own";
+                    unit.refuse(format!("{word}=\"{value}\" of <{name}>"), span, help);
+                }
+                None if !value.is_empty() => {
+                    let near = nearest(value, expected.iter().copied());
+                    let lower = value.to_ascii_lowercase();
+                    let near = expected.iter().copied().find(|one| *one == lower).or(near);
+                    self.report(|| {
+                        Diagnostic::error(
+                            codes::PLC_MARKUP,
+                            format!("`{value}` is no value of the attribute {word} of <{name}>"),
+                        )
+                        .at(span, format!("one of {}", expected.join(", ")))
+                        .help(match near {
+                            Some(near) => format!("did you mean {near}?"),
+                            None => format!("write {word}=\"{}\", or leave it out", expected[0]),
+                        })
+                    });
+                }
+                Some(_) | None => {}
+            }
+        }
+    }
+
+    /// Numbers of elements and names of connectors, which wires go by, are those of one element each.
+    fn check_keys(&mut self, picture: Node<'_, '_>) {
+        let mut seen = BTreeMap::new();
+        for node in picture.children().filter(Node::is_element) {
+            let id = node.attribute("localId").map(|id| ("localId", id));
+            let name = node.attribute("name").filter(|_| tag(node) == "connector");
+            for key in id.into_iter().chain(name.map(|name| ("name", name))) {
+                let Some(first) = seen.insert(key, node) else { continue };
+                let (first, span) = (self.span(first), self.span(node));
+                self.report(|| {
+                    Diagnostic::error(
+                        codes::PLC_CHART,
+                        format!("two elements have the {} {}", key.0, key.1),
+                    )
+                    .at(span, "the second one")
+                    .at(first, "the first one")
+                    .help("number them anew: wires name the element that they come from")
+                });
+            }
+        }
+    }
+}
+
+/// True for an element that has nothing in it.
+fn is_blank(node: Node<'_, '_>) -> bool {
+    node.children().all(|one| {
+        !one.is_element() && one.text().is_none_or(|text| !one.is_text() || text.trim().is_empty())
+    })
+}
