@@ -19,9 +19,17 @@ impl Reader<'_, '_> {
             self.check_keys(node);
         }
         if kind == "vendorElement"
-            && node.descendants().any(|one| one.is_element() && tag(one) == "connection")
+            && node.descendants().any(|one| matches!(tag(one), "connection" | "expression"))
         {
             unit.refuse("a vendorElement that is wired", self.span(node), "draw what it does");
+        }
+        // CODESYS and TwinCAT draw calls of programs and actions as blocks, and statements in blocks.
+        let calls = node.descendants().filter(|one| kind == "block" && tag(*one) == "CallType");
+        for call in calls.filter_map(|one| one.text()).map(str::trim) {
+            if !matches!(call, "operator" | "function" | "functionblock") {
+                let help = "put what it does in an action or a function block";
+                unit.refuse(format!("a block of the kind {call}"), self.span(node), help);
+            }
         }
         let mut seen = BTreeSet::new();
         let mut chosen: Option<&str> = None;

@@ -69,6 +69,11 @@ impl<'a, 'd: 'a> Network<'a, 'd> {
         self.open.remove(node.attribute("localId").unwrap_or(""));
     }
 
+    /// True for a block whose call stands in the list.
+    pub(super) fn is_called(&self, node: Node<'_, '_>) -> bool {
+        tag(node) == "block" && self.called.contains(node.attribute("localId").unwrap_or(""))
+    }
+
     /// The element of that number.
     pub(super) fn node(&self, id: &str) -> Option<Node<'a, 'd>> {
         self.nodes.get(id).copied()
@@ -110,13 +115,18 @@ pub(super) fn statements(
     list
 }
 
+/// True for a block with an instance, which is called; others are functions.
+fn has_instance(node: Node<'_, '_>) -> bool {
+    node.attribute("instanceName").is_some_and(|name| !name.trim().is_empty())
+}
+
 /// True for an element that does something where nothing reads it.
 pub(super) fn is_sink(node: Node<'_, '_>) -> bool {
     match tag(node) {
         "coil" | "outVariable" => true,
         "inOutVariable" => child(node, "connectionPointIn")
             .is_some_and(|point| child(point, "connection").is_some()),
-        "block" => node.attribute("instanceName").is_some_and(|name| !name.is_empty()),
+        "block" => has_instance(node) || written_outputs(node).next().is_some(),
         _ => false,
     }
 }
@@ -130,9 +140,8 @@ fn sink(
 ) {
     let span = reader.span(node);
     match tag(node) {
-        "block" => {
-            call(reader, network, node, unit, list);
-        }
+        "block" if has_instance(node) => call(reader, network, node, unit, list),
+        "block" => write_outputs(reader, network, node, unit, list),
         "coil" => {
             let Some(mut value) = incoming(reader, network, node, unit, list) else { return };
             let Some(target) =
@@ -449,6 +458,39 @@ fn call(
     let Some(arguments) = arguments(reader, network, node, true, unit, list) else { return };
     let kind = StmtKind::Call { target: Expr::name(instance), arguments };
     list.push(Stmt { kind, span });
+    write_outputs(reader, network, node, unit, list);
+}
+
+/// The outputs of a block that have the variable they go to written at them, each with that.
+fn written_outputs<'a, 'd: 'a>(
+    node: Node<'a, 'd>,
+) -> impl Iterator<Item = (Node<'a, 'd>, Node<'a, 'd>)> {
+    let variables = children(node, "outputVariables").flat_map(|list| children(list, "variable"));
+    variables.filter_map(|variable| {
+        let target = child(child(variable, "connectionPointOut")?, "expression")?;
+        let is_blank = target.text().is_none_or(|text| text.trim().is_empty());
+        (!is_blank).then_some((variable, target))
+    })
+}
+
+/// Assigns the outputs of a block to the variables that are written at them.
+fn write_outputs(
+    reader: &mut Reader<'_, '_>,
+    network: &mut Network<'_, '_>,
+    node: Node<'_, '_>,
+    unit: &mut Unit,
+    list: &mut Vec<Stmt>,
+) {
+    let found: Vec<(Node<'_, '_>, Node<'_, '_>)> = written_outputs(node).collect();
+    for (variable, target) in found {
+        let span = reader.span(variable);
+        let parameter = variable.attribute("formalParameter");
+        let value = block_output(reader, network, node, parameter, unit, list);
+        let target = reader.expression_in(target, unit);
+        if let (Some(value), Some(target)) = (value, target) {
+            list.push(Stmt { kind: StmtKind::Assign { target, value }, span });
+        }
+    }
 }
 
 /// The condition that a network gives for what is called `name`: the value of its out variable or coil.
@@ -487,9 +529,7 @@ pub(super) fn condition(
     let value = with_edge(reader, sink, "edge", value, unit, list);
     // What the picture does besides would be lost.
     let others = sinks.iter().filter(|node| **node != sink && is_sink(**node));
-    let others = others.filter(|node| {
-        tag(**node) != "block" || !network.called.contains(node.attribute("localId").unwrap_or(""))
-    });
+    let others = others.filter(|node| !network.is_called(**node));
     for node in others {
         unit.refuse(
             "a condition that does something else besides",

@@ -278,6 +278,7 @@ pub(super) const RULES: &[Rule] = &[
         &[&[("globalId", Any), ("formalParameter", Any)]],
         &[POSITION, &[("expression", FREE, NotRead("draw a variable, and connect it"))]],
     ),
+    rule("written out", &[&[("globalId", Any), ("formalParameter", Any)]], &[POSITION, EXPRESSION]),
     rule(
         "connection",
         &[&[("globalId", Any), ("refLocalId", Any), ("formalParameter", Any)]],
@@ -327,7 +328,7 @@ pub(super) const RULES: &[Rule] = &[
     rule(
         "output",
         &[PARAMETER, &[("negated", Boolean), ("edge", NO_EDGE), ("storage", NO_STORAGE)]],
-        &[POSITION, OUT],
+        &[POSITION, &[("connectionPointOut", "written out", One)]],
     ),
     rule(
         "inVariable",

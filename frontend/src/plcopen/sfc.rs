@@ -164,14 +164,13 @@ pub(super) fn chart(
             _ => {}
         }
     }
-    for node in
-        drawing.order.iter().filter(|node| tag(**node) != "block" && network::is_sink(**node))
-    {
+    let lost = |node: &&Node<'_, '_>| network::is_sink(**node) && !network.is_called(**node);
+    for node in drawing.order.iter().filter(lost) {
         let (span, what) = (reader.span(*node), tag(*node));
         reader.report(|| {
             Diagnostic::warning(
                 codes::ST_LEFT_OUT,
-                format!("<{what}> on the page of a chart is left out: nothing is written there"),
+                format!("<{what}> on the page of a chart is left out: what no condition reads has no effect there"),
             )
             .at(span, "")
             .help("draw it in an action")
