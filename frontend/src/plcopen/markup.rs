@@ -5,8 +5,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use grafsynth_ir::diag::{Diagnostic, nearest};
 use roxmltree::Node;
 
-use super::reader::{Reader, Unit, tag};
+use super::reader::{Reader, Unit, children, tag};
 use super::rules::{self, FREE, OTHERS, Rule, Times, Value};
+use super::sfc;
 use crate::codes;
 use crate::xml;
 
@@ -175,9 +176,9 @@ impl Reader<'_, '_> {
         }
     }
 
-    /// Numbers of elements and names of connectors, which wires go by, are those of one element each.
+    /// Numbers of elements and names of connectors, which wires go by, are those of one element each; wires of charts come from somewhere.
     fn check_keys(&mut self, picture: Node<'_, '_>) {
-        let mut seen = BTreeMap::new();
+        let mut seen: BTreeMap<(&str, &str), Node<'_, '_>> = BTreeMap::new();
         for node in picture.children().filter(Node::is_element) {
             let id = node.attribute("localId").map(|id| ("localId", id));
             let name = node.attribute("name").filter(|_| tag(node) == "connector");
@@ -193,6 +194,24 @@ impl Reader<'_, '_> {
                     .at(first, "the first one")
                     .help("number them anew: wires name the element that they come from")
                 });
+            }
+        }
+        // Charts are read from what is found at the other ends of wires; in other pictures each wire is followed.
+        for node in picture.children().filter(|one| sfc::is_part(*one)) {
+            let points = children(node, "connectionPointIn");
+            for wire in points.flat_map(|point| children(point, "connection")) {
+                let id = wire.attribute("refLocalId").unwrap_or("");
+                if !seen.contains_key(&("localId", id)) {
+                    let span = self.span(wire);
+                    self.report(|| {
+                        Diagnostic::error(
+                            codes::PLC_CHART,
+                            format!("a wire from element {id}, which does not exist"),
+                        )
+                        .at(span, format!("of this <{}>", tag(node)))
+                        .help("connect it again")
+                    });
+                }
             }
         }
     }

@@ -315,6 +315,20 @@ fn left_to_right(drawing: &Drawing<'_, '_>, transitions: &mut [(Node<'_, '_>, Tr
     }
 }
 
+/// True for an element of a chart, not of a picture on its page.
+pub(super) fn is_part(node: Node<'_, '_>) -> bool {
+    const PARTS: [&str; 7] = [
+        "transition",
+        "jumpStep",
+        "actionBlock",
+        "selectionDivergence",
+        "selectionConvergence",
+        "simultaneousDivergence",
+        "simultaneousConvergence",
+    ];
+    is_step(node) || PARTS.contains(&tag(node))
+}
+
 /// A step, or a macro-step, which is one of the chart around it.
 fn is_step(node: Node<'_, '_>) -> bool {
     matches!(tag(node), "step" | "macroStep")

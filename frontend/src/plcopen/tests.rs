@@ -1,6 +1,7 @@
 //! Pictures and lists that are deep, long or meet again and again, on the stack that a thread has by default.
 
 use super::parse;
+use super::rules::{FREE, RULES};
 use grafsynth_ir::diag::any_error;
 use grafsynth_ir::{FileId, lower};
 
@@ -167,4 +168,21 @@ fn actions_of_blocks_are_called_or_refused_by_name() {
     let found = parse(FileId(0), &project("<SFC/>")).diagnostics;
     let messages: Vec<&str> = found.iter().map(|one| one.message.as_str()).collect();
     assert_eq!(messages, ["the action up with a chart of its own is not read"]);
+}
+
+#[test]
+fn every_kind_of_the_table_has_one_rule_and_stands_somewhere() {
+    let children = || RULES.iter().flat_map(|rule| rule.children).copied().flatten();
+    for (name, kind, _) in children().filter(|(_, kind, _)| *kind != FREE) {
+        assert_eq!(RULES.iter().filter(|rule| rule.kind == *kind).count(), 1, "{kind} of {name}");
+    }
+    for rule in RULES.iter().filter(|rule| rule.kind != "project") {
+        assert!(children().any(|(_, kind, _)| *kind == rule.kind), "{} stands nowhere", rule.kind);
+        let mut names: Vec<&str> =
+            rule.attributes.iter().copied().flatten().map(|(name, _)| *name).collect();
+        let n_names = names.len();
+        names.sort_unstable();
+        names.dedup();
+        assert_eq!(names.len(), n_names, "an attribute of {} is listed twice", rule.kind);
+    }
 }
