@@ -27,7 +27,7 @@ pub const TRACE_HEADER: Code = Code { id: "G0511", title: "trace of another char
 /// A cell of a trace that cannot be read.
 pub const TRACE_CELL: Code = Code { id: "G0512", title: "unreadable cell in a trace" };
 /// A saved state that cannot be read.
-pub const BAD_STATE: Code = Code { id: "G0513", title: "unreadable saved state" };
+pub const BAD_STATE: Code = Code { id: "G0513", title: "saved state that does not fit" };
 /// Inputs in the row of the reset.
 pub const RESET_ROW: Code = Code { id: "G0514", title: "inputs in the row of the reset" };
 /// An assignment that did not fit and was brought to the nearest bound.

@@ -4,11 +4,12 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::Diagnostic;
 use grafsynth_ir::expr::ExprKind;
-use grafsynth_ir::net::{Expr, InputId, Leaf, Net, StepId};
+use grafsynth_ir::net::{Driver, Expr, InputId, Leaf, Net, Output, OutputId, StepId};
 use serde::{Deserialize, Serialize};
 
 use crate::codes;
 use crate::layout::Cell;
+use crate::row::Row;
 use crate::state::State;
 use crate::tables::Tables;
 
@@ -39,9 +40,19 @@ struct Saved {
     ages: Vec<Vec<String>>,
     internal: Vec<String>,
     external: Vec<String>,
+    /// What the outputs showed in that row; no state, for the next reaction computes them anew.
+    #[serde(default)]
+    outputs: BTreeMap<String, i64>,
 }
 
-pub(crate) fn save(net: &Net, tables: &Tables, state: &State) -> String {
+/// Outputs that show a value in a row: all but calls.
+fn shown(net: &Net) -> impl Iterator<Item = (OutputId, &str)> {
+    let is_shown = |output: &Output| !matches!(output.driver, Driver::Extern { .. });
+    let all = net.outputs.iter().filter(move |(_, output)| is_shown(output));
+    all.map(|(id, output)| (id, output.name.text.as_str()))
+}
+
+pub(crate) fn save(net: &Net, tables: &Tables, state: &State, row: &Row) -> String {
     let event_names = |queue: &std::collections::VecDeque<InputId>| {
         queue.iter().map(|event| net.inputs[*event].name.text.clone()).collect()
     };
@@ -73,6 +84,7 @@ pub(crate) fn save(net: &Net, tables: &Tables, state: &State) -> String {
             .collect(),
         internal: event_names(&state.internal),
         external: event_names(&state.external),
+        outputs: shown(net).map(|(id, name)| (name.to_owned(), row.outputs[id.index()])).collect(),
     };
     // The value is made of strings and numbers only, which always can be written.
     serde_json::to_string_pretty(&saved).unwrap_or_default() + "\n"
@@ -83,6 +95,7 @@ pub(crate) fn restore(
     net: &Net,
     tables: &Tables,
     state: &mut State,
+    row: &mut Row,
     text: &str,
 ) -> Result<Restored, Vec<Diagnostic>> {
     let saved: Saved = serde_json::from_str(text)
@@ -125,6 +138,11 @@ pub(crate) fn restore(
     }
     restored.lost.extend(unused.into_iter().cloned());
     restore_ages(net, tables, state, &saved.ages);
+    for (id, name) in shown(net) {
+        if let Some(value) = saved.outputs.get(name) {
+            row.outputs[id.index()] = net.outputs[id].ty.saturate(*value);
+        }
+    }
     for (queue, names) in
         [(&mut state.internal, saved.internal), (&mut state.external, saved.external)]
     {

@@ -198,7 +198,7 @@ impl<'n> Simulator<'n> {
     /// The state as text, by name: JSON that a later version of the chart can read.
     #[must_use]
     pub fn save(&self) -> String {
-        saved::save(self.net, &self.tables, &self.state)
+        saved::save(self.net, &self.tables, &self.state, &self.row)
     }
 
     /// Takes over a saved state by name. What this net has and the text has not starts as after reset; what only the text has is lost; both are
@@ -208,7 +208,11 @@ impl<'n> Simulator<'n> {
     /// The text is no saved state.
     pub fn restore(&mut self, text: &str) -> Result<Restored, Vec<Diagnostic>> {
         self.reset();
-        let restored = saved::restore(self.net, &self.tables, &mut self.state, text)?;
+        let (state, row) = (&mut self.state, &mut self.row);
+        let restored = saved::restore(self.net, &self.tables, state, row, text)?;
+        // What the row lights goes out with the next reaction, as after any other.
+        let lit = self.net.outputs.ids().filter(|id| self.row.outputs[id.index()] != 0);
+        self.work.lit = lit.collect();
         self.row.steps = self.state.situation.iter().collect();
         self.row.vars.copy_from_slice(&self.state.cells[..self.tables.layout.n_var_cells]);
         Ok(restored)

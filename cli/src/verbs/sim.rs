@@ -9,8 +9,9 @@ use grafsynth_driver::read::Design;
 use grafsynth_driver::trust;
 use grafsynth_engines::{Availability, EngineError, Job};
 use grafsynth_ir::diag::any_error;
-use grafsynth_ir::net::Net;
-use grafsynth_ir::{Diagnostic, Valid};
+use grafsynth_ir::net::{Net, StepId};
+use grafsynth_ir::{Diagnostic, FileId, Span, Valid};
+use grafsynth_sim::codes;
 use grafsynth_sim::{Difference, Expected, Simulator, Stimulus, Trace, TraceLayout, run_with};
 
 pub(crate) fn run(session: &mut Session, arguments: &Sim) -> Result<Exit, Stop> {
@@ -243,6 +244,31 @@ fn with_expected(
     }
 }
 
+/// Sets of steps that hold one token and hold another number in a state that was restored.
+fn impossible(net: &Valid<Net>, simulator: &Simulator<'_>, file: FileId) -> Vec<Diagnostic> {
+    let mut found = Vec::new();
+    for component in grafsynth_verify::structural_facts(net).components {
+        let name = |step: &StepId| net.steps[*step].name.text.as_str();
+        let is_active = |step: &&StepId| simulator.is_active(**step);
+        let active: Vec<&str> = component.steps.iter().filter(is_active).map(name).collect();
+        if active.len() == 1 || active.is_empty() && !component.always {
+            continue;
+        }
+        let all: Vec<&str> = component.steps.iter().map(name).collect();
+        let least = if component.always { "one" } else { "at most one" };
+        let are = if active.is_empty() { "none" } else { &active.join(", ") };
+        let message = format!(
+            "no reaction leads to this state: of {} {least} is active in each situation, and here {are}",
+            all.join(", ")
+        );
+        let finding = Diagnostic::warning(codes::BAD_STATE, message);
+        found.push(
+            finding.at(Span::new(file, 0, 0), "").help("start from reset, or save the state again"),
+        );
+    }
+    found
+}
+
 fn with_state(
     session: &mut Session,
     net: &Valid<Net>,
@@ -258,6 +284,7 @@ fn with_state(
             session.show(&found);
             Stop::Errors
         })?;
+        session.show(&impossible(net, &simulator, file));
         if !session.quiet {
             for (what, names) in [
                 ("cut to its range", &restored.cut),
