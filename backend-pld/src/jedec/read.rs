@@ -42,6 +42,8 @@ struct Reader<'a> {
     n_vectors: Option<(u32, Span)>,
     /// The default of fuses that no field gives.
     default: Option<bool>,
+    /// The field of the security fuse was there.
+    has_security: bool,
     /// What the fields give: fuse, value.
     is_given: Vec<bool>,
     fuse_sum: Option<(u16, Span)>,
@@ -59,6 +61,7 @@ impl<'a> Reader<'a> {
             n_fuses: None,
             n_vectors: None,
             default: None,
+            has_security: false,
             is_given: Vec::new(),
             fuse_sum: None,
             n_vectors_read: 0,
@@ -184,6 +187,13 @@ impl<'a> Reader<'a> {
             }
             'G' => {
                 if let Some(bit) = self.bit(body, "the security fuse") {
+                    if std::mem::replace(&mut self.has_security, true)
+                        && self.jedec.is_secured != bit
+                    {
+                        let end = field.start + field.text.trim_end().len();
+                        let message = "the security fuse is given twice, blown and intact";
+                        self.error(field.start, end, message, "again here");
+                    }
                     self.jedec.is_secured = bit;
                 }
             }
@@ -215,8 +225,8 @@ impl<'a> Reader<'a> {
             'U' => "user data beside the fuses",
             _ => "a reserved letter",
         };
-        // Only what would change a reading is worth a word.
-        if matches!(letter, 'P' | 'E' | 'U') {
+        // Tests and numbers of the device change no reading.
+        if !matches!(letter, 'R' | 'S' | 'T' | 'A' | 'J' | 'D') {
             let span = self.span(field.start, field.start + field.text.trim_end().len());
             self.report(
                 Diagnostic::warning(
