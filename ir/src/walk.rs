@@ -80,24 +80,6 @@ pub fn for_each_stmt<'a>(net: &'a Net, visit: &mut impl FnMut(&'a Stmt)) {
     }
 }
 
-/// As [`for_each_stmt`], to change them.
-pub fn for_each_stmt_mut(net: &mut Net, visit: &mut impl FnMut(&mut Stmt)) {
-    let mut todo: Vec<&mut Stmt> = Vec::new();
-    for (_, step) in net.steps.iter_mut() {
-        todo.extend(step.entry.iter_mut().chain(&mut step.exit).chain(&mut step.initial_content));
-        step.tasks.iter_mut().for_each(|task| todo.extend(&mut task.body));
-    }
-    net.transitions.iter_mut().for_each(|(_, transition)| todo.extend(&mut transition.actions));
-    net.actions.iter_mut().for_each(|(_, action)| todo.extend(&mut action.body));
-    net.histories.iter_mut().for_each(|(_, history)| todo.extend(&mut history.default_content));
-    while let Some(stmt) = todo.pop() {
-        visit(stmt);
-        if let StmtKind::If { then, otherwise, .. } = &mut stmt.kind {
-            todo.extend(then.iter_mut().chain(otherwise));
-        }
-    }
-}
-
 /// The extern actions that lists, bodies and tasks call, each with the first place of a call. They are made when the chart moves, so they are no levels.
 #[must_use]
 pub fn called_in_lists(net: &Net) -> BTreeMap<OutputId, Span> {

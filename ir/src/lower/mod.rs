@@ -36,7 +36,6 @@ mod placement;
 pub mod program;
 mod properties;
 mod roles;
-mod send_order;
 mod settings;
 mod sharing;
 mod statechart;
@@ -82,7 +81,6 @@ const PIPELINE: &[(&str, Pass)] = &[
     ("limit", limit::limit),
     // It moves the ids of transitions, so what is made of the drawn ones comes before it.
     ("inner-histories", inner_history::inner_histories),
-    ("send-order", send_order::send_order),
     // Last: it reads the lists and receptivities of everything.
     ("sharing", sharing::sharing),
 ];
