@@ -1,6 +1,8 @@
 //! The simulator as others see it.
 
-use grafsynth_ir::net::{Leaf, Net, Property, PropertyLeaf, StepId, TransitionId, VarId};
+use grafsynth_ir::net::{
+    Driver, Leaf, Net, Output, OutputId, Property, PropertyLeaf, StepId, TransitionId, VarId,
+};
 use grafsynth_ir::{Diagnostic, Valid};
 
 use crate::notes::Notes;
@@ -211,8 +213,11 @@ impl<'n> Simulator<'n> {
         let (state, row) = (&mut self.state, &mut self.row);
         let restored = saved::restore(self.net, &self.tables, state, row, text)?;
         // What the row lights goes out with the next reaction, as after any other.
-        let lit = self.net.outputs.ids().filter(|id| self.row.outputs[id.index()] != 0);
-        self.work.lit = lit.collect();
+        let is_lit = |(id, output): &(OutputId, &Output)| {
+            matches!(output.driver, Driver::Continuous(_)) && self.row.outputs[id.index()] != 0
+        };
+        let lit: Vec<OutputId> = self.net.outputs.iter().filter(is_lit).map(|(id, _)| id).collect();
+        self.work.lit.extend(lit);
         self.row.steps = self.state.situation.iter().collect();
         self.row.vars.copy_from_slice(&self.state.cells[..self.tables.layout.n_var_cells]);
         Ok(restored)
