@@ -1,6 +1,7 @@
 //! What is probably not what the designer meant. Every finding is shown by an exhaustive search or follows from the structure of the chart; nothing is
 //! reported on suspicion, and what was not looked for is said.
 
+mod livelock;
 mod search;
 
 pub(crate) use search::Shown;
