@@ -38,6 +38,8 @@ pub const UNDEFINED: Code = Code { id: "G0727", title: "signal without an equati
 pub const TOO_LONG: Code = Code { id: "G0728", title: "equation file too large" };
 /// The text that was read back lacks a signal that was written.
 pub const NOT_READ_BACK: Code = Code { id: "G0729", title: "signal missing after reading back" };
+/// A circuit without outputs and flip-flops: a language of equations has nothing to say of it.
+pub const NO_EQUATION: Code = Code { id: "G0730", title: "design without an equation" };
 /// A text that is read as logic, but does not say which fuses to burn.
 pub const NOT_PLACED: Code = Code { id: "G0770", title: "equations without their macrocells" };
 
@@ -59,5 +61,6 @@ pub const ALL: &[Code] = &[
     UNDEFINED,
     TOO_LONG,
     NOT_READ_BACK,
+    NO_EQUATION,
     NOT_PLACED,
 ];

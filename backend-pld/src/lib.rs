@@ -205,6 +205,18 @@ pub fn emit(
         vectors.check(logic)?;
     }
     match dialect {
+        Dialect::Palasm | Dialect::Cupl | Dialect::Galasm
+            if logic.outputs.is_empty() && logic.flops.is_empty() =>
+        {
+            let message = format!(
+                "`{}` has no output and no flip-flop: there is no equation to write in {}",
+                logic.name.text,
+                dialect.name()
+            );
+            let diagnostic = Diagnostic::error(codes::NO_EQUATION, message)
+                .help("give the design an output; Verilog and BLIF take a design without one");
+            Err(vec![diagnostic])
+        }
         Dialect::Palasm | Dialect::Cupl | Dialect::Galasm => {
             let equations = Equations::new(logic, dialect, options)?;
             let sheet = match dialect {

@@ -68,6 +68,10 @@ fn each_page_has_an_example_that_shows_its_code() {
                 assert_eq!(said.findings, [], "{path}");
                 said.placement.err().unwrap_or_default()
             }
+            (Some(dialect), ["convert", ..]) => {
+                let logic = read(dialect, FileId(0), source).0.unwrap();
+                emit(&logic, Dialect::Palasm, &EmitOptions::default()).unwrap_err()
+            }
             (Some(dialect), _) => read(dialect, FileId(0), source).1,
         };
         let found: Vec<_> = found.iter().map(|finding| finding.code.id).collect();

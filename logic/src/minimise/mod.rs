@@ -481,9 +481,13 @@ pub fn per_output(
     effort: &Effort,
 ) -> Result<Vec<OneOutput>, Refused> {
     let mut outputs = Vec::new();
-    // The proofs of all outputs together may be this much work.
-    let share = effort.branching / (function.shape.outputs() as u64).max(1);
-    let effort = &Effort { branching: share, ..*effort };
+    // All outputs together may be this much work.
+    let n_outputs = (function.shape.outputs() as u64).max(1);
+    let effort = &Effort {
+        steps: effort.steps / n_outputs,
+        branching: effort.branching / n_outputs,
+        ..*effort
+    };
     for output in 0..function.shape.outputs() {
         let plain = function.single(output, false)?;
         if !free_polarity {

@@ -666,6 +666,10 @@ impl<'a> Recursion<'a> {
         rows: &mut Rows,
     ) -> Result<(), Spent> {
         self.spend(part.len())?;
+        if rows.is_full() {
+            // What is still to come would be looked for and not taken.
+            return Err(Spent);
+        }
         let (before, n_whole) = (stack.len(), whole.len());
         let mut is_covered = false;
         for at in part {
@@ -677,10 +681,15 @@ impl<'a> Recursion<'a> {
                 stack.push(term);
             }
         }
-        let outcome = if is_covered || rows.has_subset_of(whole) {
+        let outcome = if is_covered {
             Ok(())
         } else {
-            self.rows_split(stack, before, region, n_columns, whole, rows)
+            let (is_known, looks) = rows.has_subset_of(whole);
+            match self.spend(looks) {
+                Ok(()) if is_known => Ok(()),
+                Ok(()) => self.rows_split(stack, before, region, n_columns, whole, rows),
+                Err(spent) => Err(spent),
+            }
         };
         stack.truncate(before);
         whole.truncate(n_whole);
@@ -755,7 +764,8 @@ impl Rows {
         self.sets.len() >= self.limit
     }
 
-    fn has_subset_of(&mut self, columns: &[u32]) -> bool {
+    /// True if these columns contain a set; and how many sets were looked at.
+    fn has_subset_of(&mut self, columns: &[u32]) -> (bool, usize) {
         let mut marked = true;
         for &column in columns {
             match self.is_in.get_mut(column as usize) {
@@ -764,13 +774,15 @@ impl Rows {
             }
         }
         debug_assert!(marked, "only columns are asked about");
+        let mut looks = 0;
         let found = columns.iter().any(|&first| {
-            self.by_first[first as usize]
-                .iter()
-                .any(|&set| self.sets[set as usize].iter().all(|&c| self.is_in[c as usize]))
+            self.by_first[first as usize].iter().any(|&set| {
+                looks += 1;
+                self.sets[set as usize].iter().all(|&c| self.is_in[c as usize])
+            })
         });
         columns.iter().for_each(|&column| self.is_in[column as usize] = false);
-        found
+        (found, looks)
     }
 
     fn add(&mut self, columns: &[u32]) {
