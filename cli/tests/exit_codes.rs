@@ -378,7 +378,9 @@ fn an_interrupted_verb_writes_nothing_and_ends_by_the_signal() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     files(folder.path());
     let doing = "stopped while comparing hard.graf and hard_twin.graf; nothing was written";
-    let output = interrupted(folder.path(), &["compare", "hard.graf", "hard_twin.graf"], doing);
+    // So many reactions take hours.
+    let arguments = ["compare", "hard.graf", "hard_twin.graf", "--random", "1000000000"];
+    let output = interrupted(folder.path(), &arguments, doing);
     assert_eq!(output.status.signal(), Some(2), "{}", String::from_utf8_lossy(&output.stderr));
 }
 
