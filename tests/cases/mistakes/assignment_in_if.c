@@ -1,0 +1,19 @@
+// run: check {}
+// One sign too few: the condition assigns.
+#include <stdbool.h>
+extern volatile bool start, stop, top;
+volatile bool motor;
+
+int main(void)
+{
+    for (;;) {
+        while (!start)
+            ;
+        motor = true;
+        while (!top) {
+            if (stop = 1)
+                break;
+        }
+        motor = false;
+    }
+}
