@@ -312,6 +312,16 @@ static void bench_print(int64_t value)
     fwrite(&digits[at], 1, (size_t)(24 - at), stdout);
 }
 
+/* Prints a name where it is wanted, behind a blank if it is not the first. */
+static void bench_name(bool is_wanted, const char *name, const char **blank)
+{
+    if (is_wanted) {
+        fputs(*blank, stdout);
+        fputs(name, stdout);
+        *blank = " ";
+    }
+}
+
 /* The calls of one function in one reaction. */
 typedef struct {
     int64_t count;
@@ -336,7 +346,7 @@ static void bench_add(bench_calls_t *calls, int64_t value, char joint)
 }
 "#;
     // Not every chart calls all of them.
-    let uses = "static void bench_unused(void)\n{\n    (void)bench_number;\n    (void)bench_end_of_line;\n    (void)bench_print;\n    (void)bench_add;\n    (void)bench_wrong;\n}\n";
+    let uses = "static void bench_unused(void)\n{\n    (void)bench_number;\n    (void)bench_end_of_line;\n    (void)bench_print;\n    (void)bench_name;\n    (void)bench_add;\n    (void)bench_wrong;\n}\n";
     vec![
         Kind::Verbatim(text.to_string()).into(),
         Kind::Verbatim(uses.to_string()).into(),
@@ -348,6 +358,7 @@ static void bench_add(bench_calls_t *calls, int64_t value, char joint)
 fn bench(net: &Net, interface: &Interface, explore: bool) -> Vec<Node> {
     let prefix = &interface.names.prefix;
     let mut nodes = stand_ins(net, interface);
+    nodes.extend(steps(net, interface));
     let mut body = Vec::new();
     if interface.has_instance {
         body.push(Node::line(format!("{prefix}_t self;")));
@@ -599,21 +610,11 @@ fn row(net: &Net, interface: &Interface) -> Vec<Node> {
     let visible = columns_of_steps(net);
     nodes.push(Node::line("putchar(',');"));
     if !visible.is_empty() {
+        let this = if interface.has_instance { "&self, " } else { "" };
         let mut listed = vec![Node::line("const char *blank = \"\";")];
-        for id in visible {
-            let step = &net.steps[id];
-            let this = if interface.has_instance { "&self" } else { "" };
-            let condition = format!("{prefix}_active_{}({this})", interface.names.steps[id]);
-            listed.push(Node::when(
-                &condition,
-                vec![
-                    Node::line("fputs(blank, stdout);"),
-                    Node::line(format!("fputs(\"{}\", stdout);", string_text(&step.name.text))),
-                    Node::line("blank = \" \";"),
-                ],
-            ));
+        for part in 0..visible.len().div_ceil(PART) {
+            listed.push(Node::line(format!("bench_steps_{prefix}_{part}({this}&blank);")));
         }
-        listed.push(Node::line("(void)blank;"));
         nodes.push(Node::line("{"));
         nodes.push(Kind::Nested(listed).into());
         nodes.push(Node::line("}"));
@@ -651,6 +652,32 @@ fn row(net: &Net, interface: &Interface) -> Vec<Node> {
         nodes.extend(value(&format!("{prefix}_fault({this})")));
     }
     nodes.push(Node::line("putchar('\\n');"));
+    nodes
+}
+
+/// The most steps that one function of the harness prints: what compilers do with a function grows with the square of its calls.
+const PART: usize = 200;
+
+/// The functions that print the active steps, separated by blanks.
+fn steps(net: &Net, interface: &Interface) -> Vec<Node> {
+    let prefix = &interface.names.prefix;
+    let (parameter, this) = if interface.has_instance {
+        (format!("const {prefix}_t *self, "), "self")
+    } else {
+        (String::new(), "")
+    };
+    let visible = columns_of_steps(net);
+    let mut nodes = Vec::new();
+    for (part, steps) in visible.chunks(PART).enumerate() {
+        let call = |id: &StepId| {
+            let name = &interface.names.steps[*id];
+            let text = string_text(&net.steps[*id].name.text);
+            Node::line(format!("bench_name({prefix}_active_{name}({this}), \"{text}\", blank);"))
+        };
+        let head = format!("static void bench_steps_{prefix}_{part}({parameter}const char **blank)");
+        nodes.push(Node::function(head, steps.iter().map(call).collect()));
+        nodes.push(Node::blank());
+    }
     nodes
 }
 
