@@ -6,19 +6,19 @@ use grafsynth_ir::Code;
 pub const TOO_MANY_PRODUCTS: Code =
     Code { id: "G0710", title: "function too large for a sum of products" };
 /// The device has too few pins or macrocells.
-pub const DOES_NOT_FIT: Code = Code { id: "G0711", title: "design does not fit the device" };
+pub const DOES_NOT_FIT: Code = Code { id: "G0711", title: "design that does not fit the device" };
 /// The device is not in the tables.
 pub const UNKNOWN_DEVICE: Code = Code { id: "G0712", title: "unknown device" };
 /// The device wakes with the wrong value on a pin.
 pub const POWER_UP: Code =
-    Code { id: "G0713", title: "registered output with the wrong value at power-up" };
+    Code { id: "G0713", title: "registered output with the wrong power-up value" };
 /// A pin number or signal name of the board does not exist or is used twice.
-pub const BAD_PIN: Code = Code { id: "G0714", title: "impossible pin" };
+pub const BAD_PIN: Code = Code { id: "G0714", title: "invalid pin assignment" };
 /// The test vectors don't belong to the circuit.
 pub const BAD_VECTORS: Code = Code { id: "G0715", title: "test vectors of another circuit" };
 
 /// The text does not follow the language's grammar.
-pub const SYNTAX: Code = Code { id: "G0720", title: "equations that do not parse" };
+pub const SYNTAX: Code = Code { id: "G0720", title: "syntax error in equations" };
 /// A name that nothing declares.
 pub const UNKNOWN_NAME: Code = Code { id: "G0721", title: "unknown signal" };
 /// A signal is declared or defined twice.
@@ -29,9 +29,9 @@ pub const LOOP: Code = Code { id: "G0723", title: "combinational loop" };
 pub const UNSUPPORTED: Code =
     Code { id: "G0724", title: "equations beyond one synchronous circuit" };
 /// Read, but not in full.
-pub const TAKEN_AS: Code = Code { id: "G0725", title: "feature read in a simpler sense" };
+pub const TAKEN_AS: Code = Code { id: "G0725", title: "feature read in a simplified form" };
 /// Something the named device does not have.
-pub const DEVICE_LIMIT: Code = Code { id: "G0726", title: "equations that the device cannot hold" };
+pub const DEVICE_LIMIT: Code = Code { id: "G0726", title: "equations unsuitable for the device" };
 /// A signal without a function.
 pub const UNDEFINED: Code = Code { id: "G0727", title: "signal without an equation" };
 /// The file is larger than the readers take.
@@ -41,7 +41,7 @@ pub const NOT_READ_BACK: Code = Code { id: "G0729", title: "signal missing after
 /// A circuit without outputs and flip-flops: a language of equations has nothing to say of it.
 pub const NO_EQUATION: Code = Code { id: "G0730", title: "design without an equation" };
 /// A text that is read as logic, but does not say which fuses to burn.
-pub const NOT_PLACED: Code = Code { id: "G0770", title: "equations without their macrocells" };
+pub const NOT_PLACED: Code = Code { id: "G0770", title: "equations not assigned to macrocells" };
 
 /// All of them.
 pub const ALL: &[Code] = &[

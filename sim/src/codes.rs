@@ -5,13 +5,13 @@ use grafsynth_ir::Code;
 /// A column of a stimulus that the chart does not have.
 pub const UNKNOWN_COLUMN: Code = Code { id: "G0501", title: "unknown column in a stimulus" };
 /// A column named twice.
-pub const DOUBLE_COLUMN: Code = Code { id: "G0502", title: "column named twice" };
+pub const DOUBLE_COLUMN: Code = Code { id: "G0502", title: "duplicate column" };
 /// A cell that holds no value of its column's type.
-pub const BAD_VALUE: Code = Code { id: "G0503", title: "value outside its type" };
+pub const BAD_VALUE: Code = Code { id: "G0503", title: "cell value outside its type" };
 /// A row that is longer or shorter than the header.
 pub const CELL_COUNT: Code = Code { id: "G0504", title: "row with too many or too few cells" };
 /// A `dt` that is no number of ticks.
-pub const BAD_DT: Code = Code { id: "G0505", title: "impossible dt" };
+pub const BAD_DT: Code = Code { id: "G0505", title: "invalid dt" };
 /// Two events in one row although the chart excludes that.
 pub const EXCLUSIVE_EVENTS: Code = Code { id: "G0506", title: "two events in one row" };
 /// A stimulus without a header.
@@ -19,29 +19,30 @@ pub const NO_HEADER: Code = Code { id: "G0507", title: "stimulus without a heade
 /// A column for an event that only the chart raises.
 pub const INTERNAL_EVENT: Code = Code { id: "G0508", title: "stimulus for an internal event" };
 /// A row that breaks an assumption of the chart.
-pub const ASSUMPTION_BROKEN: Code = Code { id: "G0509", title: "stimulus breaks an assumption" };
+pub const ASSUMPTION_BROKEN: Code =
+    Code { id: "G0509", title: "stimulus that violates an assumption" };
 /// More than one tick in a row that shall run on a chip.
 pub const DT_ON_CHIP: Code = Code { id: "G0510", title: "dt above 1 on a chip" };
 /// A trace that is not one of this chart.
 pub const TRACE_HEADER: Code = Code { id: "G0511", title: "trace of another chart" };
 /// A cell of a trace that cannot be read.
-pub const TRACE_CELL: Code = Code { id: "G0512", title: "unreadable cell in a trace" };
+pub const TRACE_CELL: Code = Code { id: "G0512", title: "invalid cell in a trace" };
 /// A saved state that cannot be read.
-pub const BAD_STATE: Code = Code { id: "G0513", title: "saved state that does not fit" };
+pub const BAD_STATE: Code = Code { id: "G0513", title: "incompatible saved state" };
 /// Inputs in the row of the reset.
-pub const RESET_ROW: Code = Code { id: "G0514", title: "inputs in the row of the reset" };
+pub const RESET_ROW: Code = Code { id: "G0514", title: "inputs in the reset row" };
 /// An assignment that did not fit and was brought to the nearest bound.
-pub const SATURATED: Code = Code { id: "G0520", title: "assignment saturated" };
+pub const SATURATED: Code = Code { id: "G0520", title: "saturated assignment" };
 /// Two lists that wrote one variable in one micro-step.
 pub const RACE: Code = Code { id: "G0521", title: "two writers in one micro-step" };
 /// A send slot started again while it ran.
-pub const RESENT: Code = Code { id: "G0522", title: "send restarted while it ran" };
+pub const RESENT: Code = Code { id: "G0522", title: "send restarted before it expired" };
 /// An event that found its queue full.
 pub const QUEUE_FULL: Code = Code { id: "G0523", title: "event queue full" };
 /// A reaction that did not become stable.
-pub const LIMIT_REACHED: Code = Code { id: "G0524", title: "limit of micro-steps reached" };
+pub const LIMIT_REACHED: Code = Code { id: "G0524", title: "micro-step limit reached" };
 /// Two forcing orders for one chart that disagree.
-pub const FORCING_RACE: Code = Code { id: "G0525", title: "forcing orders disagree" };
+pub const FORCING_RACE: Code = Code { id: "G0525", title: "conflicting forcing orders" };
 
 /// All codes of this crate, in order.
 pub const ALL: &[Code] = &[

@@ -7,9 +7,9 @@ pub const UNREACHABLE_STEP: Code = Code { id: "G0801", title: "step that is neve
 /// A transition that no stimulus makes fire.
 pub const DEAD_TRANSITION: Code = Code { id: "G0802", title: "transition that never fires" };
 /// A situation that nothing leaves.
-pub const DEAD_END: Code = Code { id: "G0803", title: "situation without a way out" };
+pub const DEAD_END: Code = Code { id: "G0803", title: "deadlock" };
 /// Two transitions that share a step and can be true together.
-pub const CONFLICT: Code = Code { id: "G0804", title: "two transitions leave one step together" };
+pub const CONFLICT: Code = Code { id: "G0804", title: "conflicting transitions that both fire" };
 /// A reaction that does not become stable.
 pub const LIVELOCK: Code = Code { id: "G0805", title: "chart that does not become stable" };
 /// Two lists that write one variable in one micro-step.
@@ -17,17 +17,17 @@ pub const RACE: Code = Code { id: "G0806", title: "two writers of one variable" 
 /// An event that finds its queue full.
 pub const QUEUE_OVERFLOW: Code = Code { id: "G0807", title: "event lost in a full queue" };
 /// A branch that may wait for ever.
-pub const STARVATION: Code = Code { id: "G0808", title: "branch that can starve" };
+pub const STARVATION: Code = Code { id: "G0808", title: "starving branch" };
 /// Assumptions that leave no input.
-pub const ASSUMPTION_EMPTY: Code = Code { id: "G0809", title: "assumption that no input meets" };
+pub const ASSUMPTION_EMPTY: Code = Code { id: "G0809", title: "unsatisfiable assumptions" };
 /// An assignment that does not fit its variable.
-pub const SATURATION: Code = Code { id: "G0810", title: "value that does not fit its variable" };
+pub const SATURATION: Code = Code { id: "G0810", title: "value outside the range of its variable" };
 /// Two forcing orders that disagree.
-pub const FORCING_RACE: Code = Code { id: "G0811", title: "two forcing orders that disagree" };
+pub const FORCING_RACE: Code = Code { id: "G0811", title: "forcing orders that can conflict" };
 /// A variable that others touch while the tasks of a step are half done.
-pub const SHARED: Code = Code { id: "G0812", title: "variable shared with a halted step" };
+pub const SHARED: Code = Code { id: "G0812", title: "variable shared with a suspended step" };
 /// Transitions that the conflict policy decides between.
-pub const DECIDED_CONFLICT: Code = Code { id: "G0813", title: "conflict that the policy decides" };
+pub const DECIDED_CONFLICT: Code = Code { id: "G0813", title: "conflict resolved by the policy" };
 
 /// All codes of this crate, in order.
 pub const ALL: &[Code] = &[

@@ -3,30 +3,30 @@
 use grafsynth_ir::Code;
 
 /// The tables do not have the fuse map of a device.
-pub const NO_FUSE_MAP: Code = Code { id: "G0780", title: "fuse map that is not known" };
+pub const NO_FUSE_MAP: Code = Code { id: "G0780", title: "unknown fuse map" };
 /// The design needs something that the device does not have.
-pub const CANNOT_HOLD: Code =
-    Code { id: "G0781", title: "macrocell that the device does not have" };
+pub const CANNOT_HOLD: Code = Code { id: "G0781", title: "equation without a suitable macrocell" };
 /// The fuses choose a configuration that no data sheet describes.
-pub const UNDOCUMENTED: Code = Code { id: "G0782", title: "fuses without a documented meaning" };
+pub const UNDOCUMENTED: Code = Code { id: "G0782", title: "undocumented fuse setting" };
 /// Not a single synchronous circuit.
-pub const NOT_SYNCHRONOUS: Code = Code { id: "G0783", title: "device with more than one clock" };
+pub const NOT_SYNCHRONOUS: Code =
+    Code { id: "G0783", title: "device that is not a single-clock circuit" };
 /// The levels never come to rest.
-pub const NOT_SETTLING: Code = Code { id: "G0784", title: "device whose levels do not settle" };
+pub const NOT_SETTLING: Code = Code { id: "G0784", title: "unstable combinational output" };
 /// The file does not follow JEDEC 3.
-pub const SYNTAX: Code = Code { id: "G0785", title: "JEDEC file that does not parse" };
+pub const SYNTAX: Code = Code { id: "G0785", title: "syntax error in a JEDEC file" };
 /// A checksum differs.
-pub const CHECKSUM: Code = Code { id: "G0786", title: "checksum that does not agree" };
+pub const CHECKSUM: Code = Code { id: "G0786", title: "checksum mismatch" };
 /// The number of fuses or pins is that of no device in the tables.
-pub const UNKNOWN_SIZE: Code = Code { id: "G0787", title: "fuse count of no known device" };
+pub const UNKNOWN_SIZE: Code = Code { id: "G0787", title: "fuse count of an unknown device" };
 /// A field that is read over.
-pub const PASSED_OVER: Code = Code { id: "G0788", title: "JEDEC field that is passed over" };
+pub const PASSED_OVER: Code = Code { id: "G0788", title: "ignored JEDEC field" };
 /// Two readings of our own fuse map differ.
-pub const NOT_AS_MEANT: Code = Code { id: "G0789", title: "fuse map that says something else" };
+pub const NOT_AS_MEANT: Code = Code { id: "G0789", title: "incorrect fuse map" };
 /// The device's own simulator and the test vectors of a file differ.
-pub const VECTOR_FAILS: Code = Code { id: "G0790", title: "test vector that fails" };
+pub const VECTOR_FAILS: Code = Code { id: "G0790", title: "failed test vector" };
 /// Several devices have as many fuses, and the file names none.
-pub const SEVERAL_DEVICES: Code = Code { id: "G0791", title: "fuse count of several devices" };
+pub const SEVERAL_DEVICES: Code = Code { id: "G0791", title: "ambiguous fuse count" };
 
 /// All of them.
 pub const ALL: &[Code] = &[

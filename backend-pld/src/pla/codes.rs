@@ -3,18 +3,19 @@
 use grafsynth_ir::Code;
 
 /// The text does not follow the format.
-pub const SYNTAX: Code = Code { id: "G0750", title: "table that does not parse" };
+pub const SYNTAX: Code = Code { id: "G0750", title: "syntax error in a table" };
 /// A directive that nobody knows.
 pub const UNKNOWN_DIRECTIVE: Code = Code { id: "G0751", title: "unknown directive in a table" };
 /// Many-valued or symbolic tables, and state tables.
 pub const UNSUPPORTED: Code = Code { id: "G0752", title: "table beyond two-level binary logic" };
 /// The same point is on and off.
 pub const CONTRADICTION: Code =
-    Code { id: "G0753", title: "table that is on and off at one point" };
+    Code { id: "G0753", title: "point in both the on-set and the off-set" };
 /// The same point is on and free.
-pub const OVERLAP: Code = Code { id: "G0754", title: "point of a table both on and free" };
+pub const OVERLAP: Code =
+    Code { id: "G0754", title: "point in both the on-set and the don't-care set" };
 /// A count or a list of names disagrees with the rows.
-pub const MISCOUNTED: Code = Code { id: "G0755", title: "count or names of a table disagree" };
+pub const MISCOUNTED: Code = Code { id: "G0755", title: "inconsistent counts or names of a table" };
 /// The functions are too large.
 pub const TOO_LARGE: Code = Code { id: "G0756", title: "table too large to minimise" };
 
