@@ -2,15 +2,16 @@
 
 use crate::exit::Demands;
 use crate::render::MessageFormat;
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{Args, CommandFactory as _, Parser, Subcommand, ValueEnum};
 use grafsynth_backend_c::cost::{self, Machine};
 use std::path::PathBuf;
 
-/// Charts to C and programmable logic, with every output proved against the chart.
+/// Compile charts to C and programmable logic, and prove each output equal to the chart.
 #[derive(Debug, Parser)]
 #[command(name = "grafsynth", version, max_term_width = 100, arg_required_else_help = true)]
 #[command(
-    after_help = "Exit codes: 0 done and true; 1 the input is wrong or cannot be done as asked; 2 an option is wrong, or a file cannot be read or written; 3 refuted, or a difference was found; 4 a question stayed open; 130 stopped by Ctrl-C."
+    after_help = "Exit codes: 0 success, every claim proved; 1 invalid input, or an impossible request; 2 invalid option, or a file that cannot be read or written; 3 refuted, or a difference found; 4 a question is still open; 130 stopped by Ctrl-C.",
+    after_long_help = "Exit codes: 0 success, every claim proved; 1 invalid input, or an impossible request; 2 invalid option, or a file that cannot be read or written; 3 refuted, or a difference found; 4 a question is still open; 130 stopped by Ctrl-C.\n\nStart with:\n  grafsynth new lamp\n  grafsynth build lamp/lamp.graf --target c --target jedec --device gal22v10 -o lamp/out"
 )]
 pub(crate) struct Cli {
     #[command(flatten)]
@@ -19,37 +20,37 @@ pub(crate) struct Cli {
     pub(crate) verb: Verb,
 }
 
-/// Options that every verb takes.
+/// Options that every verb accepts.
 #[derive(Debug, Args)]
 pub(crate) struct Global {
-    /// How findings are shown.
+    /// Format of findings and answers.
     #[arg(long, global = true, value_name = "FORMAT", default_value = "human")]
     pub(crate) message_format: MessageFormat,
-    /// Colours; `NO_COLOR` in the environment turns them off.
+    /// When to use colour (`NO_COLOR` disables it).
     #[arg(long, global = true, value_name = "WHEN", default_value = "auto")]
     pub(crate) color: When,
-    /// Say nothing but findings and what was asked for.
+    /// Print only findings and requested output.
     #[arg(long, short, global = true)]
     pub(crate) quiet: bool,
-    /// Be strict: with `open` a check that was not carried out is an open question (exit code 4); with `warnings` a warning is an error (1).
+    /// Be strict: `open` exits with 4 if any check was not carried out; `warnings` exits with 1 on any warning.
     #[arg(long, global = true, value_name = "WHAT", value_enum, value_delimiter = ',')]
     pub(crate) deny: Vec<Deny>,
-    /// Be lenient: with `tested` an open question whose answer was tested counts as answered (exit code 0 instead of 4).
+    /// Be lenient: `tested` exits with 0 instead of 4 if an output was tested but not proved.
     #[arg(long, global = true, value_name = "WHAT", value_enum, value_delimiter = ',')]
     pub(crate) allow: Vec<Allow>,
-    /// Show at most so many findings of a file; the rest is counted.
+    /// Show at most N findings per file; the rest are counted.
     #[arg(long, global = true, value_name = "N", default_value_t = 100)]
     pub(crate) max_diagnostics: usize,
-    /// The deepest nesting of brackets and blocks that is read.
+    /// Maximum nesting depth of brackets and blocks in a source.
     #[arg(long, global = true, value_name = "N", default_value_t = 256)]
     pub(crate) nesting_limit: u32,
-    /// The longest source that is read, in bytes.
+    /// Maximum size of a source file, in bytes.
     #[arg(long, global = true, value_name = "BYTES", default_value_t = crate::files::SOURCE_LIMIT)]
     pub(crate) source_limit: u64,
 }
 
 impl Global {
-    /// What the user wants to be strict or lenient about.
+    /// The strictness that the user asked for.
     pub(crate) fn demands(&self) -> Demands {
         Demands {
             deny_open: self.deny.contains(&Deny::Open),
@@ -59,14 +60,14 @@ impl Global {
     }
 }
 
-/// What to be strict about.
+/// Values of `--deny`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Deny {
     Open,
     Warnings,
 }
 
-/// What to be lenient about.
+/// Values of `--allow`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Allow {
     Tested,
@@ -80,49 +81,49 @@ pub(crate) enum When {
     Never,
 }
 
-/// When a reaction of a circuit takes several clocks.
+/// When a circuit spreads one reaction over several clocks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Busy {
-    /// Never: one clock is one reaction, or the chart is refused.
+    /// Never: one clock per reaction; the build fails if that is not possible.
     Never,
-    /// Where the micro-steps are too large in one clock.
+    /// If the micro-steps do not fit into one clock.
     TooLarge,
-    /// There, and where it is not proved that the evolution ends within its limit.
+    /// If they do not fit, or if the evolution is not proved to end within its limit.
     Unproved,
-    /// Wherever the chart evolves.
+    /// In every chart with `evolution stable`.
     Always,
 }
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Verb {
-    /// Make a small project: chart, board, stimulus, and a Makefile that builds it.
+    /// Create a project: a chart, a board, a stimulus and a Makefile.
     New(New),
-    /// Read, validate, lint, and prove the asserts: every finding at once.
+    /// Validate and lint charts, and prove their asserts.
     Check(Check),
-    /// Write C, equations or Verilog; each output is read back and proved equal to the chart before it is written.
+    /// Write C, equations, fuse maps or Verilog, each proved equal to the chart.
     Build(Box<Build>),
-    /// Run a design on a stimulus and print the trace.
+    /// Simulate a design and print the trace.
     Sim(Sim),
-    /// Run all engines on the same stimulus and print the first difference.
+    /// Compare designs with each other, or all engines on one design.
     Compare(Compare),
-    /// Read one format and write another.
+    /// Convert a design to another format.
     Convert(Convert),
-    /// Make a table of two-level logic (.pla) small: products, literals, and whether the number is proved to be the least.
+    /// Minimise a two-level logic table (.pla).
     Minimise(Minimise),
-    /// Decode the trace ring of a chart in the field (`build --trace`): which transitions fired, and the situations that they led to.
+    /// Decode the trace ring of a running chart (`build --trace-ring`).
     Trace(Trace),
-    /// Bring charts into the canonical form.
+    /// Format charts.
     Fmt(Fmt),
-    /// What changed between two charts: steps, conditions, behaviour.
+    /// List the changes between two charts: structure and behaviour.
     Diff(Diff),
-    /// Print the page of a finding's code: cause, example, way out.
+    /// Explain a finding's code: cause, example, way out.
     Explain(Explain),
-    /// Say which tools are here and what that makes possible.
+    /// List the external tools found and what they enable.
     Doctor,
     /// Print a completion script for a shell.
     Completions(Completions),
-    /// Print the manual page.
-    Man,
+    /// Print the manual page of grafsynth, or of one verb.
+    Man(Manual),
 }
 
 impl Verb {
@@ -142,24 +143,24 @@ impl Verb {
             Verb::Explain(_) => "explain",
             Verb::Doctor => "doctor",
             Verb::Completions(_) => "completions",
-            Verb::Man => "man",
+            Verb::Man(_) => "man",
         }
     }
 }
 
-/// The design that a verb works on.
+/// The design of a verb.
 #[derive(Debug, Args)]
 pub(crate) struct Input {
-    /// A chart (.graf .rules .scxml .st .c .kiss2 .net) or logic (.pds .pld .v .blif .pla); `-` is standard input.
+    /// A chart (.graf .rules .scxml .st .xml .c .kiss2 .net) or logic (.pds .pld .v .blif .pla .jed); `-` is standard input.
     pub(crate) file: String,
     #[command(flatten)]
     pub(crate) reading: Reading,
 }
 
-/// The designs that a verb works on.
+/// The designs of a verb.
 #[derive(Debug, Args)]
 pub(crate) struct Inputs {
-    /// Charts (.graf .rules .scxml .st .c .kiss2 .net) or logic (.pds .pld .v .blif .pla); `-` is standard input. Of a folder the charts in it and below; hidden folders and links to folders are left out.
+    /// Charts (.graf .rules .scxml .st .xml .c .kiss2 .net) or logic (.pds .pld .v .blif .pla .jed); `-` is standard input. A folder stands for all charts in it and below it, without hidden folders and links to folders.
     #[arg(required = true, value_name = "FILE")]
     pub(crate) files: Vec<String>,
     #[command(flatten)]
@@ -173,63 +174,74 @@ impl Input {
     }
 }
 
-/// What beside its text says which design a file is: what a chart was built with it is traced with.
+/// Heading of the options that say how a file is read.
+const READING: &str = "Input options";
+
+/// Heading of the options for charts in C.
+const C_SOURCES: &str = "Options for C sources";
+
+/// Heading of the options for emitted C.
+const C_OUTPUT: &str = "Options for C output";
+
+/// Heading of the options for equations, fuse maps and Verilog.
+const CIRCUITS: &str = "Options for circuits";
+
+/// Options that select and complete the design in a file. `trace` needs the same ones as the build.
 #[derive(Debug, Clone, Args, Default)]
 pub(crate) struct Reading {
-    /// The format, where the file's name does not say it.
-    #[arg(long, value_name = "FORMAT")]
+    /// Format of the input, if its name does not show it.
+    #[arg(long, value_name = "FORMAT", help_heading = READING)]
     pub(crate) from: Option<String>,
-    /// A property to prove, such as `never (R and L)`; may be given several times.
-    #[arg(long, value_name = "PROPERTY")]
+    /// Prove this property too, such as `never (R and L)`; repeatable.
+    #[arg(long, value_name = "PROPERTY", help_heading = READING)]
     pub(crate) assert: Vec<String>,
-    /// Library files (`use "FILE"`) are read below this folder, instead of the folder of the chart.
-    #[arg(long, value_name = "DIR")]
+    /// Read library files (`use "FILE"`) from below this folder instead of the chart's folder.
+    #[arg(long, value_name = "DIR", help_heading = READING)]
     pub(crate) root: Option<PathBuf>,
-    /// A board file: device, pins and places. `NAME.board` beside the chart is read by itself.
-    #[arg(long, value_name = "FILE")]
+    /// Board file with device and pins; without this option, `NAME.board` beside the chart is used if it exists.
+    #[arg(long, value_name = "FILE", help_heading = READING)]
     pub(crate) board: Option<String>,
-    /// The machine that C is for, `avr`, `cortex-m3`, `8051` or `host`: tasks that declare no cost have the one that its cost model counts; `build` takes of the styles that
-    /// carry the chart the one with the cheapest worst case there.
-    #[arg(long = "for", value_name = "MACHINE", value_parser = machine)]
+    /// Target machine of the C: `avr`, `cortex-m3`, `8051` or `host`. Its cost model prices tasks without a declared cost, and `build` chooses the style
+    /// with the lowest worst case on it.
+    #[arg(long = "for", value_name = "MACHINE", value_parser = machine, help_heading = READING)]
     pub(crate) machine: Option<&'static Machine>,
     #[command(flatten)]
     pub(crate) c: COptions,
 }
 
-/// How a C source becomes a chart.
+/// How a C source is translated into a chart.
 #[derive(Debug, Clone, Args, Default)]
-#[command(next_help_heading = "C sources")]
 pub(crate) struct COptions {
-    /// The function that the chart runs; `main`, or the last one that no other calls.
-    #[arg(long, value_name = "FUNCTION")]
+    /// Function that becomes the chart (default: `main`, or the last function that no other calls).
+    #[arg(long, value_name = "FUNCTION", help_heading = C_SOURCES)]
     pub(crate) entry: Option<String>,
-    /// Make one step of straight-line code.
-    #[arg(long)]
+    /// Combine straight-line code into one step.
+    #[arg(long, help_heading = C_SOURCES)]
     pub(crate) fuse: bool,
-    /// Leave a function in C; may be given several times.
-    #[arg(long, value_name = "FUNCTION")]
+    /// Keep a function as C instead of translating it; repeatable.
+    #[arg(long, value_name = "FUNCTION", help_heading = C_SOURCES)]
     pub(crate) keep: Vec<String>,
-    /// Make macro-steps of the statements behind each comment, or of blocks.
-    #[arg(long, value_name = "WHAT", value_parser = ["comments", "blocks"])]
+    /// Group the statements after each comment, or each block, into a macro-step.
+    #[arg(long, value_name = "WHAT", value_parser = ["comments", "blocks"], help_heading = C_SOURCES)]
     pub(crate) group: Option<String>,
-    /// A macro-step for each call, or one for all calls of a function.
-    #[arg(long, value_name = "HOW", value_parser = ["copy", "share"])]
+    /// Make one macro-step per call, or share one among all calls of a function.
+    #[arg(long, value_name = "HOW", value_parser = ["copy", "share"], help_heading = C_SOURCES)]
     pub(crate) calls: Option<String>,
-    /// Bits of `int`.
-    #[arg(long, value_name = "BITS", value_parser = ["16", "32"])]
+    /// Width of `int` in bits.
+    #[arg(long, value_name = "BITS", value_parser = ["16", "32"], help_heading = C_SOURCES)]
     pub(crate) int: Option<String>,
-    /// Plain `char` is unsigned.
-    #[arg(long)]
+    /// Treat plain `char` as unsigned.
+    #[arg(long, help_heading = C_SOURCES)]
     pub(crate) unsigned_char: bool,
-    /// Elements of an array parameter whose length is not written.
-    #[arg(long, value_name = "N")]
+    /// Number of elements of an array parameter without a length.
+    #[arg(long, value_name = "N", help_heading = C_SOURCES)]
     pub(crate) array_length: Option<u32>,
-    /// A name that stands for a number, 1 without `=VALUE`; may be given several times.
-    #[arg(short = 'D', value_name = "NAME[=VALUE]", value_parser = constant)]
+    /// Define a macro as a number (1 without `=VALUE`); repeatable.
+    #[arg(short = 'D', value_name = "NAME[=VALUE]", value_parser = constant, help_heading = C_SOURCES)]
     pub(crate) define: Vec<(String, i64)>,
 }
 
-/// The machine that C is for.
+/// Parses `--for`.
 fn machine(name: &str) -> Result<&'static Machine, String> {
     cost::machine(name).ok_or_else(|| {
         let known = || cost::MACHINES.iter().map(|machine| machine.name);
@@ -237,7 +249,7 @@ fn machine(name: &str) -> Result<&'static Machine, String> {
             .map(|near| format!(", did you mean `{near}`?"))
             .unwrap_or_default();
         let known: Vec<&str> = known().collect();
-        format!("no machine is called `{name}`{near} (there are {})", known.join(", "))
+        format!("unknown machine `{name}`{near} (known: {})", known.join(", "))
     })
 }
 
@@ -247,7 +259,7 @@ fn constant(text: &str) -> Result<(String, i64), String> {
     let is_name = name.starts_with(|first: char| first.is_ascii_alphabetic() || first == '_')
         && name.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_');
     if !is_name {
-        return Err(format!("`{name}` is no name of C"));
+        return Err(format!("`{name}` is not a C identifier"));
     }
     let (sign, digits) = match value.trim().strip_prefix('-') {
         Some(digits) => (-1, digits),
@@ -260,13 +272,13 @@ fn constant(text: &str) -> Result<(String, i64), String> {
     match number {
         Ok(number) => Ok((name.to_owned(), sign * number)),
         Err(_) => Err(format!(
-            "`{value}` is no number; a name stands for a decimal number or one in 0x.."
+            "`{value}` is not a decimal or 0x number"
         )),
     }
 }
 
 impl COptions {
-    /// As the reader takes them.
+    /// The reader's form of these options.
     pub(crate) fn options(&self) -> grafsynth_driver::read::COptions {
         use grafsynth_driver::read::{CCalls, CGroup, COptions};
         let default = COptions::default();
@@ -294,7 +306,7 @@ impl COptions {
 
 #[derive(Debug, Args)]
 pub(crate) struct New {
-    /// The project's name and folder.
+    /// Name of the project and of its folder.
     pub(crate) name: String,
 }
 
@@ -302,31 +314,31 @@ pub(crate) struct New {
 pub(crate) struct Check {
     #[command(flatten)]
     pub(crate) inputs: Inputs,
-    /// Print the intermediate form after this pass (`list` names the passes).
+    /// Print the intermediate form after this pass (`list` lists the passes).
     #[arg(long, value_name = "PASS")]
     pub(crate) dump_after: Option<String>,
-    /// Write the text with a certificate behind each library chart in it: which of its properties are proved, by which version, of which text. `-` is standard output.
+    /// Write a copy of the file with a certificate after each library chart: the proved properties, the version of the tool and the hash of the text. `-` is standard output.
     #[arg(long, value_name = "OUTPUT")]
     pub(crate) certify: Option<PathBuf>,
-    /// Show notes on what is right as it is: `conflicts`, which the conflict policy decides, and who wins.
+    /// Show notes on correct code: `conflicts` lists the conflicts that the policy decides, and who wins.
     #[arg(long, value_name = "WHAT", value_parser = ["conflicts"], value_delimiter = ',')]
     pub(crate) notes: Vec<String>,
     #[command(flatten)]
     pub(crate) limits: Limits,
 }
 
-/// How far proofs may go.
+/// Limits on the effort of proofs.
 #[derive(Debug, Args)]
 pub(crate) struct Limits {
-    /// Enumerate at most so many pairs of state and input.
+    /// Enumerate at most N pairs of state and input.
     #[arg(long, value_name = "N", default_value_t = 2_000_000)]
     pub(crate) proof_limit: u64,
 }
 
-/// Whose C may run on this machine. Only the command line says so: no chart and no board can.
+/// Whose C may run on this machine. Only the command line can allow it, never a chart or a board.
 #[derive(Debug, Clone, Copy, Args)]
 pub(crate) struct Trust {
-    /// Run the C that the chart contains (`code c`) when its C is compiled and tested; without it, that text is left out.
+    /// Run C text from the chart (`code c`) when its C is compiled and tested; by default that text is left out.
     #[arg(long)]
     pub(crate) trust_code: bool,
 }
@@ -335,91 +347,94 @@ pub(crate) struct Trust {
 pub(crate) struct Build {
     #[command(flatten)]
     pub(crate) input: Input,
-    /// What to write; may be given several times. `list` names the targets.
+    /// Output to write; repeatable (`list` lists the targets).
     #[arg(long, short, value_name = "TARGET", required = true)]
     pub(crate) target: Vec<String>,
-    /// The folder for the outputs.
+    /// Folder for the outputs.
     #[arg(long, short, value_name = "DIR", default_value = ".")]
     pub(crate) output: PathBuf,
-    /// The device family that equations are for.
-    #[arg(long, value_name = "DEVICE")]
-    pub(crate) device: Option<String>,
-    /// Equations and fuse maps: signals keep the pins that they have in this earlier output (`.jed`, `.pld` or `.pds`), as far as their functions still fit there.
-    #[arg(long, value_name = "FILE")]
-    pub(crate) keep_pins: Option<String>,
-    /// Logic by others: make its functions small and give it pins anew, on another device too, instead of burning it as written.
-    #[arg(long)]
-    pub(crate) refit: bool,
-    /// C: a folder NAME-WHAT in place of the bare files: `plain` (a Makefile), `arduino`, `platformio`, `cmake`; separated by commas or given several times.
-    #[arg(long, value_name = "WHAT", value_delimiter = ',')]
-    pub(crate) package: Vec<String>,
-    /// `template`: a text with Jinja's placeholders that is rendered over the net's JSON; `my.py.j2` gives NAME.py. May be given several times.
-    #[arg(long, value_name = "FILE")]
-    pub(crate) template: Vec<String>,
-    /// `c-engine`, `c-program`: write the tables as a binary image too (`NAME.bin`), which the engine loads from a flash or an EEPROM.
-    #[arg(long)]
-    pub(crate) blob: bool,
-    /// C: `auto`, `switch`, `tables`, `bits` or `engine`.
-    #[arg(long, value_name = "STYLE", default_value = "auto")]
-    pub(crate) style: String,
-    /// C, with `--for`: what is to be small, the time of the dearest reaction (among equals the text) or the text.
-    #[arg(long, value_name = "WHAT", value_parser = ["speed", "size"], default_value = "speed", requires = "machine")]
-    pub(crate) optimise: String,
-    /// C: Boolean inputs and outputs as `bool` members, or as bits of words.
-    #[arg(long, value_name = "FORM", value_parser = ["members", "words"], default_value = "members")]
-    pub(crate) io: String,
-    /// C: return at once from a reaction that would change nothing: same inputs and `dt` as the last, which changed nothing.
-    #[arg(long)]
-    pub(crate) gate: bool,
-    /// C: look at the state variables before each reaction; where one holds what it never does, the outputs are safe until the next `init`.
-    #[arg(long)]
-    pub(crate) safe_state: bool,
-    /// C: keep the last N transitions that fired, with the number of their reaction, in the instance; `grafsynth trace` reads them.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=8192))]
-    pub(crate) trace: Option<u16>,
-    /// C: call the user's `activated` and `enabled` functions.
-    #[arg(long)]
-    pub(crate) callbacks: bool,
-    /// Circuits of a chart that evolves until it is stable: one micro-step a clock, with a `busy` pin, instead of all of them in one clock.
-    #[arg(long, value_name = "WHEN", value_enum, default_value = "unproved")]
-    pub(crate) busy: Busy,
-    /// How steps that exclude each other are coded: a flip-flop each, all but the first, or numbers. `auto` takes the first of these that fits the device.
-    #[arg(long, value_name = "CODE", value_parser = ["auto", "one-hot", "zero-hot", "compact"], default_value = "auto")]
-    pub(crate) encoding: String,
-    /// Equations without don't-cares: the circuit does what the chart says in situations too that are never reached.
-    #[arg(long)]
-    pub(crate) no_dc: bool,
-    /// Every situation that is never reached leads back to the initial one in one clock, which is proved over all codes.
-    #[arg(long)]
-    pub(crate) safe: bool,
-    /// Flip-flops in front of each input that is not declared `synchronous`: 0, 1 or 2.
-    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=2))]
-    pub(crate) synchronise: u32,
-    /// Verilog: a reset input of this name, active high, beside the values at power-up.
-    #[arg(long, value_name = "NAME")]
-    pub(crate) reset: Option<String>,
-    /// When the reset acts: `sync`, at the next clock, or `async`, at once.
-    #[arg(long, value_name = "STYLE", value_parser = ["sync", "async"], default_value = "sync", requires = "reset")]
-    pub(crate) reset_style: String,
-    /// A stimulus for the SIMULATION section and the test bench.
+    /// Stimulus for test vectors, the SIMULATION section and the test bench.
     #[arg(long, value_name = "FILE")]
     pub(crate) stimulus: Option<String>,
-    /// Beside each output, NAME.map.json says which line came from which place of the chart.
-    #[arg(long, value_name = "WHAT", value_parser = ["map"])]
-    pub(crate) emit: Option<String>,
-    /// A page beside the outputs, NAME.report.md, and a drawing of each chip, FILE.svg: codes, equations, product terms, pins, power-up, clock, requirements, what was proved.
+    /// Also write NAME.report.md (encoding, equations, pins, timing, requirements, proofs) and a drawing of each chip (FILE.svg).
     #[arg(long)]
     pub(crate) report: bool,
-    /// C, with `--report`: measure reactions on simulated machines too, where avr-gcc and simavr, arm-none-eabi-gcc and qemu are here.
+    /// Measure reactions on simulated machines for the report (needs avr-gcc and simavr, or arm-none-eabi-gcc and qemu).
     #[arg(long, requires = "report")]
     pub(crate) measure: bool,
-    #[command(flatten)]
-    pub(crate) trust: Trust,
-    /// Do not prove the outputs equal (they are still read back).
+    /// Also write NAME.map.json, which maps the lines of each output to the chart.
+    #[arg(long, value_name = "WHAT", value_parser = ["map"])]
+    pub(crate) emit: Option<String>,
+    /// Jinja template for `--target template`, rendered over the net's JSON; `my.py.j2` writes NAME.py; repeatable.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) template: Vec<String>,
+    /// Skip the proofs; outputs are still read back and tested.
     #[arg(long)]
     pub(crate) no_proof: bool,
     #[command(flatten)]
     pub(crate) limits: Limits,
+    #[command(flatten)]
+    pub(crate) trust: Trust,
+    /// Style of the C: `auto`, `switch`, `tables`, `bits`, `engine`, `program` or `btrans` (`list` describes them).
+    #[arg(long, value_name = "STYLE", default_value = "auto", help_heading = C_OUTPUT)]
+    pub(crate) style: String,
+    /// Optimise for worst-case time (`speed`; ties by size) or for code size (`size`); with `--for`.
+    #[arg(long, value_name = "WHAT", value_parser = ["speed", "size"], default_value = "speed", requires = "machine", help_heading = C_OUTPUT)]
+    pub(crate) optimise: String,
+    /// Write the C as a package in the folder NAME-WHAT: `plain` (with a Makefile), `arduino`, `platformio`, `cmake`; comma-separated or repeated.
+    #[arg(long, value_name = "WHAT", value_delimiter = ',', help_heading = C_OUTPUT)]
+    pub(crate) package: Vec<String>,
+    /// Pass Boolean inputs and outputs as `bool` members or as bits of words.
+    #[arg(long, value_name = "FORM", value_parser = ["members", "words"], default_value = "members", help_heading = C_OUTPUT)]
+    pub(crate) io: String,
+    /// Return early from a reaction that cannot change anything (same inputs and `dt` as the last reaction, which changed nothing).
+    #[arg(long, help_heading = C_OUTPUT)]
+    pub(crate) gate: bool,
+    /// Check state variables before each reaction; on corruption, hold the safe outputs until `init`.
+    #[arg(long, help_heading = C_OUTPUT)]
+    pub(crate) safe_state: bool,
+    /// Keep the last N fired transitions with their reaction numbers in the instance, for `grafsynth trace`.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=8192), help_heading = C_OUTPUT)]
+    pub(crate) trace_ring: Option<u16>,
+    /// The former name of `--trace-ring`.
+    #[arg(long = "trace", value_name = "N", value_parser = clap::value_parser!(u16).range(1..=8192), hide = true, conflicts_with = "trace_ring")]
+    pub(crate) old_trace: Option<u16>,
+    /// Call the user's `activated` and `enabled` functions.
+    #[arg(long, help_heading = C_OUTPUT)]
+    pub(crate) callbacks: bool,
+    /// Also write the tables of `c-engine` and `c-program` as a binary image (`NAME.bin`) that the engine loads from flash or EEPROM.
+    #[arg(long, help_heading = C_OUTPUT)]
+    pub(crate) blob: bool,
+    /// Device for equations and fuse maps (`list` lists the devices).
+    #[arg(long, value_name = "DEVICE", help_heading = CIRCUITS)]
+    pub(crate) device: Option<String>,
+    /// State encoding of mutually exclusive steps: `one-hot` (a flip-flop per step), `zero-hot` (all but the initial step), `compact` (binary); `auto` uses the first that fits the device.
+    #[arg(long, value_name = "CODE", value_parser = ["auto", "one-hot", "zero-hot", "compact"], default_value = "auto", help_heading = CIRCUITS)]
+    pub(crate) encoding: String,
+    /// When a chart with `evolution stable` takes one clock per micro-step, with a `busy` pin, instead of one clock per reaction.
+    #[arg(long, value_name = "WHEN", value_enum, default_value = "unproved", help_heading = CIRCUITS)]
+    pub(crate) busy: Busy,
+    /// Do not use unreachable states as don't-cares.
+    #[arg(long, help_heading = CIRCUITS)]
+    pub(crate) no_dc: bool,
+    /// Return from every unreachable state to the initial one within one clock (proved over all codes).
+    #[arg(long, help_heading = CIRCUITS)]
+    pub(crate) safe: bool,
+    /// Synchroniser flip-flops for each input not declared `synchronous`: 0, 1 or 2.
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=2), help_heading = CIRCUITS)]
+    pub(crate) synchronise: u32,
+    /// Add an active-high reset input with this name to the Verilog.
+    #[arg(long, value_name = "NAME", help_heading = CIRCUITS)]
+    pub(crate) reset: Option<String>,
+    /// Reset at the next clock (`sync`) or at once (`async`).
+    #[arg(long, value_name = "STYLE", value_parser = ["sync", "async"], default_value = "sync", requires = "reset", help_heading = CIRCUITS)]
+    pub(crate) reset_style: String,
+    /// Keep the pins of an earlier output (`.jed`, `.pld`, `.pds`) if the functions still fit there.
+    #[arg(long, value_name = "FILE", help_heading = CIRCUITS)]
+    pub(crate) keep_pins: Option<String>,
+    /// Minimise and place imported logic again, also on another device, instead of burning it as written.
+    #[arg(long, help_heading = CIRCUITS)]
+    pub(crate) refit: bool,
 }
 
 #[derive(Debug, Args)]
@@ -428,22 +443,22 @@ pub(crate) struct Sim {
     pub(crate) input: Input,
     #[command(flatten)]
     pub(crate) trust: Trust,
-    /// The stimulus, CSV. A trace is one too: `sim` tells the first cell that is not as it was.
+    /// Stimulus (CSV). A trace is accepted too: `sim` then reports the first cell that differs.
     #[arg(long, short, value_name = "FILE")]
     pub(crate) stimulus: Option<String>,
-    /// So many random reactions instead.
+    /// Run N random reactions instead of a stimulus.
     #[arg(long, value_name = "N", conflicts_with = "stimulus")]
     pub(crate) random: Option<usize>,
-    /// The seed of the random reactions.
+    /// Seed of the random reactions.
     #[arg(long, value_name = "K", default_value_t = 1)]
     pub(crate) seed: u64,
-    /// The engine; `list` names them.
+    /// Engine (`list` lists the engines).
     #[arg(long, short, value_name = "ENGINE", default_value = "ir")]
     pub(crate) engine: String,
-    /// Where the trace goes: `.csv`, `.vcd` or `.jsonl`; standard output (CSV) if not given.
+    /// Write the trace to this file, as `.csv`, `.vcd` or `.jsonl` (default: CSV on standard output).
     #[arg(long, short, value_name = "FILE")]
     pub(crate) trace: Option<PathBuf>,
-    /// Start from a state that `--save` wrote, by name, even of a changed chart.
+    /// Start from a state written by `--save`; the names decide, so the chart may have changed.
     #[arg(long, value_name = "FILE")]
     pub(crate) restore: Option<String>,
     /// Write the state after the last reaction.
@@ -453,9 +468,9 @@ pub(crate) struct Sim {
 
 #[derive(Debug, Args)]
 pub(crate) struct Trace {
-    /// The dump: the bytes of `NAME_trace_byte`, or the same as hexadecimal text.
+    /// Dump of the ring: the bytes of `NAME_trace_byte`, or hexadecimal text.
     pub(crate) dump: String,
-    /// The chart that the code was built from; the options that say how it is read are given as they were to `build`.
+    /// Chart that the code was built from, with the same input options as in the build.
     #[arg(long, value_name = "FILE")]
     pub(crate) chart: String,
     #[command(flatten)]
@@ -464,28 +479,28 @@ pub(crate) struct Trace {
 
 #[derive(Debug, Args)]
 pub(crate) struct Compare {
-    /// One design: all engines run it. Two or more: the first against each of the others, by the columns that both have. Two folders: files of one name
-    /// against each other. `-` is standard input. `--board` and `--assert` are of the first design, the other options of reading of each.
+    /// One design: run it on all engines. Several designs: compare the first with each other one, by their common columns. Two folders: compare files of
+    /// equal name. `-` is standard input. `--board` and `--assert` belong to the first design, the other input options to each.
     #[command(flatten)]
     pub(crate) inputs: Inputs,
     #[command(flatten)]
     pub(crate) trust: Trust,
-    /// The stimulus, CSV.
+    /// Stimulus (CSV).
     #[arg(long, short, value_name = "FILE")]
     pub(crate) stimulus: Option<String>,
-    /// Run N random reactions; with a second design, instead of a proof.
+    /// Run N random reactions; for two designs, instead of a proof.
     #[arg(long, value_name = "N", conflicts_with = "stimulus")]
     pub(crate) random: Option<usize>,
-    /// The seed of the random reactions.
+    /// Seed of the random reactions.
     #[arg(long, value_name = "K", default_value_t = 1)]
     pub(crate) seed: u64,
-    /// A name of the second design and what it is called in the first, where that is not the same but for letter case; may be given several times.
+    /// Match a name of the second design with a name of the first; repeatable.
     #[arg(long, value_name = "OTHER=NAME")]
     pub(crate) rename: Vec<String>,
-    /// Test two designs on random reactions only, without a proof.
+    /// Test two designs on random reactions only.
     #[arg(long)]
     pub(crate) no_proof: bool,
-    /// Only these engines, separated by commas; without it all but those on microcontrollers (`sim --engine list` names them).
+    /// Run only these engines, comma-separated (default: all but the microcontrollers; `list` lists them).
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
     pub(crate) engines: Vec<String>,
 }
@@ -494,75 +509,163 @@ pub(crate) struct Compare {
 pub(crate) struct Convert {
     #[command(flatten)]
     pub(crate) input: Input,
-    /// The file to write; `-` is standard output (then say `--to`).
+    /// File to write; `-` is standard output (requires `--to`).
     pub(crate) output: PathBuf,
-    /// The format to write, where the file's name does not say it.
+    /// Format to write, if the file's name does not show it.
     #[arg(long, value_name = "FORMAT")]
     pub(crate) to: Option<String>,
 }
 
 #[derive(Debug, Args)]
 pub(crate) struct Minimise {
-    /// The table, in the format of espresso; `-` is standard input.
+    /// Table in espresso format; `-` is standard input.
     pub(crate) file: String,
-    /// Products shared between outputs, as a PLA has them (the default).
+    /// Share product terms between outputs, as in a PLA (default).
     #[arg(long, conflicts_with = "per_output")]
     pub(crate) shared: bool,
-    /// Each output by itself, as a PAL has it.
+    /// Minimise each output on its own, as in a PAL.
     #[arg(long)]
     pub(crate) per_output: bool,
-    /// Outputs may be inverted where that takes fewer products.
+    /// Invert outputs if that saves product terms.
     #[arg(long)]
     pub(crate) phase: bool,
-    /// Look for the proved minimum (the default); falls back to a bound when the budget is spent.
+    /// Search for a proved minimum (default); report a bound if the budget runs out.
     #[arg(long, conflicts_with = "heuristic")]
     pub(crate) exact: bool,
-    /// Only look for a small sum.
+    /// Only search for a small result, without a proof.
     #[arg(long)]
     pub(crate) heuristic: bool,
-    /// How much work it may be, 0 to 9; each unit allows ten times more. Counted in steps, so the result is the same on every machine.
+    /// Effort, 0 to 9; each step allows ten times the work. Counted in operations, so the result is the same on every machine.
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(0..=9))]
     pub(crate) budget: u32,
-    /// Where the small table goes; `-` is standard output (the report then goes to standard error).
+    /// Write the minimised table to this file; `-` is standard output (the report then goes to standard error).
     #[arg(long, short, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]
 pub(crate) struct Fmt {
-    /// Charts (.graf, .rules); `-` reads standard input and prints.
+    /// Charts (.graf, .rules); `-` formats standard input to standard output.
     #[arg(required = true)]
     pub(crate) files: Vec<String>,
-    /// Change nothing; exit code 1 if a file is not in canonical form.
+    /// Change nothing; exit with 1 if a file is not formatted.
     #[arg(long)]
     pub(crate) check: bool,
 }
 
 #[derive(Debug, Args)]
 pub(crate) struct Diff {
-    /// The old chart.
+    /// Old chart.
     pub(crate) old: String,
-    /// The new chart.
+    /// New chart.
     pub(crate) new: String,
-    /// The machine that both are for: tasks that declare no cost have the one that its cost model counts.
+    /// Machine whose cost model prices tasks without a declared cost.
     #[arg(long = "for", value_name = "MACHINE", value_parser = machine)]
     pub(crate) machine: Option<&'static Machine>,
-    /// How many random reactions to look for a difference in behaviour with, where the charts are too large to enumerate.
+    /// Number of random reactions to run if the charts are too large to enumerate.
     #[arg(long, value_name = "N", default_value_t = 10_000)]
     pub(crate) random: usize,
-    /// The seed of the random reactions.
+    /// Seed of the random reactions.
     #[arg(long, value_name = "K", default_value_t = 1)]
     pub(crate) seed: u64,
 }
 
 #[derive(Debug, Args)]
 pub(crate) struct Explain {
-    /// A code such as G0101; without one, all codes are listed.
+    /// Code such as G0101; without a code, list all of them.
     pub(crate) code: Option<String>,
 }
 
 #[derive(Debug, Args)]
 pub(crate) struct Completions {
-    /// The shell.
+    /// Shell.
     pub(crate) shell: clap_complete::Shell,
 }
+
+#[derive(Debug, Args)]
+pub(crate) struct Manual {
+    /// Verb, such as `build`.
+    pub(crate) verb: Option<String>,
+}
+
+/// The command line with its help: each verb shows its own options, and names the common ones in one line.
+pub(crate) fn command() -> clap::Command {
+    let command = Cli::command();
+    let common: Vec<clap::Arg> =
+        command.get_arguments().filter(|it| it.is_global_set()).cloned().collect();
+    let names: Vec<String> =
+        common.iter().filter_map(|it| it.get_long()).map(|long| format!("--{long}")).collect();
+    let line = format!("Common options: {}; see `grafsynth --help`.", names.join(", "));
+    command.mut_subcommands(|verb| {
+        let long = match EXAMPLES.iter().find(|(name, _)| *name == verb.get_name()) {
+            Some((_, examples)) => format!("Examples:\n{}\n\n{line}", examples.trim_end()),
+            None => line.clone(),
+        };
+        let hidden = common.iter().map(|it| it.clone().hide(true));
+        verb.args(hidden).after_help(line.clone()).after_long_help(long)
+    })
+}
+
+/// Two worked examples for each verb that reads files.
+const EXAMPLES: [(&str, &str); 12] = [
+    (
+        "new",
+        "  grafsynth new lamp                       # lamp/lamp.graf, .board, .csv and a Makefile
+  make -C lamp                             # check, simulate and build it",
+    ),
+    (
+        "check",
+        "  grafsynth check lamp.graf --assert 'never (motor and alarm)'
+  grafsynth check src --deny warnings      # all charts below src, in CI",
+    ),
+    (
+        "build",
+        "  grafsynth build lamp.graf --target c --for avr --report -o out
+  grafsynth build lamp.graf --target jedec --device gal22v10 -o out",
+    ),
+    (
+        "sim",
+        "  grafsynth sim lamp.graf --stimulus lamp.csv
+  grafsynth sim lamp.graf --random 1000 --seed 7 --trace lamp.vcd",
+    ),
+    (
+        "compare",
+        "  grafsynth compare old.graf new.graf      # prove them equal, or show the shortest difference
+  grafsynth compare lamp.graf --random 10000  # the chart, its C, equations, fuses and Verilog",
+    ),
+    (
+        "convert",
+        "  grafsynth convert plant.scxml plant.graf
+  grafsynth convert old.pld - --to verilog",
+    ),
+    (
+        "minimise",
+        "  grafsynth minimise table.pla -o small.pla
+  grafsynth minimise table.pla --per-output --phase --budget 1",
+    ),
+    (
+        "trace",
+        "  grafsynth build lamp.graf --target c --trace-ring 64 -o out
+  grafsynth trace dump.hex --chart lamp.graf  # after reading the ring from the machine",
+    ),
+    (
+        "fmt",
+        "  grafsynth fmt lamp.graf
+  grafsynth fmt --check *.graf             # exit with 1 if a file is not formatted",
+    ),
+    (
+        "diff",
+        "  grafsynth diff old.graf new.graf
+  grafsynth diff old.graf new.graf --message-format json",
+    ),
+    (
+        "explain",
+        "  grafsynth explain G0711
+  grafsynth explain                        # list all codes",
+    ),
+    (
+        "completions",
+        "  grafsynth completions bash > ~/.local/share/bash-completion/completions/grafsynth
+  grafsynth completions fish > ~/.config/fish/completions/grafsynth.fish",
+    ),
+];

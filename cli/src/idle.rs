@@ -74,7 +74,7 @@ fn rules(verb: &Verb) -> Vec<Rule> {
         | Verb::Explain(_)
         | Verb::Doctor
         | Verb::Completions(_)
-        | Verb::Man => Vec::new(),
+        | Verb::Man(_) => Vec::new(),
     }
 }
 
@@ -137,13 +137,14 @@ fn of_reading(files: &Files) -> Vec<Rule> {
 }
 
 /// What is said only of charts' C.
-const OF_C: [&str; 10] = [
+const OF_C: [&str; 11] = [
     "style",
     "optimise",
     "io",
     "gate",
     "safe_state",
-    "trace",
+    "trace_ring",
+    "old_trace",
     "callbacks",
     "measure",
     "package",

@@ -207,6 +207,9 @@ impl Session {
             Some(name) => Some(Format::named(name).ok_or_else(|| unknown_format(name))?),
         };
         let main = self.text(&input.file)?;
+        let is_stdin = input.file == "-";
+        let text = self.sources.get(main).filter(|_| is_stdin).map(|source| source.text.as_str());
+        let format = format.or_else(|| text.and_then(Format::guess));
         let mut texts = Texts {
             main,
             format,

@@ -5,6 +5,7 @@ mod exit;
 mod files;
 mod idle;
 mod interrupt;
+mod lists;
 mod load;
 mod memory;
 mod progress;
@@ -13,7 +14,7 @@ mod report;
 mod verbs;
 
 use args::{Cli, Verb, When};
-use clap::{CommandFactory as _, FromArgMatches as _};
+use clap::FromArgMatches as _;
 use exit::Exit;
 use load::{Session, Stop};
 use render::{MessageFormat, Style};
@@ -26,7 +27,11 @@ use std::sync::OnceLock;
 static LOST: OnceLock<String> = OnceLock::new();
 
 fn main() -> ExitCode {
-    let parsed = Cli::command()
+    if let Some(list) = lists::asked() {
+        print(&list);
+        return end(Exit::Done);
+    }
+    let parsed = args::command()
         .try_get_matches()
         .and_then(|matches| Ok((Cli::from_arg_matches(&matches)?, matches)));
     let (cli, matches) = match parsed {
@@ -76,7 +81,7 @@ fn run(cli: &Cli, session: &mut Session) -> Result<Exit, Stop> {
         Verb::Explain(arguments) => verbs::explain::run(arguments).map_err(Stop::Usage),
         Verb::Doctor => Ok(verbs::doctor::run()),
         Verb::Completions(arguments) => Ok(verbs::manual::completions(arguments.shell)),
-        Verb::Man => verbs::manual::man().map_err(Stop::Usage),
+        Verb::Man(arguments) => verbs::manual::man(arguments).map_err(Stop::Usage),
     }
 }
 
@@ -128,7 +133,7 @@ fn makes_standard_output(verb: &Verb) -> bool {
         }
         Verb::Minimise(arguments) => arguments.output.as_deref().is_some_and(is_dash),
         Verb::Fmt(arguments) => arguments.files.iter().any(|file| file == "-"),
-        Verb::Trace(_) | Verb::Explain(_) | Verb::Doctor | Verb::Completions(_) | Verb::Man => true,
+        Verb::Trace(_) | Verb::Explain(_) | Verb::Doctor | Verb::Completions(_) | Verb::Man(_) => true,
         Verb::New(_) | Verb::Build(_) | Verb::Compare(_) | Verb::Diff(_) => false,
     }
 }

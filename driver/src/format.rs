@@ -66,6 +66,75 @@ impl Format {
         Format::ALL.iter().find(|(_, _, ext)| *ext == extension).map(|(format, _, _)| *format)
     }
 
+    /// The format of a text without a file name, by the words that its language begins with; none if no language is recognised.
+    #[must_use]
+    pub fn guess(text: &str) -> Option<Format> {
+        let text = text.trim_start_matches('\u{feff}');
+        if text.contains("<scxml") {
+            return Some(Format::Scxml);
+        }
+        if text.contains("<project") {
+            return Some(Format::Plcopen);
+        }
+        // A JEDEC transmission starts with STX, perhaps after a header of the programmer.
+        if text.contains('\u{2}') {
+            return Some(Format::Jedec);
+        }
+        let code = without_comments(text);
+        let lines: Vec<Vec<&str>> = code
+            .lines()
+            .map(|line| line.split_whitespace().collect::<Vec<_>>())
+            .filter(|words| !words.is_empty())
+            .collect();
+        let has = |word: &str| lines.iter().any(|words| words[0] == word);
+        let has_any_case =
+            |word: &str| lines.iter().any(|words| words[0].eq_ignore_ascii_case(word));
+        if has(".model") {
+            return Some(Format::Blif);
+        }
+        if has(".i") {
+            return Some(if has(".s") { Format::Kiss2 } else { Format::Pla });
+        }
+        if has("module") || has("`timescale") {
+            return Some(Format::Verilog);
+        }
+        if has("Transitions:") || has("Transition") || has("Marking") {
+            return Some(Format::Rules);
+        }
+        const IEC: [&str; 7] = [
+            "PROGRAM",
+            "FUNCTION_BLOCK",
+            "FUNCTION",
+            "CONFIGURATION",
+            "INITIAL_STEP",
+            "TYPE",
+            "VAR_GLOBAL",
+        ];
+        if IEC.iter().any(|word| has_any_case(word)) {
+            return Some(Format::St);
+        }
+        if has_any_case("CHIP") && has_any_case("EQUATIONS") {
+            return Some(Format::Palasm);
+        }
+        match lines.first()?[0] {
+            "chart" | "library" | "use" | "function" => return Some(Format::Graf),
+            "net" => return Some(Format::Net),
+            _ => {}
+        }
+        if Format::of("stdin.pld", text) == Some(Format::Galasm) {
+            return Some(Format::Galasm);
+        }
+        let is_statement = |word: &str| {
+            lines.iter().any(|words| words[0].eq_ignore_ascii_case(word) && code.contains(';'))
+        };
+        if ["name", "device", "pin", "partno"].into_iter().any(is_statement) {
+            return Some(Format::Cupl);
+        }
+        let is_c = |word: &&str| lines.iter().any(|words| words[0] == *word);
+        const C: [&str; 8] = ["int", "void", "char", "static", "unsigned", "#include", "#define", "bool"];
+        C.iter().any(|word| is_c(&word)).then_some(Format::C)
+    }
+
     /// The format of that name on the command line.
     #[must_use]
     pub fn named(name: &str) -> Option<Format> {
@@ -104,9 +173,60 @@ impl Format {
     }
 }
 
+/// A text without its comments, whatever the language: block comments of C, IEC and XML, and lines that start with `//`, `;` or, but for C's directives, `#`.
+fn without_comments(text: &str) -> String {
+    let mut rest = text;
+    let mut code = String::new();
+    while let Some((at, close)) = [("/*", "*/"), ("(*", "*)"), ("<!--", "-->")]
+        .into_iter()
+        .filter_map(|(open, close)| Some((rest.find(open)?, close)))
+        .min()
+    {
+        code += &rest[..at];
+        code.push(' ');
+        rest = rest[at..].split_once(close).map_or("", |(_, after)| after);
+    }
+    code += rest;
+    let is_code = |line: &&str| {
+        let line = line.trim_start();
+        let is_directive = line.starts_with("#include") || line.starts_with("#define");
+        !line.starts_with("//")
+            && !line.starts_with(';')
+            && (!line.starts_with('#') || is_directive)
+    };
+    code.lines().filter(is_code).flat_map(|line| [line, "\n"]).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::Format;
+
+    #[test]
+    fn a_text_without_a_name_is_recognised_by_its_words() {
+        for (text, format) in [
+            ("# a lamp\nchart lamp {\n}", Some(Format::Graf)),
+            ("library chart debounce { }", Some(Format::Graf)),
+            ("# c\nStep p1, p2\nTransition t1\n", Some(Format::Rules)),
+            ("<?xml version=\"1.0\"?>\n<!-- c --><scxml version=\"1.0\">", Some(Format::Scxml)),
+            ("<?xml version=\"1.0\"?>\n<project xmlns=\"..\">", Some(Format::Plcopen)),
+            ("(* a\nmodule *)\nProgram p\nVAR END_VAR", Some(Format::St)),
+            ("net demo\npart demo level 1", Some(Format::Net)),
+            ("; old\nTITLE t\nCHIP c PAL16R4\nPIN 1 clk\nEQUATIONS\n", Some(Format::Palasm)),
+            ("Name truck;\nDevice g22v10;\nPin 1 = clk;", Some(Format::Cupl)),
+            ("; old\nGAL16V8\nTruck\n", Some(Format::Galasm)),
+            ("// net\nmodule m(input wire a);\nendmodule", Some(Format::Verilog)),
+            ("# c\n.model m\n.inputs a\n", Some(Format::Blif)),
+            (".i 2\n.o 1\n11 1\n.e", Some(Format::Pla)),
+            (".i 2\n.o 1\n.s 2\n.p 2\n", Some(Format::Kiss2)),
+            ("header\n\u{2}QP20*QF2194*", Some(Format::Jedec)),
+            ("#include <stdio.h>\n/* f */ int f(int a) { return a; }", Some(Format::C)),
+            ("int f(void) { return 1; }", Some(Format::C)),
+            ("hello", None),
+            ("", None),
+        ] {
+            assert_eq!(Format::guess(text), format, "{text}");
+        }
+    }
 
     #[test]
     fn the_extension_and_the_first_line_say_the_format() {

@@ -1,4 +1,4 @@
-//! Reads the trace ring of an emitted chart (`build --target c --trace N`, bytes as in [`grafsynth_backend_c::trace`]) and says what the chart did.
+//! Reads the trace ring of an emitted chart (`build --target c --trace-ring N`, bytes as in [`grafsynth_backend_c::trace`]) and says what the chart did.
 //!
 //! The ring holds which transitions fired in which reaction, not what the inputs were, so it is replayed without receptivities: each micro-step must be
 //! one that the situation enables and the conflict policy allows ([`Simulator::replay`]). A ring that never wrapped is replayed from reset. Of one

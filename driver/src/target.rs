@@ -2,6 +2,7 @@
 
 use grafsynth_backend_c::Style;
 use grafsynth_backend_pld::Dialect;
+use grafsynth_backend_pld::device::Device;
 
 /// A target of `build`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -20,6 +21,21 @@ pub enum Target {
     Json,
     /// A language of the user's, through a template over that JSON.
     Template,
+}
+
+/// The devices that equations and fuse maps can be for, each with its size and its other names.
+pub fn devices() -> impl Iterator<Item = (&'static str, String)> {
+    Device::all().map(|device| {
+        let mut about = format!("{} macrocells", device.n_cells());
+        if device.layout.is_none() {
+            about += ", equations only";
+        }
+        let aliases: Vec<&str> = device.aliases().collect();
+        if !aliases.is_empty() {
+            about += &format!("; also {}", aliases.join(" "));
+        }
+        (device.name, about)
+    })
 }
 
 impl Target {

@@ -303,6 +303,16 @@ impl Device {
         DEVICES.iter().find(is_named)
     }
 
+    /// All devices, each once.
+    pub fn all() -> impl Iterator<Item = &'static Device> {
+        DEVICES.iter()
+    }
+
+    /// The other names of this device, such as those of other makers.
+    pub fn aliases(&self) -> impl Iterator<Item = &'static str> {
+        ALIASES.iter().filter(|(_, own)| *own == self.name).map(|(alias, _)| *alias)
+    }
+
     /// All names that [`Device::find`] knows.
     pub fn names() -> impl Iterator<Item = &'static str> {
         DEVICES.iter().map(|device| device.name).chain(ALIASES.iter().map(|(alias, _)| *alias))

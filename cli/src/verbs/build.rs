@@ -31,13 +31,10 @@ use serde_json::json;
 use std::borrow::Cow;
 
 pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop> {
-    if arguments.target.iter().any(|target| target == "list") {
-        let list: String =
-            Target::ALL.iter().map(|(_, name, about)| format!("{name:<12} {about}\n")).collect();
-        crate::print(&list);
-        return Ok(Exit::Done);
-    }
     session.begin(&arguments.input.file);
+    if arguments.old_trace.is_some() {
+        session.note("`build --trace N` is now `--trace-ring N`; the old name will be removed in the next version\n");
+    }
     let (design, mut found) = session.design(&arguments.input)?;
     let design = match design {
         Design::Net(design) => design,
@@ -55,7 +52,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
     let targets = targets(&arguments.target)?;
     let style = Style::from_name(&arguments.style).ok_or_else(|| {
         Stop::Usage(format!(
-            "no style of C is called `{}` (there are auto, switch, tables, bits, engine, program, btrans)",
+            "unknown style `{}` (known: auto, switch, tables, bits, engine, program, btrans)",
             arguments.style
         ))
     })?;
@@ -105,7 +102,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
             },
             gate: arguments.gate,
             safe_state: arguments.safe_state,
-            trace: arguments.trace,
+            trace: arguments.trace_ring.or(arguments.old_trace),
             callbacks: arguments.callbacks,
             source,
             ..Default::default()

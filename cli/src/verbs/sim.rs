@@ -15,17 +15,9 @@ use grafsynth_sim::codes;
 use grafsynth_sim::{Difference, Expected, Simulator, Stimulus, Trace, TraceLayout, run_with};
 
 pub(crate) fn run(session: &mut Session, arguments: &Sim) -> Result<Exit, Stop> {
-    if arguments.engine == "list" {
-        let list: String = grafsynth_engines::all()
-            .iter()
-            .map(|engine| format!("{:<12} {}\n", engine.name(), engine.about()))
-            .collect();
-        crate::print(&list);
-        return Ok(Exit::Done);
-    }
     if arguments.stimulus.is_none() && arguments.random.is_none() {
         return Err(Stop::Usage(
-            "what shall happen? Give --stimulus FILE or --random N".to_owned(),
+            "no stimulus: give --stimulus FILE or --random N".to_owned(),
         ));
     }
     if let (Some(trace), Some(save)) = (&arguments.trace, &arguments.save)

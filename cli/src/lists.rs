@@ -1,0 +1,89 @@
+//! The values that an option accepts, for `--target list` and its like. They need no file, so they are answered before the command line is parsed.
+
+use grafsynth_backend_c::{Style, cost};
+use grafsynth_driver::format::Format;
+use grafsynth_driver::target::{self, Target};
+
+/// An option that has a list, its verbs, and the list: a value and what it is.
+struct List {
+    /// Its name in [`crate::args`].
+    id: &'static str,
+    options: &'static [&'static str],
+    verbs: &'static [&'static str],
+    entries: fn() -> Vec<(String, String)>,
+}
+
+const LISTS: [List; 8] = [
+    List { id: "target", options: &["--target", "-t"], verbs: &["build"], entries: targets },
+    List { id: "device", options: &["--device"], verbs: &["build"], entries: devices },
+    List { id: "style", options: &["--style"], verbs: &["build"], entries: styles },
+    List { id: "machine", options: &["--for"], verbs: &["build", "check", "diff"], entries: machines },
+    List { id: "engine", options: &["--engine", "-e"], verbs: &["sim"], entries: engines },
+    List { id: "engines", options: &["--engines"], verbs: &["compare"], entries: engines },
+    List {
+        id: "from",
+        options: &["--from"],
+        verbs: &["check", "build", "sim", "compare", "convert", "trace"],
+        entries: formats,
+    },
+    List { id: "to", options: &["--to"], verbs: &["convert"], entries: formats },
+];
+
+/// The list that the command line asks for, one value on each line.
+#[expect(clippy::disallowed_methods, reason = "a list is asked for without what the verb needs")]
+pub(crate) fn asked() -> Option<String> {
+    let words: Vec<String> =
+        std::env::args_os().map(|word| word.to_string_lossy().into_owned()).collect();
+    of(&words)
+}
+
+fn of(words: &[String]) -> Option<String> {
+    let verb = words.get(1)?;
+    let asks = |list: &List| {
+        list.options.iter().any(|option| {
+            words.iter().any(|word| *word == format!("{option}=list"))
+                || words.windows(2).any(|pair| pair[0] == *option && pair[1] == "list")
+        })
+    };
+    let list = LISTS.iter().find(|list| list.verbs.contains(&verb.as_str()) && asks(list))?;
+    let entries = (list.entries)();
+    let width = entries.iter().map(|(name, _)| name.chars().count()).max().unwrap_or_default();
+    let line = |(name, about): &(String, String)| format!("{name:<width$}  {about}");
+    Some(entries.iter().map(|entry| line(entry).trim_end().to_owned() + "\n").collect())
+}
+
+/// Each option of a verb that has a list, with its values.
+pub(crate) fn values() -> impl Iterator<Item = (&'static str, &'static str, Vec<String>)> {
+    LISTS.iter().flat_map(|list| {
+        let values = || (list.entries)().into_iter().map(|(name, _)| name).collect();
+        list.verbs.iter().map(move |verb| (*verb, list.id, values()))
+    })
+}
+
+fn targets() -> Vec<(String, String)> {
+    Target::ALL.iter().map(|(_, name, about)| ((*name).to_owned(), (*about).to_owned())).collect()
+}
+
+fn devices() -> Vec<(String, String)> {
+    target::devices().map(|(name, about)| (name.to_owned(), about)).collect()
+}
+
+fn styles() -> Vec<(String, String)> {
+    Style::ALL.iter().map(|style| (style.name().to_owned(), style.about().to_owned())).collect()
+}
+
+fn machines() -> Vec<(String, String)> {
+    cost::MACHINES.iter().map(|it| (it.name.to_owned(), it.about.to_owned())).collect()
+}
+
+fn engines() -> Vec<(String, String)> {
+    let all = grafsynth_engines::all();
+    all.iter().map(|it| (it.name().to_owned(), it.about().to_owned())).collect()
+}
+
+fn formats() -> Vec<(String, String)> {
+    Format::ALL
+        .iter()
+        .map(|(_, name, extension)| ((*name).to_owned(), format!("files `*.{extension}`")))
+        .collect()
+}
