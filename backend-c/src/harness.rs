@@ -674,7 +674,8 @@ fn steps(net: &Net, interface: &Interface) -> Vec<Node> {
             let text = string_text(&net.steps[*id].name.text);
             Node::line(format!("bench_name({prefix}_active_{name}({this}), \"{text}\", blank);"))
         };
-        let head = format!("static void bench_steps_{prefix}_{part}({parameter}const char **blank)");
+        let head =
+            format!("static void bench_steps_{prefix}_{part}({parameter}const char **blank)");
         nodes.push(Node::function(head, steps.iter().map(call).collect()));
         nodes.push(Node::blank());
     }

@@ -108,13 +108,17 @@ impl Style {
     #[must_use]
     pub fn about(self) -> &'static str {
         match self {
-            Style::Auto => "the best of switch, tables and bits for the chart (with --for: the cheapest on that machine)",
+            Style::Auto => {
+                "the best of switch, tables and bits for the chart (with --for: the cheapest on that machine)"
+            }
             Style::Switch => "a switch over a state variable for each sequential component",
             Style::Tables => "constant tables for each component that only waits for inputs",
             Style::Bits => "one bit per step, straight-line code",
             Style::Engine => "an image of the chart that a fixed engine interprets",
             Style::Program => "byte code that a fixed engine interprets, for every chart",
-            Style::Btrans => "statecharts: tables of states and of transitions sorted by event, with a fixed engine",
+            Style::Btrans => {
+                "statecharts: tables of states and of transitions sorted by event, with a fixed engine"
+            }
         }
     }
 

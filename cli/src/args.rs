@@ -271,9 +271,7 @@ fn constant(text: &str) -> Result<(String, i64), String> {
     };
     match number {
         Ok(number) => Ok((name.to_owned(), sign * number)),
-        Err(_) => Err(format!(
-            "`{value}` is not a decimal or 0x number"
-        )),
+        Err(_) => Err(format!("`{value}` is not a decimal or 0x number")),
     }
 }
 

@@ -17,7 +17,12 @@ const LISTS: [List; 8] = [
     List { id: "target", options: &["--target", "-t"], verbs: &["build"], entries: targets },
     List { id: "device", options: &["--device"], verbs: &["build"], entries: devices },
     List { id: "style", options: &["--style"], verbs: &["build"], entries: styles },
-    List { id: "machine", options: &["--for"], verbs: &["build", "check", "diff"], entries: machines },
+    List {
+        id: "machine",
+        options: &["--for"],
+        verbs: &["build", "check", "diff"],
+        entries: machines,
+    },
     List { id: "engine", options: &["--engine", "-e"], verbs: &["sim"], entries: engines },
     List { id: "engines", options: &["--engines"], verbs: &["compare"], entries: engines },
     List {

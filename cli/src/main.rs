@@ -133,7 +133,9 @@ fn makes_standard_output(verb: &Verb) -> bool {
         }
         Verb::Minimise(arguments) => arguments.output.as_deref().is_some_and(is_dash),
         Verb::Fmt(arguments) => arguments.files.iter().any(|file| file == "-"),
-        Verb::Trace(_) | Verb::Explain(_) | Verb::Doctor | Verb::Completions(_) | Verb::Man(_) => true,
+        Verb::Trace(_) | Verb::Explain(_) | Verb::Doctor | Verb::Completions(_) | Verb::Man(_) => {
+            true
+        }
         Verb::New(_) | Verb::Build(_) | Verb::Compare(_) | Verb::Diff(_) => false,
     }
 }

@@ -131,7 +131,8 @@ impl Format {
             return Some(Format::Cupl);
         }
         let is_c = |word: &&str| lines.iter().any(|words| words[0] == *word);
-        const C: [&str; 8] = ["int", "void", "char", "static", "unsigned", "#include", "#define", "bool"];
+        const C: [&str; 8] =
+            ["int", "void", "char", "static", "unsigned", "#include", "#define", "bool"];
         C.iter().any(|word| is_c(&word)).then_some(Format::C)
     }
 

@@ -16,9 +16,7 @@ use grafsynth_sim::{Difference, Expected, Simulator, Stimulus, Trace, TraceLayou
 
 pub(crate) fn run(session: &mut Session, arguments: &Sim) -> Result<Exit, Stop> {
     if arguments.stimulus.is_none() && arguments.random.is_none() {
-        return Err(Stop::Usage(
-            "no stimulus: give --stimulus FILE or --random N".to_owned(),
-        ));
+        return Err(Stop::Usage("no stimulus: give --stimulus FILE or --random N".to_owned()));
     }
     if let (Some(trace), Some(save)) = (&arguments.trace, &arguments.save)
         && trace == save
