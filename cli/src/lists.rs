@@ -35,7 +35,6 @@ const LISTS: [List; 8] = [
 ];
 
 /// The list that the command line asks for, one value on each line.
-#[expect(clippy::disallowed_methods, reason = "a list is asked for without what the verb needs")]
 pub(crate) fn asked() -> Option<String> {
     let words: Vec<String> =
         std::env::args_os().map(|word| word.to_string_lossy().into_owned()).collect();

@@ -133,7 +133,7 @@ impl Format {
         let is_c = |word: &&str| lines.iter().any(|words| words[0] == *word);
         const C: [&str; 8] =
             ["int", "void", "char", "static", "unsigned", "#include", "#define", "bool"];
-        C.iter().any(|word| is_c(&word)).then_some(Format::C)
+        C.iter().any(is_c).then_some(Format::C)
     }
 
     /// The format of that name on the command line.
