@@ -83,6 +83,17 @@ impl Dialect {
         }
     }
 
+    /// How an equation of the language makes this signal a register.
+    pub(crate) fn register(self, name: &str) -> String {
+        match self {
+            Dialect::Palasm => format!("`{name} := ..`"),
+            Dialect::Cupl => format!("`{name}.D = ..`"),
+            Dialect::Galasm => format!("`{name}.R = ..`"),
+            Dialect::Verilog => format!("`{name} <= ..` in `always @(posedge ..)`"),
+            Dialect::Blif => format!("`.latch` with the output `{name}`"),
+        }
+    }
+
     /// The usual extension of its files, without the dot.
     #[must_use]
     pub fn extension(self) -> &'static str {

@@ -76,7 +76,7 @@ impl LogicDesign {
     pub fn circuit(&self) -> Result<&Logic, Vec<Diagnostic>> {
         self.logic.as_ref().ok_or_else(|| {
             if self.beyond.is_empty() {
-                let message = "no circuit with one clock does what this text says";
+                let message = "this text is not a circuit with one clock";
                 return vec![Diagnostic::error(UNSUPPORTED, message)];
             }
             self.beyond.clone()
@@ -92,9 +92,9 @@ impl LogicDesign {
                 finding.severity = Severity::Warning;
                 finding.code = TAKEN_AS;
                 let how = if self.fuses.is_some() {
-                    "it is simulated fuse by fuse, and not compared with a proof"
+                    "it is simulated fuse by fuse but not proved"
                 } else {
-                    "it can be burned as written, and not simulated"
+                    "it can be burned as written but not simulated"
                 };
                 finding.message = format!("{}; {how}", finding.message);
             }

@@ -224,6 +224,18 @@ pub fn read(
     (design, found)
 }
 
+/// True for a transition that never fires for a reason that the reader of the text reported at the same place.
+#[must_use]
+pub fn is_consequence(finding: &Diagnostic, read: &[Diagnostic]) -> bool {
+    use grafsynth_frontend::codes::{C_CONDITION_ASSIGNS, ST_NOT_CALLED};
+    let explains = |one: &&Diagnostic| [ST_NOT_CALLED, C_CONDITION_ASSIGNS].contains(&one.code);
+    finding.code == grafsynth_verify::codes::DEAD_TRANSITION
+        && read.iter().filter(explains).any(|one| {
+            let place = one.labels.first().map(|label| label.span);
+            finding.labels.iter().any(|label| Some(label.span) == place)
+        })
+}
+
 /// The design of a text of logic. A text that gives neither a circuit nor macrocells is none.
 fn logic_design(
     said: grafsynth_backend_pld::read::Text,

@@ -94,6 +94,9 @@ pub const SCXML_NO_VALUE: Code =
     Code { id: "G0438", title: "data element without an initial value" };
 /// A chart holds something for which SCXML has no words.
 pub const SCXML_CANNOT_WRITE: Code = Code { id: "G0439", title: "not expressible in SCXML" };
+/// A transition from one region of a parallel state to another.
+pub const SCXML_REGIONS: Code =
+    Code { id: "G0440", title: "transition between regions of a parallel state" };
 
 /// C text that is no C.
 pub const C_SYNTAX: Code = Code { id: "G0481", title: "C syntax error" };
@@ -126,6 +129,10 @@ pub const C_ARRAY_LENGTH: Code = Code { id: "G0493", title: "array of unknown le
 pub const C_ARGUMENTS: Code = Code { id: "G0494", title: "wrong number of arguments" };
 /// Several functions that nothing calls.
 pub const C_ENTRY: Code = Code { id: "G0495", title: "function not used in the chart" };
+/// A condition that assigns.
+pub const C_CONDITION_ASSIGNS: Code = Code { id: "G0496", title: "assignment used as a condition" };
+/// An `if` or a loop whose body is only a semicolon.
+pub const C_EMPTY_BODY: Code = Code { id: "G0497", title: "empty body of a C statement" };
 
 /// Something else was expected at this place of an IEC 61131-3 text.
 pub const ST_UNEXPECTED: Code = Code { id: "G0441", title: "unexpected structured text" };
@@ -165,6 +172,10 @@ pub const ST_CANNOT_WRITE: Code = Code { id: "G0456", title: "not expressible in
 /// Something that is left out, renamed, or said in a pragma.
 pub const ST_LOST: Code =
     Code { id: "G0457", title: "parts changed or omitted in the written program" };
+/// An assignment whose value nothing reads before the next one.
+pub const ST_OVERWRITTEN: Code = Code { id: "G0458", title: "assignment without effect" };
+/// An instance of a standard block that is read and never called.
+pub const ST_NOT_CALLED: Code = Code { id: "G0459", title: "function block that is never called" };
 /// The XML is no PLCopen project.
 pub const PLC_PROJECT: Code = Code { id: "G0461", title: "not a PLCopen project" };
 /// A chart of a project that does not hang together.
@@ -228,6 +239,7 @@ pub const ALL: &[Code] = &[
     SCXML_NAMESPACE,
     SCXML_NO_VALUE,
     SCXML_CANNOT_WRITE,
+    SCXML_REGIONS,
     C_SYNTAX,
     C_CHARACTERS,
     C_DIRECTIVE,
@@ -243,6 +255,8 @@ pub const ALL: &[Code] = &[
     C_ARRAY_LENGTH,
     C_ARGUMENTS,
     C_ENTRY,
+    C_CONDITION_ASSIGNS,
+    C_EMPTY_BODY,
     ST_UNEXPECTED,
     ST_CHARACTER,
     ST_NOT_READ,
@@ -260,6 +274,8 @@ pub const ALL: &[Code] = &[
     ST_SIZE,
     ST_CANNOT_WRITE,
     ST_LOST,
+    ST_OVERWRITTEN,
+    ST_NOT_CALLED,
     PLC_PROJECT,
     PLC_CHART,
     PLC_MARKUP,

@@ -459,10 +459,10 @@ impl Scan {
                 return refuse(
                     Diagnostic::error(
                         codes::XML_NOT_READ,
-                        "the file has a document type, which is not read",
+                        "document types (<!DOCTYPE>) are not supported",
                     )
                     .at(span(file, at..at + end), "")
-                    .help("delete it; what it defines as an entity has to be written out"),
+                    .help("delete it, and write out the entities that it defines"),
                 );
             } else if rest.starts_with("</") {
                 open.pop();
@@ -492,10 +492,10 @@ impl Scan {
                         return refuse(
                             Diagnostic::error(
                                 codes::NESTING,
-                                format!("the element lies more than {most} levels deep"),
+                                format!("more than {most} levels of nested elements"),
                             )
                             .at(place, "")
-                            .help("raise the limit with --nesting-limit where that is meant"),
+                            .help("raise the limit with --nesting-limit"),
                         );
                     }
                     open.push(Open { place, n_namespaces });
@@ -512,10 +512,10 @@ impl Scan {
             return refuse(
                 Diagnostic::error(
                     codes::XML_NOT_READ,
-                    format!("the {} bytes of the file hold {n_nodes} pieces of markup and {n_attributes} signs of equality: they would take {TREE_FACTOR} times its size", text.len()),
+                    format!("the {} bytes of the file contain {n_nodes} tags and texts and {n_attributes} equals signs, which would need more than {TREE_FACTOR} times its size in memory", text.len()),
                 )
                 .at(span(file, 0..text.len().min(1)), "")
-                .help("no chart looks like that; is it the right file?"),
+                .help("check that this is the right file"),
             );
         }
         Scan { refused: None, unclosed: open.pop().map(|open| open.place) }
@@ -546,42 +546,49 @@ fn malformed(file: FileId, text: &str, error: &Error, unclosed: Option<Span>) ->
             .at(place, "")
     };
     match error {
-        Error::DtdDetected => Diagnostic::error(
-            codes::XML_NOT_READ,
-            "the file has a document type, which is not read",
-        )
-        .at(here, "")
-        .help("delete it; what it defines as an entity has to be written out"),
+        Error::InvalidName(_) => match bare_less_than(text, here.start as usize) {
+            Some(at) => {
+                let sign = Span::new(file, at, at + 1);
+                finding("`<` begins a tag, and no tag follows".to_owned(), sign)
+                    .help("write &lt; for the sign itself, as in `n &lt; 3`")
+                    .fix(sign, "&lt;")
+            }
+            None => finding("invalid name".to_owned(), here),
+        },
+        Error::DtdDetected => {
+            Diagnostic::error(codes::XML_NOT_READ, "document types (<!DOCTYPE>) are not supported")
+                .at(here, "")
+                .help("delete it, and write out the entities that it defines")
+        }
         Error::NodesLimitReached
         | Error::AttributesLimitReached
-        | Error::NamespacesLimitReached => {
-            Diagnostic::error(codes::XML_NOT_READ, "the file holds more than the reader can count")
-                .at(here, "")
-        }
-        Error::NoRootNode => finding("it has no element".to_owned(), end),
+        | Error::NamespacesLimitReached => Diagnostic::error(
+            codes::XML_NOT_READ,
+            "the file has too many elements, attributes or namespaces",
+        )
+        .at(here, ""),
+        Error::NoRootNode => finding("it contains no element".to_owned(), end),
         Error::UnclosedRootNode | Error::UnexpectedEndOfStream => match unclosed {
             Some(place) => finding("this element is not closed".to_owned(), place),
-            None => finding("it ends too early".to_owned(), end),
+            None => finding("unexpected end of the file".to_owned(), end),
         },
         Error::UnexpectedCloseTag(expected, actual, _) => {
             finding(format!("</{actual}> closes <{expected}>"), here)
                 .help(format!("write </{expected}> here, or close {actual} where it was opened"))
         }
-        Error::UnknownEntityReference(name, _) => {
-            finding(format!("nothing says what &{name}; stands for"), here)
-                .help("XML itself knows &lt; &gt; &amp; &quot; &apos; and numbers such as &#233;")
-        }
+        Error::UnknownEntityReference(name, _) => finding(format!("unknown entity &{name};"), here)
+            .help("XML defines &lt; &gt; &amp; &quot; &apos; and numbers such as &#233;"),
         Error::MalformedEntityReference(_) => {
-            finding("`&` begins a reference such as &amp; here".to_owned(), here)
-                .help("write &amp; where the sign itself is meant: `a &amp;&amp; b`")
+            finding("`&` begins a reference such as &amp;, and none follows".to_owned(), here)
+                .help("write &amp; for the sign itself, as in `a &amp;&amp; b`")
         }
-        Error::InvalidAttributeValue(_) => finding("`<` cannot stand in a value".to_owned(), here)
-            .help("write &lt; where the sign itself is meant: `n &lt; 3`"),
-        Error::DuplicatedAttribute(name, _) => {
-            finding(format!("the attribute {name} is given twice"), here)
+        Error::InvalidAttributeValue(_) => {
+            finding("`<` is not allowed in an attribute value".to_owned(), here)
+                .help("write &lt; for the sign itself, as in `n &lt; 3`")
         }
+        Error::DuplicatedAttribute(name, _) => finding(format!("duplicate attribute {name}"), here),
         Error::UnknownNamespace(prefix, _) => {
-            finding(format!("no namespace is declared for the prefix {prefix}"), here)
+            finding(format!("undeclared namespace prefix {prefix}"), here)
                 .help(format!("declare it at the outermost element: xmlns:{prefix}=\"...\""))
         }
         Error::InvalidXmlPrefixUri(_)
@@ -592,7 +599,6 @@ fn malformed(file: FileId, text: &str, error: &Error, unclosed: Option<Span>) ->
         | Error::UnexpectedEntityCloseTag(_)
         | Error::EntityReferenceLoop(_)
         | Error::UnexpectedDeclaration(_)
-        | Error::InvalidName(_)
         | Error::NonXmlChar(..)
         | Error::InvalidChar(..)
         | Error::InvalidChar2(..)
@@ -608,6 +614,18 @@ fn malformed(file: FileId, text: &str, error: &Error, unclosed: Option<Span>) ->
             finding(words.to_owned(), here)
         }
     }
+}
+
+/// The `<` before which, or on which, a name was expected at a byte of the text; none where the name is wrong for another reason.
+fn bare_less_than(text: &str, at: usize) -> Option<usize> {
+    let open = match text.get(..=at).filter(|part| part.ends_with('<')) {
+        Some(_) => at,
+        None => text.get(..at).filter(|part| part.ends_with('<'))?.len() - 1,
+    };
+    let next = text.get(open + 1..)?.chars().next();
+    let is_tag =
+        next.is_some_and(|c| c.is_alphabetic() || matches!(c, '_' | ':' | '/' | '!' | '?'));
+    (!is_tag).then_some(open)
 }
 
 /// The byte at a line and column, both from 1; columns count characters.

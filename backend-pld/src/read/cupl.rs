@@ -103,13 +103,13 @@ impl Parser<'_, '_> {
             .find(|signal| signal.definition.is_some_and(|own| own.is_registered));
         if let (Some(register), true) = (register, ["s", "as", "ma"].contains(&mode)) {
             let message = format!(
-                "`{}` is registered, and the device `{mnemonic}` is one in a mode without registers",
+                "`{}` is registered, but the device `{mnemonic}` selects a mode without registers",
                 register.name
             );
             let finding = Diagnostic::error(codes::DEVICE_LIMIT, message)
                 .at(register.span, "")
                 .at(span, "this device")
-                .help("the registered mode ends in `ms`; without an ending the mode follows from the equations");
+                .help("use the ending `ms` for the registered mode, or no ending to select the mode automatically");
             self.draft.report(finding);
         }
         if power_down.is_some() {
@@ -118,18 +118,18 @@ impl Parser<'_, '_> {
             let used = self.draft.signals.iter().find(|signal| signal.pin == Some(SWITCH));
             if let Some(used) = used.filter(|used| used.n_reads > 0) {
                 let message = format!(
-                    "`{}` is pin {SWITCH}, which switches a `{mnemonic}` off and is no input of its logic",
+                    "`{}` is on pin {SWITCH}, the power-down pin of a `{mnemonic}`, which is not a logic input",
                     used.name
                 );
                 let finding = Diagnostic::error(codes::DEVICE_LIMIT, message)
                     .at(used.span, "")
                     .at(span, "this device")
-                    .help("name the device without `cp` to have the pin as an input");
+                    .help("name the device without `cp` to use the pin as an input");
                 self.draft.report(finding);
                 return;
             }
             let message = format!(
-                "the pin that switches a `{mnemonic}` off is left out: the device is read as a {}",
+                "the power-down pin of a `{mnemonic}` is ignored: the device is read as a {}",
                 device.name
             );
             self.draft.report_beyond(
@@ -141,11 +141,12 @@ impl Parser<'_, '_> {
     /// `SEQUENCE f { .. }` and its like.
     fn refuse_block(&mut self) -> Option<()> {
         let token = self.lexer.token;
-        let message = format!("`{}` is not read: write its functions as equations", token.text);
+        let message =
+            format!("`{}` is not supported: write its functions as equations", token.text);
         self.draft.report(
             Diagnostic::error(codes::UNSUPPORTED, message)
                 .at(self.lexer.span(), "")
-                .help("CUPL's own listing (.doc) has the equations that it makes of them"),
+                .help("copy the equations from CUPL's listing (.doc)"),
         );
         let mut depth = 0_u32;
         while self.lexer.token.kind != Kind::End {
@@ -167,8 +168,7 @@ impl Parser<'_, '_> {
     /// Wishes about the minimiser and the fitter say nothing about what the circuit does.
     fn left_out(&mut self) -> Option<()> {
         let (span, token) = (self.lexer.span(), self.lexer.token);
-        let message =
-            format!("`{}` is left out: it says nothing about what the circuit does", token.text);
+        let message = format!("`{}` is ignored: it does not change the circuit", token.text);
         self.draft.report(Diagnostic::warning(codes::TAKEN_AS, message).at(span, "this statement"));
         while self.lexer.token.kind != Kind::End && !self.lexer.eat(";") {
             self.lexer.advance();
@@ -202,7 +202,7 @@ impl Parser<'_, '_> {
             Ok(field) => field,
             Err(why) => {
                 let message =
-                    format!("the bits of the field `{}` have no numbers: {why}", name.text);
+                    format!("the bits of the field `{}` are not numbered: {why}", name.text);
                 self.draft.error(codes::UNSUPPORTED, whole, message);
                 return Some(());
             }
@@ -229,7 +229,7 @@ impl Parser<'_, '_> {
                 self.draft.error(
                     codes::UNSUPPORTED,
                     span,
-                    "`$DEFINE` of a sign is not read: write the sign itself",
+                    "`$DEFINE` of an operator is not supported: write the operator itself",
                 );
                 self.lexer.advance();
                 self.lexer.skip_line();
@@ -249,7 +249,7 @@ impl Parser<'_, '_> {
                 self.draft.error(
                     codes::UNSUPPORTED,
                     whole,
-                    "`$DEFINE` is read for one expression of one bit",
+                    "`$DEFINE` is supported only for one expression of one bit",
                 );
                 self.lexer.skip_line();
                 return Some(());
@@ -267,8 +267,7 @@ impl Parser<'_, '_> {
             self.names.defined.insert(id, weakest);
             return Some(());
         }
-        let message =
-            format!("`${}` is not read: run the text through CUPL's preprocessor first", word.text);
+        let message = format!("`${}` is not supported: run CUPL's preprocessor first", word.text);
         self.draft.error(codes::UNSUPPORTED, span, message);
         self.lexer.advance();
         if !self.lexer.token.is_first {
@@ -281,7 +280,8 @@ impl Parser<'_, '_> {
         let number = number::definition(&mut self.lexer, self.draft, &self.names)?;
         let whole = self.lexer.span_from(start);
         if !self.lexer.token.is_first {
-            let message = format!("`$DEFINE {name}` is read for one number or one expression");
+            let message =
+                format!("`$DEFINE {name}` is supported only for one number or one expression");
             self.draft.error(codes::UNSUPPORTED, whole, message);
             self.lexer.skip_line();
         } else if self.names.numbers.insert(name.to_owned(), number).is_some() {
@@ -374,15 +374,10 @@ impl Parser<'_, '_> {
                     format!("a {} has no pin {number}: it has {}", device.name, device.n_pins);
                 self.draft.error(codes::DEVICE_LIMIT, span, message);
             }
-            let taken = number
-                .filter(|_| !is_node)
-                .and_then(|_| self.draft.signals.iter().find(|signal| signal.pin == number));
-            if let Some(other) = taken {
-                let message = format!("pin {} is `{}` already", number.unwrap_or(0), other.name);
-                let finding = Diagnostic::error(codes::DEFINED_TWICE, message)
-                    .at(span, "here")
-                    .at(other.span, "and here");
-                self.draft.report(finding);
+            let taken =
+                number.filter(|_| !is_node).and_then(|pin| Some((pin, self.draft.with_pin(pin)?)));
+            if let Some((pin, other)) = taken {
+                self.draft.pin_taken(pin, other, span);
             }
             let signal = self.draft.at(id);
             signal.pin = number.filter(|_| !is_node);
@@ -532,10 +527,10 @@ impl Parser<'_, '_> {
         if is_defined {
             let finding = Diagnostic::error(
                 codes::DEFINED_TWICE,
-                format!("`{}` is a name of `$DEFINE` and cannot be assigned", name.text),
+                format!("`{}` is defined by `$DEFINE` and cannot be assigned", name.text),
             )
             .at(self.lexer.span_from(start), "assigned here")
-            .help("write the signal itself, or another name");
+            .help("assign the signal itself, or use another name");
             self.draft.report(finding);
             return Some(());
         }
@@ -613,7 +608,7 @@ impl Parser<'_, '_> {
                         {
                             let name = &self.draft.signals[id as usize].name;
                             let message = format!(
-                                "`APPEND` adds to `{name}` in another form than its first equation"
+                                "`APPEND` to `{name}` has a different form than its first equation"
                             );
                             let finding = Diagnostic::error(codes::DEFINED_TWICE, message)
                                 .at(definition.span, "here")
@@ -650,7 +645,7 @@ impl Parser<'_, '_> {
             }
             Some(other) => {
                 let message = format!(
-                    "`.{other}` is not supported by this reader: known are .d .t .ck .ar .sp .oe"
+                    "unsupported extension `.{other}`; supported are .d .t .ck .ar .sp .oe"
                 );
                 let at = extension.as_ref().map_or(span, |(span, _)| *span);
                 self.draft.error(codes::UNSUPPORTED, at, message);

@@ -121,6 +121,10 @@ pub(crate) struct Draft {
     pub(crate) tristate: BTreeSet<SignalId>,
     /// What a circuit with one clock cannot say of this text (errors), or says in a simpler sense (warnings). A device may well hold it.
     pub(crate) beyond: Vec<Diagnostic>,
+    /// The language of the text.
+    dialect: Dialect,
+    /// Pins that are given to a second signal: the pin, its first signal, and the place of the second one.
+    taken: Vec<(u32, SignalId, Span)>,
 }
 
 impl Draft {
@@ -151,6 +155,8 @@ impl Draft {
             clocks: BTreeMap::new(),
             tristate: BTreeSet::new(),
             beyond: Vec::new(),
+            dialect,
+            taken: Vec::new(),
         }
     }
 
@@ -181,10 +187,8 @@ impl Draft {
     pub(crate) fn warn_of_no_first_value(&mut self, registers: &[(String, Span)]) {
         let Some((first, span)) = registers.first() else { return };
         let message = match registers.len() {
-            1 => format!("the register `{first}` has no first value; it is taken as 0"),
-            n => format!(
-                "{n} registers have no first value (`{first}` is the first); they are taken as 0"
-            ),
+            1 => format!("register `{first}` has no initial value; 0 is used"),
+            n => format!("{n} registers have no initial value (the first is `{first}`); 0 is used"),
         };
         self.report(Diagnostic::warning(codes::TAKEN_AS, message).at(*span, ""));
     }
@@ -195,8 +199,10 @@ impl Draft {
         if let (Some(device), Some(pin)) = (device, signal.pin)
             && device.macrocell(pin).is_none()
         {
-            let message =
-                format!("`{}` is pin {pin} of a {}, which is no output", signal.name, device.name);
+            let message = format!(
+                "`{}` is on pin {pin} of a {}, which is not an output",
+                signal.name, device.name
+            );
             self.error(codes::DEVICE_LIMIT, span, message);
         }
     }
@@ -233,6 +239,12 @@ impl Draft {
         self.by_name.get(&key).copied()
     }
 
+    /// The signal on a pin, if there is one.
+    pub(crate) fn with_pin(&self, pin: u32) -> Option<SignalId> {
+        let found = self.signals.iter().position(|signal| signal.pin == Some(pin))?;
+        SignalId::try_from(found).ok()
+    }
+
     pub(crate) fn at(&mut self, id: SignalId) -> &mut Signal {
         &mut self.signals[id as usize]
     }
@@ -248,11 +260,52 @@ impl Draft {
             let first = signal.span;
             self.report(
                 Diagnostic::error(codes::DEFINED_TWICE, format!("`{name}` is declared twice"))
-                    .at(span, "here")
-                    .at(first, "and here"),
+                    .at(span, "declared again here")
+                    .at(first, "first declared here"),
             );
         }
         id
+    }
+
+    /// Reports a signal on a pin that another one has; which pins are free is known at the end.
+    pub(crate) fn pin_taken(&mut self, pin: u32, other: SignalId, span: Span) {
+        self.taken.push((pin, other, span));
+    }
+
+    /// The findings about pins with two signals.
+    fn check_pins(&mut self) {
+        for (pin, other, span) in std::mem::take(&mut self.taken) {
+            let first = &self.signals[other as usize];
+            let message = format!("pin {pin} is already assigned to `{}`", first.name);
+            let mut finding = Diagnostic::error(codes::DEFINED_TWICE, message)
+                .at(span, "assigned again here")
+                .at(first.span, "first assigned here");
+            let is_free = |pin: &u32| self.signals.iter().all(|signal| signal.pin != Some(*pin));
+            // A pin that only reads may be any; an output needs a macrocell.
+            if let Some(device) = self.device {
+                let wants_output = self
+                    .signals
+                    .iter()
+                    .any(|signal| signal.span == span && signal.definition.is_some());
+                let cells = device.macrocells.iter().map(|cell| cell.pin);
+                let mut free: Vec<u32> = if wants_output {
+                    cells.filter(is_free).collect()
+                } else {
+                    device.inputs.iter().copied().filter(is_free).collect()
+                };
+                free.sort_unstable();
+                let shown: Vec<String> = free.iter().take(6).map(u32::to_string).collect();
+                if !shown.is_empty() {
+                    let what = if wants_output { "outputs" } else { "inputs" };
+                    finding = finding.help(format!(
+                        "use another pin; free {what} of the {}: {}",
+                        device.name,
+                        shown.join(", ")
+                    ));
+                }
+            }
+            self.report(finding);
+        }
     }
 
     /// Gives a signal its function; a second one is a finding.
@@ -261,11 +314,11 @@ impl Draft {
         match signal.definition {
             None => signal.definition = Some(definition),
             Some(first) => {
-                let message = format!("`{}` has two functions", signal.name);
+                let message = format!("`{}` is assigned twice", signal.name);
                 self.report(
                     Diagnostic::error(codes::DEFINED_TWICE, message)
-                        .at(definition.span, "here")
-                        .at(first.span, "and here"),
+                        .at(definition.span, "assigned again here")
+                        .at(first.span, "first assigned here"),
                 );
             }
         }
@@ -324,6 +377,7 @@ impl Draft {
 
     /// The circuit, if nothing is wrong.
     pub(crate) fn finish(&mut self) -> Option<Logic> {
+        self.check_pins();
         self.check_names();
         if self.unreported > 0 {
             let message = format!("{} more findings are not shown", self.unreported);
@@ -372,7 +426,12 @@ impl Draft {
                     found.push(
                         Diagnostic::error(
                             codes::UNDEFINED,
-                            format!("`{}` has no function", signal.name),
+                            match signal.role {
+                                Role::Output => {
+                                    format!("output `{}` is never assigned", signal.name)
+                                }
+                                _ => format!("`{}` is read and never assigned", signal.name),
+                            },
                         )
                         .at(signal.span, "declared here"),
                     )
@@ -380,18 +439,18 @@ impl Draft {
                 (Role::Input | Role::Clock, Some(definition)) => found.push(
                     Diagnostic::error(
                         codes::DEFINED_TWICE,
-                        format!("`{}` is an input and has a function too", signal.name),
+                        format!("input `{}` is assigned", signal.name),
                     )
-                    .at(definition.span, "given here")
+                    .at(definition.span, "assigned here")
                     .at(signal.span, "declared here"),
                 ),
                 (Role::Clock, None) if (signal.n_reads > 0) => clocks.push(
                     Diagnostic::error(
                         codes::UNSUPPORTED,
-                        format!("the clock `{}` is read as a signal too", signal.name),
+                        format!("clock `{}` is also read as a signal", signal.name),
                     )
                     .at(signal.span, "this clock")
-                    .help("use an input of its own for it"),
+                    .help("use a separate input for the signal"),
                 ),
                 (Role::Pin | Role::Input | Role::Output | Role::Internal | Role::Clock, _) => {}
             }
@@ -482,10 +541,13 @@ impl Draft {
             let names: Vec<&str> =
                 members.iter().take(6).map(|&member| self.signals[member].name.as_str()).collect();
             let dots = if members.len() > 6 { ", .." } else { "" };
-            let message =
-                format!("combinational functions need each other: {}{dots}", names.join(", "));
+            let message = match names.as_slice() {
+                [only] => format!("combinational loop: `{only}` depends on itself"),
+                _ => format!("combinational loop through {}{dots}", names.join(", ")),
+            };
+            let help = self.dialect.register(names.first().copied().unwrap_or("q"));
             let mut finding = Diagnostic::error(codes::LOOP, message)
-                .help("a circuit with one clock has no such loop: register one of them");
+                .help(format!("for a register, write {help}"));
             for &member in members.iter().take(6) {
                 if let Some(definition) = self.signals[member].definition {
                     finding = finding.at(definition.span, "");

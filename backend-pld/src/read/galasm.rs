@@ -88,17 +88,17 @@ impl<'a> Parser<'a, '_> {
         let Some(device) = DEVICES.iter().find(|device| device.name.eq_ignore_ascii_case(name))
         else {
             let mut finding = if name.is_empty() {
-                Diagnostic::error(codes::SYNTAX, "the first line names the device, and it is empty")
-                    .at(span, "")
+                Diagnostic::error(
+                    codes::SYNTAX,
+                    "expected the device on the first line, which is empty",
+                )
+                .at(span, "")
             } else {
                 Diagnostic::error(
                     codes::UNKNOWN_DEVICE,
-                    format!(
-                        "the device `{}` is not known",
-                        name.chars().take(30).collect::<String>()
-                    ),
+                    format!("unknown device `{}`", name.chars().take(30).collect::<String>()),
                 )
-                .at(span, "the first line names the device")
+                .at(span, "expected a device here")
             };
             let known: Vec<String> =
                 DEVICES.iter().map(|device| device.name.to_ascii_uppercase()).collect();
@@ -164,7 +164,7 @@ impl<'a> Parser<'a, '_> {
             self.lexer.span_from(start)
         };
         let message = format!(
-            "the {row} row of pins has {found} names, and a {} has {count} pins on each side",
+            "the {row} row of pins has {found} names, but a {} has {count} pins on each side",
             self.device.name
         );
         self.draft.error(codes::DEVICE_LIMIT, span, message);
@@ -198,7 +198,7 @@ impl<'a> Parser<'a, '_> {
         }
         if device.has_global_reset && (name == "AR" || name == "SP") {
             let message = format!(
-                "`{name}` is the {} of all registers of a {}, and no pin",
+                "`{name}` is the {} of all registers of a {}, not a pin",
                 if name == "AR" { "reset" } else { "preset" },
                 device.name
             );
@@ -248,10 +248,19 @@ impl<'a> Parser<'a, '_> {
             None
         };
         if self.lexer.token.is_first || !self.lexer.eat("=") {
-            let message =
-                format!("expected `=` after `{}`, found {}", name.text, self.lexer.token.shown());
-            let span = self.lexer.span_from(start);
-            self.draft.error(codes::SYNTAX, span, message);
+            let sign = self.lexer.span();
+            if self.lexer.token.is(":=") {
+                let whole = Span::new(sign.file, span.end as usize, sign.end as usize);
+                let finding = Diagnostic::error(codes::SYNTAX, "GALasm has no operator `:=`")
+                    .at(sign, "expected `=`")
+                    .help(format!("write `{}.R =` for a register", name.text))
+                    .fix(whole, ".R =");
+                self.draft.report(finding);
+            } else {
+                let found = self.lexer.token.shown();
+                let message = format!("expected `=` after `{}`, found {found}", name.text);
+                self.draft.error(codes::SYNTAX, sign, message);
+            }
             return None;
         }
         let read = sum(&mut self.lexer, self.draft, &GRAMMAR)?;
@@ -280,7 +289,7 @@ impl<'a> Parser<'a, '_> {
                     self.draft.error(
                         codes::SYNTAX,
                         span,
-                        format!("`{}` takes no extension, here `.{extension}`", name.text),
+                        format!("extension `.{extension}` is not allowed on `{}`", name.text),
                     );
                 }
                 None
@@ -297,7 +306,7 @@ impl<'a> Parser<'a, '_> {
                 self.draft.report(
                     finding
                         .at(span, "")
-                        .help("known are .R .T .E, and on a gal20ra10 .CLK .ARST .APRST"),
+                        .help("use .R, .T or .E, and on a gal20ra10 also .CLK, .ARST or .APRST"),
                 );
                 return Some(());
             }
@@ -314,7 +323,7 @@ impl<'a> Parser<'a, '_> {
             self.draft.error(
                 codes::DEVICE_LIMIT,
                 span,
-                format!("`{}` cannot have a function", name.text),
+                format!("`{}` cannot be assigned", name.text),
             );
             return Some(());
         }
@@ -322,7 +331,7 @@ impl<'a> Parser<'a, '_> {
         let pin = self.draft.at(id).pin;
         if let Some(pin) = pin.filter(|pin| self.device.macrocell(*pin).is_none()) {
             let message = format!(
-                "`{}` is pin {pin} of a {}, which is no output",
+                "`{}` is on pin {pin} of a {}, which is not an output",
                 name.text, self.device.name
             );
             self.draft.error(codes::DEVICE_LIMIT, span, message);
@@ -387,10 +396,8 @@ impl<'a> Parser<'a, '_> {
             );
         }
         if definition.terms > 1 {
-            let message = format!(
-                "{what} has {} product terms, and the device has one for it",
-                definition.terms
-            );
+            let message =
+                format!("{what} has {} product terms, but the device has one", definition.terms);
             self.draft.error(codes::DEVICE_LIMIT, definition.span, message);
         }
     }
@@ -409,24 +416,24 @@ impl<'a> Parser<'a, '_> {
                         device.name
                     ))
                 }
-                (_, None) => Some(format!("`{name}` has a control and no function")),
+                (_, None) => Some(format!("`{name}` has a control but no equation")),
                 (Control::Clock | Control::Reset | Control::Preset, Some(function))
                     if !function.is_registered =>
                 {
-                    Some(format!("`{name}` is not registered, so this control does nothing"))
+                    Some(format!("`{name}` is not registered, so this control has no effect"))
                 }
                 (Control::Enable, Some(function))
                     if function.is_registered && device.power_up == PowerUp::PinsHigh =>
                 {
                     Some(format!(
-                        "all registered pins of a {} are enabled by one pin, not by a term",
+                        "all registered pins of a {} are enabled by one pin, not by a product term",
                         device.name
                     ))
                 }
                 (Control::Enable, Some(function))
                     if !function.is_registered && !self.draft.tristate.contains(&id) =>
                 {
-                    Some(format!("`{name}` has an enable, so its function is written `{name}.T`"))
+                    Some(format!("`{name}` has an output enable: write its equation as `{name}.T`"))
                 }
                 (Control::Enable | Control::Clock | Control::Reset | Control::Preset, Some(_)) => {
                     None
@@ -476,7 +483,7 @@ impl<'a> Parser<'a, '_> {
             {
                 let name = &signal.name;
                 let message = format!(
-                    "`{name}` is registered and has no clock: a {} takes it from `{name}.CLK`",
+                    "`{name}` is registered but has no clock: on a {}, write `{name}.CLK`",
                     device.name
                 );
                 found.push((function.span, message));
@@ -484,12 +491,12 @@ impl<'a> Parser<'a, '_> {
             let is_control = device.control_pins.contains(&pin);
             let is_clock_pin = device.clock == Clock::Pin(pin);
             if signal.n_reads > 0 && is_v8 && has_registers && (is_control || is_clock_pin) {
-                found.push((signal.read_at.unwrap_or(signal.span), format!("pin {pin} of a {} with registers is its clock or enable, and no input: `{}`", device.name, signal.name)));
+                found.push((signal.read_at.unwrap_or(signal.span), format!("pin {pin} of a {} with registers is the clock or enable, not an input: `{}`", device.name, signal.name)));
             } else if signal.n_reads > 0 && is_control && !device.free_when_combinational {
                 found.push((
                     signal.read_at.unwrap_or(signal.span),
                     format!(
-                        "pin {pin} of a {} controls all outputs and is no input: `{}`",
+                        "pin {pin} of a {} controls all outputs and is not an input: `{}`",
                         device.name, signal.name
                     ),
                 ));
@@ -530,7 +537,7 @@ impl<'a> Parser<'a, '_> {
                     found.push((
                         function.span,
                         format!(
-                            "`{}` has {} product terms, and the macrocell of pin {pin} has {limit}",
+                            "`{}` has {} product terms, but the macrocell of pin {pin} has {limit}",
                             signal.name, function.terms
                         ),
                     ));

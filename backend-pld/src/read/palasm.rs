@@ -75,6 +75,43 @@ pub(crate) fn finish(draft: &mut Draft, device: Option<&'static Device>, clock: 
             };
         }
     }
+    if let (Some(device), Some(pin), None) = (device, clock_pin, clock) {
+        check_clock_pin(draft, device, pin);
+    }
+}
+
+/// Warns of a signal that is named as a clock, on a pin that clocks nothing: the clock pin of the device has no name, and nothing reads the signal.
+fn check_clock_pin(draft: &mut Draft, device: &Device, clock_pin: u32) {
+    if draft.with_pin(clock_pin).is_some() || !draft.clocks.is_empty() {
+        return;
+    }
+    let is_clock = |name: &str| {
+        let name = name.to_ascii_lowercase();
+        name.contains("clk") || name.contains("clock")
+    };
+    let idle = draft.signals.iter().find(|signal| {
+        signal.definition.is_none()
+            && signal.n_reads == 0
+            && signal.pin.is_some_and(|pin| pin != clock_pin)
+            && is_clock(&signal.name)
+    });
+    let register = draft
+        .signals
+        .iter()
+        .find_map(|signal| signal.definition.filter(|definition| definition.is_registered));
+    let (Some(idle), Some(register)) = (idle, register) else { return };
+    let pin = idle.pin.unwrap_or(0);
+    let finding = Diagnostic::warning(
+        codes::DEVICE_LIMIT,
+        format!(
+            "`{}` on pin {pin} clocks nothing: pin {clock_pin} clocks the registers of a {}",
+            idle.name, device.name
+        ),
+    )
+    .at(idle.span, "no equation reads this signal")
+    .at(register.span, format!("clocked by pin {clock_pin}, which has no name"))
+    .help(format!("connect the clock to pin {clock_pin}: declare `{}` there", idle.name));
+    draft.report(finding);
 }
 
 /// The pin without a number that is the clock by its name. Of several it is the first: a text of ours lists the clock before the inputs, as `clk_2` where
@@ -97,9 +134,8 @@ fn clock_by_name(draft: &Draft) -> Option<SignalId> {
 pub(crate) fn find_device(draft: &mut Draft, name: &str, span: Span) -> Option<&'static Device> {
     let device = Device::find(name);
     if device.is_none() {
-        let message = format!(
-            "the device `{name}` is not in the tables: its registers are taken to wake at 0, with pins by polarity"
-        );
+        let message =
+            format!("unknown device `{name}`: its registers are assumed to power up at 0");
         draft.report(Diagnostic::warning(codes::UNKNOWN_DEVICE, message).at(span, "this device"));
     }
     device
@@ -161,17 +197,14 @@ impl<'a> Parser<'a, '_> {
                 "simulation" => return,
                 "state" | "conditions" => {
                     let message = format!(
-                        "the {} section is not read: write its functions as equations",
+                        "the {} section is not supported: write its functions as equations",
                         token.text
                     );
                     self.draft.error(codes::UNSUPPORTED, span, message);
                     self.skip_section();
                 }
                 _ => {
-                    let message = format!(
-                        "expected a statement of the declarations, found {}",
-                        token.shown()
-                    );
+                    let message = format!("expected a declaration, found {}", token.shown());
                     self.draft.error(codes::SYNTAX, span, message);
                     self.lexer.advance();
                     self.lexer.skip_line();
@@ -212,7 +245,7 @@ impl<'a> Parser<'a, '_> {
             && pin != device.n_pins
         {
             let message =
-                format!("{pin} pins are named, and a {} has {}", device.name, device.n_pins);
+                format!("{pin} pins are named, but a {} has {}", device.name, device.n_pins);
             self.draft.error(codes::DEVICE_LIMIT, self.lexer.span(), message);
         }
         self.equations();
@@ -280,7 +313,7 @@ impl<'a> Parser<'a, '_> {
             && !(device.n_pins..=device.n_pins + 1).contains(&pin)
         {
             let message =
-                format!("{pin} pins are named, and a {} has {}", device.name, device.n_pins);
+                format!("{pin} pins are named, but a {} has {}", device.name, device.n_pins);
             self.draft.error(codes::DEVICE_LIMIT, self.draft.name.span, message);
         }
     }
@@ -327,14 +360,10 @@ impl<'a> Parser<'a, '_> {
                     format!("a {} has no pin {pin}: it has {}", device.name, device.n_pins);
                 self.draft.error(codes::DEVICE_LIMIT, number_span, message);
             }
-            let taken =
-                pin.and_then(|_| self.draft.signals.iter().find(|signal| signal.pin == pin));
-            if let Some(other) = taken {
-                let message = format!("pin {} is `{}` already", number.text, other.name);
-                let finding = Diagnostic::error(codes::DEFINED_TWICE, message)
-                    .at(number_span, "here")
-                    .at(other.span, "and here");
-                self.draft.report(finding);
+            if let Some(pin) = pin
+                && let Some(other) = self.draft.with_pin(pin)
+            {
+                self.draft.pin_taken(pin, other, span);
             }
         }
         let role = if is_node { Role::Internal } else { Role::Pin };
@@ -400,10 +429,8 @@ impl<'a> Parser<'a, '_> {
                 self.draft.error(codes::SYNTAX, lexer.span(), message);
             }
             if read.terms > 1 {
-                let message = format!(
-                    "the string `{}` is a sum; it is read as if it stood in parentheses",
-                    name.text
-                );
+                let message =
+                    format!("the string `{}` is a sum; it is read as if in parentheses", name.text);
                 self.draft
                     .report(Diagnostic::warning(codes::TAKEN_AS, message).at(span, "this text"));
             }
@@ -477,7 +504,7 @@ impl<'a> Parser<'a, '_> {
             self.draft.error(
                 codes::UNSUPPORTED,
                 span,
-                "`IF` and `CASE` of PALASM 4 are not read: write sums of products",
+                "`IF` and `CASE` of PALASM 4 are not supported: write sums of products",
             );
             return None;
         }
@@ -490,8 +517,10 @@ impl<'a> Parser<'a, '_> {
             ":=" => true,
             "=" => false,
             "*=" => {
-                let message =
-                    format!("`{}` is a latch, and a synchronous circuit has none", name.text);
+                let message = format!(
+                    "latch `{}` is not supported: the circuit must be synchronous",
+                    name.text
+                );
                 self.draft.error(codes::UNSUPPORTED, self.lexer.span(), message);
                 return None;
             }
@@ -590,7 +619,7 @@ impl<'a> Parser<'a, '_> {
         match (suffix.text.to_ascii_lowercase().as_str(), of) {
             ("cmbf", Some(_)) => {
                 let message =
-                    "`.CMBF` is not supported by this reader: a pin is registered or it is not";
+                    "`.CMBF` is not supported: a pin is either registered or combinational";
                 self.draft.error(codes::UNSUPPORTED, suffix_span, message);
             }
             ("trst", Some(id)) => enable(self.draft, id, definition),
@@ -607,7 +636,7 @@ impl<'a> Parser<'a, '_> {
             ("rstf", of) => preset(self.draft, of, false, definition),
             _ => {
                 let message = format!(
-                    "`.{}` is not supported by this reader: known are .TRST .CLKF .SETF .RSTF",
+                    "unsupported extension `.{}`; supported are .TRST .CLKF .SETF .RSTF",
                     suffix.text
                 );
                 self.draft.error(codes::UNSUPPORTED, suffix_span, message);
@@ -629,7 +658,7 @@ pub(crate) fn enable(draft: &mut Draft, id: SignalId, definition: Definition) {
     if !matches!(draft.kind(definition.value), super::draft::Expr::Const(true)) {
         let name = &draft.signals[id as usize].name;
         let message =
-            format!("the output enable of `{name}` is dropped: the pin is taken as always driven");
+            format!("the output enable of `{name}` is ignored: the pin is read as always driven");
         draft.report_beyond(
             Diagnostic::warning(codes::TAKEN_AS, message).at(definition.span, "this enable"),
         );
@@ -642,8 +671,7 @@ pub(crate) fn clock_of(draft: &mut Draft, definition: &Definition) -> Option<Sig
         draft.at(signal).n_reads -= 1;
         return Some(signal);
     }
-    let message =
-        "this clock is no plain pin: one synchronous circuit has one clock, its rising edge";
+    let message = "the clock is not a plain pin; only the rising edge of one pin is supported";
     draft.report_beyond(
         Diagnostic::error(codes::UNSUPPORTED, message)
             .at(definition.span, "")
@@ -675,7 +703,7 @@ pub(crate) fn one_clock(
                 Diagnostic::error(codes::UNSUPPORTED, message)
                     .at(span, "here")
                     .at(*known_span, "and here")
-                    .help("one synchronous circuit has one clock: read the parts as circuits of their own"),
+                    .help("only circuits with one clock are supported: split the file, one circuit per clock"),
             );
         }
     }
@@ -689,12 +717,11 @@ pub(crate) fn preset(draft: &mut Draft, of: Option<SignalId>, to: bool, definiti
     let what = if to { "set" } else { "reset" };
     // The preset of a 22V10 is synchronous; everything else acts at once.
     if !(to && of.is_none()) {
-        let message =
-            format!("this {what} acts at once on the device and is taken to act at the next clock");
+        let message = format!("this asynchronous {what} is read as a synchronous one");
         draft.report_beyond(Diagnostic::warning(codes::TAKEN_AS, message).at(definition.span, ""));
     }
     if let Some(first) = draft.controls.insert((of, to), definition) {
-        let message = format!("there are two conditions for one {what}");
+        let message = format!("two conditions for one {what}");
         draft.report(
             Diagnostic::error(codes::DEFINED_TWICE, message)
                 .at(definition.span, "here")

@@ -31,11 +31,11 @@ pub(crate) fn parse(text: &str, draft: &mut Draft) {
             Role::Input => signal.role = Role::Clock,
             Role::Clock | Role::Unknown => {}
             Role::Pin | Role::Output | Role::Internal => {
-                let message = format!("the clock `{}` is no input", signal.name);
+                let message = format!("clock `{}` is not an input", signal.name);
                 let error = Diagnostic::error(codes::UNSUPPORTED, message)
                     .at(span, "this clock")
                     .at(signal.span, "declared here")
-                    .help("a synchronous circuit has one clock, which comes from outside");
+                    .help("declare the clock as an input: a synchronous circuit has one external clock");
                 draft.report(error);
             }
         }
@@ -57,7 +57,8 @@ pub(crate) fn parse(text: &str, draft: &mut Draft) {
         match &mut signal.definition {
             Some(definition) if definition.is_registered => definition.init = init,
             Some(_) | None => {
-                let message = format!("`{}` has a first value and is no register", signal.name);
+                let message =
+                    format!("`{}` has an initial value but is not a register", signal.name);
                 draft.error(codes::UNSUPPORTED, span, message);
             }
         }
@@ -111,8 +112,7 @@ impl<'a> Parser<'a, '_> {
         while self.lexer.token.kind != Kind::End && !self.draft.is_hopeless() {
             if self.lexer.eat_word("endmodule") {
                 if self.lexer.token.is_word("module") {
-                    let message =
-                        "a second module is not supported by this reader: it reads one flat module";
+                    let message = "a second module is not supported: write one flat module";
                     self.draft.error(codes::UNSUPPORTED, self.lexer.span(), message);
                 } else if self.lexer.token.kind != Kind::End {
                     let message = format!(
@@ -171,7 +171,7 @@ impl<'a> Parser<'a, '_> {
             self.draft.error(
                 codes::UNSUPPORTED,
                 self.lexer.span(),
-                "vectors are not supported by this reader: every signal has one bit",
+                "vectors are not supported: declare each bit as a signal",
             );
             return None;
         }
@@ -245,7 +245,7 @@ impl<'a> Parser<'a, '_> {
             return self.always();
         }
         let message = format!(
-            "{} is not supported by this reader: it reads `wire`, `reg`, `assign`, `initial` and one clocked `always`",
+            "{} is not supported: expected `wire`, `reg`, `assign`, `initial` or one clocked `always`",
             token.shown()
         );
         self.draft.error(codes::UNSUPPORTED, self.lexer.span(), message);
@@ -313,12 +313,16 @@ impl<'a> Parser<'a, '_> {
 
     fn note_init(&mut self, id: SignalId, value: ExprId, span: Span) {
         let Expr::Const(init) = self.draft.kind(value) else {
-            self.draft.error(codes::UNSUPPORTED, span, "a first value is 1'b0 or 1'b1");
+            self.draft.error(
+                codes::UNSUPPORTED,
+                span,
+                "invalid initial value; expected 1'b0 or 1'b1",
+            );
             return;
         };
         if self.inits.insert(id, (init, span)).is_some() {
             let message =
-                format!("`{}` has two first values", self.draft.signals[id as usize].name);
+                format!("`{}` has two initial values", self.draft.signals[id as usize].name);
             self.draft.error(codes::DEFINED_TWICE, span, message);
         }
     }
@@ -357,7 +361,7 @@ impl<'a> Parser<'a, '_> {
         self.expect("(")?;
         if !self.lexer.eat_word("posedge") {
             let message = format!(
-                "expected `posedge`, found {}: only blocks with one rising clock are read",
+                "expected `posedge`, found {}: only blocks with one rising clock edge are supported",
                 self.lexer.token.shown()
             );
             self.draft.error(codes::UNSUPPORTED, self.lexer.span(), message);
@@ -369,7 +373,7 @@ impl<'a> Parser<'a, '_> {
             self.draft.error(
                 codes::UNSUPPORTED,
                 span,
-                "a second clock: one synchronous circuit has one",
+                "second clock: only circuits with one clock are supported",
             );
         }
         self.clock_at.get_or_insert((clock, span));
@@ -386,7 +390,7 @@ impl<'a> Parser<'a, '_> {
         if let Some((reset, span)) = self.awaited_reset.take() {
             let name = &self.draft.at(reset).name;
             let message =
-                format!("the block waits for `{name}` too, and does not begin with `if ({name})`");
+                format!("the block is sensitive to `{name}` but does not begin with `if ({name})`");
             self.draft.error(codes::UNSUPPORTED, span, message);
         }
         for (id, (value, span)) in block.assigned {
@@ -399,15 +403,14 @@ impl<'a> Parser<'a, '_> {
     fn asynchronous_reset(&mut self) -> Option<()> {
         if !self.lexer.eat_word("posedge") {
             let message = format!(
-                "expected `posedge`, found {}: only resets that are active high are read",
+                "expected `posedge`, found {}: only active-high resets are supported",
                 self.lexer.token.shown()
             );
             self.draft.error(codes::UNSUPPORTED, self.lexer.span(), message);
             return None;
         }
         let (name, span) = self.name()?;
-        let message =
-            format!("the reset `{name}` acts at once; it is read as one that waits for the clock");
+        let message = format!("asynchronous reset `{name}` is read as a synchronous one");
         self.draft.report(Diagnostic::warning(codes::TAKEN_AS, message).at(span, "here"));
         self.awaited_reset = Some((self.draft.signal(name, span), span));
         Some(())
@@ -451,7 +454,18 @@ impl<'a> Parser<'a, '_> {
         } else if !self.lexer.eat(";") {
             let (name, span) = self.name()?;
             let id = self.draft.signal(name, span);
-            if !self.lexer.eat("<=") {
+            if self.lexer.token.is("=") {
+                let sign = self.lexer.span();
+                let finding = Diagnostic::error(
+                    codes::UNSUPPORTED,
+                    format!("blocking assignment to `{name}` in a clocked block"),
+                )
+                .at(sign, "expected `<=`")
+                .help("write `<=`, which assigns all registers together at the clock edge")
+                .fix(sign, "<=");
+                self.draft.report(finding);
+                self.lexer.advance();
+            } else if !self.lexer.eat("<=") {
                 return self.unexpected("`<=`");
             }
             let value = self.expression()?;
@@ -465,7 +479,7 @@ impl<'a> Parser<'a, '_> {
 
     fn enter(&mut self) -> Option<()> {
         if self.depth >= MAX_NESTING {
-            let message = format!("this is nested more than {MAX_NESTING} deep");
+            let message = format!("more than {MAX_NESTING} levels of nesting");
             self.draft.error(codes::SYNTAX, self.lexer.span(), message);
             return None;
         }
@@ -588,9 +602,11 @@ impl<'a> Parser<'a, '_> {
         match value {
             Some(value) => Some(self.draft.expr(Expr::Const(value))),
             None => {
-                let finding =
-                    Diagnostic::error(codes::UNSUPPORTED, "constants are 1'b0 and 1'b1 here")
-                        .at(span, "");
+                let finding = Diagnostic::error(
+                    codes::UNSUPPORTED,
+                    "invalid constant; expected 1'b0 or 1'b1",
+                )
+                .at(span, "");
                 self.draft.report(finding);
                 None
             }

@@ -303,13 +303,19 @@ fn targets(names: &[String]) -> Result<Vec<Target>, Stop> {
     let mut targets: Vec<Target> = Vec::new();
     for name in names.iter().flat_map(|names| names.split(',')) {
         let target = Target::named(name).ok_or_else(|| {
+            if let Some(package) = Ecosystem::ALL.iter().find(|one| one.name() == name) {
+                let package = package.name();
+                return Stop::Usage(format!(
+                    "`{package}` is a package of C, not a target; use --target c --package {package}"
+                ));
+            }
             let near =
                 grafsynth_ir::diag::nearest(name, Target::ALL.iter().map(|(_, name, _)| *name))
                     .map(|near| format!(", did you mean `{near}`?"))
                     .unwrap_or_default();
             let known: Vec<&str> = Target::ALL.iter().map(|(_, name, _)| *name).collect();
             Stop::Usage(format!(
-                "no target is called `{name}`{near} (there are {})",
+                "unknown target `{name}`{near} (targets: {})",
                 known.join(", ")
             ))
         })?;
@@ -345,7 +351,7 @@ fn packages(names: &[String]) -> Result<Vec<Ecosystem>, Stop> {
                 .map(|near| format!(", did you mean `{near}`?"))
                 .unwrap_or_default();
             let known = known.join(", ");
-            Stop::Usage(format!("no package is called `{name}`{near} (there are {known})"))
+            Stop::Usage(format!("unknown package `{name}`{near} (packages: {known})"))
         })?;
         if !packages.contains(&package) {
             packages.push(package);

@@ -62,7 +62,12 @@ fn one(session: &mut Session, arguments: &Check, input: &Input) -> Result<Exit, 
     let facts = explored.facts();
     progress::doing(format!("looking for conflicts, dead ends and livelock in {name}"));
     let findings = explored.findings(&facts);
-    found.extend(findings.found);
+    let own: Vec<Diagnostic> = findings
+        .found
+        .into_iter()
+        .filter(|finding| !grafsynth_driver::read::is_consequence(finding, &found))
+        .collect();
+    found.extend(own);
     if arguments.notes.iter().any(|what| what == "conflicts") {
         found.extend(findings.notes);
     }

@@ -18,11 +18,9 @@ impl Resolver<'_, '_> {
             let near = nearest(wanted, program.by_name.keys().map(String::as_str))
                 .map(|near| format!("did you mean {near}?"));
             self.findings.report(|| {
-                let finding = Diagnostic::error(
-                    codes::C_NO_FUNCTION,
-                    format!("there is no function {wanted}"),
-                )
-                .at(Span::new(program.file, 0, 0), "");
+                let finding =
+                    Diagnostic::error(codes::C_NO_FUNCTION, format!("unknown function {wanted}"))
+                        .at(Span::new(program.file, 0, 0), "");
                 near.into_iter().fold(finding, Diagnostic::help)
             });
             return None;
@@ -48,14 +46,20 @@ impl Resolver<'_, '_> {
             .collect();
         if !others.is_empty() {
             let entry = &program.functions[program.entry].def.name;
+            // The two functions that the main program of Arduino calls.
+            let is_sketch = entry.text == "loop" && others == ["setup"];
             let others = others.join(", ");
             self.findings.report(|| {
-                Diagnostic::note(
+                let finding = Diagnostic::note(
                     codes::C_ENTRY,
-                    format!("the chart is that of {entry}; nothing calls {others}"),
+                    format!("the chart runs only {entry}; nothing calls {others}"),
                 )
-                .at(entry.span, "the chart runs this function")
-                .help("choose another one with --entry NAME")
+                .at(entry.span, "the chart runs this function");
+                if is_sketch {
+                    finding.help("for an Arduino sketch, add `int main(void) { setup(); for (;;) loop(); }` and make each pin an `extern volatile` variable")
+                } else {
+                    finding.help("choose another function with --entry NAME")
+                }
             });
         }
         Some(())
@@ -96,10 +100,10 @@ impl Resolver<'_, '_> {
                     let way = names.join(" calls ");
                     self.findings.report(|| {
                         Diagnostic::error(codes::C_RECURSION, format!("{name} is recursive: {way}"))
-                            .at(span, "the call that closes the circle")
+                            .at(span, "this call completes the recursion")
                             .at(name.span, "the function")
                             .help(format!(
-                                "write it with a loop, or leave it in C with --keep {name}"
+                                "use a loop, or keep the function as C with --keep {name}"
                             ))
                     });
                 }
@@ -189,10 +193,10 @@ impl Resolver<'_, '_> {
                 self.findings.report(|| {
                     Diagnostic::note(
                         codes::C_ARRAY_LENGTH,
-                        format!("{name} gets {default} elements"),
+                        format!("array {name} has no length; {default} elements are used"),
                     )
-                    .at(name.span, "its length is not written")
-                    .help("write it between the brackets, or choose another with --array-length N")
+                    .at(name.span, "no length given")
+                    .help("write the length in the brackets, or set it with --array-length N")
                 });
             }
         }

@@ -4,7 +4,7 @@ use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::{FileId, Name, Span};
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::ast::{Base, Declaration, External, Function, Param, Source, Stmt, StmtKind};
+use super::ast::{Base, Declaration, ExprKind, External, Function, Param, Source, Stmt, StmtKind};
 use super::lexer::{self, Kind, Token};
 use crate::codes;
 use crate::graf::Limits;
@@ -169,7 +169,7 @@ impl<'t> Parser<'t> {
         };
         self.findings.report(|| {
             Diagnostic::error(codes::C_SYNTAX, format!("expected {wanted}, found {found}"))
-                .at(token.span, format!("{wanted} is expected here"))
+                .at(token.span, format!("expected {wanted}"))
         });
         Err(Failed)
     }
@@ -195,10 +195,10 @@ impl<'t> Parser<'t> {
             self.findings.report(|| {
                 Diagnostic::error(
                     codes::NESTING,
-                    format!("statements and expressions are nested deeper than {most} levels"),
+                    format!("more than {most} levels of nested statements and expressions"),
                 )
-                .at(span, "the first one too deep")
-                .help("take a part out, or raise the limit with --nesting-limit")
+                .at(span, "too deep here")
+                .help("move a part into a function, or raise the limit with --nesting-limit")
             });
             return Err(Failed);
         }
@@ -324,7 +324,7 @@ impl<'t> Parser<'t> {
                             Diagnostic::error(
                                 codes::C_SYNTAX,
                                 format!(
-                                    "{name} is declared between head and body, but is no parameter"
+                                    "{name} is declared between the head and the body but is not a parameter"
                                 ),
                             )
                             .at(name.span, "not in the list of parameters")
@@ -344,9 +344,55 @@ impl<'t> Parser<'t> {
 
     fn condition(&mut self) -> Read<super::ast::Expr> {
         self.expect("(")?;
+        // A second pair of parentheses says that the assignment is meant, as for C compilers.
+        let is_meant = self.is("(");
         let condition = self.expression()?;
+        if let (ExprKind::Assign(None, target, value), false) = (&condition.kind, is_meant) {
+            self.assigns(condition.span, target.span, value.span);
+        }
         self.expect(")")?;
         Ok(condition)
+    }
+
+    /// Warns of `if (a = b)`.
+    fn assigns(&mut self, whole: Span, target: Span, value: Span) {
+        let (from, to) = (target.end as usize, value.start as usize);
+        let sign = self.text.get(from..to).and_then(|between| between.find('='));
+        let name = self.text.get(target.start as usize..from).unwrap_or("").to_owned();
+        self.findings.report(|| {
+            let finding = Diagnostic::warning(
+                codes::C_CONDITION_ASSIGNS,
+                format!("this condition assigns `{name}` instead of comparing it"),
+            )
+            .at(whole, "`=` assigns, `==` compares")
+            .help("write `==` to compare, or a second pair of parentheses if the assignment is intended");
+            match sign {
+                Some(sign) => {
+                    let sign = Span::new(whole.file, from + sign, from + sign + 1);
+                    finding.fix(sign, "==")
+                }
+                None => finding,
+            }
+        });
+    }
+
+    /// Warns of a semicolon that is the whole body of the statement with this word.
+    fn empty_body(&mut self, word: &str) {
+        let semicolon = self.here().span;
+        self.findings.report(|| {
+            Diagnostic::warning(codes::C_EMPTY_BODY, format!("the body of this `{word}` is empty"))
+                .at(semicolon, format!("this `;` is the whole body of the `{word}`"))
+                .help("remove the `;`, or write `{}` if the empty body is intended")
+                .fix(semicolon, "")
+        });
+    }
+
+    /// A `;` directly behind `)` with a block behind it: the block looks like the body and is none.
+    fn is_cut_off(&self) -> bool {
+        let semicolon = self.here().span.start as usize;
+        self.is(";")
+            && self.word_of(self.ahead(1)) == "{"
+            && self.text.get(..semicolon).is_some_and(|before| before.ends_with(')'))
     }
 
     fn block(&mut self) -> Read<StmtKind> {
@@ -358,7 +404,7 @@ impl<'t> Parser<'t> {
             }
             if self.here().kind == Kind::End {
                 self.findings.report(|| {
-                    Diagnostic::error(codes::C_SYNTAX, "the `{` here has no `}`")
+                    Diagnostic::error(codes::C_SYNTAX, "this `{` is not closed")
                         .at(open, "opened here")
                 });
                 return Err(Failed);
@@ -403,6 +449,9 @@ impl<'t> Parser<'t> {
     fn if_statement(&mut self) -> Read<StmtKind> {
         self.take();
         let condition = self.condition()?;
+        if self.is(";") && self.word_of(self.ahead(1)) != "else" {
+            self.empty_body("if");
+        }
         let then = Box::new(self.statement()?);
         let otherwise = if self.accept("else") { Some(Box::new(self.statement()?)) } else { None };
         Ok(StmtKind::If(condition, then, otherwise))
@@ -411,6 +460,9 @@ impl<'t> Parser<'t> {
     fn while_statement(&mut self) -> Read<StmtKind> {
         self.take();
         let condition = self.condition()?;
+        if self.is_cut_off() {
+            self.empty_body("while");
+        }
         Ok(StmtKind::While(condition, Box::new(self.statement()?)))
     }
 
@@ -431,6 +483,9 @@ impl<'t> Parser<'t> {
         self.expect(";")?;
         let last = if self.is(")") { None } else { Some(self.expression()?) };
         self.expect(")")?;
+        if self.is_cut_off() {
+            self.empty_body("for");
+        }
         Ok(StmtKind::For { first, condition, last, body: Box::new(self.statement()?) })
     }
 

@@ -198,13 +198,17 @@ pub(super) fn resolve<'s>(
         function: None,
         findings,
         prototypes: BTreeSet::new(),
+        undeclared: BTreeSet::new(),
+        unknown_constants: Vec::new(),
         pointer_uses: BTreeMap::new(),
     };
     resolver.file();
+    resolver.report_unknown_constants();
     resolver.entry()?;
     resolver.recursion();
     resolver.references();
     resolver.lengths();
+    resolver.report_unknown_constants();
     // Notes about a source with errors would speak of what is mended next.
     if !any_error(&resolver.findings.kept) {
         resolver.units();
@@ -220,6 +224,10 @@ pub(super) struct Resolver<'s, 'f> {
     pub(super) findings: &'f mut Findings,
     /// Functions that are declared without a body.
     pub(super) prototypes: BTreeSet<String>,
+    /// Names that were reported: each is told once.
+    undeclared: BTreeSet<String>,
+    /// Those of them in capitals, which are constants by custom, with their first places.
+    unknown_constants: Vec<(String, Span)>,
     /// How parameters that are pointers are used.
     pub(super) pointer_uses: BTreeMap<VarId, PointerUse>,
 }
@@ -275,7 +283,7 @@ impl<'s> Resolver<'s, '_> {
                 self.findings.report(|| {
                     let finding = Diagnostic::error(
                         codes::C_NO_FUNCTION,
-                        format!("there is no function {name} to keep"),
+                        format!("unknown function {name} in --keep"),
                     )
                     .at(Span::new(self.program.file, 0, 0), "");
                     near.into_iter().fold(finding, Diagnostic::help)
@@ -386,7 +394,7 @@ impl<'s> Resolver<'s, '_> {
         self.findings.report(|| {
             Diagnostic::error(
                 codes::C_CONSTANT,
-                "the length of an array is no constant between 1 and 65536",
+                "the array length is not a constant between 1 and 65536",
             )
             .at(span, "")
             .help("write a number, or a name from `#define` or `enum`")
@@ -685,7 +693,7 @@ impl<'s> Resolver<'s, '_> {
             || self.program.source.opaque_macros.iter().any(|known| known == name)
             // A header that we do not read may declare it.
             || self.program.source.lines.iter().any(|line| self.program.text_of(*line).contains("include"));
-        if !is_known {
+        if !is_known && self.undeclared.insert(name.to_owned()) {
             let names = self
                 .scopes
                 .iter()
@@ -693,17 +701,51 @@ impl<'s> Resolver<'s, '_> {
                 .chain(self.program.constants.keys())
                 .chain(self.program.by_name.keys());
             let near = nearest(name, names.map(String::as_str)).map(str::to_owned);
+            // By custom, names in capitals are macros.
+            let is_constant = name
+                .bytes()
+                .all(|byte| byte.is_ascii_uppercase() || byte.is_ascii_digit() || byte == b'_');
+            if near.is_none() && is_constant {
+                self.unknown_constants.push((name.to_owned(), span));
+                return None;
+            }
             self.findings.report(|| {
                 let finding =
-                    Diagnostic::error(codes::C_UNDECLARED, format!("{name} is not declared"))
-                        .at(span, "not known here");
+                    Diagnostic::error(codes::C_UNDECLARED, format!("`{name}` is not declared"))
+                        .at(span, "first used here");
                 match near {
-                    Some(near) => finding.help(format!("did you mean {near}?")).fix(span, near),
-                    None => finding,
+                    Some(near) => finding.help(format!("did you mean `{near}`?")).fix(span, near),
+                    None => finding.help(format!("declare `{name}` in this file")),
                 }
             });
         }
         None
+    }
+
+    /// Reports the undeclared names in capitals together: they are the constants of one header.
+    fn report_unknown_constants(&mut self) {
+        let unknown = std::mem::take(&mut self.unknown_constants);
+        // More names than one reads in a line get a finding of their own each.
+        for names in unknown.chunks(if unknown.len() > 8 { 1 } else { 8 }) {
+            let shown: Vec<String> = names.iter().map(|(name, _)| format!("`{name}`")).collect();
+            let message = match shown.split_last() {
+                Some((last, [])) => format!("{last} is not declared"),
+                Some((last, rest)) => format!("{} and {last} are not declared", rest.join(", ")),
+                None => continue,
+            };
+            let given: Vec<String> =
+                names.iter().enumerate().map(|(at, (name, _))| format!("-D {name}={at}")).collect();
+            self.findings.report(|| {
+                let finding = Diagnostic::error(codes::C_UNDECLARED, message);
+                let finding = names
+                    .iter()
+                    .fold(finding, |finding, (_, span)| finding.at(*span, "first used here"));
+                finding.help(format!(
+                    "declare them with #define or enum, or give their values, as in {}",
+                    given.join(" ")
+                ))
+            });
+        }
     }
 }
 

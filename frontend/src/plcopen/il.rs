@@ -258,7 +258,11 @@ pub(super) fn statements(mapped: &Mapped<'_>, limit: u32, unit: &mut Unit) -> Ve
                 (*start, *end, format!("the character `{shown}` in an instruction list"))
             }
             LexError::Unclosed(start, end, what) => {
-                (*start, *end, format!("a {what} that does not end"))
+                (*start, *end, format!("a {what} that is not closed"))
+            }
+            LexError::Foreign(start, end, instead) => {
+                let shown = mapped.text.get(*start..*end).unwrap_or("");
+                (*start, *end, format!("`{shown}` instead of `{instead}` in an instruction list"))
             }
         };
         let span = Places::Mapped(mapped).span(start, end);
@@ -302,7 +306,7 @@ pub(super) fn statements(mapped: &Mapped<'_>, limit: u32, unit: &mut Unit) -> Ve
                     unit.refuse(
                         format!("the instruction {word} with a parenthesis and no value"),
                         span,
-                        "load a value before it, and one in it",
+                        "load a value before and inside the parenthesis",
                     );
                 }
                 continue;
@@ -313,7 +317,7 @@ pub(super) fn statements(mapped: &Mapped<'_>, limit: u32, unit: &mut Unit) -> Ve
                 unit.refuse(
                     format!("the sign `{sign}` in an instruction list"),
                     span,
-                    "write one instruction on each line, with one operand behind it",
+                    "write one instruction per line, followed by one operand",
                 );
                 list.at += 1;
                 continue;
@@ -347,7 +351,7 @@ pub(super) fn statements(mapped: &Mapped<'_>, limit: u32, unit: &mut Unit) -> Ve
                     unit.refuse(
                         format!("the instruction {word} without a variable or a constant"),
                         span,
-                        "write one behind it",
+                        "write the operand after the instruction",
                     );
                     list.skip_line(token);
                 }
@@ -374,7 +378,7 @@ pub(super) fn statements(mapped: &Mapped<'_>, limit: u32, unit: &mut Unit) -> Ve
                 n_copied += held.size;
                 if n_copied > MAX_COPIED {
                     unit.refuse(
-                        "an instruction list that stores long values that often",
+                        "an instruction list that stores a long value this often",
                         span,
                         "load the variable that holds the value",
                     );
@@ -409,7 +413,7 @@ pub(super) fn statements(mapped: &Mapped<'_>, limit: u32, unit: &mut Unit) -> Ve
                     unit.refuse(
                         "the instruction CAL without an instance",
                         span,
-                        "write the name of a function block behind it",
+                        "write the instance name after CAL",
                     );
                     list.skip_line(token);
                     continue;

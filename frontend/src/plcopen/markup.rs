@@ -11,6 +11,20 @@ use super::sfc;
 use crate::codes;
 use crate::xml;
 
+/// The name of an elementary type that was written as the text of `type` or `baseType`, where its element belongs.
+pub(super) fn type_name<'n>(node: Node<'n, '_>) -> Option<&'n str> {
+    if !matches!(tag(node), "type" | "baseType" | "returnType")
+        || node.children().any(|child| child.is_element())
+    {
+        return None;
+    }
+    let text = node.text()?.trim();
+    let is_name = !text.is_empty()
+        && text.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_')
+        && !text.as_bytes()[0].is_ascii_digit();
+    is_name.then_some(text)
+}
+
 impl Reader<'_, '_> {
     /// Checks an element and all in it but units, which are checked where they are read.
     pub(super) fn check(&mut self, node: Node<'_, '_>, kind: &str, unit: &mut Unit) {
@@ -22,13 +36,17 @@ impl Reader<'_, '_> {
         if kind == "vendorElement"
             && node.descendants().any(|one| matches!(tag(one), "connection" | "expression"))
         {
-            unit.refuse("a vendorElement that is wired", self.span(node), "draw what it does");
+            unit.refuse(
+                "a connected vendorElement",
+                self.span(node),
+                "draw its function with standard elements",
+            );
         }
         // CODESYS and TwinCAT draw calls of programs and actions as blocks, and statements in blocks.
         let calls = node.descendants().filter(|one| kind == "block" && tag(*one) == "CallType");
         for call in calls.filter_map(|one| one.text()).map(str::trim) {
             if !matches!(call, "operator" | "function" | "functionblock") {
-                let help = "put what it does in an action or a function block";
+                let help = "move its content to an action or a function block";
                 unit.refuse(format!("a block of the kind {call}"), self.span(node), help);
             }
         }
@@ -42,13 +60,21 @@ impl Reader<'_, '_> {
             {
                 is_text_reported = true;
                 let (span, name) = (xml::node_span(self.file, child), tag(node).to_owned());
+                let ty = type_name(node).map(str::to_owned);
                 self.report(|| {
-                    Diagnostic::error(
+                    let finding = Diagnostic::error(
                         codes::PLC_MARKUP,
-                        format!("text stands in <{name}>, which has none"),
-                    )
-                    .at(span, "")
-                    .help("delete it, or write it as a comment")
+                        format!("unexpected text in <{name}>"),
+                    );
+                    match ty {
+                        Some(ty) => finding
+                            .at(span, "a type is an element, not text")
+                            .help(format!("write <{name}><{ty}/></{name}>"))
+                            .fix(span, format!("<{ty}/>")),
+                        None => finding
+                            .at(span, "this element contains no text")
+                            .help("delete it, or write it as a comment"),
+                    }
                 });
             }
             if !child.is_element() || matches!(tag(child), "addData" | "documentation") {
@@ -76,12 +102,16 @@ impl Reader<'_, '_> {
             let span = self.span(child);
             match (second, times) {
                 (Some(what), Times::First) => {
-                    unit.refuse(what, span, "make one of the two, or a unit of its own");
+                    unit.refuse(
+                        what,
+                        span,
+                        "combine the two, or make one of them a unit of its own",
+                    );
                 }
                 (Some(what), _) => self.report(|| {
                     Diagnostic::error(codes::PLC_MARKUP, what)
                         .at(span, "")
-                        .help("delete the one that is not meant")
+                        .help("delete one of them")
                 }),
                 // An empty one says nothing.
                 (None, Times::NotRead(_)) if kind == FREE && is_blank(child) => {}
@@ -102,16 +132,14 @@ impl Reader<'_, '_> {
         let near = nearest(name, allowed).filter(|_| !is_known);
         self.report(|| {
             let message = if is_known {
-                format!("<{name}> cannot stand in <{}>", tag(parent))
+                format!("<{name}> is not allowed in <{}>", tag(parent))
             } else {
-                format!("PLCopen has no element <{name}>, which stands in <{}>", tag(parent))
+                format!("unknown PLCopen element <{name}> in <{}>", tag(parent))
             };
             let help = match near {
                 Some(near) => format!("did you mean <{near}>?"),
-                None => {
-                    "delete it, or put it in <addData>, which holds what tools keep for themselves"
-                        .to_owned()
-                }
+                None => "delete it, or move it into <addData>, which is for the data of tools"
+                    .to_owned(),
             };
             Diagnostic::error(codes::PLC_MARKUP, message).at(span, "").help(help)
         });
@@ -152,7 +180,7 @@ impl Reader<'_, '_> {
             };
             match place {
                 Some(place) if place >= n_read => {
-                    let help = "remove it, and draw what it means with elements of its own";
+                    let help = "remove it, and draw its meaning with separate elements";
                     unit.refuse(format!("{word}=\"{value}\" of <{name}>"), span, help);
                 }
                 None if !value.is_empty() => {
@@ -162,12 +190,12 @@ impl Reader<'_, '_> {
                     self.report(|| {
                         Diagnostic::error(
                             codes::PLC_MARKUP,
-                            format!("`{value}` is no value of the attribute {word} of <{name}>"),
+                            format!("invalid value `{value}` of the attribute {word} of <{name}>"),
                         )
                         .at(span, format!("one of {}", expected.join(", ")))
                         .help(match near {
                             Some(near) => format!("did you mean {near}?"),
-                            None => format!("write {word}=\"{}\", or leave it out", expected[0]),
+                            None => format!("write {word}=\"{}\", or remove it", expected[0]),
                         })
                     });
                 }
@@ -192,7 +220,7 @@ impl Reader<'_, '_> {
                     )
                     .at(span, "the second one")
                     .at(first, "the first one")
-                    .help("number them anew: wires name the element that they come from")
+                    .help("give each element its own number: connections refer to it")
                 });
             }
         }
@@ -206,7 +234,7 @@ impl Reader<'_, '_> {
                     self.report(|| {
                         Diagnostic::error(
                             codes::PLC_CHART,
-                            format!("a wire from element {id}, which does not exist"),
+                            format!("connection from unknown element {id}"),
                         )
                         .at(span, format!("of this <{}>", tag(node)))
                         .help("connect it again")

@@ -51,8 +51,8 @@ impl Reader<'_, '_> {
         }
         for refusal in outside.refused {
             self.report(|| {
-                Diagnostic::error(codes::ST_NOT_READ, format!("{} is not read", refusal.what))
-                    .at(refusal.span, "part of IEC 61131-3, but not of this version")
+                Diagnostic::error(codes::ST_NOT_READ, format!("{} is not supported", refusal.what))
+                    .at(refusal.span, "")
                     .help(refusal.help)
             });
         }
@@ -81,12 +81,10 @@ impl Reader<'_, '_> {
             self.report(|| {
                 Diagnostic::warning(
                     codes::ST_LEFT_OUT,
-                    format!(
-                        "the interval `{text}` of a task is left out: it is no time longer than 0"
-                    ),
+                    format!("the task interval `{text}` is ignored: it is not a positive time"),
                 )
                 .at(span, "the tick is 10 ms")
-                .help("write one such as T#10ms")
+                .help("write an interval such as T#10ms")
             });
         }
         if node.attribute("single").is_some_and(|single| !single.trim().is_empty()) {
@@ -94,9 +92,7 @@ impl Reader<'_, '_> {
             self.report(|| {
                 Diagnostic::warning(
                     codes::ST_LEFT_OUT,
-                    format!(
-                        "`single` of the task {name} is left out: its programs run once a tick"
-                    ),
+                    format!("`single` of task {name} is ignored: its programs run once per tick"),
                 )
                 .at(span, "")
                 .help("write an interval such as T#10ms")
@@ -139,8 +135,8 @@ impl Reader<'_, '_> {
             other => {
                 let (span, other) = (self.span(node), other.to_owned());
                 self.report(|| {
-                    Diagnostic::error(codes::PLC_PROJECT, format!("`{other}` is no kind of unit"))
-                        .at(span, "program, functionBlock or function")
+                    Diagnostic::error(codes::PLC_PROJECT, format!("unknown pouType `{other}`"))
+                        .at(span, "expected program, functionBlock or function")
                 });
                 return None;
             }
@@ -197,7 +193,7 @@ impl Reader<'_, '_> {
                     unit.refuse(
                         format!("the action {name} with a chart of its own"),
                         span,
-                        "make it a program that runs beside this one, or a macro-step",
+                        "make it a separate program, or a macro-step",
                     );
                     Vec::new()
                 }
@@ -270,7 +266,9 @@ impl Reader<'_, '_> {
                 self.report(|| {
                     Diagnostic::warning(
                         codes::ST_LEFT_OUT,
-                        format!("{word} is left out: these variables begin with their initial values at each start"),
+                        format!(
+                            "{word} is ignored: these variables start with their initial values"
+                        ),
                     )
                     .at(span, "")
                 });
@@ -279,12 +277,12 @@ impl Reader<'_, '_> {
         for node in children(list, "variable") {
             let Some(name) = self.name(node, "name") else {
                 let span = self.span(node);
-                unit.refuse("a variable without a name", span, "name it");
+                unit.refuse("a variable without a name", span, "give it a name");
                 continue;
             };
             let Some(ty) = child(node, "type").and_then(|ty| self.type_in(ty, unit)) else {
                 let span = self.span(node);
-                unit.refuse(format!("the type of {name}"), span, "declare one such as BOOL");
+                unit.refuse(format!("the type of {name}"), span, "write a type such as <BOOL/>");
                 continue;
             };
             let init = child(node, "initialValue").and_then(|one| self.initial(one, unit));
@@ -300,7 +298,11 @@ impl Reader<'_, '_> {
     }
 
     fn type_in(&mut self, node: Node<'_, '_>, unit: &mut Unit) -> Option<TypeRef> {
-        let inner = node.children().find(Node::is_element)?;
+        let Some(inner) = node.children().find(Node::is_element) else {
+            // A type written as text was reported; what uses the variable is no further mistake.
+            let text = super::markup::type_name(node)?;
+            return Some(TypeRef { kind: TypeKind::Named(text.to_owned()), span: self.span(node) });
+        };
         let span = self.span(inner);
         let kind = match tag(inner) {
             "derived" => TypeKind::Named(self.name(inner, "name")?.text),

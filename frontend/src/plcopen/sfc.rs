@@ -57,6 +57,8 @@ pub(super) fn chart(
     let uses = uses(reader, &drawing, unit, &mut sfc.actions);
     let mut transitions: Vec<(Node<'_, '_>, Transition)> = Vec::new();
     let mut leads_to: BTreeMap<String, Vec<Name>> = BTreeMap::new();
+    // Steps from which a wire goes past the transition behind them.
+    let mut miswired: BTreeSet<String> = BTreeSet::new();
     for node in drawing.order.clone() {
         let target = match tag(node) {
             "step" | "macroStep" => reader.name(node, "name"),
@@ -66,13 +68,31 @@ pub(super) fn chart(
         let Some(target) = target else {
             let span = reader.span(node);
             reader.report(|| {
-                Diagnostic::error(codes::PLC_CHART, format!("a {} without a name", tag(node)))
+                Diagnostic::error(codes::PLC_CHART, format!("<{}> without a name", tag(node)))
                     .at(span, "")
             });
             continue;
         };
         for transition in feeders(&drawing, node) {
             leads_to.entry(transition).or_default().push(target.clone());
+        }
+        for step in wired_steps(&drawing, node) {
+            let from = step.attribute("name").unwrap_or("?").to_owned();
+            let (step_span, to) = (reader.span(step), target.text.clone());
+            let place = node
+                .descendants()
+                .find(|one| one.is_element() && tag(*one) == "connection")
+                .map_or_else(|| reader.span(node), |wire| reader.span(wire));
+            miswired.insert(from.clone());
+            reader.report(|| {
+                Diagnostic::error(
+                    codes::PLC_CHART,
+                    format!("step `{to}` is connected to step `{from}` without a transition between them"),
+                )
+                .at(place, format!("leads from step `{from}` to `{to}`"))
+                .at(step_span, format!("step `{from}`"))
+                .help("connect the lower step to the transition: refLocalId is the localId of the element above")
+            });
         }
     }
     for node in drawing.order.clone() {
@@ -81,17 +101,26 @@ pub(super) fn chart(
         }
         let span = reader.span(node);
         let from = sources(reader, &drawing, node);
+        let is_bypassed = from.iter().any(|step| miswired.contains(&step.text));
         let to =
             node.attribute("localId").and_then(|id| leads_to.get(id).cloned()).unwrap_or_default();
         if from.is_empty() || to.is_empty() {
-            let side = if from.is_empty() { "before" } else { "behind" };
+            if to.is_empty() && is_bypassed {
+                // The wire that goes past it was reported.
+                continue;
+            }
+            let (side, help) = if from.is_empty() {
+                ("above", "connect its connectionPointIn to a step")
+            } else {
+                ("below", "connect the connectionPointIn of a step or jump to this transition")
+            };
             reader.report(|| {
                 Diagnostic::error(
                     codes::PLC_CHART,
-                    format!("no step stands {side} this transition"),
+                    format!("this transition has no step {side} it"),
                 )
                 .at(span, "")
-                .help("connect it on both sides")
+                .help(help)
             });
             continue;
         }
@@ -170,10 +199,10 @@ pub(super) fn chart(
         reader.report(|| {
             Diagnostic::warning(
                 codes::ST_LEFT_OUT,
-                format!("<{what}> on the page of a chart is left out: what no condition reads has no effect there"),
+                format!("<{what}> on the page of a chart is ignored: no condition reads it"),
             )
             .at(span, "")
-            .help("draw it in an action")
+            .help("move it into an action")
         });
     }
     sfc.always = always;
@@ -187,9 +216,9 @@ fn priority(reader: &mut Reader<'_, '_>, node: Node<'_, '_>) -> Option<u32> {
     if found.is_none() && written != "0" {
         let (span, written) = (reader.span(node), written.to_owned());
         reader.report(|| {
-            Diagnostic::error(codes::PLC_CHART, format!("`{written}` is no priority"))
+            Diagnostic::error(codes::PLC_CHART, format!("invalid priority `{written}`"))
                 .at(span, "of this transition")
-                .help("write a number, 1 first")
+                .help("write a number from 1, the most urgent")
         });
     }
     found
@@ -262,6 +291,11 @@ fn sources(
     };
     found.sort_by_key(|name| place(name));
     found
+}
+
+/// The steps that are wired to a step or jump without a transition between them.
+fn wired_steps<'a, 't>(drawing: &Drawing<'a, 't>, node: Node<'a, 't>) -> Vec<Node<'a, 't>> {
+    drawing.before(node).into_iter().filter(|one| is_step(*one)).collect()
 }
 
 /// The transitions that lead to a step or jump.
@@ -399,7 +433,7 @@ fn uses(
         if steps.is_empty() {
             let span = reader.span(*block);
             reader.report(|| {
-                Diagnostic::error(codes::PLC_CHART, "an action block that belongs to no step")
+                Diagnostic::error(codes::PLC_CHART, "this action block is connected to no step")
                     .at(span, "")
                     .help("connect it to a step")
             });
@@ -410,9 +444,9 @@ fn uses(
             let Some(qualifier) = qualifier(written) else {
                 let written = written.to_owned();
                 reader.report(|| {
-                    Diagnostic::error(codes::PLC_CHART, format!("`{written}` is no qualifier"))
+                    Diagnostic::error(codes::PLC_CHART, format!("unknown qualifier `{written}`"))
                         .at(span, "")
-                        .help("qualifiers are N, R, S, L, D, P, P0, P1, SD, DS and SL")
+                        .help("write N, R, S, L, D, P, P0, P1, SD, DS or SL")
                 });
                 continue;
             };
@@ -440,12 +474,16 @@ fn uses(
                 (None, None) => None,
             };
             let Some(name) = name else {
-                unit.refuse("an action without a name", span, "refer to a variable or an action");
+                unit.refuse(
+                    "an action without a name",
+                    span,
+                    "add a <reference> to a variable or an action",
+                );
                 continue;
             };
             if action.attribute("indicator").is_some_and(|one| !one.trim().is_empty()) {
                 reader.report(|| {
-                    Diagnostic::warning(codes::ST_LEFT_OUT, "an indicator variable is left out")
+                    Diagnostic::warning(codes::ST_LEFT_OUT, "the indicator variable is ignored")
                         .at(span, "")
                 });
             }
@@ -506,9 +544,9 @@ fn condition(
     let span = reader.span(node);
     let Some(written) = child(node, "condition") else {
         reader.report(|| {
-            Diagnostic::error(codes::PLC_CHART, "a transition without a condition")
+            Diagnostic::error(codes::PLC_CHART, "missing transition condition")
                 .at(span, "")
-                .help("write one; TRUE fires as soon as the steps before it are active")
+                .help("add a condition; TRUE fires as soon as the preceding steps are active")
         });
         return None;
     };

@@ -19,6 +19,7 @@
 mod build;
 mod events;
 mod expr;
+mod lints;
 mod mentions;
 mod names;
 mod read;
@@ -60,6 +61,7 @@ pub fn parse_within(file: FileId, text: &str, limits: &Limits) -> Parsed {
             let machine = read::machine(file, text, &document, limits, &mut found);
             drop(document);
             if let Some((machine, language)) = machine {
+                lints::lints(&machine, &mut found);
                 design = Some(build::design(&machine, language, limits.nesting, &mut found));
             }
         }

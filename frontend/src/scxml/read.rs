@@ -84,10 +84,10 @@ pub(super) fn machine<'t>(
         found.report(|| {
             Diagnostic::error(
                 codes::SCXML_ELEMENT,
-                format!("the outermost element is <{}>, not <scxml>", tag.name()),
+                format!("expected <scxml> as the root element, found <{}>", tag.name()),
             )
             .at(span, "")
-            .help("is it another XML format? say which with --from")
+            .help("for another XML format, give it with --from")
         });
         return None;
     }
@@ -136,10 +136,10 @@ impl<'t> Reader<'_, 't> {
                 other => {
                     let finding = Diagnostic::error(
                         codes::SCXML_ATTRIBUTE,
-                        format!("the binding is `{other}`"),
+                        format!("unknown binding `{other}`"),
                     )
                     .at(binding.whole(), "")
-                    .help("it is `early`");
+                    .help("write `early`");
                     self.report(finding);
                 }
             }
@@ -149,7 +149,7 @@ impl<'t> Reader<'_, 't> {
             Some(version) => {
                 let finding = Diagnostic::error(
                     codes::SCXML_ATTRIBUTE,
-                    format!("the version is {}, and 1.0 is read", version.text.trim()),
+                    format!("unsupported SCXML version {}; expected 1.0", version.text.trim()),
                 )
                 .at(version.whole(), "");
                 self.report(finding);
@@ -180,7 +180,7 @@ impl<'t> Reader<'_, 't> {
             match time::nanoseconds(tick.text.trim()) {
                 Some(ns) if ns > 0 => settings.tick_ns = Some((ns, tick.whole())),
                 Some(_) | None => self.report(
-                    Diagnostic::error(codes::SCXML_TIME, format!("the tick is `{}`", tick.text))
+                    Diagnostic::error(codes::SCXML_TIME, format!("invalid tick `{}`", tick.text))
                         .at(tick.whole(), "")
                         .help("write a number with ms or s, as in `10ms`"),
                 ),
@@ -195,7 +195,7 @@ impl<'t> Reader<'_, 't> {
                         Diagnostic::error(
                             codes::SCXML_ATTRIBUTE,
                             format!(
-                                "{name} is `{}`, and a number from 1 to 65535 is needed",
+                                "invalid {name} `{}`: expected a number from 1 to 65535",
                                 value.text
                             ),
                         )
@@ -212,10 +212,10 @@ impl<'t> Reader<'_, 't> {
                 "any" => {}
                 "exclusive" => settings.exclusive = Some(events.whole()),
                 other => self.report(
-                    Diagnostic::error(codes::SCXML_ATTRIBUTE, format!("events are `{other}`"))
+                    Diagnostic::error(codes::SCXML_ATTRIBUTE, format!("unknown value `{other}` of g:events"))
                         .at(events.whole(), "")
                         .help(
-                            "write `exclusive` where never two arrive in one reaction, else `any`",
+                            "write `exclusive` if two events never arrive in one reaction, otherwise `any`",
                         ),
                 ),
             }
@@ -266,10 +266,10 @@ impl<'t> Reader<'_, 't> {
                 self.report(
                     Diagnostic::error(
                         codes::SCXML_LOCATION,
-                        format!("{id} is a name that SCXML keeps for the system"),
+                        format!("{id} is reserved: names with `_` belong to SCXML"),
                     )
                     .at(id.span, "")
-                    .help("begin it with a letter"),
+                    .help("choose a name that begins with a letter"),
                 );
                 continue;
             }
@@ -301,11 +301,12 @@ impl<'t> Reader<'_, 't> {
             Some((lo, hi)) if lo <= hi && fits(lo) && fits(hi) => Some((lo, hi)),
             Some(_) | None => {
                 self.report(
-                    Diagnostic::error(codes::SCXML_RANGE, format!("the range is `{}`", range.text))
-                        .at(range.whole(), "")
-                        .help(
-                            "write the least and the greatest value within 32 bits, as in `0..99`",
-                        ),
+                    Diagnostic::error(
+                        codes::SCXML_RANGE,
+                        format!("invalid range `{}`", range.text),
+                    )
+                    .at(range.whole(), "")
+                    .help("write the smallest and the largest value within 32 bits, as in `0..99`"),
                 );
                 None
             }
@@ -322,9 +323,9 @@ impl<'t> Reader<'_, 't> {
             "output" => Role::Output,
             other => {
                 self.report(
-                    Diagnostic::error(codes::SCXML_ATTRIBUTE, format!("the role is `{other}`"))
+                    Diagnostic::error(codes::SCXML_ATTRIBUTE, format!("unknown role `{other}`"))
                         .at(role.whole(), "")
-                        .help("it is `input`, `output` or `variable`"),
+                        .help("write `input`, `output` or `variable`"),
                 );
                 Role::Variable
             }
@@ -372,10 +373,10 @@ impl<'t> Reader<'_, 't> {
                         self.report(
                             Diagnostic::error(
                                 codes::SCXML_ELEMENT,
-                                "the state says twice where it is entered",
+                                "the state has two initial targets",
                             )
                             .at(span, "again here")
-                            .help("keep the attribute or the element"),
+                            .help("keep either the attribute `initial` or the element <initial>"),
                         );
                     }
                     state.initial = Some((targets, content));
@@ -399,7 +400,7 @@ impl<'t> Reader<'_, 't> {
             self.report(
                 Diagnostic::error(
                     codes::SCXML_ELEMENT,
-                    "the state has nothing in it where it could be entered",
+                    "the state has `initial` but no child states",
                 )
                 .at(span, ""),
             );
@@ -410,7 +411,7 @@ impl<'t> Reader<'_, 't> {
     fn missing_target(&mut self, node: N<'_, 't>) {
         let span = self.tag(node);
         self.report(
-            Diagnostic::error(codes::SCXML_TARGET, "no state is named where the way leads to")
+            Diagnostic::error(codes::SCXML_TARGET, "missing target state")
                 .at(span, "")
                 .help("name the state with `target`, or with the attribute `initial`"),
         );
@@ -444,9 +445,9 @@ impl<'t> Reader<'_, 't> {
                 self.report(
                     Diagnostic::error(
                         codes::SCXML_ATTRIBUTE,
-                        format!("the transition of <{what}> has `{attribute}`"),
+                        format!("`{attribute}` is not allowed on the transition of <{what}>"),
                     )
-                    .at(value.whole(), "it is always taken, without waiting"),
+                    .at(value.whole(), "this transition is always taken at once"),
                 );
             }
         }
@@ -468,10 +469,10 @@ impl<'t> Reader<'_, 't> {
                     self.report(
                         Diagnostic::error(
                             codes::SCXML_ATTRIBUTE,
-                            format!("the history is `{other}`"),
+                            format!("unknown history type `{other}`"),
                         )
                         .at(kind.whole(), "")
-                        .help("it is `shallow` or `deep`"),
+                        .help("write `shallow` or `deep`"),
                     );
                     false
                 }
@@ -480,6 +481,36 @@ impl<'t> Reader<'_, 't> {
         let id = self.name(node, "id");
         let (targets, content) = self.pseudo(node, "history");
         History { id, span: self.tag(node), is_deep, targets, content }
+    }
+
+    /// Warns about an event descriptor with characters that no event name has (SCXML 1.0, §3.12.1 and the schema).
+    fn check_event(&mut self, event: &Name) {
+        let text = event.text.as_str();
+        let is_strange = |c: char| {
+            c.is_ascii_punctuation() && !matches!(c, '.' | '_' | '-' | ':' | '*' | '#' | '/')
+        };
+        let Some(strange) = text.chars().find(|c| is_strange(*c)) else { return };
+        let finding = Diagnostic::warning(
+            codes::SCXML_ATTRIBUTE,
+            format!("`{strange}` in the event name `{text}`"),
+        );
+        let bare = text.trim_matches([',', ';', '|']);
+        let is_list = !bare.is_empty() && !bare.contains(is_strange);
+        let is_time = text.starts_with("after(") || text.starts_with("every(");
+        self.report(if is_list {
+            finding
+                .at(event.span, "the separator becomes part of the name")
+                .help("separate events with spaces, as in event=\"open key\"")
+                .fix(event.span, bare)
+        } else if is_time {
+            finding
+                .at(event.span, "SCXML has no timed transitions; this waits for an event of that name")
+                .help("send a delayed event in <onentry> and wait for it: <send event=\"late\" delay=\"5s\"/>")
+        } else {
+            finding
+                .at(event.span, "this waits for an event of exactly that name")
+                .help("use letters, digits, `_`, `-` and `.`; write conditions in `cond`")
+        });
     }
 
     fn transition(&mut self, node: N<'_, 't>) -> Transition {
@@ -492,16 +523,17 @@ impl<'t> Reader<'_, 't> {
                     self.report(
                         Diagnostic::error(
                             codes::SCXML_ATTRIBUTE,
-                            format!("the transition is `{other}`"),
+                            format!("unknown transition type `{other}`"),
                         )
                         .at(kind.whole(), "")
-                        .help("it is `external` or `internal`"),
+                        .help("write `external` or `internal`"),
                     );
                     false
                 }
             },
         };
         let events = self.names(node, "event");
+        events.iter().flatten().for_each(|event| self.check_event(event));
         let targets = self.names(node, "target");
         let has_condition = self.value(node, "cond").is_some();
         let condition = self.condition(node);
@@ -510,9 +542,9 @@ impl<'t> Reader<'_, 't> {
             self.report(
                 Diagnostic::error(
                     codes::SCXML_ATTRIBUTE,
-                    "the transition has neither event nor condition nor target",
+                    "the transition has no event, condition or target",
                 )
-                .at(span, "it would be taken for ever"),
+                .at(span, "it would be taken again and again without end"),
             );
         }
         if let Some(targets) = &targets
@@ -525,9 +557,9 @@ impl<'t> Reader<'_, 't> {
         if has_event && events.is_empty() {
             let span = self.tag(node);
             self.report(
-                Diagnostic::error(codes::SCXML_ATTRIBUTE, "the transition names no event")
-                    .at(span, "its attribute `event` is empty")
-                    .help("leave it out for a transition that waits for none"),
+                Diagnostic::error(codes::SCXML_ATTRIBUTE, "the attribute `event` is empty")
+                    .at(span, "no event name")
+                    .help("omit it if the transition waits for no event"),
             );
         }
         Transition {

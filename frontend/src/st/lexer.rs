@@ -55,6 +55,10 @@ pub(crate) enum Kind {
     Power,
     Slash,
     Ampersand,
+    /// `||`, which is reported and read as `OR`.
+    Bars,
+    /// `!`, which is reported and read as `NOT`.
+    Exclamation,
     Open,
     Close,
     OpenBracket,
@@ -91,6 +95,8 @@ pub(crate) struct Aside {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum LexError {
     Character(usize, usize),
+    /// An operator of C, with the one of structured text that it was read as.
+    Foreign(usize, usize, &'static str),
     /// A comment, pragma or string that does not end.
     Unclosed(usize, usize, &'static str),
 }
@@ -204,6 +210,12 @@ impl Lexer<'_> {
         Some(kind)
     }
 
+    /// An operator of C: an error, and a token for the rest of the expression.
+    fn foreign(&mut self, kind: Kind, length: usize, instead: &'static str) -> Option<Kind> {
+        self.out.errors.push(LexError::Foreign(self.at, self.at + length, instead));
+        self.one(kind, length)
+    }
+
     fn token(&mut self) -> Option<Kind> {
         let (byte, next) = (self.byte(0), self.byte(1));
         match (byte, next) {
@@ -214,6 +226,12 @@ impl Lexer<'_> {
             (b'<', b'=') => return self.one(Kind::LessEqual, 2),
             (b'>', b'=') => return self.one(Kind::GreaterEqual, 2),
             (b'*', b'*') => return self.one(Kind::Power, 2),
+            (b'&', b'&') => return self.foreign(Kind::Ampersand, 2, "AND"),
+            (b'|', b'|') => return self.foreign(Kind::Bars, 2, "OR"),
+            (b'|', _) => return self.foreign(Kind::Bars, 1, "OR"),
+            (b'=', b'=') => return self.foreign(Kind::Equal, 2, "="),
+            (b'!', b'=') => return self.foreign(Kind::NotEqual, 2, "<>"),
+            (b'!', _) => return self.foreign(Kind::Exclamation, 1, "NOT"),
             _ => {}
         }
         let kind = match byte {

@@ -20,6 +20,7 @@
 pub(crate) mod ast;
 pub(crate) mod elaborate;
 pub(crate) mod lexer;
+mod lints;
 pub(crate) mod parse;
 mod parse_decl;
 pub(crate) mod parse_sfc;
@@ -54,8 +55,8 @@ pub fn parse_within(file: FileId, text: &str, limits: &Limits) -> Parsed {
     let outside = std::mem::take(&mut parser.refused);
     for refusal in outside {
         findings.report(|| {
-            Diagnostic::error(codes::ST_NOT_READ, format!("{} is not read", refusal.what))
-                .at(refusal.span, "part of IEC 61131-3, but not of this version")
+            Diagnostic::error(codes::ST_NOT_READ, format!("{} is not supported", refusal.what))
+                .at(refusal.span, "")
                 .help(refusal.help)
         });
     }
@@ -66,7 +67,8 @@ pub fn parse_within(file: FileId, text: &str, limits: &Limits) -> Parsed {
 pub(crate) fn finish(library: &ast::Library, mut findings: Findings) -> Parsed {
     let broken = any_error(&findings.kept);
     let (design, found) = elaborate::design(library);
-    for finding in found {
+    let warnings = if broken { Vec::new() } else { lints::lints(library) };
+    for finding in found.into_iter().chain(warnings) {
         // In a text with errors a missing program is no second one.
         if broken && finding.code == codes::ST_NO_POU {
             continue;

@@ -111,16 +111,36 @@ impl<'a> Parser<'a> {
                     parser.findings.report(|| {
                         Diagnostic::error(
                             codes::ST_CHARACTER,
-                            format!("the character `{shown}` has no meaning in structured text"),
+                            format!("unexpected character `{shown}` in structured text"),
                         )
                         .at(span, "")
-                        .help("remove it")
+                    });
+                }
+                LexError::Foreign(start, end, instead) => {
+                    let span = places.span(start, end);
+                    let shown = text.get(start..end).unwrap_or("").to_owned();
+                    // A word needs space around it, a sign does not.
+                    let is_free = |at: Option<char>| at.is_none_or(char::is_whitespace);
+                    let is_word = instead.bytes().all(|byte| byte.is_ascii_alphabetic());
+                    let before = text.get(..start).and_then(|part| part.chars().next_back());
+                    let after = text.get(end..).and_then(|part| part.chars().next());
+                    let left =
+                        if is_word && !is_free(before) && before != Some('(') { " " } else { "" };
+                    let right = if is_word && !is_free(after) { " " } else { "" };
+                    parser.findings.report(|| {
+                        Diagnostic::error(
+                            codes::ST_CHARACTER,
+                            format!("structured text has no operator `{shown}`"),
+                        )
+                        .at(span, "an operator of C")
+                        .help(format!("write `{instead}`"))
+                        .fix(span, format!("{left}{instead}{right}"))
                     });
                 }
                 LexError::Unclosed(start, end, what) => {
                     let span = places.span(start, end);
                     parser.findings.report(|| {
-                        Diagnostic::error(codes::ST_CHARACTER, format!("this {what} does not end"))
+                        Diagnostic::error(codes::ST_CHARACTER, format!("this {what} is not closed"))
                             .at(span, "begins here")
                     });
                 }
@@ -208,15 +228,19 @@ impl<'a> Parser<'a> {
         Abandoned
     }
 
-    pub(crate) fn expected(&mut self, what: &str) -> Abandoned {
-        let span = self.here();
-        let found = match self.kind(0) {
+    /// The token here, as messages show it.
+    pub(crate) fn found(&self) -> String {
+        match self.kind(0) {
             Kind::End => "the end of the text".to_owned(),
             _ => format!("`{}`", crate::graf::parser::short(self.slice(self.peek(0)))),
-        };
+        }
+    }
+
+    pub(crate) fn expected(&mut self, what: &str) -> Abandoned {
+        let (span, found) = (self.here(), self.found());
         self.report(|| {
-            Diagnostic::error(codes::ST_UNEXPECTED, format!("{what} is expected, not {found}"))
-                .at(span, format!("{what} is expected here"))
+            Diagnostic::error(codes::ST_UNEXPECTED, format!("expected {what}, found {found}"))
+                .at(span, format!("expected {what}"))
         })
     }
 
@@ -264,7 +288,7 @@ impl<'a> Parser<'a> {
     pub(crate) fn too_deep(&mut self) -> Abandoned {
         let (span, limit) = (self.here(), self.limit);
         self.report(|| {
-            Diagnostic::error(codes::NESTING, format!("more than {limit} levels lie in each other"))
+            Diagnostic::error(codes::NESTING, format!("more than {limit} levels of nesting"))
                 .at(span, "too deep here")
                 .help("break it up, or raise the limit with --nesting-limit")
         })
@@ -360,11 +384,11 @@ impl<'a> Parser<'a> {
         self.report(|| {
             let finding = Diagnostic::error(
                 codes::ST_UNEXPECTED,
-                "a program, function block, function or configuration is expected",
+                "expected a program, function block, function or configuration",
             );
             match near {
-                Some(near) => finding.at(span, format!("meant `{near}`?")).fix(span, near),
-                None => finding.at(span, "not here"),
+                Some(near) => finding.at(span, format!("did you mean `{near}`?")).fix(span, near),
+                None => finding.at(span, "found this"),
             }
         })
     }
@@ -428,7 +452,7 @@ impl<'a> Parser<'a> {
             let span = self.here();
             let name_span = name.span;
             self.report(|| {
-                Diagnostic::error(codes::ST_UNEXPECTED, format!("`{end}` is missing"))
+                Diagnostic::error(codes::ST_UNEXPECTED, format!("missing `{end}`"))
                     .at(span, "expected here at the latest")
                     .at(name_span, "begins here")
             });
@@ -503,19 +527,19 @@ impl<'a> Parser<'a> {
             let span = self.places.span(aside.from, aside.end + 1);
             if word == "grafsynth" {
                 self.findings.report(|| {
-                    Diagnostic::error(codes::ST_UNEXPECTED, "this pragma belongs to no program")
-                        .at(span, "would have no effect")
-                        .help("write it above a PROGRAM or in it")
+                    Diagnostic::error(codes::ST_UNEXPECTED, "this pragma is outside every program")
+                        .at(span, "has no effect here")
+                        .help("move it into a PROGRAM or directly above one")
                 });
             } else if !told.contains(&word) {
                 told.push(word);
                 self.findings.report(|| {
                     Diagnostic::warning(
                         codes::ST_LEFT_OUT,
-                        format!("pragmas `{{{word} ..}}` are left out"),
+                        format!("pragmas `{{{word} ..}}` are ignored"),
                     )
-                    .at(span, "the first one; it has no meaning here")
-                    .help("grafsynth reads {grafsynth SETTING} only, such as {grafsynth conflict all}")
+                    .at(span, "the first one")
+                    .help("grafsynth reads only {grafsynth SETTING}, such as {grafsynth conflict all}")
                 });
             }
         }
@@ -580,7 +604,7 @@ impl<'a> Parser<'a> {
                         self.findings.report(|| {
                             Diagnostic::warning(
                                 codes::ST_LEFT_OUT,
-                                format!("`{key}` of the task {name} is left out: its programs run once a tick"),
+                                format!("`{key}` of task {name} is ignored: its programs run once per tick"),
                             )
                             .at(key.span, "")
                             .help("write an INTERVAL such as T#10ms")
@@ -612,10 +636,10 @@ impl<'a> Parser<'a> {
             self.findings.report(|| {
                 Diagnostic::warning(
                     codes::ST_LEFT_OUT,
-                    format!("what the instance {name} connects is left out: the inputs and outputs of its program are those of the design"),
+                    format!("the connections of instance {name} are ignored: the inputs and outputs of its program are those of the design"),
                 )
-                .at(open_at, "begins here")
-                .help("which channel of the machine they are is said on the board")
+                .at(open_at, "ignored from here")
+                .help("assign machine channels on the board")
             });
             let mut open = 1usize;
             while open > 0 && self.kind(0) != Kind::End {

@@ -9,7 +9,7 @@ use grafsynth_ir::diag::Diagnostic;
 
 use super::ast::{Arg, Expr, ExprKind, Op, Stmt, StmtKind};
 use super::lexer::{Kind, Token};
-use super::parse::{Parse, Parser};
+use super::parse::{Abandoned, Parse, Parser};
 use crate::codes;
 
 impl Parser<'_> {
@@ -47,7 +47,7 @@ impl Parser<'_> {
                 let condition = self.expression()?;
                 self.expect_word("DO")?;
                 let body = self.statements();
-                self.expect_word("END_WHILE")?;
+                self.expect_end("END_WHILE", start)?;
                 StmtKind::While { condition, body }
             }
             "REPEAT" => {
@@ -56,7 +56,7 @@ impl Parser<'_> {
                 self.expect_word("UNTIL")?;
                 let until = self.expression()?;
                 self.take(Kind::Semicolon);
-                self.expect_word("END_REPEAT")?;
+                self.expect_end("END_REPEAT", start)?;
                 StmtKind::Repeat { body, until }
             }
             "EXIT" => {
@@ -102,7 +102,7 @@ impl Parser<'_> {
                 {
                     let span = self.here();
                     return Err(self.report(|| {
-                        Diagnostic::error(codes::ST_UNEXPECTED, "an assignment is written `:=`")
+                        Diagnostic::error(codes::ST_UNEXPECTED, "expected `:=` for an assignment")
                             .at(span, "here")
                             .fix(span, ":=")
                     }));
@@ -114,16 +114,67 @@ impl Parser<'_> {
                 _ => return Err(self.expected("`:=`")),
             }
         };
-        if !self.at_end_of_list() {
-            self.expect(Kind::Semicolon, "`;`")?;
+        if !self.take(Kind::Semicolon) {
+            if !self.at_end_of_list() {
+                return Err(self.expected("`;`"));
+            }
+            self.missing_semicolon();
         }
         Ok(Stmt { kind, span: self.span_from(start) })
+    }
+
+    /// The last statement of a list has no semicolon: most controllers refuse it.
+    fn missing_semicolon(&mut self) {
+        let Some(last) = self.at.checked_sub(1).and_then(|at| self.list.tokens.get(at)) else {
+            return;
+        };
+        let (span, after) = (self.span(*last), self.places.span(last.end, last.end));
+        self.report(|| {
+            Diagnostic::warning(codes::ST_UNEXPECTED, "`;` is missing after this statement")
+                .at(span, "the statement ends here")
+                .help("write `;` at its end")
+                .fix(after, ";")
+        });
+    }
+
+    /// The word that closes the statement that begins at `start`.
+    fn expect_end(&mut self, word: &str, start: usize) -> Parse<()> {
+        if self.take_word(word) {
+            return Ok(());
+        }
+        let opener = word.trim_start_matches("END_");
+        let (span, found) = (self.here(), self.found());
+        let opened = self.places.span(start, start + opener.len());
+        Err(self.report(|| {
+            Diagnostic::error(
+                codes::ST_UNEXPECTED,
+                format!("expected `{word}`, found {found}: this `{opener}` is not closed"),
+            )
+            .at(span, format!("expected `{word}`"))
+            .at(opened, format!("this `{opener}` is not closed"))
+        }))
+    }
+
+    /// `ELSE IF` begins an IF of its own, whose END_IF closes only that one.
+    fn unclosed_else_if(&mut self, else_if: Span) -> Abandoned {
+        let (span, found) = (self.here(), self.found());
+        self.report(|| {
+            Diagnostic::error(
+                codes::ST_UNEXPECTED,
+                format!("expected `END_IF`, found {found}: `ELSE IF` opens a second IF"),
+            )
+            .at(else_if, "this IF needs an `END_IF` of its own")
+            .at(span, "expected `END_IF`")
+            .help("write `ELSIF` for another condition of the same IF")
+            .fix(else_if, "ELSIF")
+        })
     }
 
     fn conditional(&mut self) -> Parse<StmtKind> {
         let mut arms = Vec::new();
         let mut otherwise = Vec::new();
-        self.advance();
+        let start = self.advance().start;
+        let mut else_if = None;
         loop {
             let condition = self.expression()?;
             self.expect_word("THEN")?;
@@ -133,15 +184,22 @@ impl Parser<'_> {
                 break;
             }
         }
-        if self.take_word("ELSE") {
+        if self.is("ELSE") {
+            let from = self.advance().start;
+            if self.is("IF") {
+                else_if = Some(self.places.span(from, self.peek(0).end));
+            }
             otherwise = self.statements();
         }
-        self.expect_word("END_IF")?;
+        match else_if {
+            Some(else_if) if !self.is("END_IF") => return Err(self.unclosed_else_if(else_if)),
+            _ => self.expect_end("END_IF", start)?,
+        }
         Ok(StmtKind::If { arms, otherwise })
     }
 
     fn case(&mut self) -> Parse<StmtKind> {
-        self.advance();
+        let start = self.advance().start;
         let selector = self.expression()?;
         self.expect_word("OF")?;
         let mut arms = Vec::new();
@@ -156,7 +214,7 @@ impl Parser<'_> {
             if self.take_word("ELSE") {
                 self.take(Kind::Colon);
                 otherwise = self.statements();
-                self.expect_word("END_CASE")?;
+                self.expect_end("END_CASE", start)?;
                 return Ok(StmtKind::Case { selector, arms, otherwise });
             }
             let mut labels = Vec::new();
@@ -218,7 +276,7 @@ impl Parser<'_> {
     }
 
     fn counted(&mut self) -> Parse<StmtKind> {
-        self.advance();
+        let start = self.advance().start;
         let var = self.name("the variable of the loop")?;
         self.expect(Kind::Assign, "`:=`")?;
         let from = self.expression()?;
@@ -227,7 +285,7 @@ impl Parser<'_> {
         let by = if self.take_word("BY") { Some(self.expression()?) } else { None };
         self.expect_word("DO")?;
         let body = self.statements();
-        self.expect_word("END_FOR")?;
+        self.expect_end("END_FOR", start)?;
         Ok(StmtKind::For { var, from, to, by, body })
     }
 
@@ -264,6 +322,7 @@ impl Parser<'_> {
         Some(match self.kind(0) {
             Kind::Word => return self.word_operator(),
             Kind::Ampersand => (Infix::And, 3),
+            Kind::Bars => (Infix::Or, 1),
             Kind::Equal => (Infix::Op(Op::Eq), 4),
             Kind::NotEqual => (Infix::Op(Op::Ne), 4),
             Kind::Less => (Infix::Op(Op::Lt), 5),
@@ -305,6 +364,7 @@ impl Parser<'_> {
                 self.advance();
                 self.deeper(Self::prefix)
             }
+            Kind::Exclamation => self.not(),
             Kind::Word if self.is("NOT") => self.not(),
             _ => self.primary(),
         }
@@ -397,7 +457,7 @@ impl Parser<'_> {
         match self.time(token) {
             Some(ns) => Ok(Expr::new(ExprKind::Time(ns), span)),
             None => Err(self.report(|| {
-                Diagnostic::error(codes::ST_CONSTANT, "this is no duration").at(span, "").help(
+                Diagnostic::error(codes::ST_CONSTANT, "invalid duration").at(span, "").help(
                     "write days, hours, minutes, seconds and milliseconds in this order, as in T#1h30m or T#2.5s",
                 )
             })),
@@ -535,9 +595,9 @@ impl Parser<'_> {
         match number(self.slice(token)) {
             Some(value) => Ok(value),
             None => Err(self.report(|| {
-                Diagnostic::error(codes::ST_CONSTANT, "this number is not understood")
+                Diagnostic::error(codes::ST_CONSTANT, "invalid number")
                     .at(span, "")
-                    .help("bases are 2, 8, 10 and 16, and a number has at most 63 bits")
+                    .help("write a number of at most 63 bits in base 2, 8, 10 or 16, as in 16#FF")
             })),
         }
     }

@@ -3,7 +3,7 @@
 use super::codes;
 use super::context::Lowering;
 use super::expand::Work;
-use crate::diag::Diagnostic;
+use crate::diag::{Diagnostic, Notation};
 use crate::net::PartId;
 
 /// After `forcing`, since a forced chart may begin without a step of its own.
@@ -41,7 +41,11 @@ pub(super) fn beginnings(lowering: &mut Lowering<'_>) {
                 format!("chart {} has no initial step, so nothing in it ever happens", chart.name),
             )
             .at(chart.name.span, "no step of this chart is active after reset")
-            .help("write `initial step` where it begins");
+            .help("write `initial step` for the step that is active after reset")
+            .help_in(
+                Notation::Iec,
+                "write `INITIAL_STEP` for the step that is active after reset (in PLCopen XML: `initialStep=\"true\"`)",
+            );
             lowering.found.add(finding);
         }
     }

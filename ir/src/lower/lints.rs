@@ -9,7 +9,7 @@ use crate::expr::{CompareOp, Expr, ExprKind, Type};
 use crate::interval::{TICKS, net_type};
 use crate::net::{
     Block, Driver, Enter, InputId, InputKind, Leaf, Net, Policy, PropertyLeaf, Qualifier, Step,
-    StepId, StepKind, StmtKind, TransitionId, TransitionKind, VarOrigin,
+    StepId, StepKind, StmtKind, Transition, TransitionId, TransitionKind, VarOrigin,
 };
 use crate::span::Span;
 use crate::walk::called_in_lists;
@@ -59,13 +59,13 @@ fn stays_active(net: &Net, out: &mut Vec<Diagnostic>) {
             }
             let data = &net.steps[step];
             let what = if !data.entry.is_empty() || !data.exit.is_empty() {
-                "its lists do not run"
+                "its entry and exit lists do not run"
             } else if timed[step] {
                 "its time runs on"
             } else if pulsed[step] {
                 "it gives no new pulse"
             } else if !data.tasks.is_empty() {
-                "its tasks do not begin again"
+                "its tasks do not start again"
             } else {
                 continue;
             };
@@ -76,10 +76,10 @@ fn stays_active(net: &Net, out: &mut Vec<Diagnostic>) {
                     format!("{step} stays active when {name} fires: {what}"),
                 )
                 .at(place(net, id), "leaves the step and enters it")
-                .help("write `restart` behind the transition if the step is to begin anew, or lead it through another step")
+                .help("write `restart` after the transition to enter the step again, or go through another step")
                 .help_in(
                     Notation::Iec,
-                    "write {grafsynth restart} in the transition if the step is to begin anew, or lead it through another step",
+                    "write {grafsynth restart} in the transition to enter the step again, or go through another step",
                 ),
             );
         }
@@ -120,13 +120,13 @@ fn one_pulse(net: &Net, out: &mut Vec<Diagnostic>) {
                         Diagnostic::warning(
                             codes::ONE_PULSE,
                             format!(
-                                "{} gives one {qualifier:?} pulse for {before} and {after}, which follows it",
+                                "{} gives only one {qualifier:?} pulse for {before} and the following step {after}",
                                 action.name
                             ),
                         )
                         .at(*second, format!("no pulse of its own when {before} is left for {after}"))
                         .at(*first, "pulses here")
-                        .help("lead the transition through a step without the action, or pulse two actions"),
+                        .help("add a step without the action between them, or pulse two actions"),
                     );
                 }
             }
@@ -142,11 +142,11 @@ fn beyond_emergency(net: &Net, out: &mut Vec<Diagnostic>) {
         out.push(
             Diagnostic::warning(
                 codes::BEYOND_EMERGENCY,
-                format!("lists call {name} while the emergency holds, too"),
+                format!("lists call {name} during the emergency too"),
             )
             .at(at, "called here")
             .at(emergency.meta.span, "forces outputs and what steps call while they are active")
-            .help("let a step carry the call, or ask for the condition in the list"),
+            .help("move the call to a step action, or test the emergency condition in the list"),
         );
     }
 }
@@ -174,8 +174,17 @@ fn unused(net: &Net, out: &mut Vec<Diagnostic>) {
         };
         report(what, &input.name, "use it in a condition, or remove it");
     }
+    // The parts of an instance share the place of its declaration: using one of them uses the instance.
+    let mut used_places: BTreeSet<Span> = BTreeSet::new();
+    used_places.extend(
+        net.vars.iter().filter(|(id, _)| seen.vars[id.index()]).map(|(_, var)| var.name.span),
+    );
+    used_places.remove(&Span::default());
     for (id, var) in net.vars.iter() {
-        if var.origin == VarOrigin::Declared && !seen.vars[id.index()] {
+        if var.origin == VarOrigin::Declared
+            && !seen.vars[id.index()]
+            && !used_places.contains(&var.name.span)
+        {
             report("variable", &var.name, "remove it");
         }
     }
@@ -335,7 +344,7 @@ fn duplicates(net: &Net, out: &mut Vec<Diagnostic>) {
         out.push(
             Diagnostic::warning(
                 codes::DUPLICATE_TRANSITION,
-                format!("transition {again} says the same as {first}"),
+                format!("transition {again} is the same as {first}"),
             )
             .at(place(net, id), "again here")
             .at(place(net, earlier), "first here")
@@ -395,14 +404,14 @@ fn unreached(net: &Net, out: &mut Vec<Diagnostic>) {
     for (id, step) in net.steps.iter().filter(|(id, step)| !reach.reached[*id] && !step.hidden) {
         let name = &step.name;
         let message = if entered[id] {
-            format!("step {name} can never be active: what leads to it is never active itself")
+            format!("step {name} can never be active: the steps before it are never active")
         } else {
             format!("step {name} can never be active: no transition leads to it")
         };
         out.push(
             Diagnostic::warning(codes::UNREACHED_STEP, message)
                 .at(name.span, "")
-                .help("make it an initial step, lead a transition to it, or remove it"),
+                .help("make it an initial step, add a transition to it, or remove it"),
         );
     }
 }
@@ -440,12 +449,35 @@ impl Reach<'_> {
     }
 }
 
+/// Marks the enclosing steps that a transition leaves: those that contain its source and not its target.
+fn leave_enclosing(net: &Net, transition: &Transition, left: &mut IdMap<Step, bool>) {
+    let is_inside = |step: StepId, around: StepId| {
+        std::iter::successors(net.steps[step].parent, |step| net.steps[*step].parent)
+            .any(|one| one == around)
+    };
+    for source in &transition.requires {
+        let enclosing =
+            std::iter::successors(net.steps[*source].parent, |step| net.steps[*step].parent);
+        for around in enclosing {
+            left[around] |= transition.enters.iter().any(|enter| match *enter {
+                Enter::Step(step) => !is_inside(step, around),
+                Enter::InitialContent(_) => false,
+                Enter::History(history) => {
+                    let owner = net.histories[history].owner;
+                    owner != around && !is_inside(owner, around)
+                }
+            });
+        }
+    }
+}
+
 /// Steps that are entered and that no transition leaves.
 fn no_way_out(net: &Net, out: &mut Vec<Diagnostic>) {
     let mut left: IdMap<Step, bool> = IdMap::filled(&net.steps, false);
     let mut entered: IdMap<Step, bool> = IdMap::filled(&net.steps, false);
     for transition in net.transitions.values().filter(|one| one.kind == TransitionKind::Move) {
         transition.requires.iter().for_each(|step| left[*step] = true);
+        leave_enclosing(net, transition, &mut left);
         for enter in &transition.enters {
             if let Enter::Step(step) = enter {
                 entered[*step] = true;
@@ -474,8 +506,8 @@ fn no_way_out(net: &Net, out: &mut Vec<Diagnostic>) {
         };
         out.push(
             Diagnostic::warning(codes::NO_WAY_OUT, format!("{what} {name} has no way out"))
-                .at(span, "no transition leaves it: once active, it stays so for ever")
-                .help("lead a transition from it to where the cycle goes on"),
+                .at(span, "no transition leaves it: once active, it stays active for ever")
+                .help("add a transition that leaves it"),
         );
     }
 }
@@ -562,7 +594,7 @@ fn constants(net: &Net, out: &mut Vec<Diagnostic>) {
                     &transition.guard,
                     place(net, id),
                     format!("the condition of {name} is always true"),
-                    "leave it out where that is meant",
+                    "remove the condition if this is intended",
                 ));
             }
             Some(false) => {
@@ -570,7 +602,7 @@ fn constants(net: &Net, out: &mut Vec<Diagnostic>) {
                     &transition.guard,
                     place(net, id),
                     format!("the condition of {name} is never true, so it never fires"),
-                    "look at the ranges of the variables in it, or remove the transition",
+                    "check the ranges of its variables, or remove the transition",
                 ));
             }
             Some(true) | None => {}
@@ -594,7 +626,7 @@ fn constants(net: &Net, out: &mut Vec<Diagnostic>) {
                     condition,
                     emission.span,
                     format!("the condition of {} in {step} is always {value}", output.name),
-                    "look at the ranges of the variables in it",
+                    "check the ranges of its variables",
                 ));
             }
         }
@@ -609,7 +641,7 @@ fn conditions_in(net: &Net, block: &Block, out: &mut Vec<Diagnostic>) {
                 condition,
                 stmt.span,
                 format!("this `if` is always {value}"),
-                "look at the ranges of the variables in it",
+                "check the ranges of its variables",
             ));
         }
         conditions_in(net, then, out);
@@ -658,7 +690,7 @@ fn never_taken(net: &Net, out: &mut Vec<Diagnostic>) {
             .at(place(net, id), "")
             .at(place(net, winner), "its condition is always true")
             .help(
-                "write a condition there, or a more urgent `priority` here (1 is the most urgent)",
+                "add a condition to that transition, or give this one a more urgent `priority` (1 is the most urgent)",
             ),
         );
     }

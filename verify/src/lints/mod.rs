@@ -1,15 +1,16 @@
 //! What is probably not what the designer meant. Every finding is shown by an exhaustive search or follows from the structure of the chart; nothing is
 //! reported on suspicion, and what was not looked for is said.
 
+mod constant;
 mod livelock;
 mod search;
 
 pub(crate) use search::Shown;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::facts::Facts;
-use grafsynth_ir::net::{Net, StepId, TransitionId, TransitionKind};
+use grafsynth_ir::net::{Net, StepId, TransitionId, TransitionKind, VarId};
 use grafsynth_ir::{Diagnostic, Valid};
 
 use crate::codes;
@@ -151,7 +152,9 @@ fn step_names<'a>(net: &'a Net, steps: impl IntoIterator<Item = StepId>) -> Stri
 
 fn unreachable(net: &Net, facts: &Facts, out: &mut Vec<Diagnostic>) {
     let never: BTreeSet<StepId> = facts.unreachable_steps.iter().copied().collect();
-    for step in never.iter().filter(|step| !net.steps[**step].hidden) {
+    let causes = constant::causes(net);
+    let explained = explained(net, &never, &causes);
+    for step in never.iter().filter(|step| !net.steps[**step].hidden && !explained.contains(step)) {
         let data = &net.steps[*step];
         let entering: Vec<TransitionId> = net
             .transitions
@@ -192,6 +195,10 @@ fn unreachable(net: &Net, facts: &Facts, out: &mut Vec<Diagnostic>) {
             format!("{what} `{}` never fires", data.name),
         )
         .at(data.meta.span, "no stimulus makes it fire");
+        if let Some(vars) = causes.get(transition) {
+            out.push(constant::finding(net, *transition, vars));
+            continue;
+        }
         if data.guard.is_false() {
             warning = warning.at(data.guard.span, "this is never true");
         } else if data.requires.len() > 1 {
@@ -201,6 +208,41 @@ fn unreachable(net: &Net, facts: &Facts, out: &mut Vec<Diagnostic>) {
             warning = warning.help("its receptivity is never true while its step is active, or another transition always wins");
         }
         out.push(warning);
+    }
+}
+
+/// The steps that are never active only because variables in the transitions to them never change: those transitions are reported instead.
+fn explained(
+    net: &Net,
+    never: &BTreeSet<StepId>,
+    causes: &BTreeMap<TransitionId, Vec<VarId>>,
+) -> BTreeSet<StepId> {
+    let mut explained: BTreeSet<StepId> = BTreeSet::new();
+    if causes.is_empty() {
+        return explained;
+    }
+    loop {
+        let more: Vec<StepId> = never
+            .iter()
+            .copied()
+            .filter(|step| !explained.contains(step))
+            .filter(|step| {
+                let mut entering = net
+                    .transitions
+                    .iter()
+                    .filter(|(_, one)| crate::exclusive::entered(one).any(|entry| entry == *step))
+                    .peekable();
+                entering.peek().is_some()
+                    && entering.all(|(id, one)| {
+                        causes.contains_key(&id)
+                            || one.requires.iter().any(|from| explained.contains(from))
+                    })
+            })
+            .collect();
+        if more.is_empty() {
+            return explained;
+        }
+        explained.extend(more);
     }
 }
 

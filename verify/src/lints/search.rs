@@ -441,7 +441,7 @@ impl<'n> Shown<'n> {
                         net.sends[*send].name
                     ),
                 )
-                .at(net.sends[*send].meta.span, "its time starts anew")
+                .at(net.sends[*send].meta.span, "its delay starts again")
                 .help("give sends that may run side by side their own names with `as`, or cancel the first")
                 .help_in(
                     Notation::Scxml,
@@ -520,6 +520,7 @@ impl<'n> Shown<'n> {
     /// States from which nothing ever fires again.
     fn dead_ends(&self, states: &States, out: &mut Vec<Diagnostic>) -> Vec<Vec<StepId>> {
         let net = self.net;
+        let causes = super::constant::causes(net);
         let alive = self.alive(states, |_| true);
         let mut reported: BTreeSet<&Situation> = BTreeSet::new();
         let mut found = Vec::new();
@@ -529,6 +530,19 @@ impl<'n> Shown<'n> {
                 continue;
             }
             if is_end(net, situation) {
+                continue;
+            }
+            // Where all that waits is reported for a variable that never changes, this follows from it.
+            let mut blocked = net
+                .transitions
+                .iter()
+                .filter(|(_, transition)| {
+                    transition.kind == TransitionKind::Move
+                        && transition.requires.iter().any(|step| situation.contains(*step))
+                })
+                .peekable();
+            if blocked.peek().is_some() && blocked.all(|(id, _)| causes.contains_key(&id)) {
+                found.push(situation.iter().collect());
                 continue;
             }
             let rows = states.stimulus(net, at);
@@ -562,7 +576,9 @@ impl<'n> Shown<'n> {
                         .at(transition.meta.span, format!("waits for {}", step_names(net, missing)))
                 };
             }
-            out.push(warning.help("draw a way out, or a receptivity that can become true"));
+            out.push(warning.help(
+                "add a transition that leaves the situation, or a receptivity that can become true",
+            ));
             found.push(active);
         }
         found

@@ -26,11 +26,11 @@ impl<'t> Reader<'_, 't> {
         let finding = match declared {
             Some(other) => Diagnostic::error(
                 codes::SCXML_NAMESPACE,
-                format!("the document is in the namespace {other}, not in that of SCXML"),
+                format!("wrong namespace {other}; expected that of SCXML"),
             ),
             None => Diagnostic::warning(
                 codes::SCXML_NAMESPACE,
-                "the document names no namespace; it is read as SCXML all the same",
+                "the document has no namespace; it is read as SCXML",
             ),
         };
         self.report(
@@ -61,7 +61,7 @@ impl<'t> Reader<'_, 't> {
                     self.report(
                         Diagnostic::error(
                             codes::SCXML_ELEMENT,
-                            format!("text stands in <{name}>, which has none"),
+                            format!("unexpected text in <{name}>"),
                         )
                         .at(span, ""),
                     );
@@ -100,17 +100,21 @@ impl<'t> Reader<'_, 't> {
         }
         let is_known = RULES.iter().any(|rule| rule.name == tag);
         let message = if is_known {
-            format!("<{tag}> cannot stand in <{parent}>")
+            format!("<{tag}> is not allowed in <{parent}>")
         } else {
-            format!("SCXML has no element <{tag}>")
+            format!("unknown SCXML element <{tag}>")
         };
         let mut finding = Diagnostic::error(codes::SCXML_ELEMENT, message).at(span, "");
         if let Some(near) = nearest(tag, allowed.iter().copied()).filter(|_| !is_known) {
             finding = finding.help(format!("did you mean <{near}>?"));
+        } else if matches!(parent, "else" | "elseif") {
+            finding = finding.help(format!(
+                "write <{parent}/> as an empty element; its branch follows it, up to the next <elseif/>, <else/> or </if>"
+            ));
         } else if allowed.is_empty() {
-            finding = finding.help(format!("nothing stands in <{parent}>"));
+            finding = finding.help(format!("<{parent}> has no child elements"));
         } else {
-            finding = finding.help(format!("in it may stand {}", allowed.join(", ")));
+            finding = finding.help(format!("<{parent}> can contain {}", allowed.join(", ")));
         }
         self.report(finding);
     }
@@ -128,13 +132,13 @@ impl<'t> Reader<'_, 't> {
             self.report(refuse(
                 span,
                 &format!("<{}> of {space}", tag.name()),
-                "write what it does with the elements of SCXML",
+                "replace it by elements of SCXML",
             ));
         } else if space == GRAFSYNTH {
             self.report(
                 Diagnostic::error(
                     codes::SCXML_ELEMENT,
-                    format!("grafsynth has no element <{}> of its own", tag.name()),
+                    format!("unknown grafsynth element <{}>", tag.name()),
                 )
                 .at(span, ""),
             );
@@ -142,9 +146,9 @@ impl<'t> Reader<'_, 't> {
             self.report(
                 Diagnostic::warning(
                     codes::SCXML_IGNORED,
-                    format!("what belongs to the namespace {space} is not read"),
+                    format!("elements and attributes of the namespace {space} are ignored"),
                 )
-                .at(span, "here first"),
+                .at(span, "first used here"),
             );
         }
     }
@@ -186,7 +190,7 @@ impl<'t> Reader<'_, 't> {
                     if !ours.contains(&word) {
                         let mut finding = Diagnostic::error(
                             codes::SCXML_ATTRIBUTE,
-                            format!("grafsynth has no attribute {word} for <{name}>"),
+                            format!("unknown grafsynth attribute {word} of <{name}>"),
                         )
                         .at(span, "");
                         if !ours.is_empty() {
@@ -203,9 +207,11 @@ impl<'t> Reader<'_, 't> {
                         self.report(
                             Diagnostic::warning(
                                 codes::SCXML_IGNORED,
-                                format!("what belongs to the namespace {space} is not read"),
+                                format!(
+                                    "elements and attributes of the namespace {space} are ignored"
+                                ),
                             )
-                            .at(span, "here first"),
+                            .at(span, "first used here"),
                         );
                     }
                 }
@@ -219,10 +225,10 @@ impl<'t> Reader<'_, 't> {
         self.report(
             Diagnostic::error(
                 codes::SCXML_ELEMENT,
-                format!("<{name}> has an attribute expr and a text, of which it may have one"),
+                format!("<{name}> has both an attribute expr and a text"),
             )
             .at(content.whole(), "a second value")
-            .help("delete the one that is not meant"),
+            .help("delete one of them"),
         );
     }
 
@@ -250,7 +256,7 @@ impl<'t> Reader<'_, 't> {
             self.report(
                 Diagnostic::error(
                     codes::SCXML_ATTRIBUTE,
-                    format!("the {attribute} of <{tag}> is not one name: {:?}", value.text),
+                    format!("the {attribute} of <{tag}> is not a single name: {:?}", value.text),
                 )
                 .at(value.whole(), ""),
             );
@@ -273,7 +279,7 @@ impl<'t> Reader<'_, 't> {
         self.report(
             Diagnostic::error(
                 codes::SCXML_ATTRIBUTE,
-                format!("<{tag}> has no attribute {attribute}, which it needs"),
+                format!("<{tag}> needs the attribute {attribute}"),
             )
             .at(span, ""),
         );
@@ -288,7 +294,7 @@ impl<'t> Reader<'_, 't> {
             self.report(
                 Diagnostic::error(
                     codes::SCXML_SIZE,
-                    format!("the attribute {attribute} holds more than {MAX_NAMES} names"),
+                    format!("the attribute {attribute} contains more than {MAX_NAMES} names"),
                 )
                 .at(self.tag(node), "")
                 .help("write several transitions"),
@@ -302,11 +308,11 @@ impl<'t> Reader<'_, 't> {
                 self.report(
                     Diagnostic::error(
                         codes::SCXML_SIZE,
-                        format!("the lists of names of the document hold more than {MAX_FURTHER}"),
+                        format!("the name lists of the document contain more than {MAX_FURTHER} names"),
                     )
-                    .at(self.tag(node), "here the count was reached")
+                    .at(self.tag(node), "the limit is reached here")
                     .help(
-                        "give events a common beginning, as in `key.a` and `key.b`, and name that",
+                        "give the events a common prefix, as in `key.a` and `key.b`, and use the prefix",
                     ),
                 );
             }
@@ -332,7 +338,7 @@ impl<'t> Reader<'_, 't> {
             self.report(refuse(
                 ast.span,
                 "an array as a value",
-                "assign its elements one by one; an array stands in <data> and <foreach>",
+                "assign the elements one by one; arrays are allowed only in <data> and <foreach>",
             ));
             return None;
         }

@@ -36,6 +36,14 @@ pub(super) enum Block {
     Rs,
 }
 
+/// Inputs and outputs of the standard function block with that name, which is in capitals.
+pub(crate) fn standard_block(name: &str) -> Option<(Vec<&'static str>, Vec<&'static str>)> {
+    let block = Block::named(name)?;
+    let mut inputs = block.order();
+    let outputs = inputs.split_off(block.inputs().len());
+    Some((inputs, outputs))
+}
+
 impl Block {
     /// The block of that name, which is in capitals.
     pub(super) fn named(name: &str) -> Option<Block> {
@@ -59,6 +67,28 @@ impl Block {
             "RS" => Block::Rs,
             _ => return None,
         })
+    }
+
+    /// The name that declares it.
+    pub(super) fn name(self) -> String {
+        match self {
+            Block::Ton => "TON",
+            Block::Tof => "TOF",
+            Block::Tp => "TP",
+            Block::RTrig => "R_TRIG",
+            Block::FTrig => "F_TRIG",
+            Block::Ctu(..) => "CTU",
+            Block::Ctd(..) => "CTD",
+            Block::Ctud(..) => "CTUD",
+            Block::Sr => "SR",
+            Block::Rs => "RS",
+        }
+        .to_owned()
+    }
+
+    /// Its first Boolean output.
+    pub(super) fn output(self) -> String {
+        self.order()[self.inputs().len()].to_owned()
     }
 
     /// Names of the inputs in their order, each with the other names that are in use.

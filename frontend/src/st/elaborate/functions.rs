@@ -11,7 +11,7 @@ use super::leave::{self, LEFT, RETURNED, SKIPPED, VARIABLE};
 use super::types::{Ty, integer};
 use super::usage::upper;
 use super::value::{Kind, Value, nodes};
-use super::{Binding, Elaborator, Frame, FrameId, Outcome, Told};
+use super::{Binding, Elaborator, Frame, FrameId, ObjectKind, Outcome, Told};
 use crate::codes;
 use crate::st::ast::{self, Arg, Body, Op, PouKind, Section, StmtKind};
 
@@ -90,6 +90,9 @@ impl Elaborator<'_> {
         if let Some(index) = self.functions.get(&key).copied() {
             return self.run_function(frame, index, arguments, span);
         }
+        if let Some(Binding::Object(object)) = self.lookup(frame, &name.text) {
+            return Err(self.instance_in_expression(object, name, arguments, span));
+        }
         let named = arguments.iter().filter_map(|one| one.name.as_ref());
         if let Some(unknown) = named.clone().find(|name| !is_parameter(&upper(&name.text))) {
             let unknown = unknown.clone();
@@ -121,6 +124,61 @@ impl Elaborator<'_> {
         Ok(value)
     }
 
+    /// An instance is called by a statement of its own; an expression reads its outputs.
+    fn instance_in_expression(
+        &mut self,
+        object: usize,
+        name: &Name,
+        arguments: &[Arg],
+        span: Span,
+    ) -> Told {
+        let (ty, output) = match self.objects[object].kind {
+            ObjectKind::Standard(block) => (block.name(), block.output()),
+            ObjectKind::User(pou) => (self.library.pous[pou].name.text.clone(), "an output".into()),
+            ObjectKind::Struct => ("a structure".into(), "a field".into()),
+        };
+        let finding = Diagnostic::error(
+            codes::ST_CALL,
+            format!("`{name}` is an instance of {ty}, which an expression cannot call"),
+        )
+        .at(span, "called in an expression");
+        let is_timer = matches!(
+            self.objects[object].kind,
+            ObjectKind::Standard(block) if block.name() == "TON"
+        );
+        let given = |wanted: &str| {
+            let one = arguments
+                .iter()
+                .find(|one| one.name.as_ref().is_some_and(|name| upper(&name.text) == wanted));
+            one.map(|one| &one.value.kind)
+        };
+        let step = match given("IN") {
+            Some(ast::ExprKind::Field(inner, field)) if upper(&field.text) == "X" => inner.root(),
+            _ => None,
+        };
+        let limit = match given("PT") {
+            Some(ast::ExprKind::Time(ns)) if ns % 1_000_000_000 == 0 => {
+                format!("T#{}s", ns / 1_000_000_000)
+            }
+            Some(ast::ExprKind::Time(ns)) => format!("T#{}ms", ns / 1_000_000),
+            Some(ast::ExprKind::Name(name)) => name.text.clone(),
+            _ => "T#3s".to_owned(),
+        };
+        let help = match (self.objects[object].kind, is_timer.then_some(step).flatten()) {
+            (ObjectKind::Struct, _) => format!("read a field, as in `{name}.field`"),
+            (_, Some(step)) => format!(
+                "call `{name}(..)` in a statement and read `{name}.{output}` here, or compare the time of the step, as in `{step}.T >= {limit}`"
+            ),
+            (ObjectKind::Standard(_), None) => {
+                format!("call `{name}(..)` in a statement and read `{name}.{output}` here")
+            }
+            (ObjectKind::User(_), None) => {
+                format!("call `{name}(..)` in a statement and read one of its outputs here")
+            }
+        };
+        self.report(finding.help(help))
+    }
+
     fn no_parameter(&mut self, function: &Name, unknown: &Name) -> Told {
         self.report(
             Diagnostic::error(
@@ -128,7 +186,7 @@ impl Elaborator<'_> {
                 format!("{function} has no parameter {}", unknown.text),
             )
             .at(unknown.span, "")
-            .help("standard functions have IN, IN0, IN1 and so on, G, K, N, MN and MX; others those of their VAR_INPUT"),
+            .help("standard functions have the parameters IN, IN0, IN1 and so on, G, K, N, MN and MX; your own functions have those of their VAR_INPUT"),
         )
     }
 
@@ -226,7 +284,7 @@ impl Elaborator<'_> {
                     let which = self.fit(which, &Ty::Bool, "G of SEL")?;
                     if std::mem::discriminant(&first.kind) != std::mem::discriminant(&second.kind) {
                         return Err(
-                            self.type_error("the two values of SEL are of different kinds", span)
+                            self.type_error("the two values of SEL have different types", span)
                         );
                     }
                     return self.choice(which.expr, second, first, span);
@@ -312,7 +370,7 @@ impl Elaborator<'_> {
             return self.refused(
                 &format!("the function {key}"),
                 name.span,
-                "write what it does with integers and Booleans",
+                "write its calculation with integers and Booleans",
             );
         }
         let candidates: Vec<String> = KNOWN
@@ -396,7 +454,7 @@ impl Elaborator<'_> {
             return Some(match value.kind {
                 Kind::Bool => Ok(value),
                 Kind::Int(..) => self.binary(Op::Ne, value, Value::int(0, span), span),
-                Kind::Time(_) => Err(self.type_error("a number is needed here", span)),
+                Kind::Time(_) => Err(self.type_error("expected a number", span)),
             });
         }
         let (lo, hi) = integer(to)?;
@@ -417,7 +475,7 @@ impl Elaborator<'_> {
     /// Digits of one base read as digits of another.
     fn bcd(&mut self, value: Value, from: i64, to: i64, span: Span) -> Outcome<Value> {
         let Kind::Int(lo, hi) = value.kind else {
-            return Err(self.type_error("a number is needed here", span));
+            return Err(self.type_error("expected a number", span));
         };
         if lo < 0 && lo != hi && from == 16 {
             return Err(self.type_error("a BCD number is a BYTE, WORD or unsigned integer", span));
@@ -463,8 +521,8 @@ impl Elaborator<'_> {
         let pou = &library.pous[index];
         let PouKind::Function(Some(result)) = &pou.kind else {
             return Err(self.report(
-                Diagnostic::error(codes::ST_CALL, format!("{} gives no value", pou.name))
-                    .at(span, "a value is needed here"),
+                Diagnostic::error(codes::ST_CALL, format!("{} returns no value", pou.name))
+                    .at(span, "expected a value"),
             ));
         };
         for refusal in &pou.refused {
@@ -492,7 +550,7 @@ impl Elaborator<'_> {
                 Some(init) if ty == Ty::Time => match init {
                     ast::Init::Value(init) => self.value(inside, init)?,
                     ast::Init::List(_, span) | ast::Init::Fields(_, span) => {
-                        return Err(self.type_error("this is no time", *span));
+                        return Err(self.type_error("expected a time", *span));
                     }
                 },
                 Some(init) => {
@@ -526,11 +584,7 @@ impl Elaborator<'_> {
             return Err(self.report(
                 Diagnostic::error(
                     codes::ST_CALL,
-                    format!(
-                        "{} takes {position} arguments, here it gets {}",
-                        pou.name,
-                        arguments.len()
-                    ),
+                    format!("{} takes {position} arguments, found {}", pou.name, arguments.len()),
                 )
                 .at(span, ""),
             ));
@@ -610,7 +664,7 @@ impl Elaborator<'_> {
                     return Err(self.report(
                         Diagnostic::error(
                             codes::ST_CALL,
-                            format!("a function changes {name}, which is not its own"),
+                            format!("a function cannot change {name}, which it does not declare"),
                         )
                         .at(target.span, "")
                         .help("make it a function block"),

@@ -154,6 +154,8 @@ fn length(bounds: &[(i64, i64)]) -> usize {
         .fold(1, usize::saturating_mul)
 }
 
+pub(crate) use blocks::standard_block;
+
 /// Turns a library into a design; the findings in the order of the text.
 pub(crate) fn design(library: &Library) -> (Option<Design>, Vec<Diagnostic>) {
     let mut elaborator = Elaborator::new(library);
@@ -240,8 +242,8 @@ impl<'a> Elaborator<'a> {
         let plural = what.ends_with('s') && !what.ends_with("ss");
         let verb = if plural { "are" } else { "is" };
         self.report(
-            Diagnostic::error(codes::ST_NOT_READ, format!("{what} {verb} not read"))
-                .at(span, "part of IEC 61131-3, but not of this version")
+            Diagnostic::error(codes::ST_NOT_READ, format!("{what} {verb} not supported"))
+                .at(span, "")
                 .help(help),
         )
     }
@@ -250,7 +252,7 @@ impl<'a> Elaborator<'a> {
         self.report(
             Diagnostic::error(codes::ST_DUPLICATE, format!("{name} is declared twice"))
                 .at(name.span, "again here")
-                .help("give one of them another name; letter case does not count"),
+                .help("rename one of them; upper and lower case are the same"),
         );
     }
 
@@ -419,7 +421,7 @@ impl<'a> Elaborator<'a> {
             self.report(
                 Diagnostic::warning(
                     codes::ST_LEFT_OUT,
-                    format!("program {name} is left out, {blocks} stands alone"),
+                    format!("program {name} is ignored; the design is {blocks} alone"),
                 )
                 .at(name.span, "calls a function block with a chart")
                 .help("inputs and outputs of the design are those of the block"),
@@ -488,7 +490,7 @@ impl<'a> Elaborator<'a> {
                     Diagnostic::warning(
                         codes::ST_LEFT_OUT,
                         format!(
-                            "program {} is left out: the configuration has no instance of it",
+                            "program {} is ignored: the configuration has no instance of it",
                             pou.name
                         ),
                     )
@@ -722,10 +724,10 @@ impl<'a> Elaborator<'a> {
             self.report(
                 Diagnostic::error(
                     codes::ST_UNEXPECTED,
-                    format!("`{}` is no setting of a chart", setting.text),
+                    format!("unknown chart setting `{}`", setting.text),
                 )
                 .at(setting.span, "in this pragma")
-                .help("write a setting of the chart language, such as {grafsynth conflict all}; {grafsynth restart} stands in a transition"),
+                .help("write a setting of the chart language, such as {grafsynth conflict all}; {grafsynth restart} belongs in a transition"),
             );
             return;
         }

@@ -100,7 +100,7 @@ impl Elaborator<'_> {
         self.report(
             Diagnostic::error(codes::ST_DUPLICATE, format!("{what} {name} is declared twice"))
                 .at(name.span, "again here")
-                .help("give one of them another name; letter case does not count"),
+                .help("rename one of them; upper and lower case are the same"),
         );
     }
 
@@ -177,7 +177,7 @@ impl Elaborator<'_> {
                 self.report(
                     Diagnostic::error(
                         codes::ST_TYPE,
-                        format!("{name} is no action and no Boolean variable"),
+                        format!("{name} is neither an action nor a Boolean variable"),
                     )
                     .at(name.span, "used as an action"),
                 );
@@ -203,7 +203,7 @@ impl Elaborator<'_> {
                 self.report(
                     Diagnostic::error(
                         codes::ST_TYPE,
-                        format!("{name} is no Boolean variable that an action can set"),
+                        format!("{name} is not a Boolean variable, so an action cannot set it"),
                     )
                     .at(name.span, "used as an action"),
                 );
@@ -216,10 +216,10 @@ impl Elaborator<'_> {
             self.report(
             Diagnostic::warning(
                 codes::ST_MIXED,
-                format!("{name} is an action of steps and assigned by statements"),
+                format!("{name} is used as a step action and also assigned by statements"),
             )
             .at(span, "used as an action")
-            .help("S and R write it in each scan in which their step is active, then the statements of actions do"),
+            .help("drive it in one way only; in each scan, S and R write it first, then statements do"),
         );
         }
         let base = &place.name.text;
@@ -342,11 +342,11 @@ impl Elaborator<'_> {
                         self.report(
                             Diagnostic::error(
                                 codes::ST_TIMER,
-                                "the duration of an action is a constant time",
+                                "the duration of an action must be a constant time",
                             )
                             .at(duration.span, "")
                             .help(
-                                "write one such as T#3s, or a TIME variable that nothing assigns",
+                                "write a duration such as T#3s, or a TIME variable that is never assigned",
                             ),
                         );
                         return;
@@ -361,14 +361,11 @@ impl Elaborator<'_> {
             self.report(
                 Diagnostic::warning(
                     codes::ST_LEFT_OUT,
-                    format!(
-                        "qualifier {:?} takes no duration: this one is left out",
-                        one.qualifier
-                    ),
+                    format!("qualifier {:?} has no duration; this one is ignored", one.qualifier),
                 )
-                .at(written.span, "without effect")
+                .at(written.span, "has no effect")
                 .help(format!(
-                    "remove it, or write `{}(L, ..)` for an action that ends after a time",
+                    "remove it, or write `{}(L, ..)` for an action that ends after that time",
                     one.action
                 )),
             );
@@ -380,7 +377,10 @@ impl Elaborator<'_> {
                     format!("qualifier {:?} needs a duration", one.qualifier),
                 )
                 .at(one.span, "")
-                .help(format!("write `{}({:?}, T#3s)`", one.action, one.qualifier)),
+                .help(format!(
+                    "write `{}({:?}, T#3s)` in structured text, `duration=\"T#3s\"` at the <action> in PLCopen XML",
+                    one.action, one.qualifier
+                )),
             );
             return;
         }

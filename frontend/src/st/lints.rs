@@ -1,0 +1,311 @@
+//! Warnings about text that has a meaning, and probably not the intended one: assignments that are overwritten, blocks that are never called.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use grafsynth_ir::Span;
+use grafsynth_ir::diag::Diagnostic;
+
+use super::ast::{
+    Arg, Body, Element, Expr, ExprKind, Library, Pou, Section, Sfc, Stmt, StmtKind, TypeKind,
+};
+use super::elaborate::standard_block;
+use crate::codes;
+
+/// All warnings about the units of a library.
+pub(super) fn lints(library: &Library) -> Vec<Diagnostic> {
+    let mut out = Vec::new();
+    for pou in &library.pous {
+        let mut lists: Vec<&[Stmt]> = Vec::new();
+        match &pou.body {
+            Body::Statements(list) => lists.push(list),
+            Body::Sfc(sfc) => lists_of(sfc, &mut lists),
+        }
+        lists.extend(pou.actions.iter().map(|action| action.body.as_slice()));
+        // Another name may stand for the same variable.
+        let aliases: BTreeSet<String> = pou
+            .vars
+            .iter()
+            .filter(|var| {
+                var.section == Section::InOut
+                    || var
+                        .address
+                        .as_ref()
+                        .is_some_and(|it| it.text.to_uppercase().starts_with("%M"))
+            })
+            .map(|var| var.name.text.to_uppercase())
+            .collect();
+        lists.iter().for_each(|list| overwritten(list, &aliases, &mut out));
+        not_called(library, pou, &lists, &mut out);
+    }
+    out
+}
+
+fn lists_of<'a>(sfc: &'a Sfc, out: &mut Vec<&'a [Stmt]>) {
+    out.extend(sfc.actions.iter().map(|action| action.body.as_slice()));
+    out.push(&sfc.always);
+    for element in &sfc.elements {
+        if let Element::Macro(inner) = element {
+            lists_of(&inner.body, out);
+        }
+    }
+}
+
+fn conditions_of<'a>(sfc: &'a Sfc, out: &mut Vec<&'a Expr>) {
+    for element in &sfc.elements {
+        match element {
+            Element::Transition(transition) => out.push(&transition.condition),
+            Element::Step(step) => {
+                out.extend(step.uses.iter().filter_map(|one| one.duration.as_ref()));
+            }
+            Element::Macro(inner) => conditions_of(&inner.body, out),
+        }
+    }
+}
+
+/// Assignments that a later one of the same list overwrites, with nothing between them that could read the value or end the list.
+fn overwritten(list: &[Stmt], aliases: &BTreeSet<String>, out: &mut Vec<Diagnostic>) {
+    let mut open: BTreeMap<String, Span> = BTreeMap::new();
+    for stmt in list {
+        let mut seen = Mentions::default();
+        match &stmt.kind {
+            StmtKind::Assign { target, value } => {
+                seen.expr(value);
+                if let ExprKind::Name(name) = &target.kind {
+                    let key = name.text.to_uppercase();
+                    forget(&mut open, &seen);
+                    if aliases.contains(&key) {
+                        continue;
+                    }
+                    if let Some(first) = open.insert(key, stmt.span) {
+                        out.push(
+                            Diagnostic::warning(
+                                codes::ST_OVERWRITTEN,
+                                format!("the first assignment to `{name}` has no effect: nothing reads it before the next one"),
+                            )
+                            .at(first, "this value is lost")
+                            .at(stmt.span, "assigned again here")
+                            .help(format!("combine both in one assignment, as in `{name} := a OR b;`, or remove the first one")),
+                        );
+                    }
+                    continue;
+                }
+                seen.expr(target);
+            }
+            StmtKind::If { arms, otherwise } => {
+                for (_, list) in arms {
+                    overwritten(list, aliases, out);
+                }
+                overwritten(otherwise, aliases, out);
+                seen.stmt(stmt);
+            }
+            StmtKind::Case { arms, otherwise, .. } => {
+                for (_, list) in arms {
+                    overwritten(list, aliases, out);
+                }
+                overwritten(otherwise, aliases, out);
+                seen.stmt(stmt);
+            }
+            StmtKind::For { body, .. }
+            | StmtKind::While { body, .. }
+            | StmtKind::Repeat { body, .. } => {
+                overwritten(body, aliases, out);
+                seen.stmt(stmt);
+            }
+            StmtKind::Call { .. }
+            | StmtKind::Exit
+            | StmtKind::Continue
+            | StmtKind::Return
+            | StmtKind::Refused(_) => seen.stmt(stmt),
+        }
+        forget(&mut open, &seen);
+    }
+}
+
+/// Assignments that are read, or that may be: a call can read whatever its unit sees, and a jump makes the value the last one.
+fn forget(open: &mut BTreeMap<String, Span>, seen: &Mentions) {
+    if seen.leaves || !seen.called.is_empty() || seen.has_function {
+        open.clear();
+    } else {
+        open.retain(|name, _| !seen.names.contains(name));
+    }
+}
+
+/// Instances of standard blocks of which an output is read, and which no statement calls.
+fn not_called(library: &Library, pou: &Pou, lists: &[&[Stmt]], out: &mut Vec<Diagnostic>) {
+    let mut seen = Mentions::default();
+    lists.iter().flat_map(|list| list.iter()).for_each(|stmt| seen.stmt(stmt));
+    let mut used_as_actions: BTreeSet<String> = BTreeSet::new();
+    if let Body::Sfc(sfc) = &pou.body {
+        let mut conditions = Vec::new();
+        conditions_of(sfc, &mut conditions);
+        conditions.into_iter().for_each(|one| seen.expr(one));
+        actions_of(sfc, &mut used_as_actions);
+    }
+    for var in &pou.vars {
+        let key = var.name.text.to_uppercase();
+        let TypeKind::Named(ty) = &var.ty.kind else { continue };
+        let ty = ty.to_uppercase();
+        let Some((inputs, outputs)) = standard_block(&ty) else { continue };
+        let is_own = library.pous.iter().any(|pou| pou.name.text.to_uppercase() == ty)
+            || library.types.iter().any(|def| def.name.text.to_uppercase() == ty);
+        let is_passed = seen.whole.contains(&key) || used_as_actions.contains(&key);
+        if is_own
+            || is_passed
+            || !matches!(var.section, Section::Local | Section::Temp)
+            || seen.called.contains(&key)
+        {
+            continue;
+        }
+        let read = seen.fields.iter().find(|(name, field, _)| {
+            *name == key && outputs.iter().any(|one| field.eq_ignore_ascii_case(one))
+        });
+        let Some((_, field, span)) = read else { continue };
+        let name = &var.name;
+        // Reset and load of a counter may be left out.
+        let is_counter = inputs.contains(&"PV");
+        let needed = inputs.iter().filter(|input| !is_counter || !matches!(**input, "R" | "LD"));
+        let call: Vec<String> = needed.map(|input| format!("{input} := ..")).collect();
+        out.push(
+            Diagnostic::warning(
+                codes::ST_NOT_CALLED,
+                format!("`{name}` is never called, so `{name}.{field}` never changes"),
+            )
+            .at(name.span, format!("this {ty} is never called"))
+            .at(*span, "read here")
+            .help(format!(
+                "call it in each scan: write `{name}({});` in an action or in statements",
+                call.join(", ")
+            )),
+        );
+    }
+}
+
+fn actions_of(sfc: &Sfc, out: &mut BTreeSet<String>) {
+    for element in &sfc.elements {
+        match element {
+            Element::Step(step) => {
+                out.extend(step.uses.iter().map(|one| one.action.text.to_uppercase()));
+            }
+            Element::Macro(inner) => actions_of(&inner.body, out),
+            Element::Transition(_) => {}
+        }
+    }
+}
+
+/// What statements and expressions name, in capitals.
+#[derive(Debug, Default)]
+struct Mentions {
+    /// All variables, read or assigned.
+    names: BTreeSet<String>,
+    /// Variables that are named without a field behind them.
+    whole: BTreeSet<String>,
+    /// Fields with their places.
+    fields: Vec<(String, String, Span)>,
+    /// Roots of what statements call.
+    called: BTreeSet<String>,
+    /// An expression calls a function.
+    has_function: bool,
+    /// RETURN, EXIT or CONTINUE.
+    leaves: bool,
+}
+
+impl Mentions {
+    fn list(&mut self, list: &[Stmt]) {
+        list.iter().for_each(|stmt| self.stmt(stmt));
+    }
+
+    fn stmt(&mut self, stmt: &Stmt) {
+        match &stmt.kind {
+            StmtKind::Assign { target, value } => {
+                self.expr(target);
+                self.expr(value);
+            }
+            StmtKind::Call { target, arguments } => {
+                if let Some(root) = target.root() {
+                    self.called.insert(root.text.to_uppercase());
+                }
+                self.arguments(arguments);
+            }
+            StmtKind::If { arms, otherwise } => {
+                for (condition, list) in arms {
+                    self.expr(condition);
+                    self.list(list);
+                }
+                self.list(otherwise);
+            }
+            StmtKind::Case { selector, arms, otherwise } => {
+                self.expr(selector);
+                for (labels, list) in arms {
+                    for (low, high) in labels {
+                        self.expr(low);
+                        high.iter().for_each(|high| self.expr(high));
+                    }
+                    self.list(list);
+                }
+                self.list(otherwise);
+            }
+            StmtKind::For { var, from, to, by, body } => {
+                self.names.insert(var.text.to_uppercase());
+                self.expr(from);
+                self.expr(to);
+                by.iter().for_each(|by| self.expr(by));
+                self.list(body);
+            }
+            StmtKind::While { condition, body } => {
+                self.expr(condition);
+                self.list(body);
+            }
+            StmtKind::Repeat { body, until } => {
+                self.list(body);
+                self.expr(until);
+            }
+            StmtKind::Exit | StmtKind::Continue | StmtKind::Return | StmtKind::Refused(_) => {
+                self.leaves = true;
+            }
+        }
+    }
+
+    fn arguments(&mut self, arguments: &[Arg]) {
+        arguments.iter().for_each(|one| self.expr(&one.value));
+    }
+
+    fn expr(&mut self, expr: &Expr) {
+        match &expr.kind {
+            ExprKind::Name(name) => {
+                let key = name.text.to_uppercase();
+                self.whole.insert(key.clone());
+                self.names.insert(key);
+            }
+            ExprKind::Field(inner, field) => {
+                if let ExprKind::Name(name) = &inner.kind {
+                    let key = name.text.to_uppercase();
+                    self.fields.push((key.clone(), field.text.clone(), expr.span));
+                    self.names.insert(key);
+                } else {
+                    self.expr(inner);
+                }
+            }
+            ExprKind::Bit(inner, _) | ExprKind::Not(inner) | ExprKind::Neg(inner) => {
+                self.expr(inner);
+            }
+            ExprKind::Index(inner, indices) => {
+                self.expr(inner);
+                indices.iter().for_each(|index| self.expr(index));
+            }
+            ExprKind::Binary(_, a, b) => {
+                self.expr(a);
+                self.expr(b);
+            }
+            ExprKind::And(all) | ExprKind::Or(all) => all.iter().for_each(|one| self.expr(one)),
+            ExprKind::Call(_, arguments) => {
+                self.has_function = true;
+                self.arguments(arguments);
+            }
+            ExprKind::Bool(_)
+            | ExprKind::Int(_)
+            | ExprKind::Time(_)
+            | ExprKind::Address(_)
+            | ExprKind::Refused(_) => {}
+        }
+    }
+}

@@ -1,0 +1,107 @@
+//! Transitions that never fire because a variable in their receptivity is never assigned.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::convert::Infallible;
+
+use grafsynth_ir::Diagnostic;
+use grafsynth_ir::diag::Notation;
+use grafsynth_ir::expr::{Expr, ExprKind, Type};
+use grafsynth_ir::net::{Leaf, Net, StmtKind, TransitionId, VarId, VarOrigin};
+use grafsynth_ir::simplify::simplify;
+use grafsynth_ir::walk::for_each_stmt;
+
+use crate::codes;
+
+/// Each transition that never fires whatever the other operands are, with the variables whose initial values make it so.
+pub(super) fn causes(net: &Net) -> BTreeMap<TransitionId, Vec<VarId>> {
+    let mut assigned: BTreeSet<VarId> = BTreeSet::new();
+    for_each_stmt(net, &mut |stmt| {
+        if let StmtKind::Assign { var, .. } = &stmt.kind {
+            assigned.insert(*var);
+        }
+    });
+    // Code of another language may assign anything.
+    let mut has_code = false;
+    for_each_stmt(net, &mut |stmt| has_code |= matches!(stmt.kind, StmtKind::Code(_)));
+    if has_code {
+        return BTreeMap::new();
+    }
+    let is_fixed = |id: VarId| {
+        let var = &net.vars[id];
+        var.origin == VarOrigin::Declared && var.len.is_none() && !assigned.contains(&id)
+    };
+    let mut causes = BTreeMap::new();
+    for (id, transition) in net.transitions.iter() {
+        let guard = &transition.guard;
+        let mut vars: Vec<VarId> = Vec::new();
+        guard.for_each_leaf(&mut |leaf| {
+            if let Leaf::Var(var) = *leaf
+                && is_fixed(var)
+                && !vars.contains(&var)
+            {
+                vars.push(var);
+            }
+        });
+        if !vars.is_empty() && simplify(&with_first_values(net, guard, &vars)).is_false() {
+            causes.insert(id, vars);
+        }
+    }
+    causes
+}
+
+fn with_first_values(net: &Net, guard: &Expr<Leaf>, vars: &[VarId]) -> Expr<Leaf> {
+    let mut value_of = |leaf: &Leaf, span| {
+        Ok::<_, Infallible>(match *leaf {
+            Leaf::Var(var) if vars.contains(&var) => {
+                let value = net.vars[var].init.first().copied().unwrap_or(0);
+                let kind = match net.vars[var].ty {
+                    Type::Bool => ExprKind::Bool(value != 0),
+                    Type::Int { .. } => ExprKind::Int(value),
+                };
+                Expr::new(kind, span)
+            }
+            leaf => Expr::leaf(leaf, span),
+        })
+    };
+    match guard.try_map(&mut value_of, &mut |leaf, _| Ok(*leaf)) {
+        Ok(expr) => expr,
+        Err(never) => match never {},
+    }
+}
+
+/// The finding about such a transition.
+pub(super) fn finding(net: &Net, id: TransitionId, vars: &[VarId]) -> Diagnostic {
+    let data = &net.transitions[id];
+    let value = |var: VarId| match (net.vars[var].ty, net.vars[var].init.first()) {
+        (Type::Bool, Some(0) | None) => "false".to_owned(),
+        (Type::Bool, Some(_)) => "true".to_owned(),
+        (Type::Int { .. }, value) => value.copied().unwrap_or(0).to_string(),
+    };
+    let stays: Vec<String> = vars
+        .iter()
+        .map(|var| format!("`{}` is never assigned and stays {}", net.vars[*var].name, value(*var)))
+        .collect();
+    let mut warning = Diagnostic::warning(
+        codes::DEAD_TRANSITION,
+        format!("transition `{}` never fires: {}", data.name, stays.join(", ")),
+    )
+    .at(data.meta.span, "its receptivity is never true");
+    for var in vars {
+        warning = warning.at(net.vars[*var].name.span, "never assigned");
+    }
+    let first = &net.vars[vars[0]].name;
+    warning
+        .help(format!("assign `{first}`, or declare it as an input if it comes from outside"))
+        .help_in(
+            Notation::Scxml,
+            format!("if `{first}` is a sensor, mark its <data> with g:role=\"input\"; otherwise assign it"),
+        )
+        .help_in(
+            Notation::Iec,
+            format!("assign `{first}`, or declare it in VAR_INPUT if it comes from outside"),
+        )
+        .help_in(
+            Notation::C,
+            format!("assign `{first}`, or declare it `extern volatile` if it is an input"),
+        )
+}
