@@ -733,16 +733,14 @@ impl<'s> Resolver<'s, '_> {
                 Some((last, rest)) => format!("{} and {last} are not declared", rest.join(", ")),
                 None => continue,
             };
-            let given: Vec<String> =
-                names.iter().enumerate().map(|(at, (name, _))| format!("-D {name}={at}")).collect();
+            let first = names.first().map_or("NAME", |(name, _)| name);
             self.findings.report(|| {
                 let finding = Diagnostic::error(codes::C_UNDECLARED, message);
                 let finding = names
                     .iter()
                     .fold(finding, |finding, (_, span)| finding.at(*span, "first used here"));
                 finding.help(format!(
-                    "declare them with #define or enum, or give their values, as in {}",
-                    given.join(" ")
+                    "declare each with #define or enum, or give its value with -D, as in -D {first}=VALUE"
                 ))
             });
         }

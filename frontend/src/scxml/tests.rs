@@ -50,7 +50,7 @@ fn an_element_that_stands_nowhere_is_named_with_the_nearest_one() {
     assert_eq!(
         told(&source),
         [
-            "G0423 SCXML has no element <onentri> at <onentri/>",
+            "G0423 unknown SCXML element <onentri> at <onentri/>",
             "G0424 <transition> has no attribute evnet at evnet",
         ]
     );

@@ -112,7 +112,15 @@ impl Parser<'_> {
             self.advance();
         }
         let init = if self.take(Kind::Assign) { Some(self.init()?) } else { None };
-        self.expect(Kind::Semicolon, "`;`")?;
+        let goes_on = self.is("END_VAR")
+            || self.kind(0) == Kind::Word && matches!(self.kind(1), Kind::Colon | Kind::Comma);
+        if !self.take(Kind::Semicolon) {
+            // The declaration itself is whole: what uses the variable is no further mistake.
+            let error = self.expected("`;`");
+            if !goes_on {
+                return Err(error);
+            }
+        }
         let label = self.label();
         // `VAR AT %IX0.0 : BOOL` has no name of its own.
         if names.is_empty()

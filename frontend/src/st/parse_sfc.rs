@@ -177,7 +177,7 @@ impl Parser<'_> {
                 } else {
                     self.findings.report(|| {
                         Diagnostic::warning(codes::ST_LEFT_OUT, "an indicator variable is left out")
-                            .at(value.span, "without effect")
+                            .at(value.span, "has no effect")
                     });
                 }
             }
@@ -186,6 +186,8 @@ impl Parser<'_> {
         let span = self.span_from(start);
         if !self.is("END_STEP") {
             self.expect(Kind::Semicolon, "`;`")?;
+        } else {
+            self.missing_semicolon();
         }
         Ok(Use { action, qualifier: found, duration, span })
     }
@@ -223,7 +225,9 @@ impl Parser<'_> {
         }
         let condition = if self.take(Kind::Assign) {
             let condition = self.expression()?;
-            self.take(Kind::Semicolon);
+            if !self.take(Kind::Semicolon) && self.is("END_TRANSITION") {
+                self.missing_semicolon();
+            }
             condition
         } else if self.is("END_TRANSITION") && refused {
             super::ast::Expr::new(super::ast::ExprKind::Refused(String::new()), self.here())
@@ -247,7 +251,7 @@ impl Parser<'_> {
                     format!("unknown setting `{}` of a transition", setting.text),
                 )
                 .at(setting.span, "in this transition")
-                .help("a transition has {grafsynth restart}; settings of the chart stand above or below")
+                .help("the only setting of a transition is {grafsynth restart}; move other settings to the chart")
             });
         }
         Ok(Transition { name, from, to, priority, restart, condition, label, span })

@@ -123,17 +123,18 @@ impl Parser<'_> {
         Ok(Stmt { kind, span: self.span_from(start) })
     }
 
-    /// The last statement of a list has no semicolon: most controllers refuse it.
-    fn missing_semicolon(&mut self) {
-        let Some(last) = self.at.checked_sub(1).and_then(|at| self.list.tokens.get(at)) else {
+    /// Warns that the last statement, condition or action of a list has no semicolon: most controllers refuse that.
+    pub(super) fn missing_semicolon(&mut self) {
+        let Some(last) = self.at.checked_sub(1).and_then(|at| self.list.tokens.get(at)).copied()
+        else {
             return;
         };
-        let (span, after) = (self.span(*last), self.places.span(last.end, last.end));
+        let (span, text) = (self.span(last), format!("{};", self.slice(last)));
         self.report(|| {
-            Diagnostic::warning(codes::ST_UNEXPECTED, "`;` is missing after this statement")
-                .at(span, "the statement ends here")
-                .help("write `;` at its end")
-                .fix(after, ";")
+            Diagnostic::warning(codes::ST_UNEXPECTED, "missing `;`")
+                .at(span, "expected `;` after this")
+                .help("write `;`")
+                .fix(span, text)
         });
     }
 
