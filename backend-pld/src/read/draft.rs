@@ -426,11 +426,10 @@ impl Draft {
                     found.push(
                         Diagnostic::error(
                             codes::UNDEFINED,
-                            match signal.role {
-                                Role::Output => {
-                                    format!("output `{}` is never assigned", signal.name)
-                                }
-                                _ => format!("`{}` is read and never assigned", signal.name),
+                            if signal.role == Role::Output {
+                                format!("output `{}` is never assigned", signal.name)
+                            } else {
+                                format!("`{}` is read and never assigned", signal.name)
                             },
                         )
                         .at(signal.span, "declared here"),

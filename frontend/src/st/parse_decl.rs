@@ -35,7 +35,9 @@ impl Parser<'_> {
                     self.findings.report(|| {
                         Diagnostic::warning(
                             codes::ST_LEFT_OUT,
-                            format!("{word} is left out: these variables begin with their initial values at each start"),
+                            format!(
+                                "{word} is ignored: these variables start with their initial values"
+                            ),
                         )
                         .at(span, "")
                     });

@@ -153,10 +153,10 @@ impl Parser<'_> {
                         self.report(|| {
                             let finding = Diagnostic::error(
                                 codes::ST_UNEXPECTED,
-                                format!("`{text}` is no qualifier"),
+                                format!("unknown qualifier `{text}`"),
                             )
                             .at(span, "")
-                            .help("qualifiers are N, R, S, L, D, P, P0, P1, SD, DS and SL");
+                            .help("write N, R, S, L, D, P, P0, P1, SD, DS or SL");
                             match near {
                                 Some(near) => finding.fix(span, near),
                                 None => finding,
@@ -176,7 +176,7 @@ impl Parser<'_> {
                     duration = Some(value);
                 } else {
                     self.findings.report(|| {
-                        Diagnostic::warning(codes::ST_LEFT_OUT, "an indicator variable is left out")
+                        Diagnostic::warning(codes::ST_LEFT_OUT, "the indicator variable is ignored")
                             .at(value.span, "has no effect")
                     });
                 }

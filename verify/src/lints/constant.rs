@@ -51,16 +51,17 @@ pub(super) fn causes(net: &Net) -> BTreeMap<TransitionId, Vec<VarId>> {
 
 fn with_first_values(net: &Net, guard: &Expr<Leaf>, vars: &[VarId]) -> Expr<Leaf> {
     let mut value_of = |leaf: &Leaf, span| {
-        Ok::<_, Infallible>(match *leaf {
-            Leaf::Var(var) if vars.contains(&var) => {
-                let value = net.vars[var].init.first().copied().unwrap_or(0);
-                let kind = match net.vars[var].ty {
+        let fixed = vars.iter().find(|var| matches!(leaf, Leaf::Var(own) if own == *var));
+        Ok::<_, Infallible>(match fixed {
+            Some(var) => {
+                let value = net.vars[*var].init.first().copied().unwrap_or(0);
+                let kind = match net.vars[*var].ty {
                     Type::Bool => ExprKind::Bool(value != 0),
                     Type::Int { .. } => ExprKind::Int(value),
                 };
                 Expr::new(kind, span)
             }
-            leaf => Expr::leaf(leaf, span),
+            None => Expr::leaf(*leaf, span),
         })
     };
     match guard.try_map(&mut value_of, &mut |leaf, _| Ok(*leaf)) {

@@ -349,9 +349,9 @@ fn lints_see_what_is_probably_not_meant() {
         found,
         [
             "G0240 input unused is never used",
-            "G0241 transition q_p_2 says the same as q_p",
+            "G0241 transition q_p_2 is the same as q_p",
             "G0242 step lost can never be active: no transition leads to it",
-            "G0242 step lost2 can never be active: what leads to it is never active itself",
+            "G0242 step lost2 can never be active: the steps before it are never active",
             "G0244 the condition of q_q is always true",
             "G0244 the condition of q_q_2 is never true, so it never fires",
             "G0244 the condition of q_q_3 is never true, so it never fires",
