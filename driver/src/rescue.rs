@@ -12,10 +12,13 @@ use grafsynth_backend_pld::equations::Equations;
 use grafsynth_backend_pld::fuse;
 use grafsynth_backend_pld::{Dialect, EmitOptions};
 use grafsynth_ir::Diagnostic;
+use grafsynth_ir::expr::{Expr, ExprKind};
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::logic::{Logic, Node, PinRole};
-use grafsynth_ir::net::{InputKind, Net};
+use grafsynth_ir::net::{InputKind, Leaf, Net};
+use grafsynth_ir::program::Origin;
 use grafsynth_logic::build::needed;
+use std::collections::BTreeMap;
 
 /// Fits that are tried.
 const MOST_FITS: usize = 16;
@@ -106,21 +109,18 @@ fn advice(asked: &Asked<'_>, device: &'static Device) -> String {
         return format!("what fits, each tried: {}", fits.join("; "));
     }
     let mut tried = match n_tried {
-        0 => "no other device or setting of ours is large enough to be worth a trial".to_owned(),
-        1 => "the one other device or setting that is large enough does not hold it either"
-            .to_owned(),
+        0 => "no other device or setting is large enough".to_owned(),
+        1 => "it does not fit the one other device or setting either".to_owned(),
         n if n < trials.len() => format!(
-            "none of the first {n} of {} other devices and settings holds it either",
+            "it does not fit any of the first {n} of {} other devices and settings either",
             trials.len()
         ),
-        n => format!(
-            "none of the {n} other devices and settings that are large enough holds it either"
-        ),
+        n => format!("it does not fit any of the {n} other devices and settings either"),
     };
     if known.is_spent() {
         tried.push_str(" (the search for codes ended at its bound of work)");
     }
-    match encoder(asked.net).or_else(|| by_hand(asked.logic)) {
+    match times(asked).or_else(|| encoder(asked.net)).or_else(|| by_hand(asked.logic)) {
         Some(by_hand) => format!("{tried}; {by_hand}"),
         None => format!(
             "{tried}; split the chart, or build for `palasm` or `cupl`, which leave pins open"
@@ -240,6 +240,84 @@ impl Asked<'_> {
 }
 
 /// Events that never come together need a number and a strobe, not a pin each.
+/// A time that takes at least half of the registers, and how many it takes with a longer tick.
+fn times(asked: &Asked<'_>) -> Option<String> {
+    const LONGER: [u64; 3] = [10, 100, 1000];
+    const WORTH_A_WORD: u32 = 5;
+    let net = asked.net;
+    let mut registers: BTreeMap<Origin, u32> = BTreeMap::new();
+    for bit in asked.logic.flops.values().filter_map(|flop| flop.holds) {
+        *registers.entry(bit.origin).or_default() += 1;
+    }
+    let (time, n, name) = registers
+        .into_iter()
+        .filter_map(|(origin, n)| {
+            let (time, name) = match origin {
+                Origin::Elapsed(step) => (Leaf::Elapsed(step), &net.steps[step].name),
+                Origin::Timer(timer) => (Leaf::Timer(timer), &net.timers[timer].name),
+                _ => return None,
+            };
+            Some((time, n, name))
+        })
+        .max_by_key(|(_, n, _)| *n)?;
+    let n_flops = asked.logic.flops.len();
+    if n < WORTH_A_WORD || (n as usize) * 2 < n_flops {
+        return None;
+    }
+    // A time stops one above the largest number of ticks that it is compared with.
+    let ticks = net.transitions.values().map(|one| longest(&one.guard, time)).max()?;
+    let bits = |ticks: u64| u64::BITS - (ticks + 1).leading_zeros();
+    if bits(ticks) != n {
+        return None;
+    }
+    let tick = net.settings.tick_ns;
+    let longer: Vec<String> = LONGER
+        .iter()
+        .filter(|factor| ticks.is_multiple_of(**factor))
+        .map(|factor| {
+            format!("{} with a tick of {}", bits(ticks / factor), duration(tick * factor))
+        })
+        .collect();
+    if longer.is_empty() {
+        return None;
+    }
+    Some(format!(
+        "the time of `{name}` takes {n} of {n_flops} registers, for it counts {ticks} ticks of {}; it would take {}",
+        duration(tick),
+        longer.join(", ")
+    ))
+}
+
+/// The largest constant that a time is compared with; 0 if there is none.
+fn longest(expr: &Expr<Leaf>, time: Leaf) -> u64 {
+    let here = match &expr.kind {
+        ExprKind::Compare(_, a, b) => match (&a.kind, &b.kind) {
+            (ExprKind::Leaf(leaf), ExprKind::Int(n)) | (ExprKind::Int(n), ExprKind::Leaf(leaf))
+                if *leaf == time =>
+            {
+                u64::try_from(*n).unwrap_or(0)
+            }
+            _ => 0,
+        },
+        _ => 0,
+    };
+    expr.operands().map(|operand| longest(operand, time)).max().unwrap_or(0).max(here)
+}
+
+/// A duration in the largest unit that divides it.
+fn duration(ns: u64) -> String {
+    const UNITS: [(u64, &str); 5] = [
+        (60_000_000_000, "min"),
+        (1_000_000_000, "s"),
+        (1_000_000, "ms"),
+        (1_000, "us"),
+        (1, "ns"),
+    ];
+    let (unit, name) =
+        UNITS.into_iter().find(|(unit, _)| ns.is_multiple_of(*unit)).unwrap_or((1, "ns"));
+    format!("{} {name}", ns / unit)
+}
+
 fn encoder(net: &Net) -> Option<String> {
     let n = net.inputs.values().filter(|input| input.kind == InputKind::Event).count();
     let n_bits = usize::BITS - n.saturating_sub(1).leading_zeros();

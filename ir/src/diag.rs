@@ -157,7 +157,7 @@ pub fn any_error(diagnostics: &[Diagnostic]) -> bool {
 }
 
 /// The candidate nearest to `word` in edit distance (insert, delete, replace, swap of neighbours; letter case counts half), if it is near enough to
-/// be a likely slip of the pen: at most a third of the word's length, and at least one edit.
+/// be a likely slip of the pen: at most a third of the word's length, and at least one edit. A candidate that shares no letter with `word` is never near.
 pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let wanted: Vec<char> = word.chars().collect();
     let budget = (wanted.len().max(3) / 3) * 2;
@@ -165,10 +165,16 @@ pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) ->
         .into_iter()
         .filter(|candidate| *candidate != word)
         .filter(|candidate| candidate.chars().count().abs_diff(wanted.len()) * 2 <= budget)
+        .filter(|candidate| shares_a_letter(&wanted, candidate))
         .map(|candidate| (distance(&wanted, &candidate.chars().collect::<Vec<_>>()), candidate))
         .filter(|(distance, _)| *distance <= budget)
         .min_by_key(|(distance, _)| *distance)
         .map(|(_, candidate)| candidate)
+}
+
+/// True when some letter of `candidate`, its case aside, is one of `word`.
+fn shares_a_letter(word: &[char], candidate: &str) -> bool {
+    candidate.chars().any(|c| word.iter().any(|own| own.to_lowercase().eq(c.to_lowercase())))
 }
 
 /// Twice the optimal string alignment distance, with 1 for a change of letter case.
@@ -209,5 +215,6 @@ mod tests {
         assert_eq!(nearest("loda", ["load", "limit", "m"]), Some("load"));
         assert_eq!(nearest("M", ["m", "n"]), Some("m"));
         assert_eq!(nearest("request", ["a", "b"]), None);
+        assert_eq!(nearest("b", ["L", "R"]), None);
     }
 }

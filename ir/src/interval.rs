@@ -102,14 +102,15 @@ impl fmt::Display for TypeErrorKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             TypeErrorKind::BoolExpected { lo, hi } => {
-                write!(f, "a condition is needed here, this is a number ({lo}..{hi})")
+                write!(f, "expected a condition, found a number ({lo}..{hi})")
             }
-            TypeErrorKind::IntExpected => {
-                f.write_str("a number is needed here, this is true or false")
-            }
-            TypeErrorKind::Mixed => f.write_str("one side is a number, the other is true or false"),
+            TypeErrorKind::IntExpected => f.write_str("expected a number, found a Boolean"),
+            TypeErrorKind::Mixed => f.write_str("one side is a number, the other is a Boolean"),
             TypeErrorKind::Overflow64 { operator, lo, hi } => {
-                write!(f, "the result of `{operator}` can be {lo}..{hi}, which 64 bits do not hold")
+                write!(
+                    f,
+                    "the result of `{operator}` can be {lo}..{hi}, more than 64 bits can hold"
+                )
             }
             TypeErrorKind::DivisorMayBeZero { lo, hi } => {
                 write!(f, "the divisor can be 0 (it is {lo}..{hi})")
@@ -122,20 +123,18 @@ impl fmt::Display for TypeErrorKind {
                 )
             }
             TypeErrorKind::ArrayWithoutIndex => f.write_str("an array is read without an index"),
-            TypeErrorKind::NotAnArray => {
-                f.write_str("an index stands on something that is not an array")
-            }
+            TypeErrorKind::NotAnArray => f.write_str("only an array has an index"),
             TypeErrorKind::DurationAlone => {
-                f.write_str("a time is used elsewhere than in a comparison with a constant")
+                f.write_str("a time can only be compared with a constant")
             }
             TypeErrorKind::DurationNegative { constant } => {
-                write!(f, "a time is compared with {constant}, which it is never below")
+                write!(f, "a time is compared with {constant}, but a time is never negative")
             }
             TypeErrorKind::Dangling => {
                 f.write_str("this reads something that the net does not have")
             }
             TypeErrorKind::DurationTooLong { constant } => {
-                write!(f, "a time is compared with {constant} ticks, the most is {LONGEST}")
+                write!(f, "a time is compared with {constant} ticks, the limit is {LONGEST}")
             }
             TypeErrorKind::NotReadableHere { what, place } => {
                 write!(f, "{what} is read in {place}")
@@ -156,7 +155,7 @@ impl TypeErrorKind {
                 Some("compare it with something, for example `n > 0`")
             }
             TypeErrorKind::IntExpected => {
-                Some("use `select(c, 1, 0)` or an `if` to make a number of a truth value")
+                Some("to make a number of a Boolean, write `if c then 1 else 0`")
             }
             TypeErrorKind::Overflow64 { .. } => {
                 Some("declare smaller ranges for the variables in it")

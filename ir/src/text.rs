@@ -251,12 +251,12 @@ transition t2 in truck p2 -> p1 when not (m or n = 3) and p2.t >= 5
             })
             .collect();
         insta::assert_snapshot!(told.join("\n"), @r#"
-        G0301 "x": a number is expected here, not `x`;
-        G0302 "b": no partial chart is called `b`; there is `a`
+        G0301 "x": expected a number, found `x`;
+        G0302 "b": no partial chart is called `b`;
         G0301 "stepp": a line begins with `stepp`, which is no declaration; did you mean `step`?
         G0302 "p3": no step is called `p3`; there is `p1`
         G0302 "m": no input, event, variable or timer is called `m`;
-        G0301 "\n": a value is expected here, not the end of the line;
+        G0301 "\n": expected a value, found the end of the line;
         G0303 "99999999999": the number does not fit 32 bits;
         "#);
     }

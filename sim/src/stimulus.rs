@@ -212,6 +212,18 @@ enum Meaning {
     Nothing,
 }
 
+/// The sign other than a comma that parts the names of columns in a cell, with its name.
+fn other_separator<'n>(
+    cell: &str,
+    mut names: impl Iterator<Item = &'n str> + Clone,
+) -> Option<(char, &'static str)> {
+    [(';', "semicolons"), ('\t', "tabs")].into_iter().find(|(sign, _)| {
+        cell.contains(*sign)
+            && cell.split(*sign).any(|part| names.clone().any(|name| name == part.trim()))
+            && !names.any(|name| name == cell)
+    })
+}
+
 struct Reader<'t> {
     net: &'t Net,
     file: FileId,
@@ -298,6 +310,18 @@ impl Reader<'_> {
             None => {
                 let known = self.net.inputs.values().filter(|input| has_column(input.kind));
                 let names = known.map(|input| input.name.text.as_str()).chain(["dt"]);
+                if let Some((sign, name)) = other_separator(cell.text, names.clone()) {
+                    self.diagnostics.push(
+                        Diagnostic::error(
+                            codes::UNKNOWN_COLUMN,
+                            format!("the columns are separated by {name}, expected commas"),
+                        )
+                        .at(cell.span, "")
+                        .help("save the file with commas between the cells, or replace each separator")
+                        .fix(cell.span, cell.text.split(sign).map(str::trim).collect::<Vec<_>>().join(",")),
+                    );
+                    return Meaning::Nothing;
+                }
                 let error = Diagnostic::error(
                     codes::UNKNOWN_COLUMN,
                     format!("the chart has no input or event `{}`", cell.text),

@@ -249,15 +249,24 @@ fn find_device(options: &EmitOptions, findings: &mut Vec<Diagnostic>) -> &'stati
     let Some(name) = &options.device else { return Device::default_device() };
     Device::find(name).unwrap_or_else(|| {
         let mut finding =
-            Diagnostic::error(codes::UNKNOWN_DEVICE, format!("the device `{name}` is not known"));
+            Diagnostic::error(codes::UNKNOWN_DEVICE, format!("unknown device `{name}`"));
         let known: Vec<&str> = crate::device::DEVICES.iter().map(|device| device.name).collect();
-        finding = finding.help(match nearest(name, Device::names()) {
-            Some(near) => format!("did you mean `{near}`? known are {}", known.join(", ")),
-            None => format!("known are {}", known.join(", ")),
+        let near = nearest(name, Device::names()).or_else(|| marked(name));
+        finding = finding.help(match near {
+            Some(near) => {
+                format!("did you mean `{near}`? `build --device list` shows all devices")
+            }
+            None => format!("known devices: {}", known.join(", ")),
         });
         findings.push(finding);
         Device::default_device()
     })
+}
+
+/// The device whose name begins what is printed on a chip, such as `GAL16V8D-15LP`: the longest such name.
+fn marked(marking: &str) -> Option<&'static str> {
+    let marking = marking.to_ascii_lowercase();
+    Device::names().filter(|name| marking.starts_with(*name)).max_by_key(|name| name.len())
 }
 
 /// A function that needs an equation.

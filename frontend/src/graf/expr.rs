@@ -15,6 +15,7 @@ use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::expr::{ArithOp, CompareOp, ExprKind};
 use grafsynth_ir::{Name, Span};
 
+use super::names::Position;
 use super::parser::{Abandoned, Parse, Parser};
 use super::steps::CLAUSES;
 use super::token::{Kind, Token};
@@ -135,7 +136,7 @@ impl<'a> Parser<'a> {
                 self.report(|| {
                     Diagnostic::error(
                         codes::AMBIGUOUS,
-                        "signs between Booleans inside a comparison read in two ways",
+                        "signs between Booleans inside a comparison are ambiguous",
                     )
                     .at(span, "put this, or the comparison, in parentheses")
                 });
@@ -191,7 +192,7 @@ impl<'a> Parser<'a> {
                 let span = operand.expr.span;
                 if is_and && loose == Some(Loose::Or) {
                     self.report(|| {
-                        Diagnostic::error(codes::AMBIGUOUS, "`+` beside `and` reads in two ways")
+                        Diagnostic::error(codes::AMBIGUOUS, "`+` next to `and` is ambiguous")
                             .at(span, "binds tighter than `and` here")
                             .help(
                                 "put the part that belongs together in parentheses, or write `or`",
@@ -210,7 +211,7 @@ impl<'a> Parser<'a> {
         let mut is_number = first.sort == Sort::Number;
         let mut is_minus_or_mod = false;
         let mut division: Option<Token> = None;
-        let mut rest: Vec<(ArithOp, Expr)> = Vec::new();
+        let mut rest: Vec<(ArithOp, Expr, Sort)> = Vec::new();
         let mut n_rest = 0u32;
         while let Some((infix, at)) = self.infix()
             && at == level
@@ -229,15 +230,33 @@ impl<'a> Parser<'a> {
             depth = depth.max(operand.depth);
             is_number |= operand.sort == Sort::Number;
             n_rest += 1;
-            self.keep(&mut rest, (op, operand.expr));
+            self.keep(&mut rest, (op, operand.expr, operand.sort));
+        }
+        let mut first = first;
+        if division.is_some() && self.old_delays(&mut first, &mut rest) {
+            is_number =
+                first.sort == Sort::Number || rest.iter().any(|(_, _, sort)| *sort == Sort::Number);
+            if rest.iter().all(|(op, ..)| *op != ArithOp::Div) {
+                division = None;
+            }
+            if rest.is_empty() {
+                return Ok(Operand { depth: self.deeper(depth)?, ..first });
+            }
         }
         if let (Some(sign), false, Some(_)) = (division, is_number || is_minus_or_mod, self.numbers)
         {
             let span = self.span(sign);
+            let is_comment = self.text[sign.end as usize..].starts_with('/');
             self.report(|| {
-                Diagnostic::error(codes::AMBIGUOUS, "`/` between Booleans is no operation")
-                    .at(span, "between two values divides, before one negates")
-                    .help("for `a and not b` write `a * /b`")
+                let finding =
+                    Diagnostic::error(codes::AMBIGUOUS, "`/` between Booleans is not an operator");
+                if is_comment {
+                    finding.at(span, "divides numbers").help("a comment begins with `#`, not `//`")
+                } else {
+                    finding
+                        .at(span, "between two values it divides, before one value it negates")
+                        .help("for `a and not b` write `a * /b`")
+                }
             });
         }
         let span = self.span_from(start.start);
@@ -245,7 +264,7 @@ impl<'a> Parser<'a> {
             // A chain of arithmetic is a tree that leans to the left, one level for each operand.
             let depth = self.deeper(depth.saturating_add(n_rest) - 1)?;
             let mut expr = first.expr;
-            for (op, operand) in rest {
+            for (op, operand, _) in rest {
                 let span = expr.span.to(operand.span);
                 expr = Expr::new(ExprKind::Arith(op, Box::new(expr), Box::new(operand)), span);
             }
@@ -254,13 +273,75 @@ impl<'a> Parser<'a> {
         let depth = self.deeper(depth)?;
         let mut operands = Vec::with_capacity(rest.len() + 1);
         operands.push(first.expr);
-        operands.extend(rest.into_iter().map(|(_, operand)| operand));
+        operands.extend(rest.into_iter().map(|(_, operand, _)| operand));
         let (kind, loose) = if level == Level::Mul {
             (ExprKind::And(operands), Loose::And)
         } else {
             (ExprKind::Or(operands), Loose::Or)
         };
         Ok(Operand { expr: Expr::new(kind, span), depth, sort: Sort::Truth, loose: Some(loose) })
+    }
+
+    /// `t/X2/5s`, the time of a step as IEC 60848 wrote it before 2002: reported, and read as `5 s/X2.active`. True if there was one.
+    fn old_delays(&mut self, first: &mut Operand, rest: &mut Vec<(ArithOp, Expr, Sort)>) -> bool {
+        fn name(expr: &Expr) -> Option<&Path> {
+            match &expr.kind {
+                ExprKind::Leaf(Leaf::Name(path)) => Some(path),
+                _ => None,
+            }
+        }
+        if self.numbers.is_none_or(|numbers| numbers.contains("t")) {
+            return false;
+        }
+        let mut found = false;
+        let mut at = 0;
+        while at + 1 < rest.len() {
+            let time = if at == 0 { &first.expr } else { &rest[at - 1].1 };
+            let [(ArithOp::Div, step, _), (ArithOp::Div, length, _)] = &rest[at..at + 2] else {
+                at += 1;
+                continue;
+            };
+            let (Some(t), Some(path), ExprKind::Leaf(Leaf::Duration(ns))) =
+                (name(time), name(step), &length.kind)
+            else {
+                at += 1;
+                continue;
+            };
+            if t.to_string() != "t" {
+                at += 1;
+                continue;
+            }
+            let (span, ns) = (time.span.to(length.span), *ns);
+            let mut names = path.names.clone();
+            names.push(Name::new("active", path.span()));
+            let path = Path { names };
+            let written = format!(
+                "{}/{}",
+                super::names::duration(ns),
+                super::names::path(&path, Position::Anywhere)
+            );
+            self.report(|| {
+                Diagnostic::error(
+                    codes::AMBIGUOUS,
+                    "`t/step/duration` is the notation of IEC 60848 before 2002",
+                )
+                .at(span, "not supported")
+                .help(format!("write `{written}`"))
+                .fix(span, written)
+            });
+            let active = Expr::new(ExprKind::Leaf(Leaf::Name(path)), span);
+            let delay = Expr::new(ExprKind::Leaf(Leaf::Delay(ns, Box::new(active), 0)), span);
+            if at == 0 {
+                first.expr = delay;
+                (first.sort, first.loose) = (Sort::Truth, None);
+            } else {
+                (rest[at - 1].1, rest[at - 1].2) = (delay, Sort::Truth);
+            }
+            rest.drain(at..at + 2);
+            found = true;
+            at += 1;
+        }
+        found
     }
 
     /// The depth of a tree above one that is `depth` deep, within the limit.
@@ -285,7 +366,7 @@ impl<'a> Parser<'a> {
                         self.report(|| {
                             Diagnostic::error(
                                 codes::AMBIGUOUS,
-                                "`not` before a junction of signs reads in two ways",
+                                "`not` before operands joined by signs is ambiguous",
                             )
                             .at(span, "put this in parentheses, or negate the first part with `/`")
                         });
@@ -369,10 +450,9 @@ impl<'a> Parser<'a> {
     fn parenthesised(&mut self) -> Parse<Operand> {
         let open = self.expect(Kind::Open, "`(`")?;
         if self.kind(0) == Kind::Close {
-            return Err(self.missing(
-                "nothing stands between the parentheses",
-                "write a condition or a value there",
-            ));
+            return Err(
+                self.missing("the parentheses are empty", "write a condition or a value there")
+            );
         }
         let mut inner = self.operand_at(Level::Or)?;
         if self.kind(0) != Kind::Close {
@@ -432,7 +512,7 @@ impl<'a> Parser<'a> {
             let span = self.span(token);
             self.report(|| {
                 Diagnostic::error(codes::NUMBER, "number beyond 64 bits")
-                    .at(span, "numbers end at 9223372036854775807")
+                    .at(span, "the largest number is 9223372036854775807")
             });
             0
         });
@@ -459,10 +539,15 @@ impl<'a> Parser<'a> {
 
     /// `m1.s3.active`, `f()`, `v[i]`
     fn named(&mut self) -> Parse<Operand> {
+        let token = self.peek(0);
+        if let Some(ns) = self.iec_duration() {
+            let leaf = ExprKind::Leaf(Leaf::Duration(ns));
+            return Ok(self.leaf_operand(leaf, token.start, Sort::Number));
+        }
         if self.looks_like_next_item() {
             return Err(self.missing(
                 "a condition or a value is missing",
-                "write it here, or take away what asks for it",
+                "write it here, or remove the word before it",
             ));
         }
         let start = self.peek(0).start;

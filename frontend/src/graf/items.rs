@@ -58,12 +58,16 @@ pub(crate) const ITEM_WORDS: &[&str] = &[
     "device",
 ];
 
+/// What stands in for an integer type without a range.
+const STAND_IN: Type = Type::Int { lo: i16::MIN as i64, hi: i16::MAX as i64 };
+
 impl Parser<'_> {
     /// One item of a chart or macro; declarations bring several.
     pub(crate) fn item(&mut self, items: &mut Vec<Item>) -> Parse<()> {
         let start = self.peek(0).start;
         let named = self.is_name(0);
         if self.kind(0) == Kind::Arrow
+            || self.kind(0) == Kind::Number && matches!(self.kind(1), Kind::Arrow | Kind::Ampersand)
             || named
                 && matches!(self.kind(1), Kind::Arrow | Kind::Ampersand | Kind::Dot)
                 && !(self.word(0) == "initial" && self.kind(1) == Kind::Arrow)
@@ -131,8 +135,8 @@ impl Parser<'_> {
             }
             "chart" if self.is_name(1) => {
                 return Err(self.misplaced(
-                    "a chart cannot stand inside another",
-                    "close the brace of the one above it",
+                    "a chart is not allowed inside another chart",
+                    "move it out of the braces of the other chart",
                 ));
             }
             _ => return Err(self.no_item()),
@@ -153,7 +157,7 @@ impl Parser<'_> {
         self.report(|| {
             let finding = Diagnostic::error(
                 codes::UNKNOWN_WORD,
-                format!("no item of a chart begins with `{shown}`"),
+                format!("unknown item `{shown}` of a chart"),
             );
             match near {
                 Some(near) => finding.at(span, format!("meant `{near}`?")).fix(span, near),
@@ -189,7 +193,7 @@ impl Parser<'_> {
             } else {
                 let span = self.span(token);
                 self.report(|| {
-                    Diagnostic::error(codes::TWICE, "a second label").at(span, "it has one already")
+                    Diagnostic::error(codes::TWICE, "a second label").at(span, "it already has one")
                 });
             }
             return Ok(true);
@@ -261,9 +265,9 @@ impl Parser<'_> {
     pub(crate) fn once<T>(&mut self, slot: &mut Option<T>, value: T, span: Span, what: &str) {
         if slot.is_some() {
             self.report(|| {
-                Diagnostic::error(codes::TWICE, format!("`{what}` given twice"))
+                Diagnostic::error(codes::TWICE, format!("`{what}` is given twice"))
                     .at(span, "the second one")
-                    .help("keep one of them")
+                    .help("remove one of them")
             });
         } else {
             *slot = Some(value);
@@ -429,7 +433,7 @@ impl Parser<'_> {
             "input" => DeclarationKind::Input { ty: self.optional_type()?, synchronous },
             "output" => {
                 let ty = self.optional_type()?;
-                let init = if self.eat(Kind::Equal) { Some(self.expr()?) } else { None };
+                let init = if self.initial_sign() { Some(self.expr()?) } else { None };
                 DeclarationKind::Output { ty, init, registered, mealy, safe: self.safe_value()? }
             }
             "var" => self.variable()?,
@@ -474,19 +478,56 @@ impl Parser<'_> {
         if self.eat(Kind::Colon) { self.value_type() } else { Ok(Type::Bool) }
     }
 
+    /// Takes the `=` before an initial value, or reports that `:=` was written for it.
+    fn initial_sign(&mut self) -> bool {
+        if self.kind(0) == Kind::Assign {
+            let span = self.here();
+            self.report(|| {
+                Diagnostic::error(codes::UNEXPECTED, "expected `=`, found `:=`")
+                    .at(span, "an initial value follows `=`")
+                    .fix(span, "=")
+            });
+            self.advance();
+            return true;
+        }
+        self.eat(Kind::Equal)
+    }
+
     /// `bool` or `int 0..9`
     fn value_type(&mut self) -> Parse<Type> {
         if self.eat_word("bool") {
             return Ok(Type::Bool);
         }
-        if self.word(0) != "int" {
+        let written = self.word(0);
+        if written != "int" && written.eq_ignore_ascii_case("bool") {
+            let span = self.here();
+            self.advance();
+            self.report(|| {
+                Diagnostic::error(codes::UNEXPECTED, format!("unknown type `{written}`"))
+                    .at(span, "types are lower case")
+                    .help("write `bool`, or leave the type out")
+                    .fix(span, "bool")
+            });
+            return Ok(Type::Bool);
+        }
+        if super::numbers::is_foreign_integer(written) {
+            let span = self.here();
+            self.advance();
+            self.report(|| {
+                Diagnostic::error(codes::UNEXPECTED, format!("unknown type `{written}`"))
+                    .at(span, "an integer type needs its range")
+                    .help("write the smallest and the largest value, as in `int 0..9`")
+            });
+            return Ok(STAND_IN);
+        }
+        if written != "int" {
             return Err(self.unexpected("a type: `bool` or `int 0..9`"));
         }
         let start = self.advance().start;
         if !matches!(self.kind(0), Kind::Number | Kind::Minus) {
             let span = self.span_from(start);
             self.report(|| {
-                Diagnostic::error(codes::RANGE, "an integer needs its range")
+                Diagnostic::error(codes::RANGE, "an integer type needs its range")
                     .at(span, "no bounds")
                     .help("write the smallest and the largest value: `int 0..9`")
             });
@@ -499,8 +540,8 @@ impl Parser<'_> {
         let span = self.span_from(bounds_start);
         if lo > hi {
             self.report(|| {
-                Diagnostic::error(codes::RANGE, format!("no integer lies in {lo}..{hi}"))
-                    .at(span, "the first bound is the smaller one")
+                Diagnostic::error(codes::RANGE, format!("the range {lo}..{hi} is empty"))
+                    .at(span, "the smaller bound comes first")
                     .fix(span, format!("{hi}..{lo}"))
             });
             return Ok(Type::Int { lo: hi, hi: lo });
@@ -539,7 +580,7 @@ impl Parser<'_> {
             self.expect(Kind::CloseBracket, "`]`")?;
         }
         let mut init = Vec::new();
-        if self.eat(Kind::Equal) {
+        if self.initial_sign() {
             if self.eat(Kind::OpenBracket) {
                 loop {
                     let value: Expr = self.expr()?;

@@ -13,6 +13,12 @@ pub(crate) enum LexError {
     Text(u32, u32),
     /// A name without its closing backquote, or an empty one.
     Name(u32, u32),
+    /// The quotes of a typesetter, from the first to behind the last of a line.
+    Quotes(u32, u32),
+    /// An operator of C, which is read as the one of this language: from and to.
+    Operator(u32, u32),
+    /// A comment as C has it: from, behind its first sign, and to.
+    Comment(u32, u32, u32),
 }
 
 /// Reads one text.
@@ -22,6 +28,8 @@ pub(crate) struct Lexer<'a> {
     bytes: &'a [u8],
     at: usize,
     new_line: bool,
+    /// The quotes of a typesetter up to here were reported.
+    quotes_until: usize,
 }
 
 impl<'a> Lexer<'a> {
@@ -32,7 +40,7 @@ impl<'a> Lexer<'a> {
 
     /// A lexer that begins at byte `at`, which must lie between two tokens.
     pub(crate) fn starting_at(text: &'a str, at: usize) -> Self {
-        Lexer { text, bytes: text.as_bytes(), at, new_line: true }
+        Lexer { text, bytes: text.as_bytes(), at, new_line: true, quotes_until: 0 }
     }
 
     fn byte(&self, ahead: usize) -> u8 {
@@ -49,7 +57,7 @@ impl<'a> Lexer<'a> {
         comment: &mut dyn FnMut(u32, u32),
         error: &mut dyn FnMut(LexError),
     ) -> Token {
-        self.skip_space(comment);
+        self.skip_space(comment, error);
         let start = self.at;
         let kind = self.kind(error);
         let token = Token { kind, new_line: self.new_line, start: cut(start), end: cut(self.at) };
@@ -57,7 +65,7 @@ impl<'a> Lexer<'a> {
         token
     }
 
-    fn skip_space(&mut self, comment: &mut dyn FnMut(u32, u32)) {
+    fn skip_space(&mut self, comment: &mut dyn FnMut(u32, u32), error: &mut dyn FnMut(LexError)) {
         loop {
             match self.byte(0) {
                 b'\n' => {
@@ -74,6 +82,18 @@ impl<'a> Lexer<'a> {
                         if self.bytes[..self.at].ends_with(b"\r") { self.at - 1 } else { self.at };
                     comment(cut(start), cut(end));
                 }
+                b'/' if self.begins_comment_of_c() => {
+                    let start = self.at;
+                    let rest = &self.rest()[2..];
+                    let length = if self.byte(1) == b'/' {
+                        memchr_newline(rest.as_bytes())
+                    } else {
+                        rest.find("*/").map_or(rest.len(), |at| at + 2)
+                    };
+                    self.new_line |= rest[..length].contains('\n');
+                    self.at += 2 + length;
+                    error(LexError::Comment(cut(start), cut(start + 2), cut(self.at)));
+                }
                 byte if byte >= 0x80 => match self.rest().chars().next() {
                     Some(c) if c.is_whitespace() => {
                         // U+0085, U+2028 and U+2029 break lines too.
@@ -84,6 +104,15 @@ impl<'a> Lexer<'a> {
                 },
                 _ => return,
             }
+        }
+    }
+
+    /// `/*`, which no expression has, and `//` before a blank or the end of the line: `//b` is a double negation.
+    fn begins_comment_of_c(&self) -> bool {
+        match self.byte(1) {
+            b'*' => true,
+            b'/' => matches!(self.byte(2), b' ' | b'\t' | b'\r' | b'\n' | b'/' | 0),
+            _ => false,
         }
     }
 
@@ -106,6 +135,10 @@ impl<'a> Lexer<'a> {
             (b'<', b'=') => (Kind::LessEqual, 2),
             (b'>', b'=') => (Kind::GreaterEqual, 2),
             (b'|', b'-') => (Kind::Yields, 2),
+            (b'&', b'&') => return self.of_c(Kind::AndSign, 2, error),
+            (b'|', b'|') => return self.of_c(Kind::OrSign, 2, error),
+            (b'|', _) => return self.of_c(Kind::OrSign, 1, error),
+            (b'!', _) => return self.of_c(Kind::NotSign, 1, error),
             (b'@', _) => (Kind::At, 1),
             (b'(', _) => (Kind::Open, 1),
             (b')', _) => (Kind::Close, 1),
@@ -225,6 +258,31 @@ impl<'a> Lexer<'a> {
         }
     }
 
+    /// An operator of C: the one that it stands for, and an error.
+    fn of_c(&mut self, kind: Kind, length: usize, error: &mut dyn FnMut(LexError)) -> Kind {
+        let start = self.at;
+        self.at += length;
+        error(LexError::Operator(cut(start), cut(self.at)));
+        kind
+    }
+
+    /// A text between the quotes of a typesetter, up to the next quote of any kind on the line.
+    fn typeset_string(&mut self, error: &mut dyn FnMut(LexError)) -> Kind {
+        let start = self.at;
+        let line = &self.rest()[..memchr_newline(&self.bytes[start..])];
+        if start >= self.quotes_until
+            && let Some((at, last)) = line.char_indices().rfind(|(_, c)| is_typeset_quote(*c))
+        {
+            self.quotes_until = start + at + last.len_utf8();
+            error(LexError::Quotes(cut(start), cut(self.quotes_until)));
+        }
+        let mut chars = line.char_indices().skip(1);
+        self.at += chars
+            .find(|(_, c)| *c == '"' || is_typeset_quote(*c))
+            .map_or(line.len(), |(at, c)| at + c.len_utf8());
+        Kind::Text
+    }
+
     fn beyond_ascii(&mut self, error: &mut dyn FnMut(LexError)) -> Kind {
         let Some(c) = self.rest().chars().next() else { return Kind::End };
         let kind = match c {
@@ -238,6 +296,7 @@ impl<'a> Lexer<'a> {
             '¬' => Kind::NotSign,
             '∧' => Kind::AndSign,
             '∨' => Kind::OrSign,
+            _ if is_typeset_quote(c) => return self.typeset_string(error),
             _ if unicode_ident::is_xid_start(c) => return self.word(),
             _ => return self.unknown(error),
         };
@@ -264,8 +323,13 @@ impl<'a> Lexer<'a> {
     }
 }
 
+/// The double quotes of a typesetter, for which `"` is written.
+pub(crate) fn is_typeset_quote(c: char) -> bool {
+    matches!(c, '“' | '”' | '„' | '‟' | '«' | '»')
+}
+
 /// The first characters of tokens that are no words, and the comment sign.
-const KNOWN: &str = "\"`@(){}[],;:.&+-*/=<>#·⋅→↑↓≤≥≠¬∧∨";
+const KNOWN: &str = "\"`@(){}[],;:.&+-*/=<>#·⋅→↑↓≤≥≠¬∧∨“”„‟«»";
 
 /// True for what may stand inside a word after its first letter.
 pub(crate) fn is_word_part(c: char) -> bool {

@@ -16,6 +16,8 @@ use super::token::{Kind, Token};
 pub(crate) struct Numbers<'a> {
     /// Sorted.
     names: Vec<&'a str>,
+    /// The names in lists of outputs, sorted.
+    outputs: Vec<&'a str>,
     /// A step is declared that is called `sink`, without backquotes.
     pub(crate) has_sink: bool,
 }
@@ -33,12 +35,14 @@ impl<'a> Numbers<'a> {
         let mut names: Vec<&str> = names.into_iter().collect();
         names.sort_unstable();
         names.dedup();
-        Numbers { names, has_sink: false }
+        Numbers { names, ..Numbers::default() }
     }
 
     /// Collects the names that `text` declares.
     pub(crate) fn declared_in(text: &'a str) -> Self {
         let mut names = Vec::new();
+        let mut outputs = Vec::new();
+        let mut in_outputs = false;
         let mut has_sink = false;
         let mut lexer = Lexer::new(text);
         let none = Token { kind: Kind::End, new_line: true, start: 0, end: 0 };
@@ -64,6 +68,26 @@ impl<'a> Numbers<'a> {
                     names.push(name_of(text, c));
                 } else if c.kind == Kind::Close && last[1].kind == Kind::Open && is_name(last[0]) {
                     names.push(name_of(text, last[0]));
+                }
+            }
+            // `n: INT`, which is reported where it stands.
+            if d.kind == Kind::Colon
+                && is_name(c)
+                && is_foreign_integer(word(e))
+                && !matches!(f.kind, Kind::Arrow | Kind::Ampersand | Kind::Dot)
+            {
+                names.push(name_of(text, c));
+            }
+            // `output Q, R`
+            if word(f) == "output" {
+                in_outputs = true;
+            } else if in_outputs && is_name(f) {
+                if e.kind == Kind::Comma
+                    || matches!(word(e), "output" | "registered" | "mealy") && !f.new_line
+                {
+                    outputs.push(name_of(text, f));
+                } else if f.new_line {
+                    in_outputs = false;
                 }
             }
             // `step p count 0`
@@ -118,15 +142,33 @@ impl<'a> Numbers<'a> {
                 }
             }
             if f.kind == Kind::End {
-                return Numbers { has_sink, ..Self::of(names) };
+                outputs.sort_unstable();
+                outputs.dedup();
+                return Numbers { has_sink, outputs, ..Self::of(names) };
             }
         }
+    }
+
+    /// True when `name` is in a list of outputs.
+    pub(crate) fn is_output(&self, name: &str) -> bool {
+        self.outputs.binary_search(&name).is_ok()
     }
 
     /// True when `name` is declared as an integer.
     pub(crate) fn contains(&self, name: &str) -> bool {
         self.names.binary_search(&name).is_ok()
     }
+}
+
+/// True for the integer types of other languages.
+pub(crate) fn is_foreign_integer(word: &str) -> bool {
+    word != "int"
+        && [
+            "int", "sint", "dint", "lint", "uint", "usint", "udint", "ulint", "byte", "word",
+            "integer",
+        ]
+        .iter()
+        .any(|known| word.eq_ignore_ascii_case(known))
 }
 
 /// The text of a token.

@@ -7,7 +7,8 @@
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::{FileId, Name, Span};
 
-use super::lexer::{LexError, Lexer};
+use super::lexer::{LexError, Lexer, is_typeset_quote};
+use super::names::duration;
 use super::numbers::{Numbers, name_of, slice};
 use super::token::{Kind, Token};
 use super::{Comment, Limits};
@@ -51,7 +52,7 @@ impl Findings {
             let (rest, limit) = (self.rest, self.limit);
             let noun = if rest == 1 { "finding is" } else { "findings are" };
             let mut last = Diagnostic::note(codes::MORE, format!("{rest} more {noun} not shown"))
-                .help(format!("mend the first {limit}; the others may follow from them"));
+                .help(format!("correct the first {limit}; the others may follow from them"));
             if let Some(label) = self.kept.last().and_then(|finding| finding.labels.first()) {
                 last = last.at(label.span, "the last one shown");
             }
@@ -76,6 +77,13 @@ pub(crate) struct Parser<'a> {
     pub(crate) limits: Limits,
     pub(crate) depth: u32,
     end_reported: bool,
+    /// Names that begin with a digit and were reported.
+    numbered: std::collections::BTreeSet<String>,
+    /// Whether the text has a word that may begin a duration of IEC 61131-3, by word.
+    has_words: std::collections::BTreeMap<String, bool>,
+    /// Where a chart begins inside another: whether a brace is missing before it.
+    is_brace_missing: Option<bool>,
+    is_chart_reported: bool,
     /// Arrows of transitions without targets, of which a chart that is no statechart warns.
     pub(crate) bare_arrows: Vec<Span>,
     /// Check only: nothing is kept, so a large source with an error costs no tree.
@@ -128,6 +136,10 @@ impl<'a> Parser<'a> {
             limits,
             depth: 0,
             end_reported: false,
+            numbered: std::collections::BTreeSet::new(),
+            has_words: std::collections::BTreeMap::new(),
+            is_brace_missing: None,
+            is_chart_reported: false,
             bare_arrows: Vec::new(),
             dry,
         };
@@ -238,8 +250,10 @@ impl<'a> Parser<'a> {
             self.span(token)
         };
         let found = describe(self.text, token);
-        // Unknown characters were reported already.
-        if token.kind != Kind::Unknown {
+        // Unknown characters and operators of C were reported already.
+        if token.kind != Kind::Unknown
+            && !matches!(slice(self.text, token), "&&" | "||" | "|" | "!")
+        {
             self.findings.report(|| {
                 Diagnostic::error(codes::UNEXPECTED, format!("expected {what}, found {found}"))
                     .at(span, format!("expected {what}"))
@@ -273,9 +287,7 @@ impl<'a> Parser<'a> {
         self.report(|| {
             Diagnostic::error(codes::NESTING, format!("nested deeper than {limit} levels"))
                 .at(span, "one level too deep")
-                .help(
-                    "give parts of it a name of their own, or raise the limit with --nesting-limit",
-                )
+                .help("split it into named parts, or raise the limit with --nesting-limit")
         });
         Abandoned
     }
@@ -309,10 +321,10 @@ impl<'a> Parser<'a> {
                     self.report(|| {
                         Diagnostic::error(
                             codes::UNEXPECTED,
-                            format!("expected {what}, found `{word}`, a word of the language"),
+                            format!("expected {what}, found the keyword `{word}`"),
                         )
                         .at(span, "not a name")
-                        .help("write a name that is also a word of the language in backquotes")
+                        .help("write a name that is also a keyword in backquotes")
                         .fix(span, format!("`{word}`"))
                     });
                     return Err(Abandoned);
@@ -320,8 +332,33 @@ impl<'a> Parser<'a> {
                 self.advance();
                 Ok(self.name_at(token))
             }
+            Kind::Number => Ok(self.numbered_name()),
             _ => Err(self.unexpected(what)),
         }
+    }
+
+    /// A number where a name is needed: `0`, `1a`. Reported once for each, and taken as the name.
+    fn numbered_name(&mut self) -> Name {
+        let mut token = self.advance();
+        if self.kind(0) == Kind::Word && self.peek(0).start == token.end {
+            token.end = self.advance().end;
+        }
+        let (text, span) = (slice(self.text, token), self.span(token));
+        if !self.numbered.contains(text) {
+            if self.numbered.len() < self.limits.diagnostics {
+                self.numbered.insert(text.to_owned());
+            }
+            let shown = short(text);
+            self.report(|| {
+                Diagnostic::error(
+                    codes::UNEXPECTED,
+                    format!("a name cannot begin with a digit: `{shown}`"),
+                )
+                .at(span, "expected a letter first")
+                .help(format!("write `s{shown}`, or `{shown}` in backquotes: `` `{shown}` ``"))
+            });
+        }
+        Name { text: if self.dry { String::new() } else { text.to_owned() }, span }
     }
 
     /// A whole number from 0 to 4 294 967 295 that needs no more than a word of what it counts.
@@ -362,6 +399,9 @@ impl<'a> Parser<'a> {
     /// A duration such as `10 ms` or `1.5 s`, in nanoseconds.
     pub(crate) fn duration(&mut self) -> Parse<u64> {
         let token = self.peek(0);
+        if let Some(ns) = self.iec_duration() {
+            return Ok(ns);
+        }
         if !matches!(token.kind, Kind::Number | Kind::Fraction) {
             return Err(self.unexpected("a duration such as `10 ms`"));
         }
@@ -387,6 +427,60 @@ impl<'a> Parser<'a> {
         };
         self.advance();
         Ok(self.nanoseconds(token, unit))
+    }
+
+    /// `T#1.5s`, a duration as IEC 61131-3 writes it, of which `#1.5s` is a comment here. Reported, and taken as the duration, unless the text uses the word
+    /// otherwise too.
+    pub(crate) fn iec_duration(&mut self) -> Option<u64> {
+        let token = self.peek(0);
+        if self.text.as_bytes().get(token.end as usize) != Some(&b'#') {
+            return None;
+        }
+        let word = self.word(0);
+        if !["t", "time", "lt", "ltime"].contains(&word.to_ascii_lowercase().as_str()) {
+            return None;
+        }
+        let literal = self.text.get(token.end as usize..)?.strip_prefix('#')?;
+        let length = literal
+            .find(|c: char| !(c.is_ascii_alphanumeric() || matches!(c, '_' | '.')))
+            .unwrap_or(literal.len());
+        let literal = literal[..length].trim_end_matches('.');
+        let ns = iec_nanoseconds(literal)?;
+        if self.has_word(word) {
+            return None;
+        }
+        self.advance();
+        let span = span_of(self.file, token.start, token.end + 1).to(span_of(
+            self.file,
+            token.end,
+            token.end + 1 + u32::try_from(literal.len()).ok()?,
+        ));
+        let written = one_unit(literal).unwrap_or_else(|| duration(ns));
+        self.report(|| {
+            Diagnostic::error(
+                codes::DURATION,
+                format!("a duration is written `{written}`, not `{word}#{literal}`"),
+            )
+            .at(span, "`#` begins a comment")
+            .help(format!("write `{written}`"))
+            .fix(span, written)
+        });
+        Some(ns)
+    }
+
+    /// The text has this word somewhere without `#` behind it.
+    fn has_word(&mut self, word: &str) -> bool {
+        if let Some(known) = self.has_words.get(word) {
+            return *known;
+        }
+        let is_part = |c: char| c == '_' || c.is_alphanumeric();
+        let found = self.text.match_indices(word).any(|(at, _)| {
+            let (before, after) = (&self.text[..at], &self.text[at + word.len()..]);
+            !before.ends_with(|c| is_part(c) || c == '.')
+                && !after.starts_with(|c| is_part(c) || c == '#')
+        });
+        self.has_words.insert(word.to_owned(), found);
+        found
     }
 
     /// The nanoseconds of the unit that stands ahead on the same line, if one does.
@@ -415,9 +509,9 @@ impl<'a> Parser<'a> {
                 self.report(|| {
                     Diagnostic::error(
                         codes::DURATION,
-                        "a duration is a whole number of nanoseconds below 2^63",
+                        "a duration must be a whole number of nanoseconds below 2^63",
                     )
-                    .at(span, "too long, or too fine")
+                    .at(span, "too long, or with a fraction of a nanosecond")
                 });
                 1
             }
@@ -528,13 +622,20 @@ impl<'a> Parser<'a> {
                     break;
                 }
                 Kind::End => {
-                    self.unclosed(open, what, "the text ends before it is closed");
+                    self.unclosed(open, what);
                     break;
                 }
                 _ => {}
             }
+            if self.begins_chart_inside() {
+                if !std::mem::replace(&mut self.is_chart_reported, true) {
+                    let next = self.span(self.peek(1));
+                    self.unclosed_before(open, what, next);
+                }
+                break;
+            }
             if separators.are_needed() && self.begins_outer_item() {
-                self.unclosed(open, what, "the next item begins before it is closed");
+                self.unclosed(open, what);
                 break;
             }
             let before = self.peek(0).start;
@@ -565,7 +666,48 @@ impl<'a> Parser<'a> {
         }
     }
 
-    fn unclosed(&mut self, open: Token, what: &str, why: &str) {
+    /// A chart that begins a line inside of another, when the braces that are still to come do not close both.
+    fn begins_chart_inside(&mut self) -> bool {
+        let is_chart = self.peek(0).new_line
+            && (self.word(0) == "chart" && self.is_name_beside(1)
+                || self.word(0) == "library" && self.word(1) == "chart");
+        if !is_chart {
+            return false;
+        }
+        if let Some(known) = self.is_brace_missing {
+            return known;
+        }
+        let mut lexer = Lexer::starting_at(self.text, self.peek(0).start as usize);
+        let mut open = i64::from(self.depth);
+        loop {
+            match lexer.next(&mut |_, _| {}, &mut |_| {}).kind {
+                Kind::End => break,
+                Kind::OpenBrace => open += 1,
+                Kind::CloseBrace => open -= 1,
+                _ => {}
+            }
+        }
+        self.is_brace_missing = Some(open > 0);
+        open > 0
+    }
+
+    fn unclosed_before(&mut self, open: Token, what: &str, next: Span) {
+        let (open, here) =
+            (self.span(open), span_of(self.file, self.previous_end, self.previous_end));
+        self.report(|| {
+            Diagnostic::error(
+                codes::UNCLOSED_BLOCK,
+                format!("{what} is not closed before the next chart"),
+            )
+            .at(open, "opened here")
+            .at(here, "expected `}`")
+            .at(next, "the next chart")
+            .help("write `}` before the next chart")
+            .fix(here, "\n}")
+        });
+    }
+
+    fn unclosed(&mut self, open: Token, what: &str) {
         if self.end_reported {
             return;
         }
@@ -574,9 +716,9 @@ impl<'a> Parser<'a> {
         let (open, here) =
             (self.span(open), span_of(self.file, self.previous_end, self.previous_end));
         self.report(|| {
-            Diagnostic::error(codes::UNCLOSED_BLOCK, format!("{what} not closed: {why}"))
+            Diagnostic::error(codes::UNCLOSED_BLOCK, format!("{what} is not closed"))
                 .at(open, "opened here")
-                .at(here, "`}` is missing, here at the latest")
+                .at(here, "expected `}` here or earlier")
                 .fix(here, "\n}")
         });
     }
@@ -637,7 +779,7 @@ impl<'a> Parser<'a> {
                 Kind::CloseBrace => open -= 1,
                 Kind::OpenBrace => open += 1,
                 Kind::Semicolon if open == 0 => return,
-                Kind::Word | Kind::Quoted | Kind::Arrow
+                Kind::Word | Kind::Quoted | Kind::Arrow | Kind::Number
                     if open == 0
                         && token.new_line
                         && token.start != failed
@@ -706,6 +848,48 @@ fn describe(text: &str, token: Token) -> String {
     }
 }
 
+/// `1.5 s` for `1.5s`: a number and one unit that the chart language has.
+fn one_unit(literal: &str) -> Option<String> {
+    let literal = literal.to_ascii_lowercase();
+    let (number, unit) = literal.split_at(literal.find(|c: char| c.is_ascii_alphabetic())?);
+    let unit = match unit {
+        "m" => "min",
+        "h" | "s" | "ms" | "us" | "ns" => unit,
+        _ => return None,
+    };
+    Some(format!("{number} {unit}"))
+}
+
+/// The nanoseconds of `1.5s`, `1m30s` or `250ms`.
+fn iec_nanoseconds(literal: &str) -> Option<u64> {
+    const UNITS: [(&str, u64); 7] = [
+        ("d", 86_400_000_000_000),
+        ("h", 3_600_000_000_000),
+        ("ms", 1_000_000),
+        ("m", 60_000_000_000),
+        ("s", 1_000_000_000),
+        ("us", 1_000),
+        ("ns", 1),
+    ];
+    let mut rest = literal.to_ascii_lowercase().replace('_', "");
+    let mut total: u64 = 0;
+    while !rest.is_empty() {
+        let digits = rest.find(|c: char| !(c.is_ascii_digit() || c == '.'))?;
+        let (whole, part) = rest[..digits].split_once('.').unwrap_or((&rest[..digits], ""));
+        let length =
+            rest[digits..].find(|c: char| c.is_ascii_digit()).unwrap_or(rest.len() - digits);
+        let (_, unit) = UNITS.iter().find(|(name, _)| *name == &rest[digits..digits + length])?;
+        let mut value = whole.parse::<u64>().ok()?.checked_mul(*unit)?;
+        if !part.is_empty() {
+            let scale = 10u64.checked_pow(u32::try_from(part.len()).ok()?)?;
+            value = value.checked_add(part.parse::<u64>().ok()?.checked_mul(*unit)? / scale)?;
+        }
+        total = total.checked_add(value)?;
+        rest.drain(..digits + length);
+    }
+    (!literal.is_empty()).then_some(total)
+}
+
 fn nearest_unit(word: &str) -> Option<&'static str> {
     match word {
         "sec" | "second" | "seconds" | "S" => Some("s"),
@@ -725,27 +909,65 @@ fn lex_finding(text: &str, file: FileId, error: LexError) -> Diagnostic {
             let visible: String =
                 shown.chars().take(8).map(|c| c.escape_debug().to_string()).collect();
             let noun = if shown.chars().nth(1).is_some() { "characters" } else { "character" };
-            let finding = Diagnostic::error(
-                codes::CHARACTER,
-                format!("{noun} `{visible}` without a meaning here"),
-            )
-            .at(span_of(file, start, end), "not part of the language");
+            let finding =
+                Diagnostic::error(codes::CHARACTER, format!("unexpected {noun} `{visible}`"))
+                    .at(span_of(file, start, end), "not part of the language");
             match shown {
-                "!" => finding
-                    .help("negation is written `not`, or `/` before a name")
-                    .fix(span_of(file, start, end), "not "),
-                "|" | "||" => finding
-                    .help("alternatives are joined with `or`")
-                    .fix(span_of(file, start, end), "or"),
-                "'" => finding.help("texts stand in double quotes, names in backquotes"),
+                "'" | "‘" | "’" => {
+                    finding.help("write texts in double quotes and names in backquotes")
+                }
                 _ => finding,
             }
         }
-        LexError::Text(start, end) => {
-            Diagnostic::error(codes::UNCLOSED_QUOTE, "text without its closing quote")
-                .at(span_of(file, start, end), "begins here")
-                .help("a text ends on its line; longer ones stand between `\"\"\"` and `\"\"\"`")
+        LexError::Operator(start, end) => {
+            let span = span_of(file, start, end);
+            let shown = text.get(span.range()).unwrap_or("");
+            let (help, word) = match shown {
+                "!" => ("write `not`, or `/` before a name", "not "),
+                "&&" => ("write `and`", "and"),
+                _ => ("write `or`", "or"),
+            };
+            Diagnostic::error(codes::CHARACTER, format!("unknown operator `{shown}`"))
+                .at(span, "an operator of C")
+                .help(help)
+                .fix(span, word)
         }
+        LexError::Quotes(start, end) => {
+            let span = span_of(file, start, end);
+            let straight: String = (text.get(span.range()).unwrap_or("").chars())
+                .map(|c| if is_typeset_quote(c) { '"' } else { c })
+                .collect();
+            let mut chars = text.get(start as usize..).unwrap_or("").chars();
+            let first = chars.next().unwrap_or('“');
+            let first_end = start + u32::try_from(first.len_utf8()).unwrap_or(1);
+            Diagnostic::error(codes::CHARACTER, format!("typographic quote `{first}`"))
+                .at(span_of(file, start, first_end), "expected `\"`")
+                .help("write texts in straight quotes `\"`")
+                .fix(span, straight)
+        }
+        LexError::Comment(start, sign, end) => {
+            let all = text.get(start as usize..end as usize).unwrap_or("");
+            let shown = text.get(start as usize..sign as usize).unwrap_or("");
+            let finding =
+                Diagnostic::error(codes::CHARACTER, format!("unknown comment sign `{shown}`"))
+                    .at(span_of(file, start, sign), "a comment begins with `#`");
+            let ends_line = text[end as usize..].chars().find(|c| !matches!(c, ' ' | '\t' | '\r'));
+            if shown == "//" {
+                return finding.help("write `#`").fix(span_of(file, start, sign), "#");
+            }
+            if all.contains('\n') || !matches!(ends_line, None | Some('\n')) {
+                return finding
+                    .help("write `#` before each line of the comment, on lines of its own");
+            }
+            let inner = all[2..].strip_suffix("*/").unwrap_or(&all[2..]).trim_end();
+            finding.help("write `#`").fix(span_of(file, start, end), format!("#{inner}"))
+        }
+        LexError::Text(start, end) => Diagnostic::error(
+            codes::UNCLOSED_QUOTE,
+            "text without its closing quote",
+        )
+        .at(span_of(file, start, end), "begins here")
+        .help("end the text on its line, or write a longer text between `\"\"\"` and `\"\"\"`"),
         LexError::Name(start, end) if end == start + 2 => Diagnostic::error(
             codes::UNCLOSED_QUOTE,
             "a name in backquotes needs at least one character",

@@ -234,8 +234,8 @@ impl Parser<'_> {
             {
                 let word = self.word(0);
                 return Err(self.misplaced(
-                    &format!("`{word}` cannot stand in a step by itself"),
-                    "say when it is done: `entry { … }`, `exit { … }` or `on EVENT { … }`",
+                    &format!("`{word}` is not allowed directly in a step"),
+                    "put it into `entry { … }`, `exit { … }` or `on EVENT { … }`",
                 ));
             }
             _ => self.action()?,
@@ -300,10 +300,13 @@ impl Parser<'_> {
         let assigns = |kind| matches!(kind, Kind::Assign | Kind::OpenBracket | Kind::Equal);
         let is_assignment =
             assigns(self.kind(1)) || self.kind(1) == Kind::Dot && assigns(self.kind(3));
+        if is_assignment && let Some(result) = self.output_assigned() {
+            return result;
+        }
         if is_assignment {
             return Err(self.misplaced(
-                "an assignment cannot stand in a step by itself",
-                "say when it is done: `entry { … }`, `exit { … }` or `on EVENT { … }`",
+                "an assignment is not allowed directly in a step",
+                "put it into `entry { … }`, `exit { … }` or `on EVENT { … }`",
             ));
         }
         let target = self.dotted("an action")?;
@@ -315,6 +318,67 @@ impl Parser<'_> {
         let how = if self.peek(0).new_line { ActionHow::Bare } else { self.how()? };
         let condition = self.action_condition()?;
         Ok(StepItemKind::Action { target, arguments, how, condition })
+    }
+
+    /// `pump = 1` in a step, where `pump` is an output: what is meant is `pump`, or nothing for `pump = 0`. None if it is something else.
+    fn output_assigned(&mut self) -> Option<Parse<StepItemKind>> {
+        let token = self.peek(0);
+        let name = super::numbers::name_of(self.text, token);
+        let is_output =
+            self.numbers.is_some_and(|numbers| numbers.is_output(name) && !numbers.contains(name));
+        if !is_output || !matches!(self.kind(1), Kind::Equal | Kind::Assign) {
+            return None;
+        }
+        let value = super::numbers::slice(self.text, self.peek(2));
+        let is_on = match value.to_ascii_lowercase().as_str() {
+            "1" | "true" | "on" => true,
+            "0" | "false" | "off" => false,
+            _ => return None,
+        };
+        let shown = short(super::numbers::slice(self.text, token));
+        let target = self.name("an action").map(|name| vec![name]);
+        let sign = self.advance();
+        self.advance();
+        let mut span = self.span_from(token.start);
+        let sign = short(super::numbers::slice(self.text, sign));
+        if is_on {
+            self.report(|| {
+                Diagnostic::error(
+                    codes::MISPLACED,
+                    format!(
+                        "an output of a step is named without a value: `{shown} {sign} {value}`"
+                    ),
+                )
+                .at(span, "on while the step is active")
+                .help(format!("write `{shown}`"))
+                .fix(span, shown)
+            });
+            return Some(target.map(|names| {
+                let path = Path { names };
+                StepItemKind::Action {
+                    target: Name::new(path.to_string(), path.span()),
+                    arguments: None,
+                    how: ActionHow::Bare,
+                    condition: None,
+                }
+            }));
+        }
+        // What parts it from the next item goes too.
+        let next = self.peek(1);
+        if matches!(self.kind(0), Kind::Semicolon | Kind::Comma) && !next.new_line {
+            span.end = next.start;
+        }
+        let place = self.span_from(token.start);
+        self.report(|| {
+            Diagnostic::error(
+                codes::MISPLACED,
+                format!("an output of a step is named without a value: `{shown} {sign} {value}`"),
+            )
+            .at(place, "off unless an active step names it")
+            .help(format!("leave `{shown} {sign} {value}` out"))
+            .fix(span, "")
+        });
+        Some(Err(Abandoned))
     }
 
     fn how(&mut self) -> Parse<ActionHow> {
@@ -428,24 +492,49 @@ impl Parser<'_> {
             return self.transition_rest(start, transition);
         }
         if self.kind(0) != Kind::Arrow {
-            if !self.is_name(0) || transition.name.is_some() && self.peek(0).new_line {
+            if !self.is_name(0) && self.kind(0) != Kind::Number
+                || transition.name.is_some() && self.peek(0).new_line
+            {
                 return Err(self.unexpected("the preceding steps, or `->`"));
             }
             self.paths(&mut transition.sources)?;
         }
         let arrow = self.here();
         self.expect(Kind::Arrow, "`->`")?;
-        if self.is_name_beside(0) && !self.begins_clause() {
+        let is_numbered = self.kind(0) == Kind::Number && !self.peek(0).new_line;
+        if (self.is_name_beside(0) || is_numbered) && !self.begins_clause() {
             let is_quoted = self.kind(0) == Kind::Quoted;
             self.paths(&mut transition.targets)?;
             if !is_quoted && self.is_sink(&transition) {
                 transition.targets.clear();
                 transition.is_sink = true;
             }
+            self.second_arrow(&transition);
         } else if !transition.sources.is_empty() {
             self.bare_arrows.push(arrow);
         }
         self.transition_rest(start, transition)
+    }
+
+    /// `a -> b -> c` is two transitions, of which the second leaves no step: hardly ever what is meant.
+    fn second_arrow(&mut self, transition: &Transition) {
+        let arrow = self.peek(0);
+        if arrow.kind != Kind::Arrow || arrow.new_line || transition.sources.is_empty() {
+            return;
+        }
+        let span = self.span(arrow);
+        let from = match transition.targets.as_slice() {
+            [only] => only.to_string(),
+            _ => "b".to_owned(),
+        };
+        self.report(|| {
+            Diagnostic::warning(
+                codes::AMBIGUOUS,
+                "a second arrow begins another transition, which leaves no step",
+            )
+            .at(span, "the first transition ends before this arrow")
+            .help(format!("write the second transition on a line of its own, as in `{from} -> …`"))
+        });
     }
 
     /// `a -> sink`, where no step of the source is called so.
@@ -540,7 +629,9 @@ impl Parser<'_> {
                     self.once(&mut transition.guard, guard, span, word);
                 }
                 "after" => {
-                    let length = if self.is_name(0) {
+                    let length = if let Some(ns) = self.iec_duration() {
+                        Length::Ns(ns)
+                    } else if self.is_name(0) {
                         Length::Named(self.path("a duration")?)
                     } else {
                         Length::Ns(self.duration()?)
@@ -591,7 +682,7 @@ impl Parser<'_> {
             ["on", "when", "after", "priority", "internal", "restart", "deadline", "do", "req"],
         );
         self.report(|| {
-            let finding = Diagnostic::error(codes::UNKNOWN_WORD, format!("no clause of a transition begins with `{}`", short(word)));
+            let finding = Diagnostic::error(codes::UNKNOWN_WORD, format!("unknown clause `{}` of a transition", short(word)));
             match near {
                 Some(near) => finding.at(span, format!("meant `{near}`?")).fix(span, near),
                 None => finding
@@ -688,7 +779,7 @@ impl Parser<'_> {
             self.report(|| {
                 let finding = Diagnostic::error(
                     codes::UNKNOWN_WORD,
-                    format!("no statement begins with `{}`", short(word)),
+                    format!("unknown statement `{}`", short(word)),
                 );
                 match near {
                     Some(near) => finding.at(span, format!("meant `{near}`?")).fix(span, near),

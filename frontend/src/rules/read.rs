@@ -11,7 +11,7 @@ use grafsynth_ir::{FileId, Name, Span};
 
 use crate::codes;
 use crate::graf::lexer::Lexer;
-use crate::graf::numbers::Numbers;
+use crate::graf::numbers::{Numbers, slice};
 use crate::graf::parser::{Abandoned, Parse, Parser, short};
 use crate::graf::token::Kind;
 use crate::graf::{CHECK_FIRST, Limits, Parsed, sorted, too_large};
@@ -53,7 +53,8 @@ pub fn parse_within(file: FileId, text: &str, limits: &Limits) -> Parsed {
     let (steps, transitions, outputs) =
         (names(&rules.steps), names(&rules.transitions), names(&rules.outputs));
     let listed = Listed { steps, transitions, outputs };
-    let mut builder = Builder { rules, listed, findings, options: Options::default() };
+    let mut builder =
+        Builder { text, rules, listed, findings, options: Options::default(), has_source: false };
     for (start, end) in options {
         builder.option(file, &text[..end], start, &numbers, limits);
     }
@@ -62,7 +63,7 @@ pub fn parse_within(file: FileId, text: &str, limits: &Limits) -> Parsed {
         builder.findings.report(|| {
             Diagnostic::error(codes::NO_CHART, "no rules in this text")
                 .at(Span::new(file, 0, 0), "expected `Step` and the names of steps")
-                .help("list steps and transitions, then write the rules behind `Transitions:` and `Steps:`")
+                .help("list steps and transitions, then write the rules after `Transitions:` and `Steps:`")
         });
     }
     let diagnostics = sorted(builder.findings.finish());
@@ -104,6 +105,9 @@ struct Rules {
     inputs: Vec<Name>,
     outputs: Vec<Name>,
     marking: Vec<Name>,
+    /// The first list, and the list of steps, each with its names.
+    lists: Option<Span>,
+    step_list: Option<Span>,
     seen: BTreeSet<&'static str>,
     transition_rules: Vec<Rule>,
     step_rules: Vec<Rule>,
@@ -177,19 +181,48 @@ impl Rules {
         let span = parser.here();
         parser.advance();
         let mut names = Vec::new();
+        let mut written: Vec<&str> = Vec::new();
+        let mut without_comma = None;
+        let start = parser.peek(0).start;
         if parser.is_name_beside(0) {
             loop {
+                let token = parser.peek(0);
                 let name = parser.name("a name")?;
+                if parser.findings.rest == 0 {
+                    written.push(slice(parser.text, token));
+                }
                 parser.keep(&mut names, name);
-                if !parser.eat(Kind::Comma) {
+                if parser.eat(Kind::Comma) {
+                    continue;
+                }
+                if !parser.is_name_beside(0) {
                     break;
                 }
+                without_comma.get_or_insert(parser.previous_end);
             }
+        }
+        if let Some(end) = without_comma {
+            let whole = parser.span_from(start);
+            let here = Span { start: end, end, ..whole };
+            parser.report(|| {
+                Diagnostic::error(
+                    codes::UNEXPECTED,
+                    format!("no comma between the names of the list `{list}`"),
+                )
+                .at(here, "expected `,`")
+                .help("write a comma between all names")
+                .fix(whole, written.join(", "))
+            });
+        }
+        let line = parser.span_from(span.start);
+        self.lists.get_or_insert(line);
+        if *list == *"Step" {
+            self.step_list.get_or_insert(line);
         }
         if !self.seen.insert(list) {
             parser.report(|| {
-                Diagnostic::error(codes::LIST_TWICE, format!("a second list `{list}`"))
-                    .at(span, "there is one above")
+                Diagnostic::error(codes::LIST_TWICE, format!("the list `{list}` is given twice"))
+                    .at(span, "the second one")
                     .help("put all names into one list")
             });
         }
@@ -216,7 +249,7 @@ fn unknown_list(parser: &mut Parser<'_>) -> Abandoned {
     let span = parser.here();
     let near = nearest(word, LISTS.into_iter().chain(["Transitions", "Steps"]));
     parser.report(|| {
-        let finding = Diagnostic::error(codes::UNKNOWN_WORD, format!("no part of the rules begins with `{}`", short(word)));
+        let finding = Diagnostic::error(codes::UNKNOWN_WORD, format!("unknown part `{}` of the rules", short(word)));
         match near {
             Some(near) => finding.at(span, format!("meant `{near}`?")).fix(span, near),
             None => finding
@@ -231,7 +264,7 @@ fn unknown_list(parser: &mut Parser<'_>) -> Abandoned {
 fn rule(parser: &mut Parser<'_>) -> Parse<Rule> {
     let start = parser.peek(0).start;
     let label = parser.name("the label of a rule")?;
-    parser.expect(Kind::Colon, "`:` behind the label of a rule")?;
+    parser.expect(Kind::Colon, "`:` after the label of a rule")?;
     let left = if parser.kind(0) == Kind::Yields { None } else { Some(parser.expr()?) };
     parser.expect(Kind::Yields, "`|-`")?;
     let mut right = Vec::new();

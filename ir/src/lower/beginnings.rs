@@ -38,7 +38,7 @@ pub(super) fn beginnings(lowering: &mut Lowering<'_>) {
         if has_steps[index] && !starts[index] {
             let finding = Diagnostic::error(
                 codes::NO_INITIAL_STEP,
-                format!("chart {} has no initial step, so nothing in it ever happens", chart.name),
+                format!("chart {} has no initial step, so it never does anything", chart.name),
             )
             .at(chart.name.span, "no step of this chart is active after reset")
             .help("write `initial step` for the step that is active after reset")

@@ -123,4 +123,8 @@ codes! {
     STAYS_ACTIVE = "G0256", "step that stays active";
     /// Two steps that follow each other pulse one action, which gives one pulse.
     ONE_PULSE = "G0257", "single pulse for two consecutive steps";
+    /// A source transition activates a step of a chart that begins with an initial step, and nothing is left.
+    SOURCE_ADDS = "G0258", "transition that leaves no step";
+    /// Branches that begin together end one by one.
+    NO_JOIN = "G0259", "parallel branches that are not joined";
 }

@@ -261,6 +261,8 @@ pub(super) struct Lowering<'a> {
     pub(super) max_objects: usize,
     /// Candidates looked at for name suggestions.
     pub(super) suggestions: usize,
+    /// The steps that the transition leaves whose receptivity is read: what a message names first.
+    pub(super) left: Vec<StepId>,
     /// The states of statecharts.
     pub(super) tree: Tree,
     /// Per controlled action, the actions that keep its further durations.
@@ -318,6 +320,7 @@ impl<'a> Lowering<'a> {
             otherwise_mentions: 0,
             max_objects: MAX_OBJECTS,
             suggestions: 0,
+            left: Vec::new(),
             flat: None,
             tree: Tree::default(),
             more_timers: BTreeMap::new(),

@@ -274,7 +274,7 @@ impl<'a> Expansion<'_, 'a> {
     fn not_in_statechart(&mut self, span: Span, what: &str) {
         if self.lowering.is_statechart() {
             self.lowering.report(
-                Diagnostic::error(codes::CHART_KIND, format!("{what} cannot stand in a statechart"))
+                Diagnostic::error(codes::CHART_KIND, format!("{what} is not allowed in a statechart"))
                     .at(span, "")
                     .help("a statechart has states, regions and history; choose another conflict policy for a Grafcet"),
             );

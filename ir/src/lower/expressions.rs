@@ -156,11 +156,8 @@ impl Lowering<'_> {
             | ExprKind::Neg(_)
             | ExprKind::Arith(..)
             | ExprKind::Select(..) => Err(self.report(
-                Diagnostic::error(
-                    codes::CONSTANT_NEEDED,
-                    "this has no value before the chart runs",
-                )
-                .at(drawn.span, "a constant is needed here"),
+                Diagnostic::error(codes::CONSTANT_NEEDED, "this is not a constant expression")
+                    .at(drawn.span, "a constant is needed here"),
             )),
         }
     }
@@ -235,12 +232,10 @@ impl Lowering<'_> {
             DrawnLeaf::Duration(ns) => Err(self.report(
                 Diagnostic::error(
                     codes::TIME_ALONE,
-                    format!("{} stands alone, without a time to compare it with", duration(*ns)),
+                    format!("{} is not compared with the time of a step or timer", duration(*ns)),
                 )
                 .at(span, "")
-                .help(
-                    "a duration is compared with the time of a step or timer, as in `s.t >= 3 s`",
-                ),
+                .help("write a comparison such as `s.t >= 3 s`"),
             )),
             DrawnLeaf::Delay(on, operand, off) => self.delay(*on, operand, *off, span, place),
         }
@@ -277,7 +272,13 @@ impl Lowering<'_> {
 
     /// The value that a name has.
     fn value<L: Target>(&mut self, path: &Path, span: Span, place: &Place<'_>) -> Outcome<Expr<L>> {
-        let resolved = self.resolve(place.scope, path)?;
+        let resolved = match self.peek(place.scope, path) {
+            Some(found) => found,
+            None => {
+                self.left = place.otherwise.unwrap_or_default().to_vec();
+                self.resolve(place.scope, path)?
+            }
+        };
         let symbol = match resolved {
             Resolved::Symbol(symbol) => symbol,
             Resolved::Attribute(like, attribute) => {
@@ -319,7 +320,10 @@ impl Lowering<'_> {
                 return Err(self.report(
                     Diagnostic::error(
                         codes::WRONG_KIND,
-                        format!("{path} is {kind}, which has no value itself"),
+                        format!(
+                            "{} {path} cannot be used as a value",
+                            kind.trim_start_matches("a ")
+                        ),
                     )
                     .at(span, "")
                     .help(format!("write {path}.active to ask whether it is active"))
@@ -350,7 +354,7 @@ impl Lowering<'_> {
         };
         if self.open_aliases.contains(&alias) {
             return Err(self.report(
-                Diagnostic::error(codes::ARGUMENT, format!("the argument {path} reads itself"))
+                Diagnostic::error(codes::ARGUMENT, format!("the argument {path} refers to itself"))
                     .at(drawn.span, "stands for what is read in it")
                     .help("an argument says what the parameter is in words of the chart that uses the library"),
             ));
@@ -394,7 +398,7 @@ impl Lowering<'_> {
             return Err(self.report(
                 Diagnostic::error(
                     codes::PULSE_PLACE,
-                    format!("the event {path} stands in a condition of a statechart"),
+                    format!("the event {path} is not allowed in a condition of a statechart"),
                 )
                 .at(path.span(), "")
                 .help(format!("write `on {path}`: a statechart takes one event at a time")),
@@ -407,8 +411,8 @@ impl Lowering<'_> {
             return Ok(());
         }
         Err(self.report(
-            Diagnostic::error(codes::PULSE_PLACE, format!("the event {path} cannot stand in {}", place.what))
-                .at(path.span(), "an event holds in one micro-step only")
+            Diagnostic::error(codes::PULSE_PLACE, format!("the event {path} is not allowed in {}", place.what))
+                .at(path.span(), "an event is true for one micro-step only")
                 .help("catch it in a transition or with `on` in a step, and keep what it means in a step or variable"),
         ))
     }
@@ -442,7 +446,7 @@ impl Lowering<'_> {
                 let word = if role == Role::Mealy { "mealy" } else { "continuous" };
                 let mut finding = Diagnostic::error(
                     codes::OUTPUT_UNREADABLE,
-                    format!("{path} is a {word} output, which has no memory to read"),
+                    format!("{path} is a {word} output and cannot be read"),
                 )
                 .at(span, "");
                 let by = self.uses.get(output.index()).and_then(|uses| uses.first());
@@ -451,9 +455,9 @@ impl Lowering<'_> {
                         let step = self.net.steps[by.step].name.text.clone();
                         finding
                             .at(by.span, "driven here")
-                            .help(format!("ask for the step instead: {step}.active"))
+                            .help(format!("read the step instead: {step}.active"))
                     }
-                    None => finding.help("ask for the steps that drive it instead"),
+                    None => finding.help("read the steps that drive it instead"),
                 };
                 Err(self.report(finding))
             }
@@ -548,8 +552,8 @@ impl Lowering<'_> {
                 }
             };
             return Err(self.report(
-                Diagnostic::error(codes::PULSE_PLACE, format!("an edge cannot stand in {what}"))
-                    .at(span, "an edge holds in one micro-step only")
+                Diagnostic::error(codes::PULSE_PLACE, format!("an edge is not allowed in {what}"))
+                    .at(span, "an edge is true for one micro-step only")
                     .help(help),
             ));
         }
@@ -575,7 +579,7 @@ impl Lowering<'_> {
                 return Err(self.report(
                     Diagnostic::error(
                         codes::OTHERWISE_PLACE,
-                        "`otherwise` stands on a source transition",
+                        "`otherwise` is not allowed on a source transition",
                     )
                     .at(span, "it leaves no step, so there are no others")
                     .help("write the condition out"),
@@ -585,7 +589,7 @@ impl Lowering<'_> {
                 return Err(self.report(
                     Diagnostic::error(
                         codes::OTHERWISE_PLACE,
-                        format!("`otherwise` cannot stand in {}", place.what),
+                        format!("`otherwise` is not allowed in {}", place.what),
                     )
                     .at(span, "")
                     .help("it belongs to the `when` of a transition that leaves a step"),

@@ -18,7 +18,7 @@ pub(super) fn forcing(lowering: &mut Lowering<'_>) {
             let StepItemKind::Force { target, order } = &item.kind else { continue };
             if lowering.is_statechart() {
                 lowering.report(
-                    Diagnostic::error(codes::CHART_KIND, "`force` cannot stand in a statechart")
+                    Diagnostic::error(codes::CHART_KIND, "`force` is not allowed in a statechart")
                         .at(item.span, "")
                         .help("a transition of an outer state leaves all its inner states"),
                 );

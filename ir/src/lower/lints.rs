@@ -1,6 +1,8 @@
 //! Warnings about a valid net that probably does not mean what it says. All of them follow from its structure; what needs the reachable situations is the
 //! verifier's.
 
+mod tokens;
+
 use super::codes;
 use super::expressions::without_spans;
 use crate::arena::IdMap;
@@ -28,6 +30,7 @@ pub fn lints(net: &Net) -> Vec<Diagnostic> {
     beyond_emergency(net, &mut out);
     stays_active(net, &mut out);
     one_pulse(net, &mut out);
+    tokens::tokens(net, &mut out);
     out
 }
 
@@ -685,7 +688,7 @@ fn never_taken(net: &Net, out: &mut Vec<Diagnostic>) {
         out.push(
             Diagnostic::warning(
                 codes::NEVER_TAKEN,
-                format!("transition {name} is never taken: {winner_name} always goes first"),
+                format!("transition {name} is never taken: {winner_name} always fires first"),
             )
             .at(place(net, id), "")
             .at(place(net, winner), "its condition is always true")

@@ -322,23 +322,27 @@ impl<'a> Lowering<'a> {
             Unknown::NoInside(at, symbol) => {
                 let (owner, name) = (&names[at - 1], &names[at]);
                 let kind = self.kind(symbol);
-                let mut finding = Diagnostic::error(
-                    codes::WRONG_KIND,
-                    format!("{owner} is {kind}, which has nothing named {name} in it"),
-                )
-                .at(name.span, "")
-                .at(owner.span, kind);
+                let is_time = at + 1 == names.len() && matches!(name.text.as_str(), "t" | "T");
+                let message = if is_time {
+                    format!("{owner} is {kind} and has no time")
+                } else {
+                    format!("{owner} is {kind} and has no part named {name}")
+                };
+                let mut finding = Diagnostic::error(codes::WRONG_KIND, message)
+                    .at(name.span, "")
+                    .at(owner.span, kind);
                 if matches!(symbol, Symbol::Step(_)) {
-                    finding = finding.help(format!(
-                        "of a step you can ask {owner}.active, {owner}.t and {owner}.done"
-                    ));
+                    finding = finding
+                        .help(format!("a step has {owner}.active, {owner}.t and {owner}.done"));
+                } else if is_time {
+                    finding = self.time_of_another(finding, symbol, owner, name);
                 }
                 self.report(finding)
             }
             Unknown::Name(at, inside) => {
                 let name = &names[at];
                 let message = match inside {
-                    Some(_) => format!("there is no {name} in {}", names[at - 1]),
+                    Some(_) => format!("{} contains no {name}", names[at - 1]),
                     None => format!("unknown name {name}"),
                 };
                 let mut finding =
@@ -348,6 +352,44 @@ impl<'a> Lowering<'a> {
                 }
                 self.report(finding)
             }
+        }
+    }
+
+    /// The way out for `Q.t`: the time of the steps that drive the output.
+    fn time_of_another(
+        &self,
+        finding: Diagnostic,
+        symbol: Symbol,
+        owner: &Name,
+        name: &Name,
+    ) -> Diagnostic {
+        const SHOWN: usize = 3;
+        let mut steps: Vec<&str> = Vec::new();
+        if let Symbol::Output(output) = symbol {
+            let uses = || self.uses.get(output.index()).into_iter().flatten();
+            // Of several steps, the one that the transition leaves is meant.
+            let is_left = uses().any(|one| self.left.contains(&one.step));
+            for one in uses().filter(|one| !is_left || self.left.contains(&one.step)) {
+                let step = self.net.steps[one.step].name.text.as_str();
+                if !steps.contains(&step) {
+                    steps.push(step);
+                }
+            }
+        }
+        let written: Vec<String> =
+            steps.iter().take(SHOWN).map(|step| format!("{step}.{name}")).collect();
+        match &written[..] {
+            [] => finding.help("only steps and timers have a time, as in `s.t >= 3 s`"),
+            [only] if steps.len() == 1 => finding
+                .help(format!(
+                    "only steps and timers have a time; step {} drives {owner}, write {only}",
+                    steps[0]
+                ))
+                .fix(owner.span, steps[0]),
+            several => finding.help(format!(
+                "only steps and timers have a time; write the time of a step that drives {owner}: {}",
+                several.join(" or ")
+            )),
         }
     }
 

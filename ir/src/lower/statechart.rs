@@ -291,7 +291,7 @@ pub(super) fn transition<'a>(
 ) {
     if let Some(what) = grafcet_part(source) {
         lowering.report(
-            Diagnostic::error(codes::CHART_KIND, format!("{what} cannot stand in a statechart"))
+            Diagnostic::error(codes::CHART_KIND, format!("{what} is not allowed in a statechart"))
                 .at(source.meta.span, "")
                 .help("its hierarchy decides what it leaves and which of two transitions wins"),
         );
@@ -570,7 +570,7 @@ pub(super) fn statecharts(lowering: &mut Lowering<'_>) {
         lowering.report(
             Diagnostic::error(
                 codes::CHART_KIND,
-                "the priority of a step cannot stand in a statechart",
+                "the priority of a step is not allowed in a statechart",
             )
             .at(span, format!("step {name}")),
         );

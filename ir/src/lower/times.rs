@@ -55,7 +55,7 @@ impl Lowering<'_> {
                 Diagnostic::error(
                     codes::DURATION_TOO_LONG,
                     format!(
-                        "{} is {ticks} ticks of {}, a timer counts {MAX_TICKS}",
+                        "{} is {ticks} ticks of {}, but a timer counts at most {MAX_TICKS}",
                         duration(ns),
                         duration(tick)
                     ),
@@ -72,8 +72,8 @@ impl Lowering<'_> {
                     codes::DURATION_ROUNDED,
                     format!("{} is rounded up to {}", duration(ns), duration(rounded)),
                 )
-                .at(span, format!("no multiple of the tick, {}", duration(tick)))
-                .help("declare a shorter `tick` where the difference matters"),
+                .at(span, format!("not a multiple of the tick, {}", duration(tick)))
+                .help("declare a shorter `tick` if the difference matters"),
             );
         }
         u32::try_from(ticks).map_err(|_| self.already_told())
@@ -94,7 +94,16 @@ impl Lowering<'_> {
                 return Ok(self.time_comparison(op, found, ticks, time.span, other.span, span));
             }
         }
-        let (a, b) = (self.expression(a, place), self.expression(b, place));
+        // A duration alone is a mistake of its own only if the other side is none.
+        let (a, b) = if self.duration_constant(place.scope, b).is_some() {
+            let a = self.expression(a, place)?;
+            (Ok(a), self.expression(b, place))
+        } else if self.duration_constant(place.scope, a).is_some() {
+            let b = self.expression(b, place)?;
+            (self.expression(a, place), Ok(b))
+        } else {
+            (self.expression(a, place), self.expression(b, place))
+        };
         Ok(Expr::new(ExprKind::Compare(op, Box::new(a?), Box::new(b?)), span))
     }
 
@@ -123,7 +132,7 @@ impl Lowering<'_> {
                         format!("{path}: a macro-step has no last time"),
                     )
                     .at(path.span(), "")
-                    .help("ask for `t`, or for the time of one of its steps"),
+                    .help("use `t`, or the time of one of its steps"),
                 ));
             }
             Some(Resolved::Symbol(Symbol::Timer(timer))) => Time::Timer(timer),
@@ -131,7 +140,7 @@ impl Lowering<'_> {
         };
         if place.constant {
             return Err(self.report(
-                Diagnostic::error(codes::CONSTANT_NEEDED, format!("{path} is no constant"))
+                Diagnostic::error(codes::CONSTANT_NEEDED, format!("{path} is not a constant"))
                     .at(path.span(), "its value is not known before the chart runs"),
             ));
         }
@@ -164,7 +173,7 @@ impl Lowering<'_> {
                 Ok(_) | Err(_) => Err(self.report(
                     Diagnostic::error(
                         codes::DURATION_TOO_LONG,
-                        format!("{ticks} ticks are more than the {MAX_TICKS} that a timer counts"),
+                        format!("{ticks} ticks, but a timer counts at most {MAX_TICKS}"),
                     )
                     .at(drawn.span, ""),
                 )),
@@ -222,10 +231,10 @@ impl Lowering<'_> {
             self.report(
                 Diagnostic::warning(
                     codes::MACRO_TIME,
-                    format!("{name}.t runs on when {name} is left and entered again within one reaction"),
+                    format!("{name}.t is not reset when {name} is left and entered again within one reaction"),
                 )
                 .at(span, "")
-                .help("ask for the time of one of its steps where that can happen, or write `evolution single`"),
+                .help("use the time of one of its steps if that can happen, or write `evolution single`"),
             );
         }
         let condition = self.macro_active(instance, span);
@@ -240,9 +249,12 @@ impl Lowering<'_> {
             return Ok(());
         }
         Err(self.report(
-            Diagnostic::error(codes::TIME_ALONE, format!("{what} cannot stand outside the chart"))
-                .at(span, "needs a timer in the chart")
-                .help("declare `timer T while ..` in the chart and compare T here"),
+            Diagnostic::error(
+                codes::TIME_ALONE,
+                format!("{what} is not allowed outside the chart"),
+            )
+            .at(span, "needs a timer in the chart")
+            .help("declare `timer T while ..` in the chart and compare T here"),
         ))
     }
 

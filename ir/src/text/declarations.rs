@@ -248,8 +248,7 @@ impl Parser<'_> {
             }
             "queue" => settings.queue = Some(self.number()?),
             _ => {
-                settings.tick_ns = self.number()?;
-                self.expect("ns")?;
+                settings.tick_ns = self.nanoseconds()?;
             }
         }
         self.net_mut().settings = settings;
@@ -513,13 +512,7 @@ impl Parser<'_> {
         let restart = self.eat("restart");
         let events = if self.eat("on") { self.list(Self::input_ref)? } else { Vec::new() };
         let priority = if self.eat("priority") { Some(self.number()?) } else { None };
-        let deadline_ns = if self.eat("deadline") {
-            let deadline = self.number()?;
-            self.expect("ns")?;
-            Some(deadline)
-        } else {
-            None
-        };
+        let deadline_ns = if self.eat("deadline") { Some(self.nanoseconds()?) } else { None };
         let guard = if self.eat("when") {
             self.expr()?
         } else {

@@ -154,7 +154,9 @@ impl Parser<'_> {
     fn constant<L>(&mut self) -> Result<Tall<L>, Fail> {
         let start = self.here();
         let value = self.integer()?;
-        Ok(tall(ExprKind::Int(value), start.to(self.before()), 0))
+        let span = start.to(self.before());
+        self.no_unit(value, start);
+        Ok(tall(ExprKind::Int(value), span, 0))
     }
 
     fn negation<L: ReadLeaf>(&mut self, depth: usize) -> Result<Tall<L>, Fail> {

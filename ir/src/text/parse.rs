@@ -82,7 +82,7 @@ struct Names<'a> {
 #[must_use]
 pub fn parse(file: FileId, source: &str) -> (Option<Net>, Vec<Diagnostic>) {
     if source.len() > SOURCE_LIMIT {
-        let message = format!("the text has {} bytes, the most is {SOURCE_LIMIT}", source.len());
+        let message = format!("the text has {} bytes, the limit is {SOURCE_LIMIT}", source.len());
         return (
             None,
             vec![Diagnostic::error(codes::NET_LIMIT, message).at(Span::new(file, 0, 0), "")],
@@ -467,7 +467,7 @@ impl<'a> Parser<'a> {
             | Kind::Symbol
             | Kind::Bad => format!("`{}`", self.text().chars().take(40).collect::<String>()),
         };
-        self.fail(codes::NET_SYNTAX, self.here(), format!("{wanted} is expected here, not {found}"))
+        self.fail(codes::NET_SYNTAX, self.here(), format!("expected {wanted}, found {found}"))
     }
 
     pub(super) fn told(&mut self, diagnostic: Diagnostic) {
@@ -484,8 +484,8 @@ impl<'a> Parser<'a> {
             return Ok(());
         }
         let word = self.text();
-        let help = format!("a name like this stands in back quotes: `{word}`");
-        let message = format!("`{word}` is a word of the net language, not a name");
+        let help = format!("write a name that is also a keyword in backquotes");
+        let message = format!("`{word}` is a keyword, not a name");
         self.told(Diagnostic::error(codes::NET_SYNTAX, message).at(self.here(), "").help(help));
         Err(Fail)
     }
@@ -530,6 +530,70 @@ impl<'a> Parser<'a> {
                 Ok(0)
             }
         }
+    }
+
+    /// The nanoseconds of the unit of time at the next token, if one is there.
+    fn unit(&self) -> Option<u64> {
+        if self.token.kind != Kind::Word {
+            return None;
+        }
+        match self.text() {
+            "us" | "µs" | "μs" => Some(1_000),
+            "ms" => Some(1_000_000),
+            "s" => Some(1_000_000_000),
+            "min" => Some(60_000_000_000),
+            "h" => Some(3_600_000_000_000),
+            _ => None,
+        }
+    }
+
+    /// `100000000 ns`; another unit is reported with what it is in nanoseconds, and reading goes on.
+    pub(super) fn nanoseconds(&mut self) -> Result<u64, Fail> {
+        let start = self.here();
+        let value: u64 = self.number()?;
+        let Some(unit) = self.unit() else {
+            self.expect("ns")?;
+            return Ok(value);
+        };
+        let written = format!("{value} {}", self.text());
+        self.bump();
+        let span = start.to(self.before);
+        let finding = Diagnostic::error(
+            codes::NET_SYNTAX,
+            format!("durations in a net are in nanoseconds, found `{written}`"),
+        )
+        .at(span, "expected `ns`");
+        Ok(match value.checked_mul(unit) {
+            Some(ns) => {
+                self.told(finding.help(format!("write `{ns} ns`")).fix(span, format!("{ns} ns")));
+                ns
+            }
+            None => {
+                self.told(finding);
+                value
+            }
+        })
+    }
+
+    /// A number of ticks in a condition with a unit of time behind it, which no condition has.
+    pub(super) fn no_unit(&mut self, ticks: i64, start: Span) {
+        let Some(unit) = self.unit() else { return };
+        let written = format!("{ticks} {}", self.text());
+        self.bump();
+        let span = start.to(self.before);
+        let finding = Diagnostic::error(
+            codes::NET_SYNTAX,
+            format!("a condition in a net compares times in ticks, found `{written}`"),
+        )
+        .at(span, "expected a number of ticks");
+        let tick = self.net.settings.tick_ns.max(1);
+        let n_ticks = u64::try_from(ticks).ok().and_then(|value| value.checked_mul(unit));
+        self.told(match n_ticks.map(|ns| ns.div_ceil(tick)) {
+            Some(n) => {
+                finding.help(format!("write `{n}`: a tick is {tick} ns")).fix(span, n.to_string())
+            }
+            None => finding,
+        });
     }
 
     /// A number without sign; one that is too large is reported, and reading goes on with 0.

@@ -9,6 +9,7 @@ use grafsynth_ir::chart::{
 };
 use grafsynth_ir::diag::{Diagnostic, nearest};
 use grafsynth_ir::expr::{ExprKind, Type};
+use grafsynth_ir::lower::codes::NO_INITIAL_STEP;
 use grafsynth_ir::net::{Meta, Policy};
 use grafsynth_ir::{FileId, Name, Span};
 
@@ -46,14 +47,17 @@ pub(super) struct Listed {
 }
 
 /// Makes the design, and finds what in it does not go together.
-pub(super) struct Builder {
+pub(super) struct Builder<'a> {
+    pub(super) text: &'a str,
     pub(super) rules: Rules,
     pub(super) listed: Listed,
     pub(super) findings: Findings,
     pub(super) options: Options,
+    /// A rule leaves no step.
+    pub(super) has_source: bool,
 }
 
-impl Builder {
+impl Builder<'_> {
     /// One option line: `text` ends with it, and it begins at `start`.
     pub(super) fn option(
         &mut self,
@@ -105,7 +109,7 @@ impl Builder {
                     parser.report(|| {
                         Diagnostic::error(
                             codes::OPTION,
-                            "a receptivity stands in the rule, not in an option",
+                            "a receptivity belongs to the rule, not to an option",
                         )
                         .at(span, "not here")
                     });
@@ -135,7 +139,7 @@ impl Builder {
             | Item::Board(_) => None,
             Item::Step(step) => Some((
                 step.meta.span,
-                "write `# option: step NAME …`; what is initial stands in `Marking`",
+                "write `# option: step NAME …`; list initial steps in `Marking`",
             )),
             Item::Transition(transition) => Some((
                 transition.meta.span,
@@ -150,7 +154,7 @@ impl Builder {
         match refused {
             Some((span, help)) => {
                 parser.report(|| {
-                    Diagnostic::error(codes::OPTION, "this cannot stand in an option")
+                    Diagnostic::error(codes::OPTION, "this is not allowed in an option")
                         .at(span, "")
                         .help(help)
                 });
@@ -195,12 +199,16 @@ impl Builder {
     }
 
     pub(super) fn design(&mut self, file: FileId) -> Design {
-        let (name, mut meta) = self
+        let (mut name, mut meta) = self
             .options
             .chart
             .take()
             .unwrap_or_else(|| (Name::new("rules", Span::new(file, 0, 0)), Meta::default()));
-        meta.span = Span::new(file, 0, 0);
+        // The place of the chart: its first list.
+        meta.span = self.rules.lists.unwrap_or(Span::new(file, 0, 0));
+        if name.span == Span::new(file, 0, 0) {
+            name.span = self.rules.step_list.unwrap_or(meta.span);
+        }
         let mut items = self.settings();
         let mealy = self.mealy_outputs();
         let rest = self.declarations(&mut items, &mealy);
@@ -323,7 +331,7 @@ impl Builder {
                         Diagnostic::error(
                             codes::OPTION,
                             format!(
-                                "`{}` is in the list `{list}`, but declared otherwise",
+                                "`{}` is in the list `{list}`, but is declared as something else",
                                 short(&name.text)
                             ),
                         )
@@ -359,10 +367,10 @@ impl Builder {
                 self.findings.report(|| {
                     Diagnostic::error(
                         codes::NO_RULE,
-                        format!("no rule says what transition `{}` does", short(&name.text)),
+                        format!("transition `{}` has no rule", short(&name.text)),
                     )
                     .at(name.span, "listed here")
-                    .help(format!("write `{}: … |- @…` behind `Transitions:`", short(&name.text)))
+                    .help(format!("write `{}: … |- @…` after `Transitions:`", short(&name.text)))
                 });
             }
         }
@@ -373,6 +381,7 @@ impl Builder {
             let mut transition =
                 self.options.transitions.remove(&rule.label.text).unwrap_or_default();
             let (sources, guard) = self.left_side(rule);
+            self.has_source |= sources.is_empty();
             transition.is_sink =
                 !rule.right.iter().any(|(is_next, _)| *is_next) && !sources.is_empty();
             for (is_next, name) in &rule.right {
@@ -382,14 +391,15 @@ impl Builder {
                     self.listed.outputs.contains(&name.text),
                 ) {
                     (true, true, _) => transition.targets.push(Path::from(name.clone())),
-                    (true, false, _) => self.unlisted(name, "Step"),
+                    (true, false, true) => self.output_with_sign(rule, name),
+                    (true, false, false) => self.unlisted(name, "Step"),
                     (false, _, true) => self.sub_rule(rule, name, &sources, guard.as_ref()),
                     (false, true, false) => self.findings.report(|| {
                         Diagnostic::error(
                             codes::RIGHT_SIDE,
                             format!("step `{}` without `@` on the right side", short(&name.text)),
                         )
-                        .at(name.span, "a following step is active next, not now")
+                        .at(name.span, "a following step needs `@`")
                         .fix(name.span, format!("@{}", name.text))
                     }),
                     (false, false, false) => self.unlisted(name, "Output"),
@@ -404,18 +414,47 @@ impl Builder {
         transitions
     }
 
+    /// `@valve` where `valve` is an output: it is given by the step that follows.
+    fn output_with_sign(&mut self, rule: &Rule, name: &Name) {
+        let shown = short(&name.text);
+        let step = rule.right.iter().find_map(|(is_next, other)| {
+            (*is_next && self.listed.steps.contains(&other.text)).then(|| short(&other.text))
+        });
+        self.findings.report(|| {
+            let finding = Diagnostic::error(
+                codes::RIGHT_SIDE,
+                format!("output `{shown}` has an `@`, which is only for following steps"),
+            )
+            .at(name.span, "an output, not a step");
+            finding.help(match step {
+                Some(step) => format!(
+                    "remove it here and write `{step}: |- {shown}` after `Steps:`, so that it is on while `{step}` is active"
+                ),
+                None => format!(
+                    "remove it here and write a rule such as `p1: |- {shown}` after `Steps:` for the step that turns it on"
+                ),
+            })
+        });
+    }
+
     /// Preceding steps are factors of the left side; the other factors are the receptivity.
     fn left_side(&mut self, rule: &Rule) -> (Vec<Path>, Option<Expr>) {
         let Some(left) = &rule.left else { return (Vec::new(), None) };
         let span = left.span;
-        let (mut sources, mut guard) = (Vec::new(), Vec::new());
+        let (mut sources, mut others, mut guard) = (Vec::new(), Vec::new(), Vec::new());
         for factor in left.factors() {
             if let ExprKind::Leaf(Leaf::Name(path)) = &factor.kind
                 && path.names.len() == 1
                 && self.listed.steps.contains(&path.names[0].text)
             {
                 sources.push(path.clone());
-            } else if self.no_bare_step(factor) {
+            } else {
+                others.push(factor);
+            }
+        }
+        for factor in others {
+            if self.no_sum_of_steps(rule, factor) && self.no_bare_step(factor, !sources.is_empty())
+            {
                 guard.push(factor.clone());
             }
         }
@@ -427,8 +466,53 @@ impl Builder {
         (sources, guard)
     }
 
+    /// `(p1 + p2)*m`: a rule leaves all of its preceding steps together, so each of these needs a rule of its own. True if it is something else.
+    fn no_sum_of_steps(&mut self, rule: &Rule, factor: &Expr) -> bool {
+        const SHOWN: usize = 4;
+        let ExprKind::Or(parts) = &factor.kind else { return true };
+        let is_step = |expr: &Expr| {
+            matches!(&expr.kind, ExprKind::Leaf(Leaf::Name(path))
+                if path.names.len() == 1 && self.listed.steps.contains(&path.names[0].text))
+        };
+        let has_step = |part: &Expr| part.factors().iter().any(|factor| is_step(factor));
+        let Some(left) = &rule.left else { return true };
+        if !parts.iter().all(has_step) {
+            return true;
+        }
+        let text = |start: u32, end: u32| self.text.get(start as usize..end as usize).unwrap_or("");
+        let label = short(&rule.label.text);
+        let rules: Vec<String> = parts
+            .iter()
+            .take(SHOWN)
+            .zip('a'..='z')
+            .map(|(part, letter)| {
+                format!(
+                    "`{label}{letter}: {}{}{}{}`",
+                    text(left.span.start, factor.span.start),
+                    text(part.span.start, part.span.end),
+                    text(factor.span.end, left.span.end),
+                    text(left.span.end, rule.span.end),
+                )
+            })
+            .collect();
+        let more = if parts.len() > SHOWN { " and so on" } else { "" };
+        let n = parts.len();
+        self.findings.report(|| {
+            Diagnostic::error(
+                codes::STEP_IN_CONDITION,
+                format!("transition `{label}` cannot leave one of {n} steps"),
+            )
+            .at(factor.span, "a sum of steps")
+            .help(format!(
+                "a transition leaves all of its preceding steps; write one rule for each, and list their labels: {}{more}",
+                rules.join(" and ")
+            ))
+        });
+        false
+    }
+
     /// A step that is no factor may be meant as preceding or as asked for; the text must say which. True when there is none.
-    fn no_bare_step(&mut self, expr: &Expr) -> bool {
+    fn no_bare_step(&mut self, expr: &Expr, has_source: bool) -> bool {
         let mut bare = Vec::new();
         bare_names(expr, &mut |name| {
             if self.listed.steps.contains(&name.text) {
@@ -439,10 +523,20 @@ impl Builder {
         for name in bare {
             let shown = short(&name.text);
             self.findings.report(|| {
-                Diagnostic::error(codes::STEP_IN_CONDITION, format!("step `{shown}` inside a condition"))
-                    .at(name.span, "not a factor of the left side")
-                    .help(format!("a preceding step is a factor, joined with `*`; to ask whether it is active write `{shown}.active`"))
-                    .fix(name.span, format!("{shown}.active"))
+                let finding = Diagnostic::error(
+                    codes::STEP_IN_CONDITION,
+                    format!("step `{shown}` inside a condition"),
+                )
+                .at(name.span, "not a factor of the left side")
+                .help(format!(
+                    "a preceding step is a factor, joined with `*`; to test whether it is active, write `{shown}.active`"
+                ));
+                // Without a preceding step the edit would make a rule that leaves no step.
+                if has_source {
+                    finding.fix(name.span, format!("{shown}.active"))
+                } else {
+                    finding
+                }
             });
         }
         is_clear
@@ -456,7 +550,7 @@ impl Builder {
                     codes::RIGHT_SIDE,
                     format!("output `{}` in a rule without a preceding step", short(&name.text)),
                 )
-                .at(name.span, "no step carries it")
+                .at(name.span, "no step turns it on")
                 .help("name a preceding step on the left side")
             });
             return;
@@ -497,8 +591,8 @@ impl Builder {
                 if *is_next {
                     self.findings.report(|| {
                         Diagnostic::error(codes::RIGHT_SIDE, "`@` in a step rule")
-                            .at(name.span, "a step gives outputs now, not next")
-                            .help("take the `@` away, or write a transition rule")
+                            .at(name.span, "a step rule names outputs only")
+                            .help("remove the `@`, or write a transition rule")
                     });
                 } else if !self.listed.outputs.contains(&name.text) {
                     self.unlisted(name, "Output");
@@ -520,7 +614,9 @@ impl Builder {
         for name in &marking {
             self.check_listed(name, true);
         }
-        let marking: BTreeSet<String> = marking.into_iter().map(|name| name.text).collect();
+        let begins = self.begins_nowhere(&marking);
+        let marking: BTreeSet<String> =
+            begins.into_iter().chain(marking).map(|name| name.text).collect();
         for name in &self.rules.steps {
             let mut step = self.options.steps.remove(&name.text).unwrap_or_default();
             step.name = name.clone();
@@ -530,6 +626,27 @@ impl Builder {
             step.body.extend(bodies.remove(&name.text).unwrap_or_default());
             items.push(Item::Step(step));
         }
+    }
+}
+
+impl Builder<'_> {
+    /// Reports that no step is initial, and gives the first step in its place. None if there is an initial step, or the rules begin otherwise.
+    fn begins_nowhere(&mut self, marking: &[Name]) -> Option<Name> {
+        let first = self.rules.steps.first()?.clone();
+        let forces = |step: &Step| {
+            step.body.iter().any(|item| matches!(item.kind, StepItemKind::Force { .. }))
+        };
+        if !marking.is_empty() || self.has_source || self.options.steps.values().any(forces) {
+            return None;
+        }
+        let place = self.rules.step_list.unwrap_or(first.span);
+        let shown = short(&first.text);
+        self.findings.report(|| {
+            Diagnostic::error(NO_INITIAL_STEP, "no step is active after reset")
+                .at(place, "none of these steps is in a list `Marking`")
+                .help(format!("add a line such as `Marking {shown}`"))
+        });
+        Some(first)
     }
 }
 

@@ -49,7 +49,7 @@ fn every_unknown_name_is_told_with_a_near_one() {
             "G0201 unknown name p2",
             "G0201 unknown name moter",
             "G0201 unknown name nothing_like_it",
-            "G0203 p1 is a step, which has nothing named activ in it"
+            "G0203 p1 is a step and has no part named activ"
         ]
     );
     let near = found.iter().find(|one| one.message.ends_with("moter")).unwrap();
@@ -59,18 +59,18 @@ fn every_unknown_name_is_told_with_a_near_one() {
 
 #[test]
 fn wrong_kinds_are_named() {
-    assert_eq!(about(v("p1")), ["G0203 p1 is a step, which has no value itself"]);
+    assert_eq!(about(v("p1")), ["G0203 step p1 cannot be used as a value"]);
     assert_eq!(about(v("go")), ["G0203 go is an extern action, not a value"]);
     assert_eq!(about(v("c")), ["G0203 c is a chart, not a value"]);
-    assert_eq!(about(v("R")), ["G0217 R is a continuous output, which has no memory to read"]);
+    assert_eq!(about(v("R")), ["G0217 R is a continuous output and cannot be read"]);
     assert_eq!(about(v("p1.t")), ["G0212 the time p1.t can only be compared with a constant"]);
     assert_eq!(about(v("3s")), ["G0212 3 s stands alone, without a time to compare it with"]);
     assert_eq!(about(ge("p1.t", "n")), ["G0209 n is a variable, and a constant is needed here"]);
     assert_eq!(about(v("n")), ["G0208 a condition is needed here, this is a number (0..9)"]);
     assert_eq!(about(ge("v", "1")), ["G0236 an array is read without an index"]);
     assert_eq!(about(element("n", v("0"))).len(), 1);
-    assert_eq!(about(rise(rise(v("motor")))), ["G0213 an edge cannot stand in an edge"]);
-    assert_eq!(about(rise(v("E"))), ["G0213 the event E cannot stand in an edge"]);
+    assert_eq!(about(rise(rise(v("motor")))), ["G0213 an edge is not allowed in an edge"]);
+    assert_eq!(about(rise(v("E"))), ["G0213 the event E is not allowed in an edge"]);
     assert_eq!(about(v("c.p1.active")), Vec::<String>::new());
 }
 
@@ -139,8 +139,8 @@ fn pulses_stand_in_receptivities_and_lists_only() {
     assert_eq!(
         findings(vec![vec![single()], inputs("m"), items]),
         [
-            "G0213 an edge cannot stand in the condition of an output",
-            "G0213 the event E cannot stand in the condition of an output"
+            "G0213 an edge is not allowed in the condition of an output",
+            "G0213 the event E is not allowed in the condition of an output"
         ]
     );
     let misplaced = item(StepItemKind::Entry(vec![stmt(StmtKind::If {
@@ -151,8 +151,8 @@ fn pulses_stand_in_receptivities_and_lists_only() {
     assert_eq!(
         findings(vec![vec![initial("p", vec![misplaced]), go("-> p", v("otherwise"))]]),
         [
-            "G0214 `otherwise` cannot stand in a list",
-            "G0214 `otherwise` stands on a source transition"
+            "G0214 `otherwise` is not allowed in a list",
+            "G0214 `otherwise` is not allowed on a source transition"
         ]
     );
 }
@@ -169,7 +169,7 @@ fn durations_fit_and_are_rounded_aloud() {
     );
     assert_eq!(
         about(ge("p1.t", "99999999s")),
-        ["G0211 99999999 s is 9999999900 ticks of 10 ms, a timer counts 2147483646"]
+        ["G0211 99999999 s is 9999999900 ticks of 10 ms, but a timer counts at most 2147483646"]
     );
     let source =
         Transition { after: Some((Length::Ns(20_000_000), span())), ..arrow("-> p", None) };
@@ -237,8 +237,8 @@ fn assignments_and_calls_fit_their_targets() {
         [
             "G0226 w has 4 elements and 2 initial values",
             "G0223 n always becomes 9: the value is 10, the range 0..9",
-            "G0208 a number is needed here, this is true or false",
-            "G0208 a condition is needed here, this is a number (3..3)",
+            "G0208 expected a number, found a Boolean",
+            "G0208 expected a condition, found a number (3..3)",
             "G0203 m is an input, which the chart cannot assign",
             "G0203 E is an event, which the chart cannot assign",
             "G0236 an array is read without an index",
@@ -355,9 +355,9 @@ fn lints_see_what_is_probably_not_meant() {
             "G0244 the condition of q_q is always true",
             "G0244 the condition of q_q_2 is never true, so it never fires",
             "G0244 the condition of q_q_3 is never true, so it never fires",
-            "G0245 transition p_q_2 is never taken: p_q always goes first",
-            "G0245 transition q_q_2 is never taken: q_q always goes first",
-            "G0245 transition q_q_3 is never taken: q_q always goes first"
+            "G0245 transition p_q_2 is never taken: p_q always fires first",
+            "G0245 transition q_q_2 is never taken: q_q always fires first",
+            "G0245 transition q_q_3 is never taken: q_q always fires first"
         ]
     );
 }
@@ -420,7 +420,7 @@ fn boards_and_places_name_what_is_there() {
 fn a_chart_begins_somewhere() {
     assert_eq!(
         findings(vec![inputs("a"), vec![step("p", vec![]), go("p -> p", v("a"))]]),
-        ["G0230 chart c has no initial step, so nothing in it ever happens"]
+        ["G0230 chart c has no initial step, so it never does anything"]
     );
 }
 

@@ -293,13 +293,13 @@ fn statecharts_refuse_what_only_a_grafcet_has() {
         more(vec![go("p & q -> p", v("a")), go("-> p", v("a")), single()]),
         [
             "G0207 a statechart runs to completion, so its evolution is `stable`",
-            "G0222 a transition with several sources cannot stand in a statechart",
-            "G0222 a source transition cannot stand in a statechart"
+            "G0222 a transition with several sources is not allowed in a statechart",
+            "G0222 a source transition is not allowed in a statechart"
         ]
     );
     assert_eq!(
         more(vec![event("E"), go("p -> q", v("E"))]),
-        ["G0213 the event E stands in a condition of a statechart"]
+        ["G0213 the event E is not allowed in a condition of a statechart"]
     );
     let grafcet = findings(vec![vec![state("s", vec![]), initial("p", vec![])]]);
     assert_eq!(grafcet, ["G0222 a state needs a statechart, and this chart is none"]);

@@ -297,8 +297,8 @@ fn properties_are_added_to_a_finished_net_by_full_names() {
         told(&found.unwrap_err()),
         [
             "G0201 unknown name LL",
-            "G0213 an edge cannot stand in a property",
-            "G0203 p is a step, which has no value itself"
+            "G0213 an edge is not allowed in a property",
+            "G0203 step p cannot be used as a value"
         ]
     );
 }

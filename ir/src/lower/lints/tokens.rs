@@ -1,0 +1,276 @@
+//! Warnings about transitions after which more steps are active than the chart was drawn for: a source transition beside an initial step, and branches that
+//! end one by one.
+
+use std::collections::BTreeSet;
+
+use super::super::codes;
+use super::super::expressions::without_spans;
+use super::place;
+use crate::arena::IdMap;
+use crate::diag::{Diagnostic, Notation};
+use crate::expr::Expr;
+use crate::net::{Enter, Leaf, Net, Step, StepId, Transition, TransitionId, TransitionKind};
+
+/// At most so many steps are named in a message.
+const SHOWN: usize = 4;
+
+/// Both lints. Forcing, enclosing steps and statecharts take steps out by other ways than transitions: such charts are left alone.
+pub(super) fn tokens(net: &Net, out: &mut Vec<Diagnostic>) {
+    if net.settings.policy.is_statechart() || !net.forcings.is_empty() {
+        return;
+    }
+    let flow = Flow::new(net);
+    sources(&flow, out);
+    forks(&flow, out);
+}
+
+/// Where transitions lead from each step.
+struct Flow<'n> {
+    net: &'n Net,
+    leaving: IdMap<Step, Vec<TransitionId>>,
+    entering: IdMap<Step, Vec<TransitionId>>,
+}
+
+/// The steps that a transition enters; none if it enters something else as well.
+fn entered(transition: &Transition) -> Option<Vec<StepId>> {
+    let step = |enter: &Enter| match *enter {
+        Enter::Step(step) => Some(step),
+        Enter::InitialContent(_) | Enter::History(_) => None,
+    };
+    transition.enters.iter().map(step).collect()
+}
+
+impl<'n> Flow<'n> {
+    fn new(net: &'n Net) -> Self {
+        let mut flow = Flow {
+            net,
+            leaving: IdMap::filled(&net.steps, Vec::new()),
+            entering: IdMap::filled(&net.steps, Vec::new()),
+        };
+        for (id, one) in net.transitions.iter().filter(|(_, one)| one.kind == TransitionKind::Move)
+        {
+            one.requires.iter().for_each(|step| flow.leaving[*step].push(id));
+            for step in entered(one).unwrap_or_default() {
+                flow.entering[step].push(id);
+            }
+        }
+        flow
+    }
+
+    /// A step that only transitions activate and deactivate.
+    fn is_plain(&self, step: StepId) -> bool {
+        let data = &self.net.steps[step];
+        data.parent.is_none() && !data.hidden && !data.activation_link
+    }
+
+    /// The receptivity asks for steps in `among`, those that the transition leaves aside.
+    fn asks_for(&self, transition: &Transition, among: &BTreeSet<StepId>) -> bool {
+        let mut found = false;
+        let mut edges = Vec::new();
+        let mut look = |leaf: &Leaf, edges: &mut Vec<_>| match leaf {
+            Leaf::Active(step)
+            | Leaf::TasksDone(step)
+            | Leaf::Elapsed(step)
+            | Leaf::LastElapsed(step) => {
+                found |= among.contains(step) && !transition.requires.contains(step);
+            }
+            Leaf::Rise(edge) | Leaf::Fall(edge) => edges.push(*edge),
+            // What a timer, variable or action says of steps is not looked for.
+            Leaf::Fireable(_) | Leaf::Timer(_) | Leaf::Controlled(_) => found = true,
+            Leaf::Input(_) | Leaf::Var(_) => {}
+        };
+        transition.guard.for_each_leaf(&mut |leaf| look(leaf, &mut edges));
+        for edge in edges {
+            self.net.edges[edge].expr.for_each_leaf(&mut |leaf| look(leaf, &mut Vec::new()));
+        }
+        found
+    }
+}
+
+fn names(net: &Net, steps: impl IntoIterator<Item = StepId>, last: &str) -> String {
+    let all: Vec<&str> = steps.into_iter().map(|step| net.steps[step].name.text.as_str()).collect();
+    match all.split_last() {
+        None => String::new(),
+        Some((only, [])) => (*only).to_owned(),
+        Some((_, before)) if before.len() >= SHOWN => {
+            format!("{} and {} more", all[..SHOWN].join(", "), all.len() - SHOWN)
+        }
+        Some((end, before)) => format!("{} {last} {end}", before.join(", ")),
+    }
+}
+
+/// A source transition into a part of the chart that begins with an initial step and from which no transition takes a step away: each time it fires, one more
+/// step stays active.
+fn sources(flow: &Flow<'_>, out: &mut Vec<Diagnostic>) {
+    let net = flow.net;
+    for (id, transition) in net.transitions.iter() {
+        if transition.kind != TransitionKind::Move || !transition.requires.is_empty() {
+            continue;
+        }
+        let Some(targets) = entered(transition).filter(|targets| !targets.is_empty()) else {
+            continue;
+        };
+        // Everything that transitions connect with the targets.
+        let mut steps: BTreeSet<StepId> = targets.iter().copied().collect();
+        let mut todo = targets.clone();
+        let mut is_kept = true;
+        while let Some(step) = todo.pop() {
+            is_kept &= flow.is_plain(step);
+            for other in flow.leaving[step].iter().chain(&flow.entering[step]) {
+                let other = &net.transitions[*other];
+                let Some(next) = entered(other) else {
+                    is_kept = false;
+                    continue;
+                };
+                is_kept &= other.requires.len() <= next.len();
+                for step in next.into_iter().chain(other.requires.iter().copied()) {
+                    if steps.insert(step) {
+                        todo.push(step);
+                    }
+                }
+            }
+        }
+        let begins = steps.iter().any(|step| net.steps[*step].is_initial);
+        if !is_kept || !begins || flow.asks_for(transition, &steps) {
+            continue;
+        }
+        let left = || steps.iter().copied().filter(|step| !targets.contains(step));
+        let (name, target) = (&transition.name, names(net, targets.iter().copied(), "and"));
+        let mut finding = Diagnostic::warning(
+            codes::SOURCE_ADDS,
+            format!("transition {name} leaves no step: it activates {target}, and all other steps stay active"),
+        )
+        .at(place(net, id), "no step before the transition");
+        if left().next().is_some() {
+            finding = finding.help(format!(
+                "to leave {}, write one transition to {target} for each of them",
+                names(net, left(), "or")
+            ));
+        }
+        out.push(finding);
+    }
+}
+
+/// A branch of a fork: the steps that it goes through, and the transitions with which it comes back to where the fork began.
+struct Branch {
+    steps: BTreeSet<StepId>,
+    back: Vec<TransitionId>,
+}
+
+/// Branches that begin together and come back one by one, so that the step before them is active while one of them still runs.
+fn forks(flow: &Flow<'_>, out: &mut Vec<Diagnostic>) {
+    let net = flow.net;
+    for (id, fork) in net.transitions.iter() {
+        if fork.kind != TransitionKind::Move || fork.requires.is_empty() || fork.enters.len() < 2 {
+            continue;
+        }
+        let Some(targets) = entered(fork) else { continue };
+        let is_apart = fork.requires.iter().chain(&targets).all(|step| flow.is_plain(*step))
+            && targets.iter().all(|step| !fork.requires.contains(step));
+        if !is_apart {
+            continue;
+        }
+        let branches: Option<Vec<Branch>> =
+            targets.iter().map(|step| branch(flow, *step, &fork.requires)).collect();
+        let Some(branches) = branches else { continue };
+        let all: BTreeSet<StepId> =
+            branches.iter().flat_map(|branch| branch.steps.iter().copied()).collect();
+        let asks = |step: &StepId| {
+            flow.leaving[*step].iter().any(|one| flow.asks_for(&net.transitions[*one], &all))
+        };
+        // A branch that also runs without the others has none to wait for.
+        let begins_alone = |step: &StepId| {
+            net.steps[*step].is_initial
+                || flow.entering[*step].iter().any(|one| {
+                    let from = &net.transitions[*one].requires;
+                    *one != id && (from.is_empty() || !from.iter().all(|step| all.contains(step)))
+                })
+        };
+        if all.iter().any(asks) || all.iter().any(begins_alone) {
+            continue;
+        }
+        report(net, id, &targets, &branches, out);
+    }
+}
+
+/// None if a step of the branch waits for another, ends for good, or lies in an enclosing step.
+fn branch(flow: &Flow<'_>, first: StepId, ends: &[StepId]) -> Option<Branch> {
+    let mut branch = Branch { steps: BTreeSet::from([first]), back: Vec::new() };
+    let mut todo = vec![first];
+    while let Some(step) = todo.pop() {
+        if !flow.is_plain(step) {
+            return None;
+        }
+        for id in &flow.leaving[step] {
+            let transition = &flow.net.transitions[*id];
+            let next = entered(transition).filter(|next| !next.is_empty())?;
+            if transition.requires.len() != 1 {
+                return None;
+            }
+            for step in next {
+                if ends.contains(&step) {
+                    branch.back.push(*id);
+                } else if branch.steps.insert(step) {
+                    todo.push(step);
+                }
+            }
+        }
+    }
+    Some(branch)
+}
+
+/// Two branches of one fork lead back to the same step by transitions that need not fire together.
+fn report(
+    net: &Net,
+    fork: TransitionId,
+    targets: &[StepId],
+    branches: &[Branch],
+    out: &mut Vec<Diagnostic>,
+) {
+    let back = |branch: &Branch| {
+        let id = *branch.back.first()?;
+        let transition = &net.transitions[id];
+        Some((id, *transition.requires.first()?, entered(transition)?))
+    };
+    let when = |id: TransitionId| -> (Expr<Leaf>, _) {
+        let one = &net.transitions[id];
+        (without_spans(&one.guard), &one.events)
+    };
+    for (at, one) in branches.iter().enumerate() {
+        let Some((first, from, to)) = back(one) else { continue };
+        for other in &branches[at + 1..] {
+            let Some((second, other_from, other_to)) = back(other) else { continue };
+            let Some(again) = to.iter().find(|step| {
+                net.transitions[fork].requires.contains(step) && other_to.contains(step)
+            }) else {
+                continue;
+            };
+            // One condition for both: the branches end together.
+            if first == second || when(first) == when(second) {
+                continue;
+            }
+            let again = &net.steps[*again].name;
+            let (left, right) = (&net.steps[from].name, &net.steps[other_from].name);
+            out.push(
+                Diagnostic::warning(
+                    codes::NO_JOIN,
+                    format!(
+                        "{again} becomes active again before all of its branches have ended: {left} and {right} lead to it separately"
+                    ),
+                )
+                .at(place(net, first), format!("activates {again} while the other branch may still be active"))
+                .at(place(net, second), "so does this")
+                .at(
+                    place(net, fork),
+                    format!("{} begin together here", names(net, targets.iter().copied(), "and")),
+                )
+                .help(format!("join the branches in one transition: `{left} & {right} -> {again}`"))
+                .help_in(
+                    Notation::Iec,
+                    format!("join the branches in one transition: `FROM ({left}, {right}) TO {again}`"),
+                ),
+            );
+            return;
+        }
+    }
+}
