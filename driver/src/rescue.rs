@@ -252,12 +252,11 @@ fn times(asked: &Asked<'_>) -> Option<String> {
     let (time, n, name) = registers
         .into_iter()
         .filter_map(|(origin, n)| {
-            let (time, name) = match origin {
-                Origin::Elapsed(step) => (Leaf::Elapsed(step), &net.steps[step].name),
-                Origin::Timer(timer) => (Leaf::Timer(timer), &net.timers[timer].name),
-                _ => return None,
-            };
-            Some((time, n, name))
+            if let Origin::Elapsed(step) = origin {
+                return Some((Leaf::Elapsed(step), n, &net.steps[step].name));
+            }
+            let Origin::Timer(timer) = origin else { return None };
+            Some((Leaf::Timer(timer), n, &net.timers[timer].name))
         })
         .max_by_key(|(_, n, _)| *n)?;
     let n_flops = asked.logic.flops.len();
@@ -290,17 +289,14 @@ fn times(asked: &Asked<'_>) -> Option<String> {
 
 /// The largest constant that a time is compared with; 0 if there is none.
 fn longest(expr: &Expr<Leaf>, time: Leaf) -> u64 {
-    let here = match &expr.kind {
-        ExprKind::Compare(_, a, b) => match (&a.kind, &b.kind) {
-            (ExprKind::Leaf(leaf), ExprKind::Int(n)) | (ExprKind::Int(n), ExprKind::Leaf(leaf))
-                if *leaf == time =>
-            {
-                u64::try_from(*n).unwrap_or(0)
-            }
-            _ => 0,
-        },
-        _ => 0,
-    };
+    let mut here = 0;
+    if let ExprKind::Compare(_, a, b) = &expr.kind
+        && let (ExprKind::Leaf(leaf), ExprKind::Int(n)) | (ExprKind::Int(n), ExprKind::Leaf(leaf)) =
+            (&a.kind, &b.kind)
+        && *leaf == time
+    {
+        here = u64::try_from(*n).unwrap_or(0);
+    }
     expr.operands().map(|operand| longest(operand, time)).max().unwrap_or(0).max(here)
 }
 

@@ -148,7 +148,7 @@ impl Stimulus {
         let Some((start, header)) = lines.next() else {
             let place = Span::new(file, text.len(), text.len());
             let error = Diagnostic::error(codes::NO_HEADER, "the stimulus is empty")
-                .at(place, "a row with the names of inputs was expected here")
+                .at(place, "expected a row with the names of inputs")
                 .help(format!(
                     "begin with a header such as `{}`",
                     Stimulus::new(net).to_csv(net).trim_end()
@@ -409,7 +409,7 @@ impl Reader<'_> {
             self.diagnostics.push(
                 Diagnostic::error(
                     codes::EXCLUSIVE_EVENTS,
-                    format!("`{first}` and `{second}` occur in one row ({row}), but the chart says `events exclusive`"),
+                    format!("`{first}` and `{second}` occur in one row ({row}), but the chart declares `events exclusive`"),
                 )
                 .at(cell.span, "the second event")
                 .help("let them occur in two rows; `dt` 0 makes no time pass between"),
@@ -427,7 +427,7 @@ impl Reader<'_> {
             let row = self.stimulus.len();
             self.diagnostics.push(
                 Diagnostic::warning(codes::ASSUMPTION_BROKEN, format!("row {row} breaks an assumption of the chart"))
-                    .at(Span::new(self.file, start, start + line.trim_end().len()), "this never happens, says the chart")
+                    .at(Span::new(self.file, start, start + line.trim_end().len()), "the chart assumes that this never happens")
                     .at(property.meta.span, "the assumption")
                     .help("from this row on comparisons look at no cell: back ends may rely on the assumption"),
             );

@@ -66,7 +66,7 @@ impl Parser<'_> {
             let here = self.here();
             self.report(|| {
                 Diagnostic::error(codes::NO_CHART, "no chart in this text")
-                    .at(here, "nothing stands here")
+                    .at(here, "expected a chart")
                     .help("a chart is written `chart NAME { … }`")
             });
         }
@@ -92,8 +92,10 @@ impl Parser<'_> {
         for arrow in arrows {
             self.report(|| {
                 Diagnostic::warning(codes::NO_TARGET, "a transition without a following step")
-                    .at(arrow, "what comes before it ends here")
-                    .help("name a step behind the arrow, or write `-> sink` if it is meant to end")
+                    .at(arrow, "the sequence ends here")
+                    .help(
+                        "name a step after the arrow, or write `-> sink` if the sequence ends here",
+                    )
                     .fix(arrow, "-> sink")
             });
         }
@@ -141,7 +143,7 @@ impl Parser<'_> {
                 Some(near) => finding.at(span, format!("meant `{near}`?")).fix(span, near),
                 None => finding
                     .at(span, "unknown here")
-                    .help("a certificate stands in the file of its library chart"),
+                    .help("put a certificate into the file of its library chart"),
             }
         });
     }
@@ -157,7 +159,7 @@ impl Parser<'_> {
         let shown = short(super::numbers::slice(self.text, token));
         if ITEM_WORDS.contains(&word) {
             self.report(|| {
-                Diagnostic::error(codes::NO_CHART, format!("`{shown}` stands outside of a chart"))
+                Diagnostic::error(codes::NO_CHART, format!("`{shown}` outside of a chart"))
                     .at(span, "no chart begins before it")
                     .help("put it between the braces of `chart NAME { … }`")
             });
@@ -180,11 +182,8 @@ impl Parser<'_> {
         let span = self.span_from(start);
         if number != 1 {
             self.report(|| {
-                Diagnostic::error(
-                    codes::EDITION,
-                    format!("edition {number} is not known to this version"),
-                )
-                .at(span, "the only edition so far is 1")
+                Diagnostic::error(codes::EDITION, format!("unknown edition {number}"))
+                    .at(span, "the only edition is 1")
             });
         }
         Some((number, span))

@@ -111,7 +111,8 @@ impl<'a> Parser<'a> {
                 _ => return None,
             },
             Kind::OrSign => (Infix::Or, Level::Or),
-            Kind::AndSign => (Infix::And, Level::And),
+            // Reported by `junction`.
+            Kind::AndSign | Kind::Ampersand => (Infix::And, Level::And),
             Kind::Equal => (Infix::Compare(CompareOp::Eq), Level::Compare),
             Kind::NotEqual => (Infix::Compare(CompareOp::Ne), Level::Compare),
             Kind::Less => (Infix::Compare(CompareOp::Lt), Level::Compare),
@@ -170,7 +171,15 @@ impl<'a> Parser<'a> {
         let mut operands = Vec::new();
         self.take_into(&mut operands, first, is_and);
         while self.infix() == Some((infix, level)) {
-            self.advance();
+            let sign = self.advance();
+            if sign.kind == Kind::Ampersand {
+                let span = self.span(sign);
+                self.report(|| {
+                    Diagnostic::error(codes::UNEXPECTED, "expected `and`, found `&`")
+                        .at(span, "`&` joins steps, not conditions")
+                        .fix(span, "and")
+                });
+            }
             let operand = self.operand_at(level.tighter())?;
             depth = depth.max(operand.depth);
             self.take_into(&mut operands, operand, is_and);
@@ -557,7 +566,7 @@ impl<'a> Parser<'a> {
         while self.kind(0) == Kind::Dot {
             self.advance();
             last = self.peek(0);
-            let name = self.name("a name behind the dot")?;
+            let name = self.name("a name after the dot")?;
             self.keep(&mut names, name);
         }
         let is_path = last.start != start;
@@ -613,7 +622,7 @@ impl<'a> Parser<'a> {
         let mut names = vec![first];
         while self.kind(0) == Kind::Dot {
             self.advance();
-            let name = self.name("a name behind the dot")?;
+            let name = self.name("a name after the dot")?;
             self.keep(&mut names, name);
         }
         names.shrink_to_fit();

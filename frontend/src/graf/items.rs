@@ -67,7 +67,11 @@ impl Parser<'_> {
         let start = self.peek(0).start;
         let named = self.is_name(0);
         if self.kind(0) == Kind::Arrow
-            || self.kind(0) == Kind::Number && matches!(self.kind(1), Kind::Arrow | Kind::Ampersand)
+            || self.kind(0) == Kind::Number
+                && (matches!(self.kind(1), Kind::Arrow | Kind::Ampersand | Kind::Colon)
+                    || self.kind(1) == Kind::Word
+                        && self.peek(1).start == self.peek(0).end
+                        && matches!(self.kind(2), Kind::Arrow | Kind::Ampersand | Kind::Colon))
             || named
                 && matches!(self.kind(1), Kind::Arrow | Kind::Ampersand | Kind::Dot)
                 && !(self.word(0) == "initial" && self.kind(1) == Kind::Arrow)
@@ -381,7 +385,7 @@ impl Parser<'_> {
         let keyword = self.word(0);
         if !modifiers.fit(keyword) {
             return Err(self.unexpected(
-                "`output` behind `registered` or `mealy`, `input` behind `synchronous`, `event` behind `internal`",
+                "`output` after `registered` or `mealy`, `input` after `synchronous`, `event` after `internal`",
             ));
         }
         self.advance();

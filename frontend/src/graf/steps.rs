@@ -480,7 +480,7 @@ impl Parser<'_> {
     pub(crate) fn transition(&mut self) -> Parse<Transition> {
         let start = self.peek(0).start;
         let mut transition = Transition::default();
-        if self.is_name(0) && self.kind(1) == Kind::Colon {
+        if (self.is_name(0) || self.kind(0) == Kind::Number) && self.kind(1) == Kind::Colon {
             transition.name = Some(self.name("the name of a transition")?);
             self.advance();
         }

@@ -128,9 +128,9 @@ fn step<'a>(lowering: &mut Lowering<'a>, scope: ScopeId, id: StepId, source: &'a
                     codes::TASK_WITHOUT_COST,
                     format!("the cost of task {name} is not known, and its step {} has a budget of {number}", source.name),
                 )
-                .at(name.span, "says no cost")
+                .at(name.span, "has no `cost`")
                 .at(span, "the budget")
-                .help("write `cost N` behind its name, or name the machine whose cost model is to say it: `--for avr`"),
+                .help("write `cost N` after its name, or name the machine with the cost model: `--for avr`"),
             );
         }
     }
@@ -386,11 +386,12 @@ pub(super) fn receptivity(
         if source.sources.is_empty() {
             failed = Some(
                 lowering.report(
-                    Diagnostic::error(codes::AFTER_SOURCE, "`after` stands on a source transition")
-                        .at(span, "there is no step before it whose time could be asked for")
-                        .help(
-                            "name a step before it, or use `timer T while ..` and `when T >= ..`",
-                        ),
+                    Diagnostic::error(
+                        codes::AFTER_SOURCE,
+                        "`after` is not allowed on a source transition",
+                    )
+                    .at(span, "no step before the arrow, so no time to measure")
+                    .help("name a step before it, or use `timer T while ..` and `when T >= ..`"),
                 ),
             );
         }

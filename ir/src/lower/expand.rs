@@ -535,8 +535,7 @@ impl<'a> Expansion<'_, 'a> {
         let mut cycle: Vec<&str> =
             self.open[start..].iter().map(|open| open.name.text.as_str()).collect();
         cycle.push(&name.text);
-        let message =
-            format!("{} {name} lies in its own expansion: {}", open.kind, cycle.join(" -> "));
+        let message = format!("{} {name} contains itself: {}", open.kind, cycle.join(" -> "));
         let mut finding = Diagnostic::error(codes::MACRO_RECURSION, message)
             .at(span, format!("expands {name} again"));
         for open in &self.open[start + 1..] {

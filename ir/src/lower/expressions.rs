@@ -355,8 +355,8 @@ impl Lowering<'_> {
         if self.open_aliases.contains(&alias) {
             return Err(self.report(
                 Diagnostic::error(codes::ARGUMENT, format!("the argument {path} refers to itself"))
-                    .at(drawn.span, "stands for what is read in it")
-                    .help("an argument says what the parameter is in words of the chart that uses the library"),
+                    .at(drawn.span, "this argument")
+                    .help("write an argument in terms of the chart that uses the library"),
             ));
         }
         self.alias_mentions += 1;
@@ -364,7 +364,7 @@ impl Lowering<'_> {
             return Err(self.report(
                 Diagnostic::error(
                     codes::EXPANSION_SIZE,
-                    format!("arguments stand for parameters at more than {MAX_MENTIONS} places"),
+                    format!("arguments replace parameters in more than {MAX_MENTIONS} places"),
                 )
                 .at(drawn.span, "reached here")
                 .help("arguments of arguments multiply: use fewer levels"),
@@ -606,7 +606,7 @@ impl Lowering<'_> {
                 Diagnostic::error(
                     codes::EXPANSION_SIZE,
                     format!(
-                        "all `otherwise` together stand for more than {MAX_OTHERWISE} conditions"
+                        "all `otherwise` together expand to more than {MAX_OTHERWISE} conditions"
                     ),
                 )
                 .at(span, "reached here")

@@ -68,10 +68,10 @@ impl<'a> Lowering<'a> {
             let help = match (earlier.body == scope, self.is_statechart()) {
                 (true, _) => "give one of them another name",
                 (false, true) => {
-                    "names in states and regions stand alone in traces, so each must be the only one of its chart: give one of them another name"
+                    "traces show names in states and regions without their path, so each must be unique in its chart: rename one of them"
                 }
                 (false, false) => {
-                    "names in enclosing steps stand alone in traces, so each must be the only one of its chart or macro: give one of them another name, or draw the part as a macro, whose steps are called after the macro-step"
+                    "traces show names in enclosing steps without their path, so each must be unique in its chart or macro: rename one of them, or make the part a macro, whose steps are named after the macro-step"
                 }
             };
             self.report(

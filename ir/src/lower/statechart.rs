@@ -77,10 +77,13 @@ pub(super) fn prepare(lowering: &mut Lowering<'_>) {
         let key = (step.parent, step.part);
         if let Some(first) = first_marked.insert(key, source.name.span) {
             lowering.report(
-                Diagnostic::error(codes::SETTING_TWICE, "two states beside each other are initial")
-                    .at(source.name.span, "again here")
-                    .at(first, "first here")
-                    .help("a state is entered at one of its children: mark one of them"),
+                Diagnostic::error(
+                    codes::SETTING_TWICE,
+                    "two states of the same parent are initial",
+                )
+                .at(source.name.span, "again here")
+                .at(first, "first here")
+                .help("a state is entered at one of its children: mark one of them"),
             );
         }
         tree.marked.insert(id);
@@ -103,7 +106,7 @@ pub(super) fn prepare(lowering: &mut Lowering<'_>) {
                     format!("the initial transition of {name} leads out of it"),
                 )
                 .at(paths.first().map_or(name.span, Path::span), "")
-                .help(format!("name a state that lies in {name}")),
+                .help(format!("name a state inside {name}")),
             );
             continue;
         }

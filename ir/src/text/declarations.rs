@@ -157,7 +157,7 @@ impl Parser<'_> {
             (None, _) => {
                 let words =
                     words.iter().map(|word| format!("`{word}`")).collect::<Vec<_>>().join(", ");
-                diagnostic.help(format!("here may also stand {words}"))
+                diagnostic.help(format!("expected {words}"))
             }
         });
         Err(Fail)

@@ -484,7 +484,7 @@ impl<'a> Parser<'a> {
             return Ok(());
         }
         let word = self.text();
-        let help = format!("write a name that is also a keyword in backquotes");
+        let help = "write a name that is also a keyword in backquotes";
         let message = format!("`{word}` is a keyword, not a name");
         self.told(Diagnostic::error(codes::NET_SYNTAX, message).at(self.here(), "").help(help));
         Err(Fail)

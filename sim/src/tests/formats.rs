@@ -76,7 +76,7 @@ fn each_error_of_a_stimulus() {
     assert_eq!(
         problems(&chart, "e,f\n1,0\n1,1\n"),
         [
-            "G0506@1: `e` and `f` occur in one row (2), but the chart says `events exclusive` (let them occur in two rows; `dt` 0 makes no time pass between)"
+            "G0506@1: `e` and `f` occur in one row (2), but the chart declares `events exclusive` (let them occur in two rows; `dt` 0 makes no time pass between)"
         ]
     );
     assert_eq!(

@@ -381,7 +381,7 @@ impl Builder<'_> {
             let mut transition =
                 self.options.transitions.remove(&rule.label.text).unwrap_or_default();
             let (sources, guard) = self.left_side(rule);
-            self.has_source |= sources.is_empty();
+            self.has_source |= sources.is_empty() && !self.names_a_step(rule);
             transition.is_sink =
                 !rule.right.iter().any(|(is_next, _)| *is_next) && !sources.is_empty();
             for (is_next, name) in &rule.right {
@@ -474,7 +474,7 @@ impl Builder<'_> {
             matches!(&expr.kind, ExprKind::Leaf(Leaf::Name(path))
                 if path.names.len() == 1 && self.listed.steps.contains(&path.names[0].text))
         };
-        let has_step = |part: &Expr| part.factors().iter().any(|factor| is_step(factor));
+        let has_step = |part: &Expr| part.factors().iter().any(is_step);
         let Some(left) = &rule.left else { return true };
         if !parts.iter().all(has_step) {
             return true;
@@ -540,6 +540,15 @@ impl Builder<'_> {
             });
         }
         is_clear
+    }
+
+    /// The left side names a step, as a factor or otherwise.
+    fn names_a_step(&self, rule: &Rule) -> bool {
+        let mut found = false;
+        if let Some(left) = &rule.left {
+            bare_names(left, &mut |name| found |= self.listed.steps.contains(&name.text));
+        }
+        found
     }
 
     /// An output of a transition rule: true while the left side is.

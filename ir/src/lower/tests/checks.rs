@@ -64,9 +64,9 @@ fn wrong_kinds_are_named() {
     assert_eq!(about(v("c")), ["G0203 c is a chart, not a value"]);
     assert_eq!(about(v("R")), ["G0217 R is a continuous output and cannot be read"]);
     assert_eq!(about(v("p1.t")), ["G0212 the time p1.t can only be compared with a constant"]);
-    assert_eq!(about(v("3s")), ["G0212 3 s stands alone, without a time to compare it with"]);
+    assert_eq!(about(v("3s")), ["G0212 3 s is not compared with the time of a step or timer"]);
     assert_eq!(about(ge("p1.t", "n")), ["G0209 n is a variable, and a constant is needed here"]);
-    assert_eq!(about(v("n")), ["G0208 a condition is needed here, this is a number (0..9)"]);
+    assert_eq!(about(v("n")), ["G0208 expected a condition, found a number (0..9)"]);
     assert_eq!(about(ge("v", "1")), ["G0236 an array is read without an index"]);
     assert_eq!(about(element("n", v("0"))).len(), 1);
     assert_eq!(about(rise(rise(v("motor")))), ["G0213 an edge is not allowed in an edge"]);
@@ -175,7 +175,7 @@ fn durations_fit_and_are_rounded_aloud() {
         Transition { after: Some((Length::Ns(20_000_000), span())), ..arrow("-> p", None) };
     assert_eq!(
         findings(vec![vec![initial("p", vec![]), Item::Transition(source)]]),
-        ["G0220 `after` stands on a source transition"]
+        ["G0220 `after` is not allowed on a source transition"]
     );
 }
 

@@ -199,7 +199,7 @@ fn a_macro_in_itself_is_refused_with_the_way_there() {
         go("p -> m", v("true")),
         go("m -> p", v("true")),
     ]]);
-    assert_eq!(found, ["G0204 macro b lies in its own expansion: b -> c -> b"]);
+    assert_eq!(found, ["G0204 macro b contains itself: b -> c -> b"]);
 }
 
 #[test]
