@@ -49,7 +49,7 @@ fn the_misprint_of_the_seed_is_told() {
     let mut items = truck();
     items[3].pop();
     items[3].push(named("t4", "p1 -> p1", v("a")));
-    assert_eq!(findings(items), ["G0243 no transition leaves step p4"]);
+    assert_eq!(findings(items), ["G0243 step p4 has no way out"]);
 }
 
 fn fill() -> Item {
