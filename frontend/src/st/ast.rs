@@ -323,6 +323,50 @@ pub(crate) enum StmtKind {
     Refused(String),
 }
 
+/// What a statement consists of.
+pub(crate) enum Part<'a> {
+    Expr(&'a Expr),
+    List(&'a [Stmt]),
+}
+
+impl StmtKind {
+    /// The conditions, selectors, bounds and lists of a choice or a loop, in the order of the text; empty for other statements.
+    pub(crate) fn parts(&self) -> Vec<Part<'_>> {
+        match self {
+            StmtKind::If { arms, otherwise } => {
+                let arms = arms
+                    .iter()
+                    .flat_map(|(condition, list)| [Part::Expr(condition), Part::List(list)]);
+                arms.chain([Part::List(otherwise)]).collect()
+            }
+            StmtKind::Case { selector, arms, otherwise } => {
+                let arms = arms.iter().flat_map(|(labels, list)| {
+                    let labels =
+                        labels.iter().flat_map(|(low, high)| Some(low).into_iter().chain(high));
+                    labels.map(Part::Expr).chain([Part::List(list)])
+                });
+                [Part::Expr(selector)]
+                    .into_iter()
+                    .chain(arms)
+                    .chain([Part::List(otherwise)])
+                    .collect()
+            }
+            StmtKind::For { var: _, from, to, by, body } => {
+                let bounds = [from, to].into_iter().chain(by).map(Part::Expr);
+                bounds.chain([Part::List(body)]).collect()
+            }
+            StmtKind::While { condition, body } => vec![Part::Expr(condition), Part::List(body)],
+            StmtKind::Repeat { body, until } => vec![Part::List(body), Part::Expr(until)],
+            StmtKind::Assign { .. }
+            | StmtKind::Call { .. }
+            | StmtKind::Exit
+            | StmtKind::Continue
+            | StmtKind::Return
+            | StmtKind::Refused(_) => Vec::new(),
+        }
+    }
+}
+
 impl Expr {
     pub(crate) fn new(kind: ExprKind, span: Span) -> Self {
         Expr { kind, span }

@@ -6,7 +6,7 @@ use grafsynth_ir::Span;
 use grafsynth_ir::diag::Diagnostic;
 
 use super::ast::{
-    Arg, Body, Element, Expr, ExprKind, Library, Pou, Section, Sfc, Stmt, StmtKind, TypeKind,
+    Arg, Body, Element, Expr, ExprKind, Library, Part, Pou, Section, Sfc, Stmt, StmtKind, TypeKind,
 };
 use super::elaborate::standard_block;
 use crate::codes;
@@ -226,38 +226,20 @@ impl Mentions {
                 }
                 self.arguments(arguments);
             }
-            StmtKind::If { arms, otherwise } => {
-                for (condition, list) in arms {
-                    self.expr(condition);
-                    self.list(list);
+            kind @ (StmtKind::If { .. }
+            | StmtKind::Case { .. }
+            | StmtKind::For { .. }
+            | StmtKind::While { .. }
+            | StmtKind::Repeat { .. }) => {
+                if let StmtKind::For { var, .. } = kind {
+                    self.names.insert(var.text.to_uppercase());
                 }
-                self.list(otherwise);
-            }
-            StmtKind::Case { selector, arms, otherwise } => {
-                self.expr(selector);
-                for (labels, list) in arms {
-                    for (low, high) in labels {
-                        self.expr(low);
-                        high.iter().for_each(|high| self.expr(high));
+                for part in kind.parts() {
+                    match part {
+                        Part::Expr(expr) => self.expr(expr),
+                        Part::List(list) => self.list(list),
                     }
-                    self.list(list);
                 }
-                self.list(otherwise);
-            }
-            StmtKind::For { var, from, to, by, body } => {
-                self.names.insert(var.text.to_uppercase());
-                self.expr(from);
-                self.expr(to);
-                by.iter().for_each(|by| self.expr(by));
-                self.list(body);
-            }
-            StmtKind::While { condition, body } => {
-                self.expr(condition);
-                self.list(body);
-            }
-            StmtKind::Repeat { body, until } => {
-                self.list(body);
-                self.expr(until);
             }
             StmtKind::Exit | StmtKind::Continue | StmtKind::Return | StmtKind::Refused(_) => {
                 self.leaves = true;

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::st::ast::{Arg, Body, Element, Expr, ExprKind, Pou, Section, Sfc, Stmt, StmtKind};
+use crate::st::ast::{Arg, Body, Element, Expr, ExprKind, Part, Pou, Section, Sfc, Stmt, StmtKind};
 
 /// Names are in capitals.
 #[derive(Debug, Clone, Default)]
@@ -141,38 +141,20 @@ impl Walk<'_> {
                     self.expr(target);
                 }
             }
-            StmtKind::If { arms, otherwise } => {
-                for (condition, list) in arms {
-                    self.expr(condition);
-                    self.list(list);
+            kind @ (StmtKind::If { .. }
+            | StmtKind::Case { .. }
+            | StmtKind::For { .. }
+            | StmtKind::While { .. }
+            | StmtKind::Repeat { .. }) => {
+                if let StmtKind::For { var, .. } = kind {
+                    self.usage.assigned.insert(upper(&var.text));
                 }
-                self.list(otherwise);
-            }
-            StmtKind::Case { selector, arms, otherwise } => {
-                self.expr(selector);
-                for (labels, list) in arms {
-                    for (low, high) in labels {
-                        self.expr(low);
-                        high.iter().for_each(|high| self.expr(high));
+                for part in kind.parts() {
+                    match part {
+                        Part::Expr(expr) => self.expr(expr),
+                        Part::List(list) => self.list(list),
                     }
-                    self.list(list);
                 }
-                self.list(otherwise);
-            }
-            StmtKind::For { var, from, to, by, body } => {
-                self.usage.assigned.insert(upper(&var.text));
-                self.expr(from);
-                self.expr(to);
-                by.iter().for_each(|by| self.expr(by));
-                self.list(body);
-            }
-            StmtKind::While { condition, body } => {
-                self.expr(condition);
-                self.list(body);
-            }
-            StmtKind::Repeat { body, until } => {
-                self.list(body);
-                self.expr(until);
             }
             StmtKind::Exit | StmtKind::Continue | StmtKind::Return | StmtKind::Refused(_) => {}
         }
