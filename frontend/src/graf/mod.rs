@@ -14,6 +14,7 @@
 
 pub(crate) mod bodies;
 mod design;
+mod durations;
 pub(crate) mod expr;
 pub(crate) mod items;
 pub(crate) mod lexer;

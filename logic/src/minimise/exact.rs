@@ -7,7 +7,8 @@ use super::covering::solve;
 use super::function::Function;
 use super::heuristic::{Loop, literal_weights};
 use super::primes::{TooMany, all_primes};
-use super::terms::{Recursion, Rows, Terms, bits};
+use super::rows::Rows;
+use super::terms::{Recursion, Terms, bits};
 use super::{Effort, Primes};
 
 /// What the exact method found out.

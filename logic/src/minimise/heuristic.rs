@@ -9,7 +9,8 @@
 use super::covering::solve;
 use super::expand::Growth;
 use super::function::Function;
-use super::terms::{Recursion, Rows, Shape, Spent, Terms, bits};
+use super::rows::Rows;
+use super::terms::{Recursion, Shape, Spent, Terms, bits};
 use std::collections::BTreeSet;
 
 /// The loop over one question.

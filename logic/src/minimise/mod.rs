@@ -18,6 +18,7 @@ mod heuristic;
 mod local;
 mod phase;
 mod primes;
+mod rows;
 mod symbolic;
 mod terms;
 #[cfg(test)]
