@@ -4,7 +4,7 @@ use grafsynth_backend_c::{Style, cost};
 use grafsynth_driver::format::Format;
 use grafsynth_driver::target::{self, Target};
 
-/// An option that has a list, its verbs, and the list: a value and what it is.
+/// An option with a list of values, and the verbs that accept it.
 struct List {
     /// Its name in [`crate::args`].
     id: &'static str,

@@ -207,7 +207,7 @@ impl<'a> LogicSim<'a> {
             IdMap::build(&self.logic.outputs, |_, output| all(output.registered.unwrap_or(false)));
         let n_gates = self.values.len();
         self.dirty = vec![!0; n_gates.div_ceil(64)];
-        if let Some(last) = self.dirty.last_mut().filter(|_| n_gates % 64 != 0) {
+        if let Some(last) = self.dirty.last_mut().filter(|_| !n_gates.is_multiple_of(64)) {
             *last = (1 << (n_gates % 64)) - 1;
         }
     }

@@ -263,7 +263,7 @@ fn find_device(options: &EmitOptions, findings: &mut Vec<Diagnostic>) -> &'stati
     })
 }
 
-/// The device whose name begins what is printed on a chip, such as `GAL16V8D-15LP`: the longest such name.
+/// The device for the marking of a chip, such as `GAL16V8D-15LP`: the one with the longest name that the marking starts with.
 fn marked(marking: &str) -> Option<&'static str> {
     let marking = marking.to_ascii_lowercase();
     Device::names().filter(|name| marking.starts_with(*name)).max_by_key(|name| name.len())
