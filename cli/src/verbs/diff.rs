@@ -6,7 +6,7 @@ use crate::exit::Exit;
 use crate::load::{Session, Stop};
 use crate::progress;
 use crate::report::{About, Answer, Status};
-use grafsynth_driver::diff::{Behaviour, Part};
+use grafsynth_driver::diff::{Behaviour, Change, ChangeKind};
 use grafsynth_verify::Scope;
 use grafsynth_verify::pair::SameBy;
 use grafsynth_verify::verdict::Verdict;
@@ -25,25 +25,11 @@ pub(crate) fn run(session: &mut Session, arguments: &Diff) -> Result<Exit, Stop>
         return Ok(Exit::Errors);
     }
     progress::doing(format!("comparing {} and {}", arguments.old, arguments.new));
-    let diff = grafsynth_driver::diff::diff(&old.net, &new.net, arguments.random, arguments.seed);
-    for Part { name, old, new } in &diff.parts {
-        let word = match (old, new) {
-            (Some(_), Some(_)) => "changed",
-            (Some(_), None) => "gone",
-            (None, _) => "new",
-        };
-        let mut text = format!("{word:<8} {name}\n");
-        for (sign, block) in [('-', old), ('+', new)] {
-            for line in block.iter().flat_map(|block| block.lines()) {
-                text.push_str(&format!("    {sign} {line}\n"));
-            }
-        }
-        let answer = Answer::new(About::Part, name.as_str(), Status::Refuted, word)
-            .with("old", old.as_deref())
-            .with("new", new.as_deref());
-        session.answer(&answer, &text);
+    let diff = grafsynth_driver::diff::diff(&old, &new, arguments.random, arguments.seed);
+    for change in &diff.changes {
+        session.answer(&answer_of(change), &text_of(change));
     }
-    let same = if diff.parts.is_empty() { Exit::Done } else { Exit::Refuted };
+    let same = if diff.changes.is_empty() { Exit::Done } else { Exit::Refuted };
     let subject = format!("behaviour of {} and {}", arguments.old, arguments.new);
     let answer =
         |status, message: String| Answer::new(About::Equality, subject.as_str(), status, message);
@@ -89,4 +75,75 @@ pub(crate) fn run(session: &mut Session, arguments: &Diff) -> Result<Exit, Stop>
             }
         },
     })
+}
+
+/// A change as a machine reads it.
+fn answer_of(change: &Change) -> Answer {
+    let text = |parts: &[String]| (!parts.is_empty()).then(|| parts.join("\n"));
+    let mut message = change.kind.word().to_owned();
+    if let Some(name) = &change.old_name {
+        message.push_str(&format!(", was {name}"));
+    }
+    if let Some((from, to)) = &change.moved {
+        message.push_str(&format!(", was {from}, is now {to}"));
+    }
+    let mut answer = Answer::new(About::Part, change.name.as_str(), Status::Refuted, message)
+        .with("change", change.kind.word())
+        .with("old", text(&change.old))
+        .with("new", text(&change.new));
+    if let Some(name) = &change.old_name {
+        answer = answer.with("old_name", name.as_str());
+    }
+    if let Some((from, to)) = &change.moved {
+        answer = answer.with("old_place", from.to_string()).with("new_place", to.to_string());
+    }
+    answer
+}
+
+/// A change as a reader sees it.
+fn text_of(change: &Change) -> String {
+    let mut text = format!("{:<8} {}", change.kind.word(), change.name);
+    if let Some(name) = &change.old_name {
+        text.push_str(&format!(" (was {name})"));
+    }
+    text.push('\n');
+    if let Some((from, to)) = &change.moved {
+        text.push_str(&format!("    was {from}, is now {to}\n"));
+    }
+    let lines = |parts: &[String]| -> Vec<String> {
+        parts.iter().flat_map(|part| part.lines()).map(str::to_owned).collect()
+    };
+    let (old, new) = (lines(&change.old), lines(&change.new));
+    // What was added or removed is shown as it is written. Of what changed, only the lines around the change.
+    let is_pair = change.kind != ChangeKind::Added && change.kind != ChangeKind::Removed;
+    let n_same = |pairs: &mut dyn Iterator<Item = (&String, &String)>| {
+        if is_pair { pairs.take_while(|(old, new)| old == new).count() } else { 0 }
+    };
+    let head = n_same(&mut old.iter().zip(&new));
+    let most = old.len().min(new.len()) - head;
+    let tail = n_same(&mut old.iter().rev().zip(new.iter().rev())).min(most);
+    let mut show = |sign: char, line: &str| text.push_str(&format!("    {sign} {line}\n"));
+    if head > 0 {
+        // The first line says what the text is; the one before the change says where in it.
+        show(' ', &old[0]);
+        if head > 2 {
+            show(' ', "...");
+        }
+        if head > 1 {
+            show(' ', &old[head - 1]);
+        }
+    }
+    for line in &old[head..old.len() - tail] {
+        show('-', line);
+    }
+    for line in &new[head..new.len() - tail] {
+        show('+', line);
+    }
+    if tail > 0 {
+        show(' ', &old[old.len() - tail]);
+        if tail > 1 {
+            show(' ', "...");
+        }
+    }
+    text
 }

@@ -22,6 +22,7 @@ mod library;
 pub(crate) mod names;
 pub(crate) mod numbers;
 pub(crate) mod parser;
+pub mod pieces;
 pub(crate) mod steps;
 pub(crate) mod token;
 pub(crate) mod write;

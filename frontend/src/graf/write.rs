@@ -35,14 +35,7 @@ pub(super) struct Source<'a> {
 
 /// Writes a design; with a source, its comments and blank lines too.
 pub(super) fn write(design: &Design, source: Option<Source<'_>>) -> String {
-    let mut writer = Writer {
-        out: String::new(),
-        indent: 0,
-        source,
-        next_comment: 0,
-        last_end: None,
-        text: Text::default(),
-    };
+    let mut writer = Writer { source, ..Writer::bare(Text::default()) };
     writer.design(design);
     writer.out
 }
@@ -58,6 +51,18 @@ pub(super) struct Writer<'a> {
 }
 
 impl Writer<'_> {
+    /// A writer without a source.
+    pub(super) fn bare(text: Text) -> Self {
+        Writer {
+            out: String::new(),
+            indent: 0,
+            source: None,
+            next_comment: 0,
+            last_end: None,
+            text,
+        }
+    }
+
     // Lines, comments, blank lines
 
     pub(super) fn line(&mut self, text: &str) {
@@ -236,7 +241,7 @@ impl Writer<'_> {
         parts
     }
 
-    fn chart(&mut self, chart: &Chart) {
+    pub(super) fn chart(&mut self, chart: &Chart) {
         let (open, _) = self.find(Kind::OpenBrace, chart.name.span.end, chart.span.end);
         self.before(chart.span.start, open);
         let head = format!(

@@ -1,0 +1,81 @@
+//! Single items of a chart as text, and the words of such a text: what a comparison of two charts shows and compares.
+
+use super::lexer::Lexer;
+use super::token::Kind;
+use super::write::Writer;
+use super::write_text::{Text, conditions};
+use grafsynth_ir::chart::{Chart, Item, Library};
+
+/// A token of a canonical text.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Word {
+    /// A name, without its backquotes, or a word of the language.
+    Name(String),
+    /// Everything else, as it is written.
+    Sign(String),
+}
+
+/// Writes items of one chart in the canonical form, one at a time.
+#[derive(Debug, Default)]
+pub struct ItemWriter {
+    text: Text,
+}
+
+impl ItemWriter {
+    /// For the items of a chart or library chart, of which `items` are the outermost.
+    #[must_use]
+    pub fn new(items: &[Item]) -> Self {
+        let mut text = Text::default();
+        text.exprs.conditions = conditions(items);
+        ItemWriter { text }
+    }
+
+    /// An item with all that is in it, without a line break at its end. `is_region`: its parent is a parallel state.
+    #[must_use]
+    pub fn item(&self, item: &Item, is_region: bool) -> String {
+        self.with(|writer| {
+            if let Item::State(state) = item {
+                writer.state(state, is_region);
+            } else {
+                writer.item(item);
+            }
+        })
+    }
+
+    /// A chart with all that is in it.
+    #[must_use]
+    pub fn chart(&self, chart: &Chart) -> String {
+        self.with(|writer| writer.chart(chart))
+    }
+
+    /// A library chart with all that is in it, without its certificate.
+    #[must_use]
+    pub fn library(&self, library: &Library) -> String {
+        self.with(|writer| writer.library(library))
+    }
+
+    fn with(&self, write: impl FnOnce(&mut Writer<'_>)) -> String {
+        let mut writer = Writer::bare(self.text.clone());
+        write(&mut writer);
+        writer.out.trim_end().to_owned()
+    }
+}
+
+/// The words of a canonical text. Line breaks and the `;` that replaces them on one line are not among them, so that two layouts have the same words.
+#[must_use]
+pub fn words(text: &str) -> Vec<Word> {
+    let mut lexer = Lexer::new(text);
+    let mut words = Vec::new();
+    loop {
+        let token = lexer.next(&mut |_, _| {}, &mut |_| {});
+        let written = text.get(token.start as usize..token.end as usize).unwrap_or_default();
+        if token.kind == Kind::End {
+            return words;
+        }
+        if token.kind == Kind::Word || token.kind == Kind::Quoted {
+            words.push(Word::Name(written.trim_matches('`').to_owned()));
+        } else if token.kind != Kind::Semicolon {
+            words.push(Word::Sign(written.to_owned()));
+        }
+    }
+}
