@@ -62,9 +62,10 @@ pub fn firmware(all: &[(&Valid<Net>, &Package)]) -> String {
     }
     for (net, package) in all {
         let prefix = &package.interface.names.prefix;
-        let mut chart = vec![Node::directive(format!("#include \"{prefix}.h\""))];
+        let stem = package.stem();
+        let mut chart = vec![Node::directive(format!("#include \"{stem}.h\""))];
         if package.files.iter().any(|file| file.name.ends_with("_user.h")) {
-            chart.push(Node::directive(format!("#include \"{prefix}_user.h\"")));
+            chart.push(Node::directive(format!("#include \"{stem}_user.h\"")));
         }
         chart.push(Node::blank());
         chart.extend(run(net, &package.interface));

@@ -73,13 +73,13 @@ static void bench_answered(int64_t state)
 
 /// What the program is for, the headers of the package, and what all programs need.
 fn heading(net: &Net, package: &Package, what: &str) -> Vec<Node> {
-    let prefix = &package.interface.names.prefix;
+    let stem = package.stem();
     let mut nodes = vec![
         Node::comment(format!("{}: {what}.", net.name)),
-        Node::directive(format!("#include \"{prefix}.h\"")),
+        Node::directive(format!("#include \"{stem}.h\"")),
     ];
     if has_library(package) {
-        nodes.push(Node::directive(format!("#include \"{prefix}_user.h\"")));
+        nodes.push(Node::directive(format!("#include \"{stem}_user.h\"")));
     }
     nodes.extend(common());
     nodes
@@ -188,12 +188,13 @@ pub fn multi_harness(all: &[(&Valid<Net>, &Package)]) -> String {
             text.push_str(&format!("#define {name} {prefix}_lib_{name}\n"));
         }
         // Headers first; what they include of each other is in the text already.
+        let stem = package.stem();
         let wanted = [
-            format!("{prefix}.h"),
-            format!("{prefix}_port.h"),
-            format!("{prefix}_user.h"),
-            format!("{prefix}.c"),
-            format!("{prefix}_tables.c"),
+            format!("{stem}.h"),
+            format!("{stem}_port.h"),
+            format!("{stem}_user.h"),
+            format!("{stem}.c"),
+            format!("{stem}_tables.c"),
         ];
         for name in &wanted {
             if let Some(file) = package.files.iter().find(|file| file.name == *name) {

@@ -54,7 +54,7 @@ pub(crate) fn lay_out(
         let mut nodes =
             vec![layout.banner("the tables. Do not edit: they are written anew from the chart.")];
         nodes.extend(engine.tables.iter().cloned());
-        files.push(layout.file(format!("{}_tables.c", names.prefix), &nodes, false));
+        files.push(layout.file(format!("{}_tables.c", names.stem), &nodes, false));
         for (name, text) in engine.files {
             files.push(File {
                 name: (*name).to_owned(),
@@ -202,7 +202,7 @@ impl Layout<'_> {
             Node::blank(),
             Node::directive("#endif"),
         ]);
-        self.file(format!("{prefix}.h"), &nodes, false)
+        self.file(format!("{}.h", self.names.stem), &nodes, false)
     }
 
     fn input_struct(&self, nodes: &mut Vec<Node>) {

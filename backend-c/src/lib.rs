@@ -156,8 +156,10 @@ pub struct Options {
     pub safe_state: bool,
     /// The places of the trace ring in the instance, at most [`trace::MAX_PLACES`]; none for no ring at all.
     pub trace: Option<u16>,
-    /// What all global names begin with, in place of the chart's name, made a C identifier where it is none; also the names of the files.
+    /// What all global names begin with, in place of the chart's name, made a C identifier where it is none.
     pub prefix: Option<String>,
+    /// What the names of the files begin with; none: what the global names begin with.
+    pub stem: Option<String>,
     /// Call `NAME_activated` and `NAME_enabled` of the user's library when a step changes and when a transition becomes enabled (seed 000).
     pub callbacks: bool,
     /// The most transitions in one function; larger charts are split, so that a C compiler's time stays linear.
@@ -177,6 +179,7 @@ impl Default for Options {
             safe_state: false,
             trace: None,
             prefix: None,
+            stem: None,
             callbacks: false,
             max_transitions: 200,
             source: String::new(),
@@ -243,7 +246,7 @@ pub struct File {
 /// A chart in C.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Package {
-    /// The files: `NAME.h`, `NAME.c`, `NAME_port.h`, and for a chart with extern functions `NAME_user.h` and `NAME_user.c`.
+    /// The files: `STEM.h`, `STEM.c`, `STEM_port.h`, and for a chart with extern functions `STEM_user.h` and `STEM_user.c`.
     pub files: Vec<File>,
     /// The style that was taken: `switch`, `switch with tables`, `statechart` or `bits`.
     pub style: &'static str,
@@ -251,7 +254,7 @@ pub struct Package {
     pub reason: String,
     /// Warnings and notes.
     pub diagnostics: Vec<Diagnostic>,
-    /// For the style `engine` the tables as they are loaded from a memory: the bytes of `NAME_tables.c`. Empty for all others.
+    /// For the style `engine` the tables as they are loaded from a memory: the bytes of `STEM_tables.c`. Empty for all others.
     pub image: Vec<u8>,
     /// What the harness needs to know of names and types.
     interface: interface::Interface,
@@ -266,6 +269,24 @@ pub struct Package {
 }
 
 impl Package {
+    /// What the names of its files begin with.
+    #[must_use]
+    pub fn stem(&self) -> &str {
+        &self.interface.names.stem
+    }
+
+    /// What all global names begin with: the chart's name as a C identifier.
+    #[must_use]
+    pub fn prefix(&self) -> &str {
+        &self.interface.names.prefix
+    }
+
+    /// False for a chart without a state, whose functions take no instance.
+    #[must_use]
+    pub fn has_instance(&self) -> bool {
+        self.interface.has_instance
+    }
+
     /// The quiescence gate stands in front of the reaction, so that some are skipped.
     #[must_use]
     pub fn has_gate(&self) -> bool {

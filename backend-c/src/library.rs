@@ -68,7 +68,7 @@ impl Layout<'_> {
     }
 
     pub(crate) fn library_header(&self) -> File {
-        let (prefix, upper) = (&self.names.prefix, &self.names.upper);
+        let upper = &self.names.upper;
         let mut nodes = vec![
             self.banner("the functions that your library provides. Do not edit: it is written anew from the chart."),
             Node::directive(format!("#ifndef {upper}_USER_H")),
@@ -78,7 +78,7 @@ impl Layout<'_> {
             Node::directive("#include <stdint.h>"),
         ];
         if self.options.callbacks {
-            nodes.push(Node::directive(format!("#include \"{prefix}.h\"")));
+            nodes.push(Node::directive(format!("#include \"{}.h\"", self.names.stem)));
         }
         nodes.extend([
             Node::blank(),
@@ -102,17 +102,16 @@ impl Layout<'_> {
             Node::blank(),
             Node::directive("#endif"),
         ]);
-        self.file(format!("{prefix}_user.h"), &nodes, false)
+        self.file(format!("{}_user.h", self.names.stem), &nodes, false)
     }
 
     pub(crate) fn library_stub(&self) -> File {
-        let prefix = &self.names.prefix;
         let mut nodes = vec![
             Node::comment(format!(
                 "{}: your library. Fill it in; it is yours and is never written again.",
                 comment_text(&self.net.name.text)
             )),
-            Node::directive(format!("#include \"{prefix}_user.h\"")),
+            Node::directive(format!("#include \"{}_user.h\"", self.names.stem)),
             Node::blank(),
         ];
         for (signature, note, value, object) in self.library() {
@@ -131,7 +130,7 @@ impl Layout<'_> {
             nodes.push(Node::blank());
         }
         nodes.pop();
-        self.file(format!("{prefix}_user.c"), &nodes, true)
+        self.file(format!("{}_user.c", self.names.stem), &nodes, true)
     }
 }
 

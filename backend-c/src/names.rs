@@ -29,6 +29,8 @@ const OWN: &[&str] = &["self", "in", "out", "dt", "scan", "before"];
 /// The identifiers of one chart.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Names {
+    /// What the names of the files begin with.
+    pub(crate) stem: String,
     /// In front of types and functions.
     pub(crate) prefix: String,
     /// In front of macros and enumerators.
@@ -72,6 +74,7 @@ impl Names {
     pub(crate) fn of(net: &Net, prefix: &str, options: &Options) -> Self {
         let prefix = identifier(prefix);
         let upper = prefix.to_ascii_uppercase();
+        let stem = options.stem.clone().unwrap_or_else(|| prefix.clone());
         // Functions of the library share the global space with what the chart defines.
         let mut global = namer();
         global.reserve(&prefix);
@@ -135,6 +138,7 @@ impl Names {
             .chain(edges.values().cloned())
             .collect();
         Names {
+            stem,
             prefix,
             upper,
             inputs,

@@ -8,7 +8,7 @@ use grafsynth_ir::net::InputKind;
 
 impl Layout<'_> {
     pub(crate) fn port(&self) -> File {
-        let (prefix, upper) = (&self.names.prefix, &self.names.upper);
+        let upper = &self.names.upper;
         let mut nodes = vec![
             self.banner("what differs between machines. Define a macro before this file is read, or with -D, to change it."),
             Node::directive(format!("#ifndef {upper}_PORT_H")),
@@ -50,14 +50,14 @@ impl Layout<'_> {
             Node::directive("#endif"),
             Node::blank(),
         ];
-        nodes.push(Node::directive(format!("#include \"{prefix}.h\"")));
+        nodes.push(Node::directive(format!("#include \"{}.h\"", self.names.stem)));
         nodes.push(Node::blank());
         self.latch(&mut nodes);
         self.ring(&mut nodes);
         self.scan(&mut nodes);
         self.handover(&mut nodes);
         nodes.push(Node::directive("#endif"));
-        self.file(format!("{prefix}_port.h"), &nodes, false)
+        self.file(format!("{}_port.h", self.names.stem), &nodes, false)
     }
 
     /// The event ring: interrupts put events in, the loop that calls the chart takes them out.

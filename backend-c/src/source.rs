@@ -10,15 +10,15 @@ use crate::{File, Object};
 
 impl Layout<'_> {
     pub(crate) fn source(&self) -> (File, Marks) {
-        let (prefix, upper) = (&self.names.prefix, &self.names.upper);
+        let (prefix, upper, stem) = (&self.names.prefix, &self.names.upper, &self.names.stem);
         let i = self.interface;
         let mut nodes = vec![
             self.banner("the chart. Do not edit: it is written anew from the chart."),
-            Node::directive(format!("#include \"{prefix}.h\"")),
-            Node::directive(format!("#include \"{prefix}_port.h\"")),
+            Node::directive(format!("#include \"{stem}.h\"")),
+            Node::directive(format!("#include \"{stem}_port.h\"")),
         ];
         if self.has_library {
-            nodes.push(Node::directive(format!("#include \"{prefix}_user.h\"")));
+            nodes.push(Node::directive(format!("#include \"{stem}_user.h\"")));
         }
         nodes.push(Node::blank());
         nodes.extend(self.program.tables.iter().cloned());
@@ -49,7 +49,7 @@ impl Layout<'_> {
         }
         let _ = upper;
         let (text, map, marks) = Writer::write_marked(&nodes);
-        (File { name: format!("{prefix}.c"), text, keep_existing: false, map }, marks)
+        (File { name: format!("{stem}.c"), text, keep_existing: false, map }, marks)
     }
 
     fn with_unused(&self, body: Vec<Node>, with_in: bool, with_dt: bool) -> Vec<Node> {

@@ -344,7 +344,7 @@ pub(crate) struct Trust {
 #[derive(Debug, Args)]
 pub(crate) struct Build {
     #[command(flatten)]
-    pub(crate) input: Input,
+    pub(crate) inputs: Inputs,
     /// Output to write; repeatable (`list` lists the targets).
     #[arg(long, short, value_name = "TARGET", required = true)]
     pub(crate) target: Vec<String>,
@@ -354,16 +354,16 @@ pub(crate) struct Build {
     /// Stimulus for test vectors, the SIMULATION section and the test bench.
     #[arg(long, value_name = "FILE")]
     pub(crate) stimulus: Option<String>,
-    /// Also write NAME.report.md (encoding, equations, pins, timing, requirements, proofs) and a drawing of each chip (FILE.svg).
+    /// Also write STEM.report.md (encoding, equations, pins, timing, requirements, proofs) and a drawing of each chip (FILE.svg).
     #[arg(long)]
     pub(crate) report: bool,
     /// Measure reactions on simulated machines for the report (needs avr-gcc and simavr, or arm-none-eabi-gcc and qemu).
     #[arg(long, requires = "report")]
     pub(crate) measure: bool,
-    /// Also write NAME.map.json, which maps the lines of each output to the chart.
+    /// Also write FILE.map.json, which maps the lines of each output to the chart.
     #[arg(long, value_name = "WHAT", value_parser = ["map"])]
     pub(crate) emit: Option<String>,
-    /// Jinja template for `--target template`, rendered over the net's JSON; `my.py.j2` writes NAME.py; repeatable.
+    /// Jinja template for `--target template`, rendered over the net's JSON; `my.py.j2` writes STEM.py; repeatable.
     #[arg(long, value_name = "FILE")]
     pub(crate) template: Vec<String>,
     /// Skip the proofs; outputs are still read back and tested.
@@ -379,7 +379,7 @@ pub(crate) struct Build {
     /// Optimise for worst-case time (`speed`; ties by size) or for code size (`size`); with `--for`.
     #[arg(long, value_name = "WHAT", value_parser = ["speed", "size"], default_value = "speed", requires = "machine", help_heading = C_OUTPUT)]
     pub(crate) optimise: String,
-    /// Write the C as a package in the folder NAME-WHAT: `plain` (with a Makefile), `arduino`, `platformio`, `cmake`; comma-separated or repeated.
+    /// Write the C as a package in the folder STEM-WHAT: `plain` (with a Makefile), `arduino`, `platformio`, `cmake`; comma-separated or repeated.
     #[arg(long, value_name = "WHAT", value_delimiter = ',', help_heading = C_OUTPUT)]
     pub(crate) package: Vec<String>,
     /// Pass Boolean inputs and outputs as `bool` members or as bits of words.
@@ -400,7 +400,7 @@ pub(crate) struct Build {
     /// Call the user's `activated` and `enabled` functions.
     #[arg(long, help_heading = C_OUTPUT)]
     pub(crate) callbacks: bool,
-    /// Also write the tables of `c-engine` and `c-program` as a binary image (`NAME.bin`) that the engine loads from flash or EEPROM.
+    /// Also write the tables of `c-engine` and `c-program` as a binary image (`STEM.bin`) that the engine loads from flash or EEPROM.
     #[arg(long, help_heading = C_OUTPUT)]
     pub(crate) blob: bool,
     /// Device for equations and fuse maps (`list` lists the devices).

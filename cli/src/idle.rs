@@ -158,7 +158,7 @@ const OF_CIRCUITS: [&str; 5] = ["busy", "encoding", "no_dc", "safe", "synchronis
 const OF_OUTPUTS: [&str; 6] = ["reset", "keep_pins", "stimulus", "emit", "template", "blob"];
 
 fn of_build(arguments: &Build) -> Vec<Rule> {
-    let files = Files::of([&arguments.input.file], &arguments.input.reading);
+    let files = Files::of(&arguments.inputs.files, &arguments.inputs.reading);
     let targets = || arguments.target.iter().flat_map(|names| names.split(','));
     // A name that is no target is refused as such.
     let any =

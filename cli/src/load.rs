@@ -9,6 +9,7 @@ use grafsynth_driver::format::Format;
 use grafsynth_driver::libraries::{self, LibraryText};
 use grafsynth_driver::read::{self, Design, NetDesign, ReadLimits, Texts};
 use grafsynth_driver::source::Sources;
+use grafsynth_driver::stem::FileStem;
 use grafsynth_ir::Diagnostic;
 use grafsynth_ir::Valid;
 use grafsynth_ir::diag::any_error;
@@ -72,7 +73,7 @@ impl Session {
     }
 
     /// A session like this one that has read nothing.
-    fn another(&self) -> Session {
+    pub(crate) fn another(&self) -> Session {
         Session {
             sources: Sources::default(),
             style: self.style,
@@ -117,6 +118,11 @@ impl Session {
             exit = exit.worse(ended.unwrap_or_else(|stop| crate::stopped(&self.report, stop)));
         }
         Ok(exit)
+    }
+
+    /// Says why a verb could not go on.
+    pub(crate) fn stopped(&self, stop: Stop) -> Exit {
+        crate::stopped(&self.report, stop)
     }
 
     /// The name of what the following lines are about, where there are several.
@@ -213,6 +219,7 @@ impl Session {
         let mut texts = Texts {
             main,
             format,
+            stem: FileStem::of_path(&input.file),
             c: reading.c.options(),
             machine: reading.machine,
             ..Texts::default()

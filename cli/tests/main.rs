@@ -4,6 +4,7 @@ mod cases;
 mod empty;
 mod exit_codes;
 mod hostile;
+mod names;
 mod packages;
 mod pages;
 mod reports;

@@ -399,7 +399,7 @@ fn converting_c_again_keeps_the_users_functions() {
     fs::copy(cases.join("library.c"), folder.path().join("library.c")).unwrap();
     let convert = || done(grafsynth(folder.path(), &["convert", "library.c", "made.graf"]));
     convert();
-    let path = folder.path().join("weigh_chart_user.c");
+    let path = folder.path().join("made_user.c");
     assert!(path.exists());
     fs::write(&path, "/* mine */\n").unwrap();
     let said = convert();

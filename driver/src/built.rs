@@ -3,8 +3,9 @@
 use crate::coding::EncodingChoice;
 use crate::output_report::{Outcome, OutputReport};
 use crate::report::chip::Chip;
-use grafsynth_backend_c::Package;
+use crate::stem::FileStem;
 use grafsynth_backend_c::package::Ecosystem;
+use grafsynth_backend_c::{Package, Style};
 use grafsynth_backend_pld::Reset;
 use grafsynth_ir::net::Net;
 use grafsynth_ir::{Diagnostic, FileId};
@@ -15,6 +16,8 @@ use grafsynth_verify::Limits;
 /// What the user chose.
 #[derive(Debug, Clone, Default)]
 pub struct BuildOptions {
+    /// What the names of the files begin with; none: the chart's name.
+    pub stem: Option<FileStem>,
     /// The device family of equations; none takes the default.
     pub device: Option<String>,
     /// C: style, callbacks.
@@ -94,6 +97,24 @@ pub struct Built {
     pub measured: Vec<Measured>,
 }
 
+impl BuildOptions {
+    /// What the names of the files of a net begin with.
+    #[must_use]
+    pub fn stem_for(&self, net: &Net) -> FileStem {
+        self.stem.clone().unwrap_or_else(|| FileStem::of_name(&net.name.text))
+    }
+
+    /// How C is emitted: in a style of its own, or in that of the options.
+    #[must_use]
+    pub fn c_for(&self, net: &Net, style: Option<Style>) -> grafsynth_backend_c::Options {
+        grafsynth_backend_c::Options {
+            stem: Some(self.stem_for(net).as_str().to_owned()),
+            style: style.unwrap_or(self.c.style),
+            ..self.c.clone()
+        }
+    }
+}
+
 impl Built {
     /// The worst of all lines.
     #[must_use]
@@ -116,7 +137,7 @@ pub struct TemplateFile {
 impl TemplateFile {
     /// The file that it makes for a chart: `my.py.j2` makes `STEM.py`, a template without a language `STEM.txt`.
     #[must_use]
-    pub fn output(&self, stem: &str) -> String {
+    pub fn output(&self, stem: &FileStem) -> String {
         let name = self.path.rsplit(['/', '\\']).next().unwrap_or(&self.path);
         let bare = [".j2", ".jinja", ".jinja2"].iter().find_map(|end| name.strip_suffix(end));
         let extension = bare.unwrap_or(name).rsplit_once('.').map_or("txt", |(_, it)| it);
@@ -141,18 +162,4 @@ pub struct Measured {
     pub stack: Option<u64>,
     /// Bytes of text and constant tables.
     pub text: u64,
-}
-
-/// The name that the files of a net begin with.
-#[must_use]
-pub fn file_stem(net: &Net) -> String {
-    // The longest that still leaves room for the endings of all outputs on every file system, which take 255 bytes.
-    let plain = |c: char| if c.is_ascii_alphanumeric() || c == '_' || c == '-' { c } else { '_' };
-    let stem: String = net.name.text.chars().map(plain).take(200).collect();
-    match stem.strip_prefix('-') {
-        // Else tools would take it for an option.
-        Some(rest) => format!("_{rest}"),
-        None if stem.is_empty() => "chart".to_owned(),
-        None => stem,
-    }
 }

@@ -5,6 +5,7 @@
 
 use crate::judge::EqualBy;
 use crate::output_report::{OutputFault, OutputProof, OutputReport, OutputVerdict};
+use crate::stem::FileStem;
 use grafsynth_backend_pld::ice40::{Package, constraints};
 use grafsynth_backend_pld::{Dialect, Emitted, codes, read};
 use grafsynth_ir::diag::nearest;
@@ -33,7 +34,7 @@ pub struct Job {
 /// # Errors
 /// An unknown device, and pins that it does not have.
 pub fn job(
-    stem: &str,
+    stem: &FileStem,
     emitted: &Emitted,
     device: Option<&str>,
     board: &[(String, u32)],

@@ -12,7 +12,7 @@
 //! prove       verify::equiv                the decoded circuit equal to the net, from power-up
 //! ```
 
-use crate::built::{BuildOptions, Built, OutputFile, file_stem};
+use crate::built::{BuildOptions, Built, OutputFile};
 use crate::circuit::{delayed_vectors, emit_options, may_be_free, synchronised, unconditional};
 use crate::coding::{self, EncodingChoice};
 use crate::logic::{Fuses, LogicDesign};
@@ -233,7 +233,7 @@ pub(crate) fn build(
             return;
         }
     };
-    let name = format!("{}.jed", file_stem(net));
+    let name = format!("{}.jed", options.stem_for(net));
     let mut line = if options.prove {
         OutputReport::of_verdict(
             &name,

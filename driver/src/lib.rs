@@ -37,6 +37,7 @@ pub mod run;
 mod said;
 pub mod source;
 pub mod state_table;
+pub mod stem;
 pub mod target;
 pub mod task_costs;
 pub mod template;

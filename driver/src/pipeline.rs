@@ -12,7 +12,7 @@
 //! ```
 //! C goes from the net and its facts to text; comparing it needs a compiler, so that is left to the caller ([`Built::packages`]).
 
-pub use crate::built::{BuildOptions, Built, MapEntry, OutputFile, file_stem};
+pub use crate::built::{BuildOptions, Built, MapEntry, OutputFile};
 use crate::circuit::{ENUMERATION_WORK, delayed_vectors, may_be_free, unconditional};
 pub use crate::circuit::{
     Through, emit_options, facts, logic, logic_as, synchronised, through, vectors,
@@ -93,10 +93,7 @@ pub fn build(net: &Valid<Net>, facts: &Facts, targets: &[Target], options: &Buil
             // Why there is no circuit was said.
             (_, Some(_), _) | (Target::Jedec, None, _) => {}
             (Target::C(style), None, _) => {
-                let mut c = options.c.clone();
-                if let Some(style) = style {
-                    c.style = *style;
-                }
+                let c = options.c_for(net, *style);
                 match grafsynth_backend_c::emit(net, conditional, &c) {
                     Ok(package) => {
                         built.found.extend(package.diagnostics.iter().cloned());
@@ -124,12 +121,12 @@ pub fn build(net: &Valid<Net>, facts: &Facts, targets: &[Target], options: &Buil
             }
             (Target::Net, None, _) => {
                 let text = grafsynth_ir::text::print(net);
-                let name = format!("{}.net", file_stem(net));
+                let name = format!("{}.net", options.stem_for(net));
                 built.lines.push(read_back_net(net, &name, &text));
                 built.files.push(OutputFile { name, text, keep_existing: false, map: Vec::new() });
             }
             (Target::Json | Target::Template, None, _) => {
-                crate::template::build(net, *target, &options.templates, &mut built);
+                crate::template::build(net, *target, options, &mut built);
             }
             (Target::Logic(_) | Target::Ice40, None, _) => {
                 unreachable!("a target of logic has a dialect")
@@ -141,7 +138,7 @@ pub fn build(net: &Valid<Net>, facts: &Facts, targets: &[Target], options: &Buil
 
 /// The pins of an iCE40, and what its tools need.
 fn ice40(net: &Net, emitted: &Emitted, options: &BuildOptions, built: &mut Built) {
-    let stem = file_stem(net);
+    let stem = options.stem_for(net);
     let board = net.board.device.as_ref().map(|name| name.text.as_str());
     // The board may be that of another chip that the chart is also built for.
     let of_board = board.filter(|name| name.to_ascii_lowercase().starts_with("ice40"));
@@ -218,7 +215,7 @@ fn equations(
             return None;
         }
     };
-    let stem = file_stem(net);
+    let stem = options.stem_for(net);
     // CUPL and GALasm share the usual extension; side by side they need two names.
     let name = match dialect {
         Dialect::Cupl => format!("{stem}.cupl.pld"),

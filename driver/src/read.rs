@@ -5,6 +5,7 @@ use crate::format::Format;
 use crate::libraries::{self, LibraryText};
 use crate::logic::LogicDesign;
 use crate::source::Sources;
+use crate::stem::FileStem;
 use crate::task_costs::{self, Counted};
 use grafsynth_backend_c::cost::Machine;
 use grafsynth_backend_pld::Dialect;
@@ -44,6 +45,8 @@ pub struct Texts {
     pub main: FileId,
     /// Its format.
     pub format: Option<Format>,
+    /// The stem of its file: what a chart is called that the text gives no name. None for standard input.
+    pub stem: Option<FileStem>,
     /// A board file.
     pub board: Option<FileId>,
     /// The texts of the files that the design and its libraries name.
@@ -142,9 +145,8 @@ pub fn read(
             let (machine, more) =
                 grafsynth_frontend::kiss2::parse_within(texts.main, &source.text, &limits.front());
             found.extend(more);
-            let stem = source.path.rsplit(['/', '\\']).next().unwrap_or_default();
-            let stem = stem.rsplit_once('.').map_or(stem, |(stem, _)| stem);
-            let net = machine.map(|machine| grafsynth_frontend::kiss2::net(&machine, stem));
+            let name = texts.stem.as_ref().map(FileStem::identifier).unwrap_or_default();
+            let net = machine.map(|machine| grafsynth_frontend::kiss2::net(&machine, &name));
             match net.map(validate) {
                 Some(Ok(net)) => with_properties(sources, texts, limits, None, net, &mut found),
                 Some(Err(more)) => {
@@ -168,7 +170,7 @@ pub fn read(
         }
         Format::Palasm | Format::Cupl | Format::Galasm | Format::Verilog | Format::Blif => {
             let said = grafsynth_backend_pld::read_text(dialect(format), texts.main, &source.text);
-            logic_design(said, &mut found)
+            logic_design(said, texts, &mut found)
         }
         Format::Jedec => {
             let (file, more) = grafsynth_backend_pld::jedec::read(texts.main, &source.text);
@@ -216,7 +218,7 @@ pub fn read(
                             .help("`minimise` uses what is left open"),
                     );
                 }
-                logic_design(said, &mut found)
+                logic_design(said, texts, &mut found)
             })
         }
     };
@@ -238,9 +240,15 @@ pub fn is_consequence(finding: &Diagnostic, read: &[Diagnostic]) -> bool {
 
 /// The design of a text of logic. A text that gives neither a circuit nor macrocells is none.
 fn logic_design(
-    said: grafsynth_backend_pld::read::Text,
+    mut said: grafsynth_backend_pld::read::Text,
+    texts: &Texts,
     found: &mut Vec<Diagnostic>,
 ) -> Option<Design> {
+    if let (Some(logic), Some(stem)) = (&mut said.logic, &texts.stem)
+        && logic.name.text.is_empty()
+    {
+        logic.name.text = stem.identifier();
+    }
     found.extend(said.findings.iter().cloned());
     if any_error(found) {
         found.extend(said.beyond);
@@ -335,6 +343,11 @@ fn chart_design(
     let front = limits.front();
     libraries::resolve(sources, &texts.libraries, &front, texts.main, &mut design, found);
     let mut design = libraries::last_alone(design);
+    if let Some(stem) = &texts.stem {
+        for chart in design.charts.iter_mut().filter(|chart| chart.is_unnamed) {
+            chart.name.text = stem.identifier();
+        }
+    }
     if let Some(file) = texts.board
         && let Some(source) = sources.get(file)
     {

@@ -11,6 +11,7 @@ use crate::judge::{Judged, judge};
 use crate::logic::LogicDesign;
 use crate::output_report::{OutputFault, OutputProof, OutputReport, OutputVerdict};
 use crate::report::chip::{Chip, Made as About};
+use crate::stem::FileStem;
 use grafsynth_backend_pld::equations::Equations;
 use grafsynth_backend_pld::fuse::{self, Role, own_roles, shell};
 use grafsynth_backend_pld::placement::Placement;
@@ -51,7 +52,7 @@ pub fn make(
     design: &LogicDesign,
     wanted: Wanted,
     device: Option<&str>,
-    stem: &str,
+    stem: &FileStem,
     limits: &Limits,
     report: bool,
 ) -> Result<Made, Vec<Diagnostic>> {

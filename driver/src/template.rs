@@ -2,7 +2,7 @@
 //! targets says so, and `docs/templates.md` how the two that we bring are compared with the simulator.
 
 pub use crate::built::TemplateFile;
-use crate::built::{Built, OutputFile, file_stem};
+use crate::built::{BuildOptions, Built, OutputFile};
 use crate::codes;
 use crate::output_report::{OutputReport, OutputVerdict};
 use crate::target::Target;
@@ -12,31 +12,26 @@ use grafsynth_ir::net::Net;
 use grafsynth_ir::{Diagnostic, Span, Valid};
 
 /// The outputs of [`Target::Json`] and [`Target::Template`].
-pub(crate) fn build(
-    net: &Valid<Net>,
-    target: Target,
-    templates: &[TemplateFile],
-    built: &mut Built,
-) {
+pub(crate) fn build(net: &Valid<Net>, target: Target, options: &BuildOptions, built: &mut Built) {
     let json = match json(net) {
         Ok(json) => json,
         Err(found) => return built.found.extend(found),
     };
-    let stem = file_stem(net);
+    let stem = options.stem_for(net);
     if target == Target::Json {
         add(built, format!("{stem}.json"), text(&json));
     }
     if target != Target::Template {
         return;
     }
-    for template in templates {
+    for template in &options.templates {
         let name = template.output(&stem);
         let at = Span { file: template.file, ..Span::default() };
         if built.files.iter().any(|file| file.name == name) {
             let message = format!("two outputs are called {name}");
             let found = Diagnostic::error(codes::SAME_OUTPUT, message)
                 .at(at, "the second")
-                .help("the template's name says how its output ends: `my.py.j2` makes `NAME.py`; build them into two folders, or give the template another ending");
+                .help("the template's name says how its output ends: `my.py.j2` makes `STEM.py`; build them into two folders, or give the template another ending");
             built.found.push(found);
             continue;
         }
@@ -56,13 +51,14 @@ fn add(built: &mut Built, name: String, text: String) {
 #[cfg(test)]
 mod tests {
     use super::TemplateFile;
+    use crate::stem::FileStem;
     use grafsynth_ir::FileId;
 
     #[test]
     fn the_template_says_how_its_output_ends() {
         let output = |path: &str| {
             let file = TemplateFile { file: FileId(0), path: path.into(), text: String::new() };
-            file.output("truck")
+            file.output(&FileStem::of_name("truck"))
         };
         assert_eq!(output("a/my.py.j2"), "truck.py");
         assert_eq!(output("my.mjs.jinja"), "truck.mjs");

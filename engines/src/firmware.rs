@@ -26,6 +26,13 @@ pub(crate) struct Bench {
     folder: Scratch,
     /// The chart's sources, without a folder: one, and with an engine its tables and the engine.
     pub(crate) sources: Vec<String>,
+    /// What the global names of each chart begin with.
+    pub(crate) prefixes: Vec<String>,
+}
+
+/// The stem of the files of a bench's chart: the user's could be that of a file of the bench, or have letters that a tool for a microcontroller refuses.
+pub(crate) fn stem(at: usize) -> String {
+    format!("n{at}")
 }
 
 /// One of the charts in a firmware.
@@ -61,15 +68,16 @@ impl Bench {
         let folder = Scratch::new().map_err(|error| {
             EngineError::Failed(format!("cannot make a temporary folder: {error}"))
         })?;
-        let mut bench = Bench { folder, sources: Vec::new() };
+        let mut bench = Bench { folder, sources: Vec::new(), prefixes: Vec::new() };
         let mut packages = Vec::new();
         for (at, piece) in pieces.iter().enumerate() {
-            let mut options = piece.options.clone();
+            let mut options = Options { stem: Some(stem(at)), ..piece.options.clone() };
             if pieces.len() > 1 {
                 options.prefix = Some(format!("n{at}"));
             }
             let package = grafsynth_backend_c::emit(piece.job.net, piece.job.facts, &options)
                 .map_err(EngineError::Refused)?;
+            bench.prefixes.push(package.prefix().to_owned());
             packages.push(package);
         }
         for (piece, package) in pieces.iter().zip(&packages) {

@@ -29,6 +29,8 @@ pub struct Design {
 pub struct Chart {
     /// Its name.
     pub name: Name,
+    /// The text gives it no name: `name` is the reader's, and whoever knows the file may put the file's in its place.
+    pub is_unnamed: bool,
     /// The whole chart, for findings about it.
     pub span: Span,
     /// For a statechart: the states that reset enters. Empty: the outermost state that is marked as initial, else the first.

@@ -137,10 +137,11 @@ pub fn bound(package: &Package, machine: &Machine) -> Result<Bound, NotUnderstoo
         ));
     }
     let prefix = &package.interface.names.prefix;
-    let name = format!("{prefix}.c");
+    let stem = package.stem();
+    let name = format!("{stem}.c");
     let source = package.files.iter().find(|file| file.name == name);
     let source = source.ok_or_else(|| NotUnderstood::new(0, "a package without a source"))?;
-    let headers = [format!("{prefix}.h"), format!("{prefix}_port.h"), format!("{prefix}_user.h")];
+    let headers = [format!("{stem}.h"), format!("{stem}_port.h"), format!("{stem}_user.h")];
     let headers = headers.iter().filter_map(|name| {
         package.files.iter().find(|file| file.name == *name).map(|file| file.text.as_str())
     });

@@ -737,7 +737,7 @@ fn table(names: &Names, lines: &[Line]) -> Vec<Node> {
         }
     }
     vec![
-        Node::directive(format!("#include \"{prefix}.h\"")),
+        Node::directive(format!("#include \"{}.h\"", names.stem)),
         Node::blank(),
         Kind::Braces(format!("GS_ROM uint8_t {prefix}_tables[] ="), body, ";".to_owned()).into(),
     ]

@@ -31,7 +31,8 @@ fn properties(chart: &Chart<'_>) -> String {
     };
     format!(
         "name={title}\nversion={VERSION}\nauthor=grafsynth\nmaintainer=grafsynth\nsentence={about}\nparagraph=A controller made from a chart: {name}_init() once, {name}_step() in each loop. The example has a table of pins.\n\
-         category=Device Control\nurl={home}\narchitectures=*\nincludes={name}.h\n"
+         category=Device Control\nurl={home}\narchitectures=*\nincludes={}.h\n",
+        chart.stem()
     )
 }
 
@@ -64,11 +65,12 @@ pub(super) fn sketch(chart: &Chart<'_>) -> String {
     let has_events = inputs.iter().any(|it| it.is_event);
     let has_pins = inputs.iter().any(|it| !it.is_event);
     let mut text = format!(
-        "/* {}: the chart on an Arduino. This sketch is yours. */\n#include <{name}.h>\n",
-        comment_text(&chart.net.name.text)
+        "/* {}: the chart on an Arduino. This sketch is yours. */\n#include <{}.h>\n",
+        comment_text(&chart.net.name.text),
+        chart.stem()
     );
     if has_events {
-        text += &format!("#include <{name}_port.h>\n");
+        text += &format!("#include <{}_port.h>\n", chart.stem());
     }
     text += &pin_table(&inputs, &outputs);
     if interface.has_instance {

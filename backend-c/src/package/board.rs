@@ -73,11 +73,12 @@ pub(super) fn text(chart: &Chart<'_>, folder: &str) -> String {
     let (inputs, outputs) = (inputs(chart, "in."), outputs(chart, "out."));
     let has_events = inputs.iter().any(|it| it.is_event);
     let mut text = format!(
-        "/* {}: the chart on a microcontroller. This file is yours. */\n#include \"{folder}{name}.h\"\n",
-        comment_text(&chart.net.name.text)
+        "/* {}: the chart on a microcontroller. This file is yours. */\n#include \"{folder}{}.h\"\n",
+        comment_text(&chart.net.name.text),
+        chart.stem()
     );
     if has_events {
-        text += &format!("#include \"{folder}{name}_port.h\"\n");
+        text += &format!("#include \"{folder}{}_port.h\"\n", chart.stem());
     }
     text += "#include <stddef.h>\n\n";
     text += "/* ---- PINS: which pin each signal has. Change the numbers. ------------------------------------------------ */\n";

@@ -26,7 +26,7 @@ pub(super) fn files(chart: &Chart<'_>) -> Vec<File> {
     );
     files.push(written("CMakeLists.txt", project));
     files.push(written("README.md", chart.readme(&head(chart))));
-    files.push(yours("example/host.c", host::text(chart, &format!("\"{}.h\"", chart.name()))));
+    files.push(yours("example/host.c", host::text(chart, &format!("\"{}.h\"", chart.stem()))));
     files
 }
 
@@ -34,8 +34,9 @@ fn head(chart: &Chart<'_>) -> String {
     let name = chart.name();
     format!(
         "A CMake project. In yours:\n\n\
-         ```cmake\nadd_subdirectory({name}-cmake)          # this folder, or, once it is installed:\nfind_package({name} REQUIRED)\ntarget_link_libraries(my_program PRIVATE {name}::{name})\n```\n\n\
+         ```cmake\nadd_subdirectory({}-cmake)          # this folder, or, once it is installed:\nfind_package({name} REQUIRED)\ntarget_link_libraries(my_program PRIVATE {name}::{name})\n```\n\n\
          By itself: `cmake -S . -B build`, `cmake --build build`, `cmake --install build --prefix DIR`; `build/{name}_host` is the example, which takes a reaction from each \
-         line of standard input. For a microcontroller hand in a toolchain file as usual.\n"
+         line of standard input. For a microcontroller hand in a toolchain file as usual.\n",
+        chart.stem()
     )
 }

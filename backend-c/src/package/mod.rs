@@ -1,13 +1,13 @@
 //! The emitted C as a folder that an ecosystem takes as it is: a Makefile, an Arduino library, a PlatformIO library, a CMake package.
 //!
 //! ```text
-//! Package (NAME.h, NAME.c, ..)  ──► plain       Makefile, example/host.c, example/board.c
+//! Package (STEM.h, STEM.c, ..)  ──► plain       Makefile, example/host.c, example/board.c
 //!                                   cmake       CMakeLists.txt, include/, src/, example/
 //!                                   arduino     library.properties, src/, examples/NAME/NAME.ino
 //!                                   platformio  library.json, include/, src/, examples/NAME/
 //! ```
 //! A package is text around the same C files: one file of this folder for each. What the chart is called in C comes from the interface of the
-//! [`Package`], so that examples fit every style and option. Files that somebody is meant to change (`NAME_user.c`, the examples with their pins) are
+//! [`Package`], so that examples fit every style and option. Files that somebody is meant to change (`STEM_user.c`, the examples with their pins) are
 //! the user's: [`File::keep_existing`].
 
 mod arduino;
@@ -59,7 +59,7 @@ impl Ecosystem {
     }
 }
 
-/// The files of a chart in C laid out for an ecosystem, all in one folder `NAME-ECOSYSTEM`; their names have that folder in front, with `/`.
+/// The files of a chart in C laid out for an ecosystem, all in one folder `STEM-ECOSYSTEM`; their names have that folder in front, with `/`.
 ///
 /// # Errors
 /// A chart whose header, or whose library's functions, would hide something of C or of Arduino (G0610).
@@ -79,7 +79,7 @@ pub fn files(
         Ecosystem::Platformio => platformio::files(&chart),
         Ecosystem::Cmake => cmake::files(&chart),
     };
-    let folder = format!("{}-{}", chart.name(), ecosystem.name());
+    let folder = format!("{}-{}", chart.stem(), ecosystem.name());
     for file in &mut files {
         file.name = format!("{folder}/{}", file.name);
     }
@@ -96,6 +96,11 @@ impl Chart<'_> {
     /// The chart's name in C.
     fn name(&self) -> &str {
         &self.package.interface.names.prefix
+    }
+
+    /// What the names of the C files begin with.
+    fn stem(&self) -> &str {
+        self.package.stem()
     }
 
     /// The chart's name in C, in capitals.
@@ -141,16 +146,16 @@ impl Chart<'_> {
         }
         text += head;
         text += "\n## Files\n\n| file | what |\n|---|---|\n";
-        let name = self.name();
+        let (name, stem) = (self.name(), self.stem());
         text += &format!(
-            "| `{name}.h`, `{name}.c` | the chart: inputs, outputs, `{name}_init`, `{name}_step`; written anew from it |\n"
+            "| `{stem}.h`, `{stem}.c` | the chart: inputs, outputs, `{name}_init`, `{name}_step`; written anew from it |\n"
         );
         text += &format!(
-            "| `{name}_port.h` | what differs between machines; every macro can be defined beforehand |\n"
+            "| `{stem}_port.h` | what differs between machines; every macro can be defined beforehand |\n"
         );
         if self.has_library() {
             text += &format!(
-                "| `{name}_user.h`, `{name}_user.c` | the functions of your library; `{name}_user.c` is yours and never written again |\n"
+                "| `{stem}_user.h`, `{stem}_user.c` | the functions of your library; `{stem}_user.c` is yours and never written again |\n"
             );
         }
         text += "\nThe examples are yours too: they are written where they do not exist, and left alone afterwards.\n";
@@ -261,7 +266,7 @@ fn refusals(net: &Net, package: &Package, ecosystem: Ecosystem) -> Vec<Diagnosti
     let is_arduino = matches!(ecosystem, Ecosystem::Arduino | Ecosystem::Platformio);
     let mut found = Vec::new();
     // Folders of Windows and macOS do not tell capitals from small letters.
-    let stem = names.prefix.to_ascii_lowercase();
+    let stem = names.stem.to_ascii_lowercase();
     let hidden = if C_HEADERS.binary_search(&stem.as_str()).is_ok() {
         Some("C")
     } else if is_arduino && ARDUINO_HEADERS.binary_search(&stem.as_str()).is_ok() {
@@ -272,13 +277,13 @@ fn refusals(net: &Net, package: &Package, ecosystem: Ecosystem) -> Vec<Diagnosti
     if let Some(whose) = hidden {
         let message = format!(
             "the header `{}.h` of this chart would hide a header of {whose} in a {} package",
-            names.prefix,
+            names.stem,
             ecosystem.name()
         );
         found.push(
             Diagnostic::error(codes::PACKAGE_REFUSED, message)
-                .at(net.name.span, "its name comes from here")
-                .help("give the chart another name"),
+                .at(net.name.span, "this chart")
+                .help("give its file another name"),
         );
     }
     if !is_arduino {

@@ -20,7 +20,7 @@ pub(super) fn files(chart: &Chart<'_>) -> Vec<File> {
     );
     files.push(written("Makefile", makefile));
     files.push(written("README.md", chart.readme(&head(chart))));
-    let include = format!("\"../{}.h\"", chart.name());
+    let include = format!("\"../{}.h\"", chart.stem());
     files.push(yours("example/host.c", host::text(chart, &include)));
     files.push(yours("example/board.c", board::text(chart, "../")));
     files.push(yours("example/cortex-m.ld", MEMORY));
@@ -28,7 +28,7 @@ pub(super) fn files(chart: &Chart<'_>) -> Vec<File> {
 }
 
 fn head(chart: &Chart<'_>) -> String {
-    let name = chart.name();
+    let stem = chart.stem();
     format!(
         "C99 with a Makefile (GNU make).\n\n\
          | command | does |\n|---|---|\n\
@@ -39,6 +39,6 @@ fn head(chart: &Chart<'_>) -> String {
          | `make TOOLCHAIN=arm CPU=cortex-m3` | firmware for a Cortex-M; `FLASH_START`, `FLASH_SIZE`, `RAM_START`, `RAM_SIZE` are its memories, `flash` calls st-flash |\n\
          | `make TOOLCHAIN=sdcc` | firmware for an 8051 with external RAM (`MODEL=small` without); `flash` calls stcgal |\n\
          | `make TOOLCHAIN=.. size` | what it takes |\n\n\
-         The pins of a board stand at the top of `example/board.c`. Settings can stand in `local.mk`. In a project of your own take `{name}*.c` and `{name}*.h`; nothing else is needed.\n"
+         The pins of a board stand at the top of `example/board.c`. Settings can stand in `local.mk`. In a project of your own take `{stem}*.c` and `{stem}*.h`; nothing else is needed.\n"
     )
 }

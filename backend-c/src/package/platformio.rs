@@ -15,7 +15,10 @@ pub(super) fn files(chart: &Chart<'_>) -> Vec<File> {
         format!("{example}/src/arduino.cpp"),
         format!("#include <Arduino.h>\n\n{}", arduino::sketch(chart)),
     ));
-    files.push(yours(format!("{example}/src/host.c"), host::text(chart, &format!("<{name}.h>"))));
+    files.push(yours(
+        format!("{example}/src/host.c"),
+        host::text(chart, &format!("<{}.h>", chart.stem())),
+    ));
     files
 }
 

@@ -131,8 +131,8 @@ pub(crate) fn read_bytes(path: &str, limit: u64) -> Result<Vec<u8>, String> {
 pub(crate) struct Plan<'a> {
     /// Where they go; a symbolic link is followed.
     pub(crate) folder: &'a Path,
-    /// The name that the list of outputs has.
-    pub(crate) chart: &'a str,
+    /// What the name of the list of outputs begins with.
+    pub(crate) stem: &'a str,
     /// The texts that decide what they are.
     pub(crate) made_of: Vec<Hashed>,
     /// All files that were read, which are not to be replaced.
@@ -142,11 +142,11 @@ pub(crate) struct Plan<'a> {
 }
 
 impl Plan<'_> {
-    /// The files of the same chart that stay in the folder and were made of other texts of the same names.
+    /// The files of the same stem that stay in the folder and were made of other texts of the same names.
     pub(crate) fn stale(&self) -> Vec<Stale> {
-        let list = self.folder.join(outputs::name_of(self.chart));
+        let list = self.folder.join(outputs::name_of(self.stem));
         let Ok(text) = read_bytes(&list.to_string_lossy(), SOURCE_LIMIT) else { return Vec::new() };
-        Outputs::parse(self.chart, &text).stale(
+        Outputs::parse(self.stem, &text).stale(
             &self.made_of,
             |name| self.outputs.iter().any(|output| output.name == name),
             |name| self.folder.join(name).is_file(),
@@ -173,9 +173,9 @@ impl Plan<'_> {
                 ));
             }
         }
-        let name = outputs::name_of(self.chart);
+        let name = outputs::name_of(self.stem);
         let before = fs::read(self.folder.join(&name)).unwrap_or_default();
-        let mut list = Outputs::parse(self.chart, &before);
+        let mut list = Outputs::parse(self.stem, &before);
         let files = self.outputs.iter().map(|output| {
             (output.name.as_str(), (!output.keep_existing).then_some(output.bytes.as_slice()))
         });

@@ -1,4 +1,4 @@
-//! `NAME.outputs.json`: the files of each build of a chart in a folder, with their hashes and those of the texts that they were made of.
+//! `STEM.outputs.json`: the files of each build of a design in a folder, with their hashes and those of the texts that they were made of.
 //!
 //! What it says is not trusted: it is another output, which anybody can change. It only decides what is warned of.
 
@@ -6,13 +6,13 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 
 /// The version of the form of this file.
-const SCHEMA: u32 = 1;
+const SCHEMA: u32 = 2;
 
-/// What a chart's builds have left in a folder.
+/// What the builds of a design have left in a folder.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Outputs {
     schema: u32,
-    chart: String,
+    stem: String,
     /// The builds whose files are there, the newest first.
     builds: Vec<Build>,
 }
@@ -54,23 +54,23 @@ pub(crate) fn hashed(name: &str, bytes: &[u8]) -> Hashed {
     Hashed { name: name.to_owned(), sha256: sha256(bytes) }
 }
 
-/// The name of the list of a chart.
-pub(crate) fn name_of(chart: &str) -> String {
-    format!("{chart}.outputs.json")
+/// The name of the list of a design.
+pub(crate) fn name_of(stem: &str) -> String {
+    format!("{stem}.outputs.json")
 }
 
 impl Outputs {
-    /// The list of a chart without builds.
-    pub(crate) fn new(chart: &str) -> Self {
-        Outputs { schema: SCHEMA, chart: chart.to_owned(), builds: Vec::new() }
+    /// The list of a design without builds.
+    pub(crate) fn new(stem: &str) -> Self {
+        Outputs { schema: SCHEMA, stem: stem.to_owned(), builds: Vec::new() }
     }
 
-    /// The list of `chart` in a text; an empty one where that is something else, or of a version that is not known.
-    pub(crate) fn parse(chart: &str, text: &[u8]) -> Self {
+    /// The list of `stem` in a text; an empty one where that is something else, or of a version that is not known.
+    pub(crate) fn parse(stem: &str, text: &[u8]) -> Self {
         serde_json::from_slice(text)
             .ok()
-            .filter(|list: &Outputs| list.schema == SCHEMA && list.chart == chart)
-            .unwrap_or_else(|| Self::new(chart))
+            .filter(|list: &Outputs| list.schema == SCHEMA && list.stem == stem)
+            .unwrap_or_else(|| Self::new(stem))
     }
 
     /// As text, with a line break at its end.
@@ -168,8 +168,8 @@ mod tests {
             "",
             "{",
             "[]",
-            r#"{"schema":2,"chart":"lamp","builds":[]}"#,
-            r#"{"schema":1,"chart":"x","builds":[]}"#,
+            r#"{"schema":1,"chart":"lamp","builds":[]}"#,
+            r#"{"schema":2,"stem":"x","builds":[]}"#,
         ] {
             assert_eq!(Outputs::parse("lamp", text.as_bytes()), Outputs::new("lamp"), "{text}");
         }

@@ -17,6 +17,7 @@ use grafsynth_driver::pipeline::{
 };
 use grafsynth_driver::read::Design;
 use grafsynth_driver::report::{self, Note, Outcome, OutputReport, OutputVerdict};
+use grafsynth_driver::stem::FileStem;
 use grafsynth_driver::target::Target;
 use grafsynth_driver::template::{ENDLESS, TemplateFile};
 use grafsynth_driver::trust;
@@ -31,16 +32,84 @@ use serde_json::json;
 use std::borrow::Cow;
 
 pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop> {
-    session.begin(&arguments.input.file);
     if arguments.old_trace.is_some() {
         session.note("`build --trace N` is now `--trace-ring N`; the old name will be removed in the next version\n");
     }
-    let (design, mut found) = session.design(&arguments.input)?;
+    let inputs = session.inputs(&arguments.inputs)?;
+    if let [input] = inputs.as_slice() {
+        session.begin(&input.file);
+        let (design, found) = session.design(input)?;
+        return one(session, arguments, Read { input, design, found });
+    }
+    let of_one = [
+        ("--board", arguments.inputs.reading.board.is_some()),
+        ("--keep-pins", arguments.keep_pins.is_some()),
+        ("--stimulus", arguments.stimulus.is_some()),
+    ];
+    if let Some((option, _)) = of_one.iter().find(|(_, is_given)| *is_given) {
+        return Err(Stop::Usage(format!(
+            "{option} takes one file, and {} are given",
+            inputs.len()
+        )));
+    }
+    // All are read before anything is written: whether two get in each other's way is known only then.
+    let mut exit = Exit::Done;
+    let mut all: Vec<(Session, Read<'_>)> = Vec::new();
+    for input in &inputs {
+        let mut own = session.another();
+        own.begin(&input.file);
+        match own.design(input) {
+            Ok((design, found)) => all.push((own, Read { input, design, found })),
+            Err(stop) => exit = exit.worse(session.stopped(stop)),
+        }
+    }
+    let mut named = super::clashes::Named::default();
+    for (_, read) in &all {
+        named.add(&read.input.file, &read.stem(), read.net()).map_err(Stop::Usage)?;
+    }
+    for (mut own, read) in all {
+        own.headline(&read.input.file);
+        own.begin(&read.input.file);
+        let ended = one(&mut own, arguments, read);
+        exit = exit.worse(ended.unwrap_or_else(|stop| session.stopped(stop)));
+    }
+    Ok(exit)
+}
+
+/// A design that is to be built.
+struct Read<'a> {
+    /// Where it was read.
+    input: &'a Input,
+    design: Design,
+    /// What was found on the way.
+    found: Vec<Diagnostic>,
+}
+
+impl Read<'_> {
+    /// The chart, or the pins of logic.
+    fn net(&self) -> &Valid<Net> {
+        match &self.design {
+            Design::Net(design) => &design.net,
+            Design::Logic(design) => &design.interface,
+        }
+    }
+
+    /// What the names of its files begin with.
+    fn stem(&self) -> FileStem {
+        FileStem::of_path(&self.input.file)
+            .unwrap_or_else(|| FileStem::of_name(&self.net().name.text))
+    }
+}
+
+/// Builds one design.
+fn one(session: &mut Session, arguments: &Build, read: Read<'_>) -> Result<Exit, Stop> {
+    let stem = read.stem();
+    let Read { input, design, mut found } = read;
     let design = match design {
         Design::Net(design) => design,
         Design::Logic(design) => {
             session.show(&found);
-            return super::refit::run(session, arguments, &design);
+            return super::refit::run(session, arguments, input, &stem, &design);
         }
     };
     session.know_found(&found);
@@ -86,12 +155,13 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
     };
     progress::doing(format!("looking at what {} can do", net.name));
     let facts = pipeline::facts(net, &limits);
-    let source = arguments.input.file.rsplit(['/', '\\']).next().unwrap_or_default().to_owned();
+    let source = input.file.rsplit(['/', '\\']).next().unwrap_or_default().to_owned();
     let options = BuildOptions {
+        stem: Some(stem.clone()),
         device: arguments.device.clone(),
         c: grafsynth_backend_c::Options {
             style,
-            machine: arguments.input.reading.machine,
+            machine: input.reading.machine,
             goal: match arguments.optimise.as_str() {
                 "size" => cost::Goal::Size,
                 _ => cost::Goal::Speed,
@@ -190,11 +260,10 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
     }
     if arguments.report {
         let counted = design.counted.as_ref();
-        let page = report::page(net, &facts, &built, counted, &session.sources, &limits);
+        let page = report::page(net, &facts, &built, counted, &session.sources, &limits, &stem);
         built.files.extend(page);
     }
     let outputs = outputs(session, arguments, &built, bitstreams);
-    let stem = pipeline::file_stem(net);
     let made = Made { stem: &stem, net, made_of, outputs, lines: &built.lines };
     write(session, arguments, made, found)?;
     Ok(judged(session, arguments, &built.lines))
@@ -412,7 +481,7 @@ fn check_c(
 /// The first style that agrees with the chart where another one does not.
 fn right_style(net: &Valid<Net>, facts: &Facts, options: &BuildOptions, wrong: &Package) -> Note {
     for style in [Style::Switch, Style::Bits, Style::Engine] {
-        let c = grafsynth_backend_c::Options { style, ..options.c.clone() };
+        let c = options.c_for(net, Some(style));
         let Ok(package) = grafsynth_backend_c::emit(net, facts, &c) else { continue };
         if package.files == wrong.files {
             continue;
@@ -434,7 +503,7 @@ fn images(built: &Built) -> Vec<(String, Vec<u8>)> {
         .iter()
         .filter(|package| !package.image.is_empty())
         .filter_map(|package| {
-            let stem = package.files.first()?.name.strip_suffix(".h")?;
+            let stem = package.stem();
             kept(&format!("{stem}.h")).then(|| (format!("{stem}.bin"), package.image.clone()))
         })
         .collect()
@@ -495,7 +564,7 @@ fn outputs(
 /// What a build made.
 pub(super) struct Made<'a> {
     /// The name that the list of outputs has.
-    pub(super) stem: &'a str,
+    pub(super) stem: &'a FileStem,
     /// The chart, or the pins of logic.
     pub(super) net: &'a Valid<Net>,
     /// The texts that decide what the outputs are.
@@ -515,7 +584,8 @@ pub(super) fn write(
 ) -> Result<(), Stop> {
     let Made { stem, net, made_of, outputs, lines } = made;
     let read = session.paths();
-    let plan = files::Plan { folder: &arguments.output, chart: stem, made_of, read, outputs };
+    let folder = &arguments.output;
+    let plan = files::Plan { folder, stem: stem.as_str(), made_of, read, outputs };
     found.extend(stale(&plan.stale()));
     session.show(&found);
     let written = plan.write();

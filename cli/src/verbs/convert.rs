@@ -5,8 +5,8 @@ use crate::exit::Exit;
 use crate::files::{self, Output};
 use crate::load::{Session, Stop};
 use grafsynth_driver::format::Format;
-use grafsynth_driver::pipeline;
 use grafsynth_driver::read::Design;
+use grafsynth_driver::stem::FileStem;
 use grafsynth_driver::target::Target;
 use grafsynth_ir::diag::nearest;
 
@@ -47,8 +47,12 @@ pub(crate) fn run(session: &mut Session, arguments: &Convert) -> Result<Exit, St
             if let Design::Net(design) = &design
                 && let Some(library) = &design.library
             {
-                // The name that `build --target c` gives the file of the user's functions, which it leaves alone where it exists.
-                let name = format!("{}_user.c", pipeline::file_stem(&design.net));
+                // The name that `build --target c` of the output gives the file of the user's functions, which it leaves alone where it exists.
+                let name = format!(
+                    "{}_user.c",
+                    FileStem::of_path(&output)
+                        .unwrap_or_else(|| FileStem::of_name(&design.net.name.text))
+                );
                 let folder = files::folder_of(&arguments.output);
                 let path = folder.join(&name);
                 // Once written it is the user's.

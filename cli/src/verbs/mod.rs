@@ -2,6 +2,7 @@
 
 pub(crate) mod build;
 pub(crate) mod check;
+mod clashes;
 pub(crate) mod compare;
 mod compare_charts;
 pub(crate) mod convert;

@@ -1,7 +1,7 @@
 //! `grafsynth build OLD --target T`: logic by others, burned as written or fitted anew.
 
 use super::build::{Made, judged, say, write};
-use crate::args::Build;
+use crate::args::{Build, Input};
 use crate::exit::Exit;
 use crate::files::Output;
 use crate::load::{Session, Stop};
@@ -9,18 +9,18 @@ use grafsynth_driver::logic::LogicDesign;
 use grafsynth_driver::pipeline::{Built, OutputFile};
 use grafsynth_driver::refit::{self, Wanted};
 use grafsynth_driver::report::{self, Outcome};
+use grafsynth_driver::stem::FileStem;
 use grafsynth_driver::target::Target;
 use grafsynth_verify::Limits;
 
 pub(super) fn run(
     session: &mut Session,
     arguments: &Build,
+    input: &Input,
+    stem: &FileStem,
     design: &LogicDesign,
 ) -> Result<Exit, Stop> {
     let limits = Limits { pairs: arguments.limits.proof_limit, ..Limits::default() };
-    let file = arguments.input.file.rsplit(['/', '\\']).next().unwrap_or_default();
-    let stem = file.rsplit_once('.').map_or(file, |(stem, _)| stem);
-    let stem = if stem == "-" { "logic" } else { stem };
     let made_of = session.made_of();
     let output = |file: OutputFile| Output {
         name: file.name,
@@ -40,7 +40,7 @@ pub(super) fn run(
                 None => {
                     return Err(Stop::Input(format!(
                         "{} is logic, which cannot become `{name}`: it can become jedec, palasm, cupl, galasm, verilog or blif",
-                        arguments.input.file
+                        input.file
                     )));
                 }
             },

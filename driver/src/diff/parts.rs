@@ -127,6 +127,7 @@ impl<'a> Parts<'a> {
         for chart in &design.charts {
             let writer = ItemWriter::new(&chart.items);
             let own = writer.chart(&Chart {
+                is_unnamed: false,
                 name: chart.name.clone(),
                 span: chart.span,
                 initial: chart.initial.clone(),

@@ -35,8 +35,9 @@ pub use crate::output_report::{
 };
 pub use chip::Chip;
 
-use crate::built::{Built, MapEntry, OutputFile, file_stem};
+use crate::built::{Built, MapEntry, OutputFile};
 use crate::source::Sources;
+use crate::stem::FileStem;
 use crate::task_costs::Counted;
 use grafsynth_backend_c::cost::{self, Rounds};
 use grafsynth_ir::Valid;
@@ -101,7 +102,7 @@ impl Subject<'_> {
     }
 }
 
-/// The page of a build and the drawing of each chip. `facts` are those of the build; what they lack of situations is looked for here, within `limits`.
+/// The page of a build, called `stem`, and the drawing of each chip. `facts` are those of the build; what they lack of situations is looked for here, within `limits`.
 #[must_use]
 pub fn page(
     net: &Valid<Net>,
@@ -110,6 +111,7 @@ pub fn page(
     counted: Option<&Counted>,
     sources: &Sources,
     limits: &Limits,
+    stem: &FileStem,
 ) -> Vec<OutputFile> {
     let reach = facts.reach.clone().or_else(|| {
         let limits = Limits { pairs: limits.pairs.min(100_000), ..limits.clone() };
@@ -119,12 +121,12 @@ pub fn page(
     let rounds = cost::rounds(net, facts);
     let subject =
         Subject { net, built, counted, rounds, sources, reach, properties, is_logic: false };
-    write(&subject, &file_stem(net))
+    write(&subject, stem)
 }
 
 /// The page of logic by others, called `stem`, and the drawing of each chip. `interface` has its columns ([`crate::logic::interface`]).
 #[must_use]
-pub fn page_of_logic(interface: &Valid<Net>, built: &Built, stem: &str) -> Vec<OutputFile> {
+pub fn page_of_logic(interface: &Valid<Net>, built: &Built, stem: &FileStem) -> Vec<OutputFile> {
     let sources = Sources::default();
     let subject = Subject {
         net: interface,
@@ -139,7 +141,7 @@ pub fn page_of_logic(interface: &Valid<Net>, built: &Built, stem: &str) -> Vec<O
     write(&subject, stem)
 }
 
-fn write(subject: &Subject<'_>, stem: &str) -> Vec<OutputFile> {
+fn write(subject: &Subject<'_>, stem: &FileStem) -> Vec<OutputFile> {
     let Subject { net, built, .. } = subject;
     let mut text = format!("# {}\n", table::inline(&net.name.text));
     if !net.parts.values().next().is_none_or(|part| part.meta.label.is_empty()) {

@@ -42,7 +42,7 @@ fn built(text: &str, targets: &[Target], options: &BuildOptions) -> (Built, Vec<
     let facts = pipeline::facts(&net, &limits);
     let options = BuildOptions { report: true, prove: true, dont_cares: true, ..options.clone() };
     let built = pipeline::build(&net, &facts, targets, &options);
-    let pages = page(&net, &facts, &built, None, &sources, &limits);
+    let pages = page(&net, &facts, &built, None, &sources, &limits, &options.stem_for(&net));
     (built, pages)
 }
 
@@ -165,7 +165,7 @@ fn odd_labels_stay_on_their_lines() {
     let options = BuildOptions { report: true, ..on("gal22v10") };
     let targets = [Target::Jedec, Target::Logic(Dialect::Verilog)];
     let built = pipeline::build(&net, &facts, &targets, &options);
-    let pages = page(&net, &facts, &built, None, &sources, &limits);
+    let pages = page(&net, &facts, &built, None, &sources, &limits, &options.stem_for(&net));
     assert_eq!(pages.len(), 3, "{:?}", built.found);
     pages[1..].iter().for_each(|drawing| check_svg(&drawing.text));
     let fences = pages[0].text.lines().filter(|line| line.starts_with("```")).count();

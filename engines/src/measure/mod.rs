@@ -5,11 +5,11 @@
 
 pub mod search;
 
-use crate::firmware::{ANSWER, BENCH, Bench, Piece, STIMULUS, stimulus_bytes};
+use crate::firmware::{ANSWER, BENCH, Bench, Piece, STIMULUS, stem, stimulus_bytes};
 use crate::{
     ArmEngine, Availability, AvrEngine, Engine as _, EngineError, Job, arm, c, simavr, tools,
 };
-use grafsynth_backend_c::Options;
+use grafsynth_backend_c::{Options, Package};
 use grafsynth_ir::net::Net;
 use grafsynth_sim::Stimulus;
 
@@ -161,7 +161,7 @@ impl Meter for AvrMeter {
         let sections = bench.start(&["avr-size"], &["-A", "chart.o"])?;
         let symbols = bench.start(&["avr-nm"], &["chart.elf"])?;
         let symbols = String::from_utf8_lossy(&symbols.stdout).into_owned();
-        let prefix = source.trim_end_matches(".c");
+        let prefix = bench.prefixes.first().map(String::as_str).unwrap_or_default();
         let addresses = addresses(&symbols, prefix)
             .ok_or_else(|| EngineError::Failed("the functions of the chart are gone".to_owned()))?;
         let host = self
@@ -221,8 +221,9 @@ pub struct ArmMeter;
 const DEEP: u64 = 32_768;
 
 /// What counts the reactions: `NAME_step` becomes a macro in the bench. A macro is not expanded within itself.
-fn arm_port(prefix: &str, has_instance: bool) -> String {
-    let (saved, save, restore) = if has_instance {
+fn arm_port(package: &Package) -> String {
+    let (stem, prefix) = (package.stem(), package.prefix());
+    let (saved, save, restore) = if package.has_instance() {
         (format!("static {prefix}_t bench_saved;"), "bench_saved = self;", "self = bench_saved;")
     } else {
         (String::new(), "", "")
@@ -272,7 +273,7 @@ static void bench_end(void)
     );
     let begin = "static void bench_begin(void)\n{\n    *(volatile uint32_t *)0xE000E014U = 0xFFFFFFU;\n    *(volatile uint32_t *)0xE000E010U = 5U;\n";
     // The chart's header comes first, for its prototypes are no calls.
-    let header = format!("#include \"{prefix}.h\"\n{saved}\n");
+    let header = format!("#include \"{stem}.h\"\n{saved}\n");
     arm::PORT
         .replace("static void bench_put(uint8_t", "static void bench_emit(uint8_t")
         .replace("static void bench_begin(void)\n{\n", begin)
@@ -285,14 +286,13 @@ impl Meter for ArmMeter {
     }
 
     fn prepare(&self, job: &Job<'_>, options: &Options) -> Result<Box<dyn Prepared>, EngineError> {
+        // With the names of the bench.
+        let options = &Options { stem: Some(stem(0)), ..options.clone() };
         let package =
             grafsynth_backend_c::emit(job.net, job.facts, options).map_err(EngineError::Refused)?;
-        let header = package.files.first().ok_or_else(|| EngineError::Refused(Vec::new()))?;
-        let prefix = header.name.trim_end_matches(".h").to_owned();
         let calls_user = package.files.iter().any(|file| file.name.ends_with("_user.h"));
-        let has_instance = header.text.contains(&format!("}} {prefix}_t;"));
         let piece = Piece { job: *job, options: options.clone() };
-        let bench = Bench::new(&[piece], &arm_port(&prefix, has_instance))?;
+        let bench = Bench::new(&[piece], &arm_port(&package))?;
         let source = own_source(&bench)?;
         bench.write("start.c", arm::START.as_bytes())?;
         bench.write("link.ld", arm::LINK.as_bytes())?;

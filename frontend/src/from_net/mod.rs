@@ -240,6 +240,7 @@ impl Writer<'_> {
                 self.board(&mut items);
             }
             charts.push(Chart {
+                is_unnamed: false,
                 name,
                 span: part.meta.span,
                 initial,

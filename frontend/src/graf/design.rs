@@ -205,6 +205,6 @@ impl Parser<'_> {
         let initial = initial.unwrap_or_default();
         let span = self.span_from(start);
         meta.span = span;
-        Ok(Chart { name, span, initial, items, meta })
+        Ok(Chart { name, is_unnamed: false, span, initial, items, meta })
     }
 }

@@ -599,6 +599,7 @@ pub(crate) fn design(r: &mut Random) -> Design {
             items.push(Item::Emergency(emergency));
         }
         Chart {
+            is_unnamed: false,
             name: name(r.pick(&["truck", "chart", "é", "1"])),
             span: Span::default(),
             initial: r.some(20, |r| one(r.pick::<&str>(STEPS))).into_iter().collect(),

@@ -68,7 +68,7 @@ struct Flat<'a> {
 impl Writer {
     fn chart(&mut self, chart: &Chart) -> String {
         let mut options: Vec<String> = Vec::new();
-        if chart.name.text != "rules" || !attributes(&chart.meta).is_empty() {
+        if !chart.is_unnamed || !attributes(&chart.meta).is_empty() {
             options.push(format!(
                 "chart {}{}",
                 names::name(&chart.name.text, Position::Anywhere),

@@ -154,7 +154,8 @@ impl<'m> Builder<'m, '_> {
             None => Name::new(self.names.fresh("chart", "_chart"), machine.span),
         };
         let meta = Meta { span: machine.span, ..Meta::default() };
-        let chart = Chart { name, span: machine.span, items, initial, meta };
+        let is_unnamed = machine.name.is_none();
+        let chart = Chart { name, is_unnamed, span: machine.span, items, initial, meta };
         Design { charts: vec![chart], ..Design::default() }
     }
 

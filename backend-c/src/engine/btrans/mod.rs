@@ -130,6 +130,7 @@ pub(crate) fn program(net: &Net, names: &Names, options: &Options) -> Tabled<CPr
 
 /// The tables as text.
 struct Tables {
+    stem: String,
     prefix: String,
     nodes: Vec<Node>,
     most: usize,
@@ -138,7 +139,13 @@ struct Tables {
 
 impl Tables {
     fn new(names: &Names) -> Self {
-        Tables { prefix: names.prefix.clone(), nodes: Vec::new(), most: 0, n_events: 0 }
+        Tables {
+            stem: names.stem.clone(),
+            prefix: names.prefix.clone(),
+            nodes: Vec::new(),
+            most: 0,
+            n_events: 0,
+        }
     }
 
     /// A constant array; one that has nothing gets a row of zeros, since C has no empty ones.
@@ -161,7 +168,8 @@ impl Tables {
 
     fn finish(self, rule: Vec<Node>, counts: &[(&str, usize)], inner: bool) -> Vec<Node> {
         let prefix = &self.prefix;
-        let mut nodes = vec![Node::directive(format!("#include \"{prefix}.h\"")), Node::blank()];
+        let mut nodes =
+            vec![Node::directive(format!("#include \"{}.h\"", self.stem)), Node::blank()];
         nodes.extend(rule);
         nodes.extend(self.nodes);
         let mut body = vec![Node::line(format!("{prefix}_rule,"))];

@@ -199,6 +199,7 @@ impl Builder<'_> {
     }
 
     pub(super) fn design(&mut self, file: FileId) -> Design {
+        let is_unnamed = self.options.chart.is_none();
         let (mut name, mut meta) = self
             .options
             .chart
@@ -218,7 +219,7 @@ impl Builder<'_> {
         items.extend(rest);
         let span = meta.span;
         Design {
-            charts: vec![Chart { name, span, items, meta, ..Chart::default() }],
+            charts: vec![Chart { name, is_unnamed, span, items, meta, ..Chart::default() }],
             ..Design::default()
         }
     }

@@ -1,0 +1,137 @@
+//! What the names of output files begin with: the name of the input file, without its folder and its ending.
+
+use grafsynth_ir::names::{GRAF, Namer};
+
+/// The beginning of the names of all files that are made of one design.
+///
+/// Letters and digits of every script stay, and `_ - . +`. Blanks, control characters and the signs that a shell, make or a file system reads as its own
+/// become `_`. The name is never hidden (`.x`), never looks like an option (`-x`), is no device of Windows (`con`), and leaves room for every ending.
+///
+/// ```
+/// use grafsynth_driver::stem::FileStem;
+/// let stem = |path| FileStem::of_path(path).unwrap();
+/// assert_eq!(stem("charts/größe 2.graf").as_str(), "größe_2");
+/// assert_eq!(stem("charts/größe 2.graf").identifier(), "größe_2");
+/// assert_eq!(FileStem::of_path("-"), None, "standard input");
+/// ```
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct FileStem(String);
+
+/// The most bytes of a stem. File systems take 255 for a name, and our longest ending has fewer than 50.
+const MOST_BYTES: usize = 200;
+
+/// Names of devices in every folder of Windows, whatever the ending.
+const DEVICES: [&str; 4] = ["aux", "con", "nul", "prn"];
+
+impl FileStem {
+    /// The stem of a path; none for standard input (`-`).
+    #[must_use]
+    pub fn of_path(path: &str) -> Option<Self> {
+        if path == "-" {
+            return None;
+        }
+        let file = path.rsplit(['/', '\\']).next().unwrap_or_default();
+        let stem = match file.rsplit_once('.') {
+            Some((stem, _)) if !stem.is_empty() => stem,
+            Some(_) | None => file,
+        };
+        Some(Self::of_name(stem))
+    }
+
+    /// The stem of a design without a file: the name of its first chart.
+    #[must_use]
+    pub fn of_name(name: &str) -> Self {
+        let mut stem = String::new();
+        for c in name.chars() {
+            let is_kept = if c.is_ascii() {
+                c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.' | '+')
+            } else {
+                !c.is_whitespace() && !grafsynth_ir::names::is_unseen(c)
+            };
+            let c = if is_kept { c } else { '_' };
+            if stem.len() + c.len_utf8() > MOST_BYTES {
+                break;
+            }
+            stem.push(c);
+        }
+        if stem.starts_with(['-', '.']) {
+            stem.replace_range(..1, "_");
+        }
+        // The device is what stands before the first dot.
+        let device = stem.split('.').next().unwrap_or_default().to_ascii_lowercase();
+        let numbered = device.strip_prefix("com").or_else(|| device.strip_prefix("lpt"));
+        let is_numbered = numbered.is_some_and(|rest| {
+            rest.len() == 1 && rest.bytes().all(|byte| (b'1'..=b'9').contains(&byte))
+        });
+        if is_numbered || DEVICES.contains(&device.as_str()) {
+            stem.insert(0, '_');
+        }
+        FileStem(if stem.is_empty() { "chart".to_owned() } else { stem })
+    }
+
+    /// The stem itself.
+    #[must_use]
+    pub fn as_str(&self) -> &str {
+        &self.0
+    }
+
+    /// A chart's name: what a chart is called whose language has no names for charts.
+    #[must_use]
+    pub fn identifier(&self) -> String {
+        Namer::new(&GRAF).name(&self.0.replace(['.', '-', '+'], "_"))
+    }
+
+    /// What two stems must differ in: folders of Windows and macOS do not tell capitals from small letters.
+    #[must_use]
+    pub fn key(&self) -> String {
+        self.0.to_lowercase()
+    }
+}
+
+impl std::fmt::Display for FileStem {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::FileStem;
+
+    #[test]
+    fn a_stem_is_a_name_for_every_file_system_and_tool() {
+        for (path, stem) in [
+            ("lamp.graf", "lamp"),
+            ("a/b.c/lamp.v2.graf", "lamp.v2"),
+            (r"C:\charts\lamp.graf", "lamp"),
+            ("größe.rules", "größe"),
+            ("two words.st", "two_words"),
+            ("a$(b)&c.st", "a__b__c"),
+            ("-o.graf", "_o"),
+            (".graf", "_graf"),
+            ("..", "_"),
+            ("CON.graf", "_CON"),
+            ("com1.x.graf", "_com1.x"),
+            ("company.graf", "company"),
+            ("a\u{202e}b.graf", "a_b"),
+            ("", "chart"),
+        ] {
+            assert_eq!(FileStem::of_path(path).unwrap().as_str(), stem, "{path}");
+        }
+        let long = FileStem::of_name(&"ö".repeat(300));
+        assert_eq!(long.as_str().len(), 200);
+    }
+
+    #[test]
+    fn a_chart_without_a_name_is_called_as_its_file() {
+        for (path, name) in [
+            ("lamp.rules", "lamp"),
+            ("größe.rules", "größe"),
+            ("a-b.c.kiss2", "a_b_c"),
+            ("2nd.kiss2", "x2nd"),
+            ("step.rules", "step_"),
+        ] {
+            assert_eq!(FileStem::of_path(path).unwrap().identifier(), name, "{path}");
+        }
+    }
+}
