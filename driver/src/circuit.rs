@@ -10,7 +10,7 @@ use grafsynth_ir::lower::program::{ProgramOptions, program};
 use grafsynth_ir::net::{Evolution, Net, Property, PropertyRole};
 use grafsynth_ir::{Diagnostic, FileId, Valid, validate};
 use grafsynth_logic::{BusyMode, EncodeOptions};
-use grafsynth_sim::{InputRow, Row, Simulator, Stimulus};
+use grafsynth_sim::{Clocked, InputRow, Row, Simulator, Stimulus};
 use grafsynth_verify::Limits;
 
 /// Reactions times steps and transitions that an enumeration before a build may look at: some hundredths of a second.
@@ -153,7 +153,8 @@ pub(crate) fn delayed_vectors(
         ]);
     }
     let idle = InputRow { dt: 0, ..InputRow::zero(net) };
-    let rows = std::iter::repeat_n(idle, chain.flops.len()).chain(stimulus.rows());
+    let clocked = Clocked::of(net, stimulus).map_err(|finding| vec![*finding])?;
+    let rows = std::iter::repeat_n(idle, chain.flops.len()).chain(clocked.stimulus.rows());
     let mut vectors = vectors_of(net, logic, rows)?;
     synchronise::delayed(circuit, chains, &mut vectors);
     Ok(vectors)
@@ -178,16 +179,17 @@ pub(crate) fn unconditional(net: &Valid<Net>, limits: &Limits) -> Option<Facts> 
     validate(free).ok().map(|free| facts(&free, limits))
 }
 
-/// The reference trace of a stimulus as bits of the circuit's pins.
+/// The reference trace of a stimulus as bits of the circuit's pins, one vector for each clock.
 ///
 /// # Errors
-/// A stimulus with more than one tick in a row.
+/// A stimulus that takes more clocks than a chip gets.
 pub fn vectors(
     net: &Valid<Net>,
     logic: &Logic,
     stimulus: &Stimulus,
 ) -> Result<Vectors, Vec<Diagnostic>> {
-    vectors_of(net, logic, stimulus.rows())
+    let clocked = Clocked::of(net, stimulus).map_err(|finding| vec![*finding])?;
+    vectors_of(net, logic, clocked.stimulus.rows())
 }
 
 fn vectors_of(

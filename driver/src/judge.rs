@@ -10,7 +10,7 @@ use grafsynth_ir::logic::{FlopId, Logic, Node, PinRole};
 use grafsynth_ir::net::{Driver, InputId, Net, OutputId};
 use grafsynth_ir::{Diagnostic, Valid};
 use grafsynth_logic::chip::most_clocks;
-use grafsynth_sim::{ColumnKind, Difference, Stimulus, Trace};
+use grafsynth_sim::{Clocked, ColumnKind, Difference, Stimulus, Trace};
 use grafsynth_verify::circuits::{Apart, Equality, Pairs, circuits};
 use grafsynth_verify::{Limits, Open, Verdict};
 use itertools::Itertools as _;
@@ -149,10 +149,10 @@ fn bind(net: &Net, logic: &Logic, renames: &Renames) -> Result<Bound, Vec<Diagno
     Ok(bound)
 }
 
-/// A net and logic by others on one stimulus: pins are found by name, and every Boolean output that both have is compared.
+/// A net and logic by others on one stimulus, clock by clock (rows of the difference count clocks): pins are found by name, and every Boolean output that both have is compared.
 ///
 /// # Errors
-/// When an input of the logic is not in the net, or no output is common, or the stimulus is not for a chip.
+/// When an input of the logic is not in the net, or no output is common, or the stimulus takes more clocks than a chip gets.
 pub fn with_net(
     net: &Valid<Net>,
     logic: &Logic,
@@ -160,8 +160,9 @@ pub fn with_net(
     renames: &Renames,
 ) -> Result<Outcome, Vec<Diagnostic>> {
     let bound = bind(net, logic, renames)?;
-    let theirs = logic_trace(net, &bound.logic, stimulus)?;
-    let ours = net_trace(net, stimulus);
+    let clocked = Clocked::of(net, stimulus).map_err(|finding| vec![*finding])?;
+    let theirs = logic_trace(net, &bound.logic, &clocked.stimulus)?;
+    let ours = net_trace(net, &clocked.stimulus);
     let difference = first_difference(&ours, &theirs, &bound.outputs);
     Ok(Outcome {
         difference,

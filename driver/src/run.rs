@@ -7,7 +7,7 @@ use grafsynth_ir::logic::Logic;
 use grafsynth_ir::net::{Driver, Net};
 use grafsynth_ir::{Diagnostic, Valid};
 use grafsynth_logic::chip::{ChipSim, NoRow, Parts};
-use grafsynth_sim::{Effect, InputRow, Row, Stimulus, Trace, TraceLayout};
+use grafsynth_sim::{Clocked, Effect, InputRow, Row, Stimulus, Trace, TraceLayout};
 
 /// The trace of the reference simulator.
 #[must_use]
@@ -16,26 +16,25 @@ pub fn net_trace(net: &Valid<Net>, stimulus: &Stimulus) -> Trace {
 }
 
 /// The trace of a circuit whose pins and flip-flops know their roles. A circuit with a `busy` pin is clocked until it is 0, once for each row; where
-/// that does not end the trace does, so it lacks the rows from there on, and a comparison finds that.
+/// that does not end the trace does, so it lacks the rows from there on, and a comparison finds that. A row with several ticks is as many clocks, each
+/// with a row of the trace ([`Clocked`]).
 ///
 /// # Errors
-/// A stimulus that a chip cannot run: more than one tick in a row.
+/// A stimulus that takes more clocks than a chip gets.
 pub fn logic_trace(
     net: &Net,
     logic: &Logic,
     stimulus: &Stimulus,
 ) -> Result<Trace, Vec<Diagnostic>> {
-    if let Some(diagnostic) = stimulus.check_for_chip() {
-        return Err(vec![diagnostic]);
-    }
+    let clocked = Clocked::of(net, stimulus).map_err(|finding| vec![*finding])?;
     let mut chip = ChipSim::new(net, logic);
-    Ok(chip_trace(net, &mut chip, stimulus))
+    Ok(chip_trace(net, &mut chip, &clocked.stimulus))
 }
 
-/// The trace of a burned device that stands for a circuit, run fuse by fuse.
+/// The trace of a burned device that stands for a circuit, run fuse by fuse, with a row for each clock.
 ///
 /// # Errors
-/// A stimulus that a chip cannot run, and a device that the simulator cannot.
+/// A stimulus that takes more clocks than a chip gets, and a device that the simulator cannot.
 pub fn device_trace(
     net: &Net,
     map: &FuseMap,
@@ -43,22 +42,20 @@ pub fn device_trace(
     roles: &[Role],
     stimulus: &Stimulus,
 ) -> Result<Trace, Vec<Diagnostic>> {
-    if let Some(diagnostic) = stimulus.check_for_chip() {
-        return Err(vec![diagnostic]);
-    }
+    let clocked = Clocked::of(net, stimulus).map_err(|finding| vec![*finding])?;
     let device = Burned::new(map, logic, roles).map_err(|finding| vec![*finding])?;
     let mut chip = ChipSim::over(net, logic, device);
-    let trace = chip_trace(net, &mut chip, stimulus);
+    let trace = chip_trace(net, &mut chip, &clocked.stimulus);
     match chip.sim().trouble() {
         Some(trouble) => Err(vec![trouble.clone()]),
         None => Ok(trace),
     }
 }
 
-/// The trace of logic by others: fuse by fuse where it was read from fuses, else as a circuit.
+/// The trace of logic by others, with a row for each clock: fuse by fuse where it was read from fuses, else as a circuit.
 ///
 /// # Errors
-/// A stimulus that a chip cannot run; a text that no circuit with one clock is.
+/// A stimulus that takes more clocks than a chip gets; a text that no circuit with one clock is.
 pub fn design_trace(design: &LogicDesign, stimulus: &Stimulus) -> Result<Trace, Vec<Diagnostic>> {
     match &design.fuses {
         Some(fuses) => {

@@ -60,9 +60,6 @@ impl Engine for CircuitEngine {
     }
 
     fn run(&self, job: &Job<'_>) -> Result<Trace, EngineError> {
-        if let Some(diagnostic) = job.stimulus.check_for_chip() {
-            return Err(EngineError::Refused(vec![diagnostic]));
-        }
         let logic = pipeline::logic(job.net, job.facts).map_err(EngineError::Refused)?;
         let logic = match self.dialect {
             None => logic,

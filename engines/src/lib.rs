@@ -90,7 +90,7 @@ pub trait Engine: Sync {
         true
     }
 
-    /// True if it runs one reaction a clock, so that `dt` may only be 0 or 1.
+    /// True if it runs one reaction a clock: a row with several ticks is as many clocks, each with a row of the trace ([`Clocked`](grafsynth_sim::Clocked)).
     fn is_chip(&self) -> bool {
         false
     }

@@ -11,7 +11,7 @@ use grafsynth_ir::logic::{PinRole, shown_by};
 use grafsynth_ir::net::{Driver, Net};
 use grafsynth_ir::program::Origin;
 use grafsynth_logic::chip::most_clocks;
-use grafsynth_sim::{Effect, InputRow, Row, Trace, TraceLayout};
+use grafsynth_sim::{Clocked, Effect, InputRow, Row, Trace, TraceLayout};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::fs;
@@ -45,16 +45,15 @@ impl Engine for VerilogEngine {
     }
 
     fn run(&self, job: &Job<'_>) -> Result<Trace, EngineError> {
-        if let Some(diagnostic) = job.stimulus.check_for_chip() {
-            return Err(EngineError::Refused(vec![diagnostic]));
-        }
+        let clocked = Clocked::of(job.net, job.stimulus)
+            .map_err(|finding| EngineError::Refused(vec![*finding]))?;
         let logic = pipeline::logic(job.net, job.facts).map_err(EngineError::Refused)?;
         let options = pipeline::emit_options(job.net, None, None);
         let emitted = grafsynth_backend_pld::emit(&logic, Dialect::Verilog, &options)
             .map_err(EngineError::Refused)?;
         let module = module_name(&emitted.text)
             .ok_or_else(|| EngineError::Failed("the emitted Verilog has no module".to_owned()))?;
-        let rows: Vec<InputRow> = job.stimulus.rows().collect();
+        let rows: Vec<InputRow> = clocked.stimulus.rows().collect();
         let shown = shown(&emitted.names);
         // Row 0 has all inputs 0, which for a range that does not begin at 0 is another code than all bits 0.
         let zeros = stimulus_bits(

@@ -21,8 +21,8 @@ pub const INTERNAL_EVENT: Code = Code { id: "G0508", title: "stimulus for an int
 /// A row that breaks an assumption of the chart.
 pub const ASSUMPTION_BROKEN: Code =
     Code { id: "G0509", title: "stimulus that violates an assumption" };
-/// More than one tick in a row that shall run on a chip.
-pub const DT_ON_CHIP: Code = Code { id: "G0510", title: "dt above 1 on a chip" };
+/// A stimulus with more ticks than a chip is clocked for.
+pub const DT_ON_CHIP: Code = Code { id: "G0510", title: "stimulus too long for a chip" };
 /// A trace that is not one of this chart.
 pub const TRACE_HEADER: Code = Code { id: "G0511", title: "trace of another chart" };
 /// A cell of a trace that cannot be read.
@@ -31,6 +31,8 @@ pub const TRACE_CELL: Code = Code { id: "G0512", title: "invalid cell in a trace
 pub const BAD_STATE: Code = Code { id: "G0513", title: "incompatible saved state" };
 /// Inputs in the row of the reset.
 pub const RESET_ROW: Code = Code { id: "G0514", title: "inputs in the reset row" };
+/// A short name of a column that could be one of several.
+pub const AMBIGUOUS_COLUMN: Code = Code { id: "G0515", title: "ambiguous column" };
 /// An assignment that did not fit and was brought to the nearest bound.
 pub const SATURATED: Code = Code { id: "G0520", title: "saturated assignment" };
 /// Two lists that wrote one variable in one micro-step.
@@ -60,6 +62,7 @@ pub const ALL: &[Code] = &[
     TRACE_CELL,
     BAD_STATE,
     RESET_ROW,
+    AMBIGUOUS_COLUMN,
     SATURATED,
     RACE,
     RESENT,

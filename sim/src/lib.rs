@@ -11,6 +11,7 @@
 //! and taken over by name into a changed net. The reaction is the program of semantics §3.9, one function for each of its lines (module `reaction`);
 //! it shares no code with the lowering of nets to programs, which it checks.
 
+mod clocked;
 mod clocks;
 pub mod codes;
 mod conflict;
@@ -43,6 +44,7 @@ mod trace_text;
 #[cfg(test)]
 mod tests;
 
+pub use clocked::{ClockPlace, Clocked, MAX_CLOCKS};
 pub use clocks::Clock;
 pub use directed::ahead::{Ahead, MICRO_STEPS, Made};
 pub use directed::ticks::Thresholds;

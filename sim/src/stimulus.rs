@@ -93,6 +93,12 @@ impl Stimulus {
         InputRow { dt: self.dts.get(row).copied().unwrap_or(1), values }
     }
 
+    /// How many rows have more than one tick.
+    #[must_use]
+    pub fn long_rows(&self) -> usize {
+        self.dts.iter().filter(|dt| **dt > 1).count()
+    }
+
     /// The first rows only.
     pub fn truncate(&mut self, n_rows: usize) {
         self.dts.truncate(n_rows);
@@ -164,21 +170,6 @@ impl Stimulus {
         }
         reader.finish()
     }
-
-    /// Says so if some row has more than one tick, which a chip cannot take in one clock (semantics §9).
-    #[must_use]
-    pub fn check_for_chip(&self) -> Option<Diagnostic> {
-        let row = self.dts.iter().position(|dt| *dt > 1)?;
-        let error = Diagnostic::error(
-            codes::DT_ON_CHIP,
-            format!(
-                "row {} has dt {}, but one clock of a chip is at most one tick",
-                row + 1,
-                self.dts[row]
-            ),
-        );
-        Some(error.help("write the row as several rows with dt 1"))
-    }
 }
 
 /// True if the row does what the chart assumes never to happen.
@@ -224,6 +215,33 @@ fn other_separator<'n>(
     })
 }
 
+/// The only name that ends in `.short`, or `short` itself if there is none (semantics §11).
+///
+/// # Errors
+/// The names that it could mean.
+fn full_name<'n>(short: &'n str, full: &[&'n str]) -> Result<&'n str, Vec<&'n str>> {
+    let is_meant = |name: &&str| {
+        let prefix = name.strip_suffix(short).and_then(|prefix| prefix.strip_suffix('.'));
+        !short.is_empty() && prefix.is_some_and(|prefix| !prefix.is_empty())
+    };
+    let candidates: Vec<&str> = full.iter().copied().filter(is_meant).collect();
+    match candidates.as_slice() {
+        [] => Ok(short),
+        [name] => Ok(name),
+        [_, _, ..] => Err(candidates),
+    }
+}
+
+fn ambiguous(cell: Cell<'_>, candidates: &[&str]) -> Diagnostic {
+    let names = listed(candidates.iter().copied());
+    Diagnostic::error(
+        codes::AMBIGUOUS_COLUMN,
+        format!("`{}` is the short name of {} columns", cell.text, candidates.len()),
+    )
+    .at(cell.span, "")
+    .help(format!("write the full name: {names}"))
+}
+
 struct Reader<'t> {
     net: &'t Net,
     file: FileId,
@@ -238,31 +256,49 @@ struct Reader<'t> {
 
 impl Reader<'_> {
     fn header(&mut self, start: usize, line: &str) {
+        let net = self.net;
         let inputs: BTreeMap<&str, InputId> =
-            self.net.inputs.iter().map(|(id, input)| (input.name.text.as_str(), id)).collect();
-        let layout = TraceLayout::of(self.net);
+            net.inputs.iter().map(|(id, input)| (input.name.text.as_str(), id)).collect();
+        let layout = TraceLayout::of(net);
         let computed: BTreeSet<&str> = layout
             .columns
             .iter()
             .filter(|column| can_be_expected(column.kind))
             .map(|column| column.name.as_str())
             .collect();
+        let given = net.inputs.values().filter(|input| has_column(input.kind));
+        let full: Vec<&str> = given
+            .map(|input| input.name.text.as_str())
+            .chain(computed.iter().copied().filter(|name| !inputs.contains_key(name)))
+            .collect();
         let mut seen: BTreeMap<&str, Span> = BTreeMap::new();
         for cell in csv::cells(self.file, start, line) {
-            let meaning = match seen.insert(cell.text, cell.span) {
-                Some(earlier) => {
-                    self.diagnostics.push(
-                        Diagnostic::error(
-                            codes::DOUBLE_COLUMN,
-                            format!("column `{}` is named twice", cell.text),
-                        )
-                        .at(cell.span, "the second one")
-                        .at(earlier, "the first one")
-                        .help("remove one of them"),
-                    );
+            let is_full = inputs.contains_key(cell.text) || computed.contains(cell.text);
+            let named = if is_full || ["dt", "scan"].contains(&cell.text) {
+                Ok(cell.text)
+            } else {
+                full_name(cell.text, &full)
+            };
+            let meaning = match named {
+                Err(candidates) => {
+                    self.diagnostics.push(ambiguous(cell, &candidates));
                     Meaning::Nothing
                 }
-                None => self.meaning(&inputs, &computed, cell),
+                Ok(name) => match seen.insert(name, cell.span) {
+                    Some(earlier) => {
+                        self.diagnostics.push(
+                            Diagnostic::error(
+                                codes::DOUBLE_COLUMN,
+                                format!("column `{name}` is named twice"),
+                            )
+                            .at(cell.span, "the second one")
+                            .at(earlier, "the first one")
+                            .help("remove one of them"),
+                        );
+                        Meaning::Nothing
+                    }
+                    None => self.meaning(&inputs, &computed, Cell { text: name, ..cell }),
+                },
             };
             if let Meaning::Input(input) = meaning {
                 self.stimulus.columns.push(input);

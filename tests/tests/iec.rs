@@ -9,7 +9,7 @@ use grafsynth_driver::source::Sources;
 use grafsynth_engines::{Availability, EngineError, Job, c, tools};
 use grafsynth_ir::Valid;
 use grafsynth_ir::net::Net;
-use grafsynth_sim::{InputRow, Stimulus, Trace, compare};
+use grafsynth_sim::{Clocked, Stimulus, Trace, compare};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Duration;
@@ -114,7 +114,7 @@ fn all_engines(net: &Valid<Net>, stimulus: &Stimulus, too_large: &[(&str, &str)]
             None => println!("skipped: a C compiler is not here"),
         }
     }
-    let ticks = tick_by_tick(net, stimulus);
+    let ticks = Clocked::of(net, stimulus).expect("not too many clocks").stimulus;
     let by_ticks = grafsynth_driver::run::net_trace(net, &ticks);
     let facts = grafsynth_driver::pipeline::facts(net, &grafsynth_verify::Limits::default());
     let mut n_run = 0;
@@ -146,18 +146,6 @@ fn all_engines(net: &Valid<Net>, stimulus: &Stimulus, too_large: &[(&str, &str)]
     }
     println!("{n_run} engines give the same trace");
     expected
-}
-
-/// The same inputs with no row longer than a tick.
-fn tick_by_tick(net: &Valid<Net>, stimulus: &Stimulus) -> Stimulus {
-    let rows: Vec<InputRow> = stimulus
-        .rows()
-        .flat_map(|row| {
-            let one = InputRow { dt: row.dt.min(1), values: row.values };
-            std::iter::repeat_n(one, row.dt.max(1) as usize)
-        })
-        .collect();
-    Stimulus::of_rows(net, &rows)
 }
 
 /// GALasm texts are for one device, and both charts have more registers than a GAL22V10.

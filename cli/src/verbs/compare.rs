@@ -1,7 +1,7 @@
 //! `grafsynth compare FILE…`: all engines on one stimulus, or designs with each other.
 
 use super::compare_charts::{self, cells};
-use super::sim::{engine_named, stimulus};
+use super::sim::{clocked, engine_named, stimulus};
 use crate::args::{Compare, Input, Reading};
 use crate::exit::Exit;
 use crate::files;
@@ -18,7 +18,7 @@ use grafsynth_ir::facts::Proof;
 use grafsynth_ir::logic::Logic;
 use grafsynth_ir::net::Net;
 use grafsynth_ir::{Span, Valid};
-use grafsynth_sim::{Difference, Stimulus, Trace, compare};
+use grafsynth_sim::{Clocked, Difference, Stimulus, Trace, compare};
 use grafsynth_verify::{Limits, Scope, Tested, Verdict, verdict};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -139,6 +139,14 @@ fn engines(session: &mut Session, arguments: &Compare, input: &Input) -> Result<
         Ok(trace) => trace,
         Err(_) => unreachable!("the reference simulator runs every valid net"),
     };
+    // What takes one tick a clock is compared with a chart that does so too.
+    let clocked = if stimulus.long_rows() > 0 && engines.iter().any(|engine| engine.is_chip()) {
+        let Some(clocked) = clocked(session, net, &stimulus) else { return Ok(Exit::Errors) };
+        let trace = grafsynth_sim::run(&runnable, &clocked.stimulus);
+        Some((clocked, trace))
+    } else {
+        None
+    };
     let asked = reference.asked_reactions();
     if asked == 0 && !stimulus.is_empty() {
         return Err(nothing_asked());
@@ -165,8 +173,11 @@ fn engines(session: &mut Session, arguments: &Compare, input: &Input) -> Result<
             continue;
         }
         progress::doing(format!("running engine {name} on {}", net.name));
-        match engine.run(&job) {
-            Ok(trace) => match compare(&reference, &trace) {
+        let by_clocks = clocked.as_ref().filter(|_| engine.is_chip());
+        let reference = by_clocks.map_or(&reference, |(_, trace)| trace);
+        let stimulus = by_clocks.map_or(&stimulus, |(clocked, _)| &clocked.stimulus);
+        match engine.run(&Job { stimulus, ..job }) {
+            Ok(trace) => match compare(reference, &trace) {
                 None => {
                     let message = "no difference";
                     session.answer(
@@ -180,7 +191,7 @@ fn engines(session: &mut Session, arguments: &Compare, input: &Input) -> Result<
                     let message = format!(
                         "different: scan {row}, {column}: ir has `{left}`, {name} has `{right}`"
                     );
-                    let text = explain(session, net, &difference, &reference, name);
+                    let text = explain(session, net, &difference, reference, name);
                     session.answer(
                         &answer(name, Status::Refuted, &message)
                             .difference(&difference)
@@ -345,6 +356,9 @@ fn pair(
     let Some(stimulus) =
         stimulus(session, net, arguments.stimulus.as_deref(), rows, arguments.seed, 1)?
     else {
+        return Ok(Exit::Errors);
+    };
+    let Some(Clocked { stimulus, .. }) = clocked(session, net, &stimulus) else {
         return Ok(Exit::Errors);
     };
     let tested = match (&design, &other) {

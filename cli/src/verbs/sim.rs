@@ -12,7 +12,9 @@ use grafsynth_ir::diag::any_error;
 use grafsynth_ir::net::{Net, StepId};
 use grafsynth_ir::{Diagnostic, FileId, Span, Valid};
 use grafsynth_sim::codes;
-use grafsynth_sim::{Difference, Expected, Simulator, Stimulus, Trace, TraceLayout, run_with};
+use grafsynth_sim::{
+    Clocked, Difference, Expected, Simulator, Stimulus, Trace, TraceLayout, run_with,
+};
 
 pub(crate) fn run(session: &mut Session, arguments: &Sim) -> Result<Exit, Stop> {
     if arguments.stimulus.is_none() && arguments.random.is_none() {
@@ -82,8 +84,15 @@ pub(crate) fn run(session: &mut Session, arguments: &Sim) -> Result<Exit, Stop> 
         if engine.runs_c() && !arguments.trust.trust_code {
             session.show(trust::left_out(net).as_slice());
         }
-        match engine.run(&Job { net: &runnable, facts: &facts, stimulus: &stimulus }) {
-            Ok(trace) => trace,
+        let clocked = if engine.is_chip() {
+            let Some(clocked) = clocked(session, net, &stimulus) else { return Ok(Exit::Errors) };
+            Some(clocked)
+        } else {
+            None
+        };
+        let rows = clocked.as_ref().map_or(&stimulus, |clocked| &clocked.stimulus);
+        match engine.run(&Job { net: &runnable, facts: &facts, stimulus: rows }) {
+            Ok(trace) => clocked.map_or(trace.clone(), |clocked| clocked.by_rows(net, &trace)),
             Err(EngineError::Refused(found)) => {
                 session.show(&found);
                 return Ok(Exit::Errors);
@@ -125,7 +134,7 @@ fn as_expected(session: &Session, arguments: &Sim, expected: &Expected, trace: &
     Exit::Refuted
 }
 
-/// A circuit by others, one clock for each row.
+/// A circuit by others, one clock for each tick.
 fn logic(session: &mut Session, design: &LogicDesign, arguments: &Sim) -> Result<Exit, Stop> {
     if arguments.restore.is_some() || arguments.save.is_some() {
         return Err(Stop::Input("the state of logic has no names to be saved by".to_owned()));
@@ -150,8 +159,12 @@ fn logic(session: &mut Session, design: &LogicDesign, arguments: &Sim) -> Result
     else {
         return Ok(Exit::Errors);
     };
-    match grafsynth_driver::run::design_trace(design, &stimulus) {
+    let Some(clocked) = clocked(session, &design.interface, &stimulus) else {
+        return Ok(Exit::Errors);
+    };
+    match grafsynth_driver::run::design_trace(design, &clocked.stimulus) {
         Ok(trace) => {
+            let trace = clocked.by_rows(&design.interface, &trace);
             write(session, &trace, arguments)?;
             Ok(as_expected(session, arguments, &expected, &trace))
         }
@@ -230,6 +243,27 @@ fn with_expected(
         None => {
             let stimulus = Stimulus::random(net, random.unwrap_or(1000), seed, max_dt);
             Ok(Some((stimulus, Expected::default())))
+        }
+    }
+}
+
+/// The stimulus as a chip is clocked for it; says so if some row takes several clocks. None if there are too many, which was shown.
+pub(super) fn clocked(session: &Session, net: &Valid<Net>, stimulus: &Stimulus) -> Option<Clocked> {
+    match Clocked::of(net, stimulus) {
+        Ok(clocked) => {
+            if stimulus.long_rows() > 0 {
+                session.note(&format!(
+                    "rows with a dt above 1 run on a chip as that many ticks, one a clock ({} of {} rows; {} clocks in all)\n",
+                    stimulus.long_rows(),
+                    stimulus.len(),
+                    clocked.stimulus.len()
+                ));
+            }
+            Some(clocked)
+        }
+        Err(finding) => {
+            session.show(&[*finding]);
+            None
         }
     }
 }

@@ -4,7 +4,7 @@
 
 use grafsynth_ir::{Diagnostic, FileId, Valid, text, validate};
 
-use crate::{Simulator, Stimulus, Trace, TraceLayout, codes, run_with};
+use crate::{Clocked, Simulator, Stimulus, Trace, TraceLayout, codes, run_with};
 
 macro_rules! pages {
     ($($id:literal)*) => {
@@ -27,6 +27,7 @@ const PAGES: &[(&str, &str)] = pages! {
     "G0512"
     "G0513"
     "G0514"
+    "G0515"
     "G0520"
     "G0521"
     "G0522"
@@ -62,7 +63,7 @@ fn found(net: &Valid<grafsynth_ir::net::Net>, kind: &str, file: &str) -> Vec<Dia
                 let mut simulator = Simulator::new(net);
                 let _ = run_with(&mut simulator, &stimulus);
                 problems.extend(simulator.notes().diagnostics(net));
-                problems.extend(stimulus.check_for_chip());
+                problems.extend(Clocked::of(net, &stimulus).err().map(|finding| *finding));
             }
             problems
         }
