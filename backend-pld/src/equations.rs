@@ -10,6 +10,7 @@
 //! gal16v8, gal20v8     pin carries /P2        pin carries P1          the pin's polarity decides, the equation takes the shorter form
 //! ```
 
+use crate::MovedPin;
 use crate::device::{Device, FlipFlop};
 use crate::{Named, Object};
 use grafsynth_ir::logic::{FlopId, Logic, PinInputId, PinOutputId, PinRole};
@@ -38,6 +39,8 @@ pub struct Equations {
     pub depth: usize,
     /// What the device lacks, where pins were left open for that.
     pub lacks: Vec<String>,
+    /// Inputs and outputs whose pins are not in the order of declarations.
+    pub moved: Vec<MovedPin>,
 }
 
 /// Something with a name, and with a pin where the design fits.

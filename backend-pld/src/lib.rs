@@ -44,6 +44,7 @@ mod tests;
 mod write;
 
 use equations::Equations;
+pub use fit::{MovedBecause, MovedPin, Refusal};
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::logic::Logic;
 use grafsynth_ir::span::{FileId, Span};
@@ -156,6 +157,8 @@ pub struct Emitted {
     pub bench: Option<String>,
     /// The name given to each pin and flip-flop.
     pub names: Vec<Named>,
+    /// Inputs and outputs whose pins are not in the order of declarations.
+    pub moved: Vec<MovedPin>,
     /// Where each line comes from.
     pub map: Vec<MapLine>,
 }
@@ -238,7 +241,8 @@ pub fn emit(
                 }
             };
             let names = equations.named(logic);
-            Ok(Emitted { dialect, text: sheet.text, bench: None, names, map: sheet.map })
+            let moved = equations.moved;
+            Ok(Emitted { dialect, text: sheet.text, bench: None, names, moved, map: sheet.map })
         }
         Dialect::Verilog | Dialect::Blif => {
             let netlist = netlist::Netlist::new(logic, dialect, options);
@@ -258,6 +262,7 @@ pub fn emit(
                 text: sheet.text,
                 bench,
                 names: netlist.named(logic),
+                moved: Vec::new(),
                 map: sheet.map,
             })
         }

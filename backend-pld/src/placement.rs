@@ -8,6 +8,7 @@
 //! Literals speak of levels on pins, never of array columns: `(14, true)` is true while the level that is read at pin 14, or fed back from its
 //! macrocell, is high. Which column that is, and whether the device feeds back Q or its complement, is the mapper's business.
 
+use crate::MovedPin;
 use crate::device::Device;
 
 /// All functions of a device.
@@ -29,6 +30,8 @@ pub struct Placement {
     pub sync_preset: Option<Product>,
     /// The device cannot be read out after it was burned.
     pub is_secured: bool,
+    /// Inputs and outputs whose pins were chosen out of the order of declarations.
+    pub moved: Vec<MovedPin>,
 }
 
 /// A pin and what the user calls it.
@@ -91,6 +94,7 @@ impl Placement {
             async_reset: None,
             sync_preset: None,
             is_secured: false,
+            moved: Vec::new(),
         }
     }
 

@@ -244,6 +244,7 @@ pub(crate) fn build(
         OutputReport::of_verdict(&name, only_tested(net, &read_back, reasons, &options.limits))
     };
     line.notes.extend(said(&burned, &name));
+    line.notes.extend(burned.placement.moved.iter().cloned().map(Note::PinMoved));
     say_emergency(&mut line, net, &read_back, options);
     if let Some(said) = codes_and_dont_cares(&coded, logic, &wishes) {
         line.notes.push(Note::Codes(said));

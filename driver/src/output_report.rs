@@ -1,6 +1,7 @@
 //! What is known of each output: proved, refuted or open, and what else the user should know of it. Data until it is printed.
 
 use crate::judge::{CircuitsApart, EqualBy};
+use grafsynth_backend_pld::MovedPin;
 use grafsynth_sim::Stimulus;
 use grafsynth_verify::equiv::{Counterexample, Verdict};
 use grafsynth_verify::{Certificate, Dominance, Method, Open, OpenReason, Scope};
@@ -129,6 +130,8 @@ pub enum Note {
     NotSafe(String),
     /// Pins are not assigned, since the design does not fit; what would fit.
     PinsOpen(String),
+    /// An input or output whose pin is not in the order of declarations, and why.
+    PinMoved(MovedPin),
     /// How micro-steps become clocks.
     Form(String),
     /// A history that has flip-flops of its own, and why.
@@ -175,6 +178,7 @@ impl Note {
             Note::Safe(_) => "safe",
             Note::NotSafe(_) => "not-safe",
             Note::PinsOpen(_) => "pins-open",
+            Note::PinMoved(_) => "pin-moved",
             Note::Form(_) => "form",
             Note::History { .. } => "history",
             Note::Synchronised { .. } => "synchronised",
@@ -215,6 +219,7 @@ impl std::fmt::Display for Note {
             | Note::Form(text)
             | Note::Remark(text) => f.write_str(text),
             Note::Emergency(found) => write!(f, "{found}"),
+            Note::PinMoved(moved) => write!(f, "{moved}"),
             Note::NotSafe(why) => write!(f, "not proved safe: {why}"),
             Note::PinsOpen(advice) => {
                 write!(f, "pins are open, for it does not fit; {advice}")
@@ -310,6 +315,7 @@ impl OutputReport {
             | Note::Codes(_)
             | Note::Safe(_)
             | Note::PinsOpen(_)
+            | Note::PinMoved(_)
             | Note::Form(_)
             | Note::History { .. }
             | Note::Synchronised { .. }

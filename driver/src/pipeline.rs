@@ -250,6 +250,7 @@ fn equations(
         let advice = rescue::advice_for(&asked);
         line.notes.push(Note::PinsOpen(advice));
     }
+    line.notes.extend(through.emitted.moved.iter().cloned().map(Note::PinMoved));
     let outcome = line.outcome();
     let is_refuted = outcome == Outcome::Refuted;
     let form = form(net, facts, logic, options.busy);

@@ -14,6 +14,19 @@ pub(crate) struct Attempt {
     pub(crate) left: Vec<Wish>,
     /// Pins of the board that cannot carry what they are given: the wish's place in [`Order::board`], and why.
     pub(crate) refused: Vec<(usize, Need, Refusal)>,
+    /// Inputs and outputs that are not where the order of declarations has them.
+    pub(crate) moved: Vec<Moved>,
+}
+
+/// A signal that is not where the order of declarations has it.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Moved {
+    pub(crate) index: SignalIndex,
+    pub(crate) pin: u32,
+    /// The pin in the order of declarations.
+    pub(crate) natural: u32,
+    /// Which signal has that pin, or why it will not do.
+    pub(crate) because: Result<SignalIndex, Refusal>,
 }
 
 impl Attempt {

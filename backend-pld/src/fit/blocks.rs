@@ -41,7 +41,8 @@ impl Equations {
         let has_registers = order.has_registers;
         let view = View { device: self.device, mode: None, has_registers };
         let refused = order.refused(&view);
-        let attempt = Attempt { view, pins: Vec::new(), left: Vec::new(), refused };
+        let attempt =
+            Attempt { view, pins: Vec::new(), left: Vec::new(), refused, moved: Vec::new() };
         self.bad_pins(order, &[attempt], findings);
         if findings.len() > before {
             return None;

@@ -178,6 +178,7 @@ impl Equations {
             has_pins: false,
             depth,
             lacks: Vec::new(),
+            moved: Vec::new(),
         };
         result.share_pins(logic, options);
         let mut misfit = result.assign_pins(logic, options, &mut findings);

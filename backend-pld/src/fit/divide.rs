@@ -10,6 +10,7 @@
 //! then for two, and so on up to the spare macrocells, and takes among the first that fit those with the fewest product terms; [`MOST_TRIES`] placements
 //! bound it. Divisors are the kernels that two products have in common (Brayton and McMullen) and parts cut to the widths that the device has.
 
+use super::matching::{Rank, Wish};
 use super::need::{Need, View};
 use super::pins::Order;
 use crate::EmitOptions;
@@ -200,11 +201,13 @@ impl Search<'_> {
         for sum in &state.sums {
             match order.wishes.iter_mut().find(|wish| wish.index == sum.signal) {
                 Some(wish) => wish.need = need(sum),
-                None => order.wishes.push(super::matching::Wish {
+                None => order.wishes.push(Wish {
                     index: sum.signal,
                     need: need(sum),
                     key: 0,
                     kept: None,
+                    rank: Rank::Inner,
+                    natural: None,
                 }),
             }
         }

@@ -1,6 +1,7 @@
 //! Signals matched to pins.
 
 use super::need::{Need, View};
+use crate::device::Clock;
 use crate::equations::{SignalIndex, Source, source_name};
 use grafsynth_ir::logic::Logic;
 use std::collections::{BTreeMap, BTreeSet};
@@ -27,6 +28,17 @@ fn liking(key: u64, pin: u32) -> u64 {
     mixed ^ (mixed >> 31)
 }
 
+/// What a signal is to those who wire the chip: pins of inputs and outputs follow the order of their declarations.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Rank {
+    /// The clock, or an input by its place among the signals.
+    Input(usize),
+    /// An output, or the flip-flop that an output shows, by the output's place.
+    Output(usize),
+    /// A flip-flop or a part of a function that no output shows.
+    Inner,
+}
+
 /// A signal that looks for a pin.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Wish {
@@ -36,48 +48,81 @@ pub(crate) struct Wish {
     pub(crate) key: u64,
     /// The pin that it had in an earlier build.
     pub(crate) kept: Option<u32>,
+    pub(crate) rank: Rank,
+    /// The pin that it has by the order of declarations, if nothing is against it.
+    pub(crate) natural: Option<u32>,
 }
 
-/// Signals to pins, so that a small edit of the chart moves few of them. All pairs of a signal and a pin that can carry it are gone through in one fixed
-/// order, and a pair is taken where both are still free: first pins that are to be kept, then by what the signal needs, then by [`liking`]. What a signal
-/// likes depends on its name alone, not on other signals, its place in the chart or the number of its products; so a signal moves only if its pin can no
-/// longer hold it, or one that likes the pin better comes. Who finds none after that takes one whose signal can go elsewhere: everything that can be placed
-/// together is placed.
+/// Gives inputs the pins that are only inputs, and outputs the macrocells, each in the order of declarations. Inputs for which there is no such pin are at the last
+/// macrocells.
+pub(crate) fn in_order(view: View, free: &[u32], wishes: &mut [Wish]) {
+    let is_cell = |pin: &u32| view.device.macrocell(*pin).is_some();
+    let (cells, plain): (Vec<u32>, Vec<u32>) = free.iter().copied().partition(is_cell);
+    let can_be_input = |pin: &u32| view.refuses(Need::Input, *pin).is_none();
+    let mut order: Vec<usize> = (0..wishes.len()).collect();
+    order.sort_by_key(|at| wishes[*at].rank);
+    // A clock that has a pin of its own takes no other.
+    let is_input = |wish: &Wish| {
+        let is_fixed = matches!((wish.need, view.device.clock), (Need::Clock, Clock::Pin(_)));
+        matches!(wish.rank, Rank::Input(_)) && !is_fixed
+    };
+    let inputs: Vec<usize> = order.iter().copied().filter(|at| is_input(&wishes[*at])).collect();
+    let mut pins: Vec<u32> = plain.into_iter().filter(can_be_input).collect();
+    let readable: Vec<u32> = cells.iter().copied().filter(can_be_input).collect();
+    let n_more = inputs.len().saturating_sub(pins.len());
+    pins.extend(&readable[readable.len().saturating_sub(n_more)..]);
+    for (at, pin) in inputs.into_iter().zip(pins) {
+        wishes[at].natural = Some(pin);
+    }
+    let outputs = order.into_iter().filter(|at| matches!(wishes[*at].rank, Rank::Output(_)));
+    for (at, pin) in outputs.collect::<Vec<_>>().into_iter().zip(cells) {
+        wishes[at].natural = Some(pin);
+    }
+}
+
+/// Signals to pins: inputs and outputs in the order of their declarations, all else so that a small edit of the chart moves few of them. All pairs of a signal
+/// and a pin that can carry it are gone through in one fixed order, and a pair is taken where both are still free: first pins that are to be kept, then those
+/// [`in_order`], then the first pins for outputs that cannot have theirs, then flip-flops that no output shows, by [`liking`]. What such a flip-flop likes depends
+/// on its name alone, not on other signals, its place in the chart or the number of its products; so it moves only if its pin can no longer hold it, or one that
+/// likes the pin better comes. Who finds none after that takes one whose signal can go elsewhere: everything that can be placed together is placed.
 pub(crate) struct Matching {
     view: View,
     free: Vec<u32>,
-    taken: BTreeMap<u32, (SignalIndex, Need)>,
+    taken: BTreeMap<u32, Wish>,
+    /// Some signals have a place by the order of declarations.
+    has_order: bool,
 }
 
 impl Matching {
     /// Nothing is placed yet; these pins are free.
     pub(crate) fn new(view: View, free: Vec<u32>) -> Self {
-        Matching { view, free, taken: BTreeMap::new() }
+        Matching { view, free, taken: BTreeMap::new(), has_order: false }
     }
 
     /// Which signal each pin has been given to.
     pub(crate) fn pins(&self) -> impl Iterator<Item = (u32, SignalIndex)> + '_ {
-        self.taken.iter().map(|(pin, (index, _))| (*pin, *index))
+        self.taken.iter().map(|(pin, wish)| (*pin, wish.index))
     }
 
     /// Places what can be placed, and gives the others.
     pub(crate) fn place_all(&mut self, wishes: &[Wish]) -> Vec<Wish> {
+        self.has_order = wishes.iter().any(|wish| wish.natural.is_some());
         let mut pairs: Vec<((u32, u64, u32, SignalIndex), usize)> = Vec::new();
         for (at, wish) in wishes.iter().enumerate() {
             for &pin in &self.free {
                 if self.view.refuses(wish.need, pin).is_none() {
-                    let level = if wish.kept == Some(pin) { 0 } else { self.level(wish.need, pin) };
-                    pairs.push(((level, liking(wish.key, pin), pin, wish.index), at));
+                    let (level, liking) = self.preference(wish, pin);
+                    pairs.push(((level, liking, pin, wish.index), at));
                 }
             }
         }
         pairs.sort_unstable();
         let mut is_placed = vec![false; wishes.len()];
-        for ((_, _, pin, index), at) in pairs {
+        for ((_, _, pin, _), at) in pairs {
             if !is_placed[at] && self.free.contains(&pin) {
                 is_placed[at] = true;
                 self.free.retain(|other| *other != pin);
-                self.taken.insert(pin, (index, wishes[at].need));
+                self.taken.insert(pin, wishes[at]);
             }
         }
         // The widest sums first: those that stay without a pin then are as few and as narrow as can be.
@@ -95,37 +140,46 @@ impl Matching {
 
     /// Finds a pin for a signal, if need be by moving others.
     fn place(&mut self, wish: Wish, tried: &mut BTreeSet<u32>) -> bool {
-        let Wish { index, need, key, .. } = wish;
         let mut possible: Vec<u32> = (1..=self.view.device.n_pins)
             .filter(|pin| self.free.contains(pin) || self.taken.contains_key(pin))
-            .filter(|pin| self.view.refuses(need, *pin).is_none())
+            .filter(|pin| self.view.refuses(wish.need, *pin).is_none())
             .collect();
-        possible.sort_by_key(|pin| (self.level(need, *pin), liking(key, *pin)));
+        possible.sort_by_key(|pin| self.preference(&wish, *pin));
         if let Some(pin) = possible.iter().copied().find(|pin| self.free.contains(pin)) {
             self.free.retain(|other| *other != pin);
-            self.taken.insert(pin, (index, need));
+            self.taken.insert(pin, wish);
             return true;
         }
+        // Those that nobody wires make room first.
+        if self.has_order {
+            possible.sort_by_key(|pin| {
+                self.taken.get(pin).is_some_and(|taken| taken.rank != Rank::Inner)
+            });
+        }
         for pin in possible {
-            let Some(&(other, others_need)) = self.taken.get(&pin) else { continue };
-            // The order in which one that makes room looks for another pin is of no matter.
-            let other = Wish { index: other, need: others_need, key, kept: None };
+            let Some(&other) = self.taken.get(&pin) else { continue };
             if tried.insert(pin) && self.place(other, tried) {
-                self.taken.insert(pin, (index, need));
+                self.taken.insert(pin, wish);
                 return true;
             }
         }
         false
     }
 
-    /// What goes first: the clock, then macrocells; an input takes what only inputs can use, then a macrocell that cannot be read back.
-    fn level(&self, need: Need, pin: u32) -> u32 {
-        match need {
-            Need::Clock => 1,
-            Need::Macrocell { .. } => 2,
-            Need::Input if self.view.device.macrocell(pin).is_none() => 3,
-            Need::Input if self.view.device.deaf_pins.contains(&pin) => 4,
-            Need::Input => 5,
+    /// What goes first, and in which order: the less, the sooner. Of the pins that only inputs can use, an input that cannot have its own takes the first.
+    fn preference(&self, wish: &Wish, pin: u32) -> (u32, u64) {
+        let first = u64::from(pin);
+        if wish.kept == Some(pin) {
+            return (0, first);
+        }
+        match (wish.need, wish.rank) {
+            (Need::Clock, _) if wish.natural.is_none() => (1, first),
+            _ if wish.natural == Some(pin) => (1, first),
+            (_, Rank::Output(_)) => (2, first),
+            (_, Rank::Inner) => (3, liking(wish.key, pin)),
+            _ if self.view.device.macrocell(pin).is_none() => (4, first),
+            _ if self.view.device.deaf_pins.contains(&pin) => (5, first),
+            _ => (6, first),
         }
     }
 }

@@ -25,28 +25,76 @@ impl Need {
     }
 }
 
+/// An input or output whose pin is not the one that the order of declarations gives it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct MovedPin {
+    /// Its name in the source.
+    pub name: String,
+    /// Its pin.
+    pub pin: u32,
+    /// The pin in the order of declarations.
+    pub instead_of: u32,
+    /// Why it is not there.
+    pub because: MovedBecause,
+}
+
+/// Why a signal is not on the pin that the order of declarations gives it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum MovedBecause {
+    /// The pin cannot carry it.
+    Refused(Refusal),
+    /// Another signal has the pin: it needs it, or had it in an earlier build.
+    Needed {
+        /// Its name.
+        by: String,
+    },
+}
+
+impl std::fmt::Display for MovedPin {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let MovedPin { name, pin, instead_of, because } = self;
+        write!(f, "`{name}` is on pin {pin}, not on pin {instead_of}: ")?;
+        match because {
+            MovedBecause::Refused(why) => write!(f, "{why}"),
+            MovedBecause::Needed { by } => write!(f, "`{by}` needs that pin"),
+        }
+    }
+}
+
 /// Why a pin cannot be what a signal needs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Refusal {
-    /// The package has so many.
+pub enum Refusal {
+    /// The package has only this many pins.
     NoSuchPin(u32),
+    /// It is ground or a supply voltage.
     Supply,
+    /// The device is programmed by it.
     Jtag,
     /// The clock comes in there.
     ClockIs(u32),
+    /// It is the clock.
     Clock,
+    /// It controls all registered outputs.
     Control,
+    /// The device has no flip-flops.
     NoFlops,
+    /// It has no macrocell.
     NoMacrocell,
+    /// Its macrocell has no flip-flop, or always one.
     OtherKind {
+        /// The function has a flip-flop.
         is_registered: bool,
     },
+    /// The function has too many product terms.
     Wide {
+        /// Those of the function.
         terms: usize,
+        /// Those of the macrocell.
         limit: u32,
     },
+    /// No output is read back in this mode.
     NoFeedback(&'static str),
-    /// In this mode, or ever.
+    /// It cannot be read in this mode, or ever.
     Deaf(Option<&'static str>),
 }
 

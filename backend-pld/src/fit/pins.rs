@@ -1,9 +1,9 @@
 //! Pins: the user's wishes first, then what is left.
 
-use super::attempt::Attempt;
-use super::matching::{Matching, Wish, source_key};
+use super::attempt::{Attempt, Moved};
+use super::matching::{Matching, Rank, Wish, in_order, source_key};
 use super::misfit::{Misfit, Obstacles};
-use super::need::{Need, Refusal, View};
+use super::need::{MovedBecause, MovedPin, Need, Refusal, View};
 use crate::EmitOptions;
 use crate::codes;
 use crate::equations::{Equation, Equations, SignalIndex, Source, source_matches, source_name};
@@ -30,12 +30,26 @@ impl Order {
             .map(|at| (self.board[at].0, self.board[at].1))
             .collect();
         let is_wished = |pin: &u32| self.board.iter().any(|(wished, ..)| wished == pin);
-        let mut matching = Matching::new(view, view.pins().filter(|pin| !is_wished(pin)).collect());
+        let free: Vec<u32> = view.pins().filter(|pin| !is_wished(pin)).collect();
         let is_open = |wish: &&Wish| self.board.iter().all(|(_, index, _)| *index != wish.index);
-        let open: Vec<Wish> = self.wishes.iter().filter(is_open).copied().collect();
-        let left = matching.place_all(&open);
+        let mut open: Vec<Wish> = self.wishes.iter().filter(is_open).copied().collect();
+        in_order(view, &free, &mut open);
+        let mut matching = Matching::new(view, free.clone());
+        let mut left = matching.place_all(&open);
+        if !left.is_empty() {
+            // Then the order says nothing, and what is named as left over depends on the functions and names alone.
+            for wish in &mut open {
+                wish.natural = None;
+                if let Rank::Output(_) = wish.rank {
+                    wish.rank = Rank::Inner;
+                }
+            }
+            matching = Matching::new(view, free);
+            left = matching.place_all(&open);
+        }
         pins.extend(matching.pins());
-        Attempt { view, pins, left, refused }
+        let moved = moved(&view, &open, &pins);
+        Attempt { view, pins, left, refused, moved }
     }
 
     /// Pins of the board that cannot carry what they are given, by their places in the list.
@@ -80,6 +94,7 @@ impl Equations {
         }
         match order.first_fit(self.device) {
             Ok(attempt) => {
+                self.moved = attempt.moved.iter().map(|it| self.moved_pin(logic, it)).collect();
                 for (pin, index) in attempt.pins {
                     self.signals[index].pin = Some(pin);
                 }
@@ -157,6 +172,15 @@ impl Equations {
             };
             options.keep.iter().find(is_kept).map(|(_, pin)| *pin)
         };
+        let rank = |index: SignalIndex| {
+            let shown = self.signals.iter().position(|signal| signal.shared == Some(index));
+            match (self.signals[index].source, shown) {
+                (Source::Clock | Source::Input(_), _) => Rank::Input(index),
+                (_, Some(output)) => Rank::Output(output),
+                (Source::Output(_), None) => Rank::Output(index),
+                (Source::Flop(_) | Source::Buried(_), None) => Rank::Inner,
+            }
+        };
         // Each signal is asked for; looking through all products for each would take longer than all else.
         let mut is_read = vec![false; self.signals.len()];
         for equation in &self.equations {
@@ -171,6 +195,8 @@ impl Equations {
                 need: need(self.signals[index].source, own[index], is_read[index]),
                 key: source_key(logic, self.signals[index].source, &self.signals[index].name),
                 kept: keep(index),
+                rank: rank(index),
+                natural: None,
             })
             .collect();
         let has_registers = self.equations.iter().any(|equation| equation.is_registered);
@@ -205,9 +231,47 @@ impl Equations {
         }
     }
 
+    /// What a reader is told of a signal that is not where the order of declarations has it.
+    fn moved_pin(&self, logic: &Logic, moved: &Moved) -> MovedPin {
+        let name = |index: SignalIndex| {
+            let shown = self.signals.iter().find(|signal| signal.shared == Some(index));
+            let signal = shown.unwrap_or(&self.signals[index]);
+            match source_name(logic, signal.source) {
+                "" => signal.name.clone(),
+                name => name.to_owned(),
+            }
+        };
+        MovedPin {
+            name: name(moved.index),
+            pin: moved.pin,
+            instead_of: moved.natural,
+            because: match moved.because {
+                Ok(index) => MovedBecause::Needed { by: name(index) },
+                Err(refusal) => MovedBecause::Refused(refusal),
+            },
+        }
+    }
+
     fn find_source(&self, logic: &Logic, name: &str) -> Option<SignalIndex> {
         self.signals.iter().position(|signal| source_matches(logic, signal.source, name))
     }
+}
+
+/// The inputs and outputs that are not where the order of declarations has them. Who is where he was in an earlier build is where the user wants him.
+fn moved(view: &View, wishes: &[Wish], pins: &[(u32, SignalIndex)]) -> Vec<Moved> {
+    let of = |wish: &Wish| {
+        let natural = wish.natural?;
+        let (pin, _) = pins.iter().find(|(_, index)| *index == wish.index)?;
+        if *pin == natural || wish.kept == Some(*pin) {
+            return None;
+        }
+        let because = match view.refuses(wish.need, natural) {
+            Some(refusal) => Err(refusal),
+            None => Ok(pins.iter().find(|(taken, _)| *taken == natural)?.1),
+        };
+        Some(Moved { index: wish.index, pin: *pin, natural, because })
+    };
+    wishes.iter().filter_map(of).collect()
 }
 
 /// What a signal needs of its pin; `own` is its equation.

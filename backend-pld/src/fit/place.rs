@@ -30,6 +30,7 @@ impl Equations {
         }
         let mut placement = Placement::new(self.device);
         placement.title.clone_from(&self.title);
+        placement.moved.clone_from(&self.moved);
         let literal = |(signal, value): (SignalIndex, bool)| {
             let signal = &self.signals[signal];
             Some((signal.pin?, value != signal.is_pin_inverted))

@@ -1,6 +1,6 @@
 //! Laws of the fit: pins against brute force, divided sums against the circuits that they came from, pins under small edits.
 
-use super::matching::{Matching, Wish};
+use super::matching::{Matching, Rank, Wish, in_order};
 use super::need::{Need, View};
 use crate::device::{DEVICES, Device};
 use crate::equations::{Equations, Source};
@@ -77,8 +77,12 @@ fn what_is_refused_a_pin_has_none_in_any_assignment() {
                     },
                     key: dice.below(usize::MAX) as u64,
                     kept: Some(free[dice.below(free.len())]).filter(|_| dice.below(4) == 0),
+                    rank: [Rank::Input(index), Rank::Output(index), Rank::Inner][dice.below(3)],
+                    natural: None,
                 })
                 .collect();
+            let mut wishes = wishes;
+            in_order(view, &free, &mut wishes);
             let mut matching = Matching::new(view, free.clone());
             let left = matching.place_all(&wishes);
             let placed: Vec<(u32, usize)> = matching.pins().collect();
