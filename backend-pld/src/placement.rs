@@ -16,6 +16,8 @@ use crate::device::Device;
 pub struct Placement {
     /// The device.
     pub device: &'static Device,
+    /// The exact part, if the user named one.
+    pub part: Option<&'static str>,
     /// A line for the head of a file; may be empty.
     pub title: String,
     /// The user's electronic signature, at most eight bytes; what is missing is zero.
@@ -87,6 +89,7 @@ impl Placement {
     pub fn new(device: &'static Device) -> Self {
         Placement {
             device,
+            part: None,
             title: String::new(),
             signature: Vec::new(),
             pins: Vec::new(),

@@ -187,12 +187,25 @@ fn levels(circuit: &Logic, roles: &[Role], stimulus: &Vectors) -> Vec<Vec<(u32, 
 /// The command that burns a file, where the programmer is known to have the device.
 #[must_use]
 pub fn command(placement: &Placement, file: &str) -> Option<String> {
-    command_for(placement.device, file)
+    command_for(placement.device, placement.part, file)
 }
 
-/// [`command`] for a device.
-pub(crate) fn command_for(device: &Device, file: &str) -> Option<String> {
-    device.programmer.map(|name| format!("minipro -p {name} -w {file}"))
+/// [`command`] for a device, or for the exact part.
+pub(crate) fn command_for(
+    device: &Device,
+    part: Option<&'static str>,
+    file: &str,
+) -> Option<String> {
+    let name = part.or(device.programmers.first().copied())?;
+    Some(format!("minipro -p {name} -w {file}"))
+}
+
+/// The other parts that the same file burns, where the user did not name the exact one.
+pub(crate) fn other_parts(device: &Device, part: Option<&'static str>) -> &'static [&'static str] {
+    match (part, device.programmers) {
+        (None, [_, others @ ..]) => others,
+        (Some(_), _) | (None, []) => &[],
+    }
 }
 
 /// Builds the fuse map of a net; it is written only if it is not refuted.
@@ -306,7 +319,15 @@ fn said(burned: &Burned, file: &str) -> Vec<Note> {
         burned.vectors.len()
     )];
     parts.push(match command(&burned.placement, file) {
-        Some(command) => format!("burn it with `{command}`"),
+        Some(command) => {
+            let others = other_parts(device, burned.placement.part);
+            let others = if others.is_empty() {
+                String::new()
+            } else {
+                format!(" (for other chips -p {})", others.join(", "))
+            };
+            format!("burn it with `{command}`{others}")
+        }
         None => "no supported programmer".to_owned(),
     });
     let n_parts = burned.roles.iter().filter(|role| matches!(role.object, Object::Buried)).count();

@@ -40,7 +40,7 @@ pub(super) const ATF750C: Device = Device {
     layout: None,
     burned_as: "ATF750C",
     galasm: "ATF750C",
-    programmer: None,
+    programmers: &[],
     figures: &[
         Figure {
             what: "pins of a 22V10, twice its flip-flops, each D or T by itself",

@@ -185,7 +185,7 @@ const fn device(
         layout: None,
         burned_as: chip,
         galasm: chip,
-        programmer: None,
+        programmers: &[],
         figures: FIGURES,
     }
 }

@@ -119,8 +119,8 @@ pub struct Device {
     pub burned_as: &'static str,
     /// Its name in `GALasm`, or that of the GAL that takes its place there.
     pub galasm: &'static str,
-    /// What the programmer `minipro` calls that, where it has it.
-    pub programmer: Option<&'static str>,
+    /// The parts with that fuse map, as the programmer `minipro` calls them: the usual one first. Those that public projects burn with it.
+    pub programmers: &'static [&'static str],
     /// What is known of it, and whence.
     pub figures: &'static [Figure],
 }
@@ -298,9 +298,18 @@ impl Device {
         let name =
             ALIASES.iter().find(|(alias, _)| *alias == name).map_or(name.as_str(), |(_, own)| own);
         let is_named = |device: &&Device| {
-            device.name == name || device.cupl == name || device.palasm.eq_ignore_ascii_case(name)
+            device.programmers.iter().any(|part| part.eq_ignore_ascii_case(name))
+                || device.name == name
+                || device.cupl == name
+                || device.palasm.eq_ignore_ascii_case(name)
         };
         DEVICES.iter().find(is_named)
+    }
+
+    /// The part that a name says exactly, as `minipro` calls it.
+    #[must_use]
+    pub fn part(&self, name: &str) -> Option<&'static str> {
+        self.programmers.iter().copied().find(|part| part.eq_ignore_ascii_case(name))
     }
 
     /// All devices, each once.
@@ -442,6 +451,9 @@ mod tests {
     fn other_makers_names_are_found() {
         assert_eq!(Device::find("ATF22V10").unwrap().name, "gal22v10");
         assert!(Device::names().all(|name| Device::find(name).is_some()));
+        let exact = Device::find("atf22v10cqz").unwrap();
+        assert_eq!((exact.name, exact.part("atf22v10cqz")), ("gal22v10", Some("ATF22V10CQZ")));
+        assert_eq!(exact.part("gal22v10"), None);
         assert_eq!(Device::find("gal42v13"), None);
         assert_eq!(Device::find("PAL16R8").unwrap().burned_as, "PAL16R8");
         assert_eq!(Device::find("pal16r8-as-gal16v8").unwrap().burned_as, "GAL16V8");

@@ -72,7 +72,7 @@ const fn plain(
         layout: Some(layout),
         burned_as: palasm,
         galasm: "GAL16V8",
-        programmer: None,
+        programmers: &[],
         figures: WITH_REGISTERS,
     }
 }
@@ -104,7 +104,7 @@ const fn as_gal(name: &'static str, pal: Device) -> Device {
         name,
         layout: Some(&v8::LAYOUT_16),
         burned_as: "GAL16V8",
-        programmer: Some("GAL16V8D"),
+        programmers: super::v8::PARTS_16V8,
         figures: AS_GAL,
         ..pal
     }

@@ -88,7 +88,7 @@ pub(super) const GAL20RA10: Device = Device {
     layout: Some(&LAYOUT),
     burned_as: "GAL20RA10",
     galasm: "GAL20RA10",
-    programmer: None,
+    programmers: &[],
     figures: &[
         Figure { what: "fuse numbers, rows and columns", source: Source::Read(READ) },
         Figure { what: "product terms of a macrocell", source: Source::Read(READ) },

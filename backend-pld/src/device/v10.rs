@@ -116,7 +116,7 @@ pub(super) const GAL22V10: Device = Device {
     layout: Some(&LAYOUT),
     burned_as: "GAL22V10",
     galasm: "GAL22V10",
-    programmer: Some("GAL22V10D"),
+    programmers: &["GAL22V10D", "ATF22V10C", "ATF22V10CQZ"],
     figures: &[
         Figure { what: "fuse numbers, rows and columns", source: Source::Read(READ) },
         Figure { what: "product terms of a macrocell", source: Source::Read(READ) },

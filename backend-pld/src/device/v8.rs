@@ -5,6 +5,9 @@ use super::layout::{
 };
 use super::{Clock, DIP_20, DIP_24, Device, Figure, Polarity, PowerUp, Source, cell};
 
+/// The parts of this fuse map that `minipro` lists, seen in use in public projects; the usual one first.
+pub(super) const PARTS_16V8: &[&str] = &["GAL16V8D", "ATF16V8B", "ATF16V8C"];
+
 const READ: &str = "device tables of galette and MAME jedutil; golden files of galette";
 
 pub(super) const NO_REGISTER: Shape = Shape {
@@ -268,7 +271,7 @@ pub(super) const GAL16V8: Device = Device {
     layout: Some(&LAYOUT_16),
     burned_as: "GAL16V8",
     galasm: "GAL16V8",
-    programmer: Some("GAL16V8D"),
+    programmers: PARTS_16V8,
     figures: FIGURES,
 };
 
@@ -303,6 +306,6 @@ pub(super) const GAL20V8: Device = Device {
     layout: Some(&LAYOUT_20),
     burned_as: "GAL20V8",
     galasm: "GAL20V8",
-    programmer: Some("GAL20V8B"),
+    programmers: &["GAL20V8B"],
     figures: FIGURES,
 };

@@ -24,6 +24,7 @@ pub fn place(
         let message = format!("not every signal has a pin of the {}", equations.device.name);
         return Err(vec![Diagnostic::error(codes::CANNOT_HOLD, message)]);
     };
+    placement.part = options.device.as_deref().and_then(|name| equations.device.part(name));
     let roles = equations.roles(logic);
     // Equation languages have short names; a file for a programmer takes those of the source.
     for named in &mut placement.pins {

@@ -37,6 +37,8 @@ pub struct Chip {
     pub evolution: Option<String>,
     /// The device that it is for; none for a netlist.
     pub device: Option<&'static Device>,
+    /// The exact part, if the user named one.
+    pub part: Option<&'static str>,
     /// The package that its pins are of, for an FPGA.
     pub package: Option<&'static Package>,
     /// Everything with a name, in no particular order.
@@ -209,6 +211,7 @@ impl Chip {
             code: made.code,
             evolution: made.evolution,
             device: None,
+            part: None,
             package: None,
             signals: Vec::new(),
             cells: Vec::new(),
@@ -232,6 +235,7 @@ impl Chip {
         let mut chip = Chip::new(made, Language::Jedec);
         let device = map.device;
         chip.device = Some(device);
+        chip.part = placement.part;
         chip.n_vectors = n_vectors;
         chip.fuses = Some(map.clone());
         let mut known = Known::of(circuit);

@@ -41,8 +41,16 @@ fn fuses(chip: &Chip) -> Option<String> {
     say("security fuse", secured.to_owned());
     say("test vectors", format!("{}; the first is the device as it wakes", chip.n_vectors));
     let mut text = table.text();
-    text += &match crate::jedec::command_for(device, &chip.file) {
-        Some(command) => format!("\n```text\n{command}\n```\n"),
+    text += &match crate::jedec::command_for(device, chip.part, &chip.file) {
+        Some(command) => {
+            let others = crate::jedec::other_parts(device, chip.part);
+            let others = if others.is_empty() {
+                String::new()
+            } else {
+                format!("\nThe file fits these chips too: {} (`-p`).\n", others.join(", "))
+            };
+            format!("\n```text\n{command}\n```\n{others}")
+        }
         None => "\nNo programmer is known to us for it.\n".to_owned(),
     };
     Some(text)
