@@ -142,7 +142,7 @@ impl Session {
         if self.report.is_for_machines() {
             self.report.findings(&self.sources, &found, self.style);
         } else {
-            crate::print_error(&render::render(&self.sources, &found, self.style));
+            self.report.show(&self.sources, &found, self.style);
         }
     }
 
@@ -157,7 +157,10 @@ impl Session {
     pub(crate) fn answer(&self, answer: &Answer, text: &str) {
         if self.report.is_for_machines() {
             self.report.answer(&self.sources, answer);
-        } else if !self.quiet || matches!(answer.status, Status::Refuted | Status::Open) {
+            return;
+        }
+        self.report.count(answer);
+        if !self.quiet || matches!(answer.status, Status::Refuted | Status::Open) {
             crate::print(text);
         }
     }

@@ -22,6 +22,12 @@ use report::Report;
 use std::io::{self, IsTerminal as _, Write as _};
 use std::process::ExitCode;
 use std::sync::OnceLock;
+use terminal_size::terminal_size_of;
+
+/// The width of a terminal that does not say it, and of a file, in columns.
+const WIDTH: usize = 140;
+/// The height of a terminal that does not say it, in lines.
+const HEIGHT: usize = 40;
 
 /// Why standard output lost a part of what was printed.
 static LOST: OnceLock<String> = OnceLock::new();
@@ -61,6 +67,7 @@ fn main() -> ExitCode {
     // Where the user has stopped the program in this moment, the signal ends it; else it comes too late from here on.
     std::mem::forget(files::writing());
     progress::end();
+    report.sum_up(style, cli.global.quiet);
     report.end(exit);
     end(exit)
 }
@@ -147,7 +154,7 @@ fn end(exit: Exit) -> ExitCode {
     ExitCode::from(Exit::Usage as u8)
 }
 
-#[expect(clippy::disallowed_methods, reason = "NO_COLOR and COLUMNS are the user's wishes")]
+#[expect(clippy::disallowed_methods, reason = "NO_COLOR, COLUMNS and LINES are the user's wishes")]
 fn style(cli: &Cli) -> Style {
     let color = match cli.global.color {
         When::Always => true,
@@ -157,12 +164,17 @@ fn style(cli: &Cli) -> Style {
                 && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())
         }
     };
-    let width = std::env::var("COLUMNS").ok().and_then(|value| value.parse().ok()).unwrap_or(140);
+    let is_terminal = std::io::stderr().is_terminal();
+    let size = if is_terminal { terminal_size_of(std::io::stderr()) } else { None };
+    let wish = |name| std::env::var(name).ok().and_then(|value| value.parse::<usize>().ok());
+    let width = size.map_or(WIDTH, |(width, _)| usize::from(width.0));
+    let height = size.map_or(HEIGHT, |(_, height)| usize::from(height.0));
     Style {
         format: cli.global.message_format,
         color,
         max_diagnostics: cli.global.max_diagnostics,
-        width,
+        width: wish("COLUMNS").unwrap_or(width),
+        height: is_terminal.then(|| wish("LINES").unwrap_or(height)),
     }
 }
 

@@ -1,7 +1,10 @@
 //! How findings are shown to people: with their source lines, or one line each. What machines read is in [`crate::report`].
 
+mod fold;
+
 use annotate_snippets::renderer::DecorStyle;
 use annotate_snippets::{AnnotationKind, Group, Level, Origin, Patch, Renderer, Snippet};
+use fold::Folded;
 use grafsynth_driver::source::{Source, Sources};
 use grafsynth_ir::diag::{Diagnostic, Label, Notation, Severity};
 use grafsynth_ir::{FileId, Span};
@@ -31,17 +34,44 @@ pub(crate) struct Style {
     pub(crate) max_diagnostics: usize,
     /// Width of the terminal in columns.
     pub(crate) width: usize,
+    /// Lines of the terminal; none if a file or a pipe takes what is shown.
+    pub(crate) height: Option<usize>,
 }
 
-/// All findings as text for people, in order of place within each file, errors and warnings mixed.
-pub(crate) fn render(sources: &Sources, diagnostics: &[Diagnostic], style: Style) -> String {
-    let (shown, hidden) = sorted_and_limited(diagnostics, style.max_diagnostics);
-    match style.format {
-        MessageFormat::Short => short(sources, &shown, &hidden),
+/// A finding as text for people, or several of one kind.
+pub(crate) struct Rendered {
+    /// The text, with an empty line at its end in the format for people.
+    pub(crate) text: String,
+    /// How bad it is.
+    pub(crate) severity: Severity,
+}
+
+/// All findings as texts for people, errors first, those of one severity in order of place; and how many of each file were left out.
+pub(crate) fn render(
+    sources: &Sources,
+    diagnostics: &[Diagnostic],
+    style: Style,
+) -> (Vec<Rendered>, String) {
+    let folded = match style.format {
+        MessageFormat::Short => fold::apart(sorted(diagnostics)),
         MessageFormat::Human | MessageFormat::Json | MessageFormat::Sarif => {
-            human(sources, &shown, &hidden, style)
+            fold::fold(sources, sorted(diagnostics))
         }
-    }
+    };
+    let (mut shown, hidden) = limit(folded, |one| one.first, style.max_diagnostics);
+    shown.sort_by_key(|one| one.first.severity);
+    let color = if style.color { Renderer::styled() } else { Renderer::plain() };
+    let renderer = color.decor_style(DecorStyle::Ascii).term_width(style.width);
+    let rendered = |one: &Folded<'_>| {
+        let text = match style.format {
+            MessageFormat::Short => short(sources, one.first),
+            MessageFormat::Human | MessageFormat::Json | MessageFormat::Sarif => {
+                human(sources, one, &renderer) + "\n\n"
+            }
+        };
+        Rendered { text, severity: one.first.severity }
+    };
+    (shown.iter().map(rendered).collect(), hidden_text(sources, &hidden))
 }
 
 /// The findings with their help in the words of the language that each file is written in.
@@ -73,38 +103,40 @@ pub(crate) fn sorted_and_limited(
     diagnostics: &[Diagnostic],
     max: usize,
 ) -> (Vec<&Diagnostic>, Hidden) {
+    limit(sorted(diagnostics), |one| one, max)
+}
+
+/// The findings in order of place; those without one are last.
+fn sorted(diagnostics: &[Diagnostic]) -> Vec<&Diagnostic> {
     let mut sorted: Vec<&Diagnostic> = diagnostics.iter().collect();
     sorted.sort_by_key(|diagnostic| {
         diagnostic.labels.first().map_or((1, Span::default()), |label| (0, label.span))
     });
-    limit(&sorted, max)
+    sorted
 }
 
 /// Keeps `max` findings a file, errors before warnings before notes; says for each file how many were left out.
-fn limit<'a>(sorted: &[&'a Diagnostic], max: usize) -> (Vec<&'a Diagnostic>, Hidden) {
-    let file = |diagnostic: &Diagnostic| diagnostic.labels.first().map(|label| label.span.file);
-    let mut files: Vec<Option<FileId>> = sorted.iter().map(|diagnostic| file(diagnostic)).collect();
+fn limit<'a, T>(
+    sorted: Vec<T>,
+    finding: impl Fn(&T) -> &'a Diagnostic,
+    max: usize,
+) -> (Vec<T>, Hidden) {
+    let file = |one: &T| finding(one).labels.first().map(|label| label.span.file);
+    let mut files: Vec<Option<FileId>> = sorted.iter().map(&file).collect();
     files.sort_unstable();
     files.dedup();
-    let mut kept = Vec::new();
+    let mut is_kept = vec![true; sorted.len()];
     let mut hidden = Vec::new();
     for of in files {
-        let mut all: Vec<(usize, &Diagnostic)> = sorted
-            .iter()
-            .copied()
-            .enumerate()
-            .filter(|(_, diagnostic)| file(diagnostic) == of)
-            .collect();
+        let mut all: Vec<usize> = (0..sorted.len()).filter(|at| file(&sorted[*at]) == of).collect();
         if all.len() > max {
             hidden.push((of, all.len() - max));
-            all.sort_by_key(|(index, diagnostic)| (diagnostic.severity, *index));
-            all.truncate(max);
-            all.sort_by_key(|(index, _)| *index);
+            all.sort_by_key(|at| (finding(&sorted[*at]).severity, *at));
+            all[max..].iter().for_each(|at| is_kept[*at] = false);
         }
-        kept.extend(all);
     }
-    kept.sort_by_key(|(index, _)| *index);
-    (kept.into_iter().map(|(_, diagnostic)| diagnostic).collect(), hidden)
+    let kept = sorted.into_iter().zip(is_kept).filter(|(_, is_kept)| *is_kept);
+    (kept.map(|(one, _)| one).collect(), hidden)
 }
 
 pub(crate) fn severity_word(severity: Severity) -> &'static str {
@@ -134,17 +166,13 @@ fn hidden_text(sources: &Sources, hidden: &[(Option<FileId>, usize)]) -> String 
         .collect()
 }
 
-fn short(sources: &Sources, shown: &[&Diagnostic], hidden: &[(Option<FileId>, usize)]) -> String {
-    let mut text = String::new();
-    for diagnostic in shown {
-        let place =
-            diagnostic.labels.first().map(|label| sources.describe(label.span)).unwrap_or_default();
-        let separator = if place.is_empty() { "" } else { ": " };
-        let severity = severity_word(diagnostic.severity);
-        let (code, message) = (diagnostic.code.id, &diagnostic.message);
-        text.push_str(&format!("{place}{separator}{severity}[{code}]: {message}\n"));
-    }
-    text + &hidden_text(sources, hidden)
+fn short(sources: &Sources, diagnostic: &Diagnostic) -> String {
+    let place =
+        diagnostic.labels.first().map(|label| sources.describe(label.span)).unwrap_or_default();
+    let separator = if place.is_empty() { "" } else { ": " };
+    let severity = severity_word(diagnostic.severity);
+    let (code, message) = (diagnostic.code.id, &diagnostic.message);
+    format!("{place}{separator}{severity}[{code}]: {message}\n")
 }
 
 /// The longest part of a source line that is shown; longer lines are cut to a window around the place.
@@ -152,29 +180,12 @@ const LINE_WINDOW: usize = 200;
 /// Places of one file that stand further apart than this many lines are shown in separate windows.
 const LINES_APART: usize = 8;
 
-fn human(
-    sources: &Sources,
-    shown: &[&Diagnostic],
-    hidden: &[(Option<FileId>, usize)],
-    style: Style,
-) -> String {
-    let renderer = if style.color { Renderer::styled() } else { Renderer::plain() }
-        .decor_style(DecorStyle::Ascii)
-        .term_width(style.width);
-    let mut text = String::new();
-    for diagnostic in shown {
-        text.push_str(&human_one(sources, diagnostic, &renderer));
-        text.push_str("\n\n");
-    }
-    text + &hidden_text(sources, hidden)
-}
-
-fn human_one(sources: &Sources, diagnostic: &Diagnostic, renderer: &Renderer) -> String {
-    let title = level(diagnostic.severity)
-        .primary_title(diagnostic.message.as_str())
-        .id(diagnostic.code.id);
+fn human(sources: &Sources, folded: &Folded<'_>, renderer: &Renderer) -> String {
+    let diagnostic = folded.first;
+    let title =
+        level(diagnostic.severity).primary_title(folded.message.as_str()).id(diagnostic.code.id);
     let mut group: Group<'_> = Group::with_title(title);
-    let windows = windows(sources, &diagnostic.labels);
+    let windows = windows(sources, &folded.labels, folded.n_main);
     for window in &windows {
         let mut snippet = Snippet::source(window.text.as_str())
             .path(window.path)
@@ -191,13 +202,16 @@ fn human_one(sources: &Sources, diagnostic: &Diagnostic, renderer: &Renderer) ->
         }
         group = group.element(snippet);
     }
+    if let Some(rest) = &folded.rest {
+        group = group.element(Level::NOTE.message(rest.as_str()));
+    }
     let mut fix_group = None;
     let fix_window = diagnostic.fix.as_ref().and_then(|fix| {
         let label = Label { span: fix.span, text: fix.replacement.clone() };
-        self::windows(sources, std::slice::from_ref(&label)).into_iter().next()
+        self::windows(sources, std::slice::from_ref(&label), 1).into_iter().next()
     });
     if let (Some(fix), Some(window)) = (&diagnostic.fix, &fix_window) {
-        let title = diagnostic.help.clone().unwrap_or_else(|| "write instead".to_owned());
+        let title = folded.help.clone().unwrap_or_else(|| "write instead".to_owned());
         if let Some((range, _, _)) = window.annotations.first() {
             fix_group = Some(
                 Group::with_title(Level::HELP.secondary_title(title)).element(
@@ -208,7 +222,7 @@ fn human_one(sources: &Sources, diagnostic: &Diagnostic, renderer: &Renderer) ->
                 ),
             );
         }
-    } else if let Some(help) = &diagnostic.help {
+    } else if let Some(help) = &folded.help {
         group = group.element(Level::HELP.message(help.as_str()));
     }
     if windows.is_empty()
@@ -229,8 +243,8 @@ struct Window<'a> {
     annotations: Vec<(std::ops::Range<usize>, String, bool)>,
 }
 
-/// Groups the labels by file and nearness, and cuts the lines they need out of the source.
-fn windows<'a>(sources: &'a Sources, labels: &[Label]) -> Vec<Window<'a>> {
+/// Groups the labels, the first `n_main` of which are the main ones, by file and nearness, and cuts the lines they need out of the source.
+fn windows<'a>(sources: &'a Sources, labels: &[Label], n_main: usize) -> Vec<Window<'a>> {
     let mut rest: Vec<(usize, &Label)> = labels.iter().enumerate().collect();
     let mut windows = Vec::new();
     while let Some((_, first)) = rest.first().copied() {
@@ -244,12 +258,12 @@ fn windows<'a>(sources: &'a Sources, labels: &[Label]) -> Vec<Window<'a>> {
                 && source.line_of(label.span.start as usize).abs_diff(at) <= LINES_APART
         });
         rest = far;
-        windows.push(window(source, &near));
+        windows.push(window(source, &near, n_main));
     }
     windows
 }
 
-fn window<'a>(source: &'a Source, labels: &[(usize, &Label)]) -> Window<'a> {
+fn window<'a>(source: &'a Source, labels: &[(usize, &Label)], n_main: usize) -> Window<'a> {
     let lines = || labels.iter().map(|(_, label)| source.line_of(label.span.start as usize));
     let (first_line, last_line) = (lines().min().unwrap_or(0), lines().max().unwrap_or(0));
     // Of a span over many lines only the first is shown.
@@ -285,7 +299,7 @@ fn window<'a>(source: &'a Source, labels: &[(usize, &Label)]) -> Window<'a> {
             annotations.push((
                 offset + start - from..offset + end - from,
                 label.text.clone(),
-                *index == 0,
+                *index < n_main,
             ));
         }
         text.push('\n');

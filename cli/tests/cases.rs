@@ -49,7 +49,7 @@ fn every_case_gives_what_lies_beside_it() {
     );
 }
 
-fn collect(folder: &Path, cases: &mut Vec<PathBuf>) {
+pub(crate) fn collect(folder: &Path, cases: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).expect("a folder of cases") {
         let path = entry.expect("an entry").path();
         if path.is_dir() {
@@ -63,7 +63,7 @@ fn collect(folder: &Path, cases: &mut Vec<PathBuf>) {
 }
 
 /// What the first line says to run, if it says so. Files without it belong to another case.
-fn command(case: &Path) -> Option<String> {
+pub(crate) fn command(case: &Path) -> Option<String> {
     let text = fs::read(case).ok()?;
     let first = text.split(|byte| *byte == b'\n').next()?;
     let first = String::from_utf8_lossy(first);
@@ -157,7 +157,7 @@ fn files(folder: &Path, found: &mut Vec<PathBuf>) {
 }
 
 /// Splits at blanks; single and double quotes keep blanks together.
-fn split(line: &str) -> Vec<String> {
+pub(crate) fn split(line: &str) -> Vec<String> {
     let mut words = Vec::new();
     let mut word = String::new();
     let mut quote = None;

@@ -3,6 +3,7 @@
 mod cases;
 mod empty;
 mod exit_codes;
+mod fixes;
 mod hostile;
 mod names;
 mod packages;

@@ -29,19 +29,11 @@ const ELSEWHERE: [(&str, &str); 14] = [
 
 #[test]
 fn each_example_triggers_its_code() {
-    let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/codes");
-    let mut pages: Vec<_> = fs::read_dir(docs)
-        .expect("docs/codes")
-        .map(|entry| entry.expect("an entry").path())
-        .collect();
-    pages.sort();
     let mut silent = Vec::new();
-    for page in pages {
-        let code = page.file_stem().expect("a name").to_string_lossy().into_owned();
+    for (code, text) in pages() {
         if ELSEWHERE.iter().any(|(known, _)| *known == code) {
             continue;
         }
-        let text = fs::read_to_string(&page).expect("a page");
         let printed = run(&text);
         if !printed.contains(&code) {
             silent.push(format!(
@@ -54,6 +46,32 @@ fn each_example_triggers_its_code() {
 }
 
 fn run(page: &str) -> String {
+    let (folder, arguments) = prepare(page);
+    let output = Command::new(env!("CARGO_BIN_EXE_grafsynth"))
+        .args(&arguments)
+        .current_dir(folder.path())
+        .output()
+        .expect("grafsynth starts");
+    String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr)
+}
+
+/// The texts of all pages.
+pub(crate) fn pages() -> Vec<(String, String)> {
+    let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/codes");
+    let paths =
+        fs::read_dir(docs).expect("docs/codes").map(|entry| entry.expect("an entry").path());
+    let mut pages: Vec<(String, String)> = paths
+        .map(|path| {
+            let code = path.file_stem().expect("a name").to_string_lossy().into_owned();
+            (code, fs::read_to_string(&path).expect("a page"))
+        })
+        .collect();
+    pages.sort();
+    pages
+}
+
+/// The example of a page in a folder of its own, and the arguments to run it with there.
+pub(crate) fn prepare(page: &str) -> (tempfile::TempDir, Vec<String>) {
     let fence = page.split_once("\n```").expect("a fenced example").1;
     let (info, rest) = fence.split_once('\n').expect("a fence");
     let body = rest.split_once("\n```").map_or(rest, |(body, _)| body);
@@ -70,7 +88,7 @@ fn run(page: &str) -> String {
     let mut arguments: Vec<String> = verb.split_whitespace().map(str::to_owned).collect();
     // An option at the end that names what the second file is for stands there for the reader.
     arguments.retain(|argument| argument != "--stimulus" && argument != "--restore");
-    let shown = file.display().to_string();
+    let shown = format!("example.{extension}");
     if arguments.iter().any(|argument| argument == "{}") {
         arguments
             .iter_mut()
@@ -89,16 +107,11 @@ fn run(page: &str) -> String {
                 .collect();
             let path = folder.path().join(kind);
             fs::write(&path, second).expect("the second file can be written");
-            arguments.extend([option.to_owned(), path.display().to_string()]);
+            arguments.extend([option.to_owned(), kind.to_owned()]);
         }
     }
     if arguments[0] == "build" {
-        arguments.extend(["-o".to_owned(), folder.path().join("out").display().to_string()]);
+        arguments.extend(["-o".to_owned(), "out".to_owned()]);
     }
-    let output = Command::new(env!("CARGO_BIN_EXE_grafsynth"))
-        .args(&arguments)
-        .current_dir(folder.path())
-        .output()
-        .expect("grafsynth starts");
-    String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr)
+    (folder, arguments)
 }

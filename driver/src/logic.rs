@@ -92,11 +92,14 @@ impl LogicDesign {
                 finding.severity = Severity::Warning;
                 finding.code = TAKEN_AS;
                 let how = if self.fuses.is_some() {
-                    "it is simulated fuse by fuse but not proved"
+                    "the design is simulated fuse by fuse but not proved"
                 } else {
-                    "it can be burned as written but not simulated"
+                    "the design can be burned as written but not simulated"
                 };
                 finding.message = format!("{}; {how}", finding.message);
+                if let Some(plural) = &mut finding.plural {
+                    plural.after = format!("{}; {how}", plural.after);
+                }
             }
             finding
         };

@@ -222,7 +222,7 @@ impl std::fmt::Display for Note {
             Note::PinMoved(moved) => write!(f, "{moved}"),
             Note::NotSafe(why) => write!(f, "not proved safe: {why}"),
             Note::PinsOpen(advice) => {
-                write!(f, "pins are open, for it does not fit; {advice}")
+                write!(f, "pins not assigned: the design does not fit; {advice}")
             }
             Note::History { name, why } => {
                 write!(f, "history `{name}` has flip-flops of its own: {why}")

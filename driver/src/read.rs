@@ -10,7 +10,7 @@ use crate::task_costs::{self, Counted};
 use grafsynth_backend_c::cost::Machine;
 use grafsynth_backend_pld::Dialect;
 use grafsynth_backend_pld::codes::{NOT_PLACED, TAKEN_AS};
-use grafsynth_ir::diag::any_error;
+use grafsynth_ir::diag::{Code, any_error};
 use grafsynth_ir::net::Net;
 use grafsynth_ir::{Diagnostic, FileId, Span, Valid, chart, lower, text, validate};
 
@@ -226,16 +226,27 @@ pub fn read(
     (design, found)
 }
 
-/// True for a transition that never fires for a reason that the reader of the text reported at the same place.
+/// True for a transition that never fires for a reason that the reader of the text reported at the same place, and for a step that is never active because,
+/// as was reported, no transition leads to it.
 #[must_use]
 pub fn is_consequence(finding: &Diagnostic, read: &[Diagnostic]) -> bool {
     use grafsynth_frontend::codes::{C_CONDITION_ASSIGNS, ST_NOT_CALLED};
-    let explains = |one: &&Diagnostic| [ST_NOT_CALLED, C_CONDITION_ASSIGNS].contains(&one.code);
-    finding.code == grafsynth_verify::codes::DEAD_TRANSITION
-        && read.iter().filter(explains).any(|one| {
-            let place = one.labels.first().map(|label| label.span);
-            finding.labels.iter().any(|label| Some(label.span) == place)
-        })
+    let reasons: &[Code] = if finding.code == grafsynth_verify::codes::DEAD_TRANSITION {
+        &[ST_NOT_CALLED, C_CONDITION_ASSIGNS]
+    } else if finding.code == grafsynth_verify::codes::UNREACHABLE_STEP {
+        &[grafsynth_ir::lower::codes::UNREACHED_STEP]
+    } else {
+        return false;
+    };
+    // The name of a step is a part of the place of the step.
+    let is_step = finding.code == grafsynth_verify::codes::UNREACHABLE_STEP;
+    let is_there = |place: Span, at: Span| {
+        place == at || is_step && place.file == at.file && place.to(at) == at
+    };
+    read.iter().filter(|one| reasons.contains(&one.code)).any(|one| {
+        let places = || one.labels.iter().map(|label| label.span);
+        finding.labels.iter().any(|label| places().any(|place| is_there(place, label.span)))
+    })
 }
 
 /// The design of a text of logic. A text that gives neither a circuit nor macrocells is none.

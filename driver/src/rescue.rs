@@ -11,12 +11,13 @@ use grafsynth_backend_pld::device::{Clock, DEVICES, Device, Polarity};
 use grafsynth_backend_pld::equations::Equations;
 use grafsynth_backend_pld::fuse;
 use grafsynth_backend_pld::{Dialect, EmitOptions};
-use grafsynth_ir::Diagnostic;
+use grafsynth_ir::diag::Label;
 use grafsynth_ir::expr::{Expr, ExprKind};
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::logic::{Logic, Node, PinRole};
 use grafsynth_ir::net::{InputKind, Leaf, Net};
 use grafsynth_ir::program::Origin;
+use grafsynth_ir::{Diagnostic, Name, Span};
 use grafsynth_logic::build::needed;
 use std::collections::BTreeMap;
 
@@ -57,6 +58,11 @@ pub(crate) fn advise(asked: &Asked<'_>, found: &mut [Diagnostic]) {
     }
     if let Some(first) = found.first_mut() {
         first.help = Some(advice_for(asked));
+        // Where a time takes most of the device, that is the place to change.
+        if let Some(time) = long_time(asked).filter(|time| time.span != Span::default()) {
+            let text = format!("counts {} ticks, in {} registers", time.ticks, time.n);
+            first.labels.insert(0, Label { span: time.span, text });
+        }
     }
 }
 
@@ -239,10 +245,19 @@ impl Asked<'_> {
     }
 }
 
-/// Events that never come together need a number and a strobe, not a pin each.
-/// A time that takes at least half of the registers, and how many it takes with a longer tick.
-fn times(asked: &Asked<'_>) -> Option<String> {
-    const LONGER: [u64; 3] = [10, 100, 1000];
+/// A time that takes at least half of the registers.
+struct LongTime<'a> {
+    name: &'a Name,
+    /// Its registers.
+    n: u32,
+    /// The largest number of ticks that it is compared with.
+    ticks: u64,
+    /// Where that is.
+    span: Span,
+}
+
+/// The time that takes most registers, if these are at least half of all.
+fn long_time<'a>(asked: &Asked<'a>) -> Option<LongTime<'a>> {
     const WORTH_A_WORD: u32 = 5;
     let net = asked.net;
     let mut registers: BTreeMap<Origin, u32> = BTreeMap::new();
@@ -264,12 +279,21 @@ fn times(asked: &Asked<'_>) -> Option<String> {
         return None;
     }
     // A time stops one above the largest number of ticks that it is compared with.
-    let ticks = net.transitions.values().map(|one| longest(&one.guard, time)).max()?;
-    let bits = |ticks: u64| u64::BITS - (ticks + 1).leading_zeros();
-    if bits(ticks) != n {
-        return None;
-    }
-    let tick = net.settings.tick_ns;
+    let guards = net.transitions.values().map(|one| longest(&one.guard, time));
+    let (ticks, span) = guards.max_by_key(|(ticks, _)| *ticks)?;
+    (bits(ticks) == n).then_some(LongTime { name, n, ticks, span })
+}
+
+/// The registers of a time that is compared with so many ticks.
+fn bits(ticks: u64) -> u32 {
+    u64::BITS - (ticks + 1).leading_zeros()
+}
+
+/// How many registers a time that takes most of them takes with a longer tick.
+fn times(asked: &Asked<'_>) -> Option<String> {
+    const LONGER: [u64; 3] = [10, 100, 1000];
+    let LongTime { name, n, ticks, .. } = long_time(asked)?;
+    let (n_flops, tick) = (asked.logic.flops.len(), asked.net.settings.tick_ns);
     let longer: Vec<String> = LONGER
         .iter()
         .filter(|factor| ticks.is_multiple_of(**factor))
@@ -281,23 +305,24 @@ fn times(asked: &Asked<'_>) -> Option<String> {
         return None;
     }
     Some(format!(
-        "the time of `{name}` takes {n} of {n_flops} registers, for it counts {ticks} ticks of {}; it would take {}",
+        "the time of `{name}` takes {n} of {n_flops} registers, because it counts {ticks} ticks of {}; it would take {}",
         duration(tick),
         longer.join(", ")
     ))
 }
 
-/// The largest constant that a time is compared with; 0 if there is none.
-fn longest(expr: &Expr<Leaf>, time: Leaf) -> u64 {
-    let mut here = 0;
+/// The largest constant that a time is compared with, and where; 0 if there is none.
+fn longest(expr: &Expr<Leaf>, time: Leaf) -> (u64, Span) {
+    let mut here = (0, expr.span);
     if let ExprKind::Compare(_, a, b) = &expr.kind
         && let (ExprKind::Leaf(leaf), ExprKind::Int(n)) | (ExprKind::Int(n), ExprKind::Leaf(leaf)) =
             (&a.kind, &b.kind)
         && *leaf == time
     {
-        here = u64::try_from(*n).unwrap_or(0);
+        here.0 = u64::try_from(*n).unwrap_or(0);
     }
-    expr.operands().map(|operand| longest(operand, time)).max().unwrap_or(0).max(here)
+    let inner = expr.operands().map(|operand| longest(operand, time));
+    inner.chain([here]).max_by_key(|(ticks, _)| *ticks).unwrap_or(here)
 }
 
 /// A duration in the largest unit that divides it.
@@ -314,6 +339,7 @@ fn duration(ns: u64) -> String {
     format!("{} {name}", ns / unit)
 }
 
+/// Events that never come together need a number and a strobe, not a pin each.
 fn encoder(net: &Net) -> Option<String> {
     let n = net.inputs.values().filter(|input| input.kind == InputKind::Event).count();
     let n_bits = usize::BITS - n.saturating_sub(1).leading_zeros();

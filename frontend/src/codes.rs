@@ -147,9 +147,9 @@ pub const ST_UNKNOWN_NAME: Code = Code { id: "G0444", title: "unknown name in st
 pub const ST_TYPE: Code = Code { id: "G0445", title: "type error in structured text" };
 /// A constant that is missing or not understood.
 pub const ST_CONSTANT: Code = Code { id: "G0446", title: "constant expected in structured text" };
-/// A name declared twice, letter case aside.
+/// A name declared twice, letter case aside, or a value that two labels of a CASE contain.
 pub const ST_DUPLICATE: Code =
-    Code { id: "G0447", title: "name declared twice in structured text" };
+    Code { id: "G0447", title: "name or CASE label given twice in structured text" };
 /// A call that does not fit what is called.
 pub const ST_CALL: Code = Code { id: "G0448", title: "invalid call in structured text" };
 /// A loop without a bound that is known before the program runs.

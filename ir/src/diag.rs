@@ -57,6 +57,17 @@ pub struct Fix {
     pub replacement: String,
 }
 
+/// How several findings of one kind, which differ only in what they name, are one finding for people: `inputs i4, i5 and i6 are never used`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Plural {
+    /// What this finding names, as its message has it: `i4`.
+    pub item: String,
+    /// The words before the list of what they name: `inputs`.
+    pub before: String,
+    /// The words after it: `are never used`.
+    pub after: String,
+}
+
 /// One finding: what is wrong in the user's terms, where, and what to do next.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Diagnostic {
@@ -74,6 +85,8 @@ pub struct Diagnostic {
     pub help_in: Vec<(Notation, String)>,
     /// An edit that does it.
     pub fix: Option<Fix>,
+    /// How findings with the same words and the same help are said as one. Findings with the same message are one without it.
+    pub plural: Option<Plural>,
 }
 
 impl Diagnostic {
@@ -101,6 +114,7 @@ impl Diagnostic {
             help: None,
             help_in: Vec::new(),
             fix: None,
+            plural: None,
         }
     }
 
@@ -140,6 +154,20 @@ impl Diagnostic {
     #[must_use]
     pub fn fix(mut self, span: Span, replacement: impl Into<String>) -> Self {
         self.fix = Some(Fix { span, replacement: replacement.into() });
+        self
+    }
+
+    /// The same with the words for several of its kind: `before` and `after` are what stands around the list of what they name, `item` what this one
+    /// names.
+    #[must_use]
+    pub fn plural(
+        mut self,
+        item: impl std::fmt::Display,
+        before: impl Into<String>,
+        after: impl Into<String>,
+    ) -> Self {
+        let (item, before, after) = (item.to_string(), before.into(), after.into());
+        self.plural = Some(Plural { item, before, after });
         self
     }
 

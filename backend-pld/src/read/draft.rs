@@ -545,11 +545,19 @@ impl Draft {
                 _ => format!("combinational loop through {}{dots}", names.join(", ")),
             };
             let help = self.dialect.register(names.first().copied().unwrap_or("q"));
-            let mut finding = Diagnostic::error(codes::LOOP, message)
-                .help(format!("for a register, write {help}"));
+            let mut finding = Diagnostic::error(codes::LOOP, message).help(format!(
+                "write {help} for a register, which keeps its value until the next clock"
+            ));
+            if let [only] = names.as_slice() {
+                finding = finding.plural(
+                    format!("`{only}`"),
+                    "combinational loops:",
+                    "depend on themselves",
+                );
+            }
             for &member in members.iter().take(6) {
                 if let Some(definition) = self.signals[member].definition {
-                    finding = finding.at(definition.span, "");
+                    finding = finding.at(definition.span, "assigned without a register");
                 }
             }
             self.report_beyond(finding);

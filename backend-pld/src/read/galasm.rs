@@ -252,6 +252,11 @@ impl<'a> Parser<'a, '_> {
             if self.lexer.token.is(":=") {
                 let whole = Span::new(sign.file, span.end as usize, sign.end as usize);
                 let finding = Diagnostic::error(codes::SYNTAX, "GALasm has no operator `:=`")
+                    .plural(
+                        format!("`{}`", name.text),
+                        "GALasm has no operator `:=`, which the equations of",
+                        "contain",
+                    )
                     .at(sign, "expected `=`")
                     .help(format!("write `{}.R =` for a register", name.text))
                     .fix(whole, ".R =");

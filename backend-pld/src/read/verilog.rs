@@ -458,7 +458,12 @@ impl<'a> Parser<'a, '_> {
                 let sign = self.lexer.span();
                 let finding = Diagnostic::error(
                     codes::UNSUPPORTED,
-                    format!("blocking assignment to `{name}` in a clocked block"),
+                    format!("`{name}` is assigned with `=` in a clocked block: the statements after it read its new value in the same clock"),
+                )
+                .plural(
+                    format!("`{name}`"),
+                    "",
+                    "are assigned with `=` in a clocked block: the statements after them read their new values in the same clock",
                 )
                 .at(sign, "expected `<=`")
                 .help("write `<=`, which assigns all registers together at the clock edge")

@@ -6,6 +6,7 @@
 mod answer;
 mod json;
 mod sarif;
+mod tally;
 
 pub(crate) use answer::{About, Answer, Status, proof_name, reason};
 
@@ -14,6 +15,7 @@ use crate::render::{MessageFormat, Style, render, sorted_and_limited};
 use grafsynth_driver::source::Sources;
 use grafsynth_ir::Diagnostic;
 use std::sync::{Arc, Mutex, PoisonError};
+use tally::Tally;
 
 /// Where machines read what is found.
 #[derive(Debug, Clone)]
@@ -24,6 +26,8 @@ pub(crate) struct Report {
     sarif: Arc<Mutex<sarif::Log>>,
     /// What is known and waits to be said.
     known: Arc<Mutex<Known>>,
+    /// What people were told.
+    tally: Arc<Mutex<Tally>>,
 }
 
 /// What is known of a design and is not said yet.
@@ -40,7 +44,13 @@ struct Known {
 impl Report {
     /// A report that nothing was written to; says which verb it is of.
     pub(crate) fn new(format: MessageFormat, beside: bool, verb: &str) -> Self {
-        let report = Report { format, beside, sarif: Arc::default(), known: Arc::default() };
+        let report = Report {
+            format,
+            beside,
+            sarif: Arc::default(),
+            known: Arc::default(),
+            tally: Arc::default(),
+        };
         if format == MessageFormat::Json {
             report.line(&json::start(verb));
         }
@@ -58,6 +68,33 @@ impl Report {
             self.line(&json::design(file));
         }
         self.log(|log| log.design(file));
+    }
+
+    /// Shows findings to people, as far as the terminal is high enough.
+    pub(crate) fn show(&self, sources: &Sources, found: &[Diagnostic], style: Style) {
+        let (rendered, hidden) = render(sources, found, style);
+        let shown = self.tally().shown(rendered, style.height);
+        crate::print_error(&(shown + &hidden));
+    }
+
+    /// Counts an answer that people were given.
+    pub(crate) fn count(&self, answer: &Answer) {
+        self.tally().answered(answer);
+    }
+
+    /// Says last what was left out, and counts what was found.
+    pub(crate) fn sum_up(&self, style: Style, is_quiet: bool) {
+        if style.format == MessageFormat::Human {
+            let tally = self.tally();
+            crate::print_error(&tally.left_out());
+            if !is_quiet && !self.beside {
+                crate::print_error(&tally.summary());
+            }
+        }
+    }
+
+    fn tally(&self) -> std::sync::MutexGuard<'_, Tally> {
+        self.tally.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Adds findings.
@@ -115,7 +152,7 @@ impl Report {
             self.findings(&sources, &findings, style);
             answers.iter().for_each(|(answer, _)| self.answer(&sources, answer));
         } else {
-            crate::print_error(&render(&sources, &findings, style));
+            self.show(&sources, &findings, style);
             answers.iter().for_each(|(_, text)| crate::print(text));
         }
     }

@@ -51,6 +51,18 @@ impl Log {
         if !related.is_empty() {
             result["relatedLocations"] = json!(related);
         }
+        if let Some(fix) = &diagnostic.fix {
+            let place = location(sources, fix.span, "");
+            let change = json!({
+                "artifactLocation": place["physicalLocation"]["artifactLocation"],
+                "replacements": [{
+                    "deletedRegion": place["physicalLocation"]["region"],
+                    "insertedContent": {"text": fix.replacement},
+                }],
+            });
+            let text = diagnostic.help.as_deref().unwrap_or("write instead");
+            result["fixes"] = json!([{"description": {"text": text}, "artifactChanges": [change]}]);
+        }
         self.results.push(result);
     }
 

@@ -733,19 +733,38 @@ impl<'s> Resolver<'s, '_> {
                 Some((last, rest)) => format!("{} and {last} are not declared", rest.join(", ")),
                 None => continue,
             };
+            let values: Vec<String> = names
+                .iter()
+                .filter_map(|(name, _)| {
+                    let (_, value) = ARDUINO.iter().find(|(known, _)| known == name)?;
+                    Some(format!("-D {name}={value}"))
+                })
+                .collect();
             let first = names.first().map_or("NAME", |(name, _)| name);
+            let help = if values.len() == names.len() {
+                format!(
+                    "they are constants of Arduino.h, which is not part of this text: give their values with {}",
+                    values.join(" ")
+                )
+            } else {
+                format!(
+                    "declare each with #define or enum, or give its value with -D, as in -D {first}=VALUE"
+                )
+            };
             self.findings.report(|| {
                 let finding = Diagnostic::error(codes::C_UNDECLARED, message);
                 let finding = names
                     .iter()
                     .fold(finding, |finding, (_, span)| finding.at(*span, "first used here"));
-                finding.help(format!(
-                    "declare each with #define or enum, or give its value with -D, as in -D {first}=VALUE"
-                ))
+                finding.help(help)
             });
         }
     }
 }
+
+/// The constants of Arduino.h, which the environment of Arduino includes unasked in every sketch.
+const ARDUINO: [(&str, u32); 5] =
+    [("LOW", 0), ("HIGH", 1), ("INPUT", 0), ("OUTPUT", 1), ("INPUT_PULLUP", 2)];
 
 /// True if some `return` carries a value.
 fn returns_value(statement: &Stmt) -> bool {

@@ -353,6 +353,7 @@ impl<'a> Parser<'a> {
                     codes::UNEXPECTED,
                     format!("a name cannot begin with a digit: `{shown}`"),
                 )
+                .plural(format!("`{shown}`"), "names cannot begin with a digit:", "")
                 .at(span, "expected a letter first")
                 .help(format!("write `s{shown}`, or `{shown}` in backquotes: `` `{shown}` ``"))
             });

@@ -349,6 +349,11 @@ impl Parser<'_> {
                         "an output of a step is named without a value: `{shown} {sign} {value}`"
                     ),
                 )
+                .plural(
+                    format!("`{shown} {sign} {value}`"),
+                    "outputs of a step are named without a value:",
+                    "",
+                )
                 .at(span, "on while the step is active")
                 .help(format!("write `{shown}`"))
                 .fix(span, shown)
@@ -373,6 +378,11 @@ impl Parser<'_> {
             Diagnostic::error(
                 codes::MISPLACED,
                 format!("an output of a step is named without a value: `{shown} {sign} {value}`"),
+            )
+            .plural(
+                format!("`{shown} {sign} {value}`"),
+                "outputs of a step are named without a value:",
+                "",
             )
             .at(place, "off unless an active step names it")
             .help(format!("leave `{shown} {sign} {value}` out"))

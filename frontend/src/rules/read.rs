@@ -209,6 +209,7 @@ impl Rules {
                     codes::UNEXPECTED,
                     format!("no comma between the names of the list `{list}`"),
                 )
+                .plural(format!("`{list}`"), "no comma between the names of the lists", "")
                 .at(here, "expected `,`")
                 .help("write a comma between all names")
                 .fix(whole, written.join(", "))

@@ -165,17 +165,22 @@ fn not_called(library: &Library, pou: &Pou, lists: &[&[Stmt]], out: &mut Vec<Dia
         let is_counter = inputs.contains(&"PV");
         let needed = inputs.iter().filter(|input| !is_counter || !matches!(**input, "R" | "LD"));
         let call: Vec<String> = needed.map(|input| format!("{input} := ..")).collect();
+        let call = format!("{name}({});", call.join(", "));
+        let help = if matches!(pou.body, Body::Sfc(_)) {
+            format!(
+                "call it in an action that each step runs: `ACTION call_{name}: {call} END_ACTION`, and `call_{name}(N);` in the steps"
+            )
+        } else {
+            format!("call it in each scan: write `{call}` in front of the statement that reads it")
+        };
         out.push(
             Diagnostic::warning(
                 codes::ST_NOT_CALLED,
                 format!("`{name}` is never called, so `{name}.{field}` never changes"),
             )
-            .at(name.span, format!("this {ty} is never called"))
-            .at(*span, "read here")
-            .help(format!(
-                "call it in each scan: write `{name}({});` in an action or in statements",
-                call.join(", ")
-            )),
+            .at(*span, "read here, and still at its first value")
+            .at(name.span, format!("no statement calls this {ty}"))
+            .help(help),
         );
     }
 }

@@ -73,8 +73,10 @@ impl Parser<'_> {
             }
             _ => return self.simple(start),
         };
-        // Controllers forgive a missing semicolon behind END_IF and its like.
-        self.take(Kind::Semicolon);
+        // Some controllers forgive a missing semicolon behind END_IF and its like, the standard does not.
+        if !self.take(Kind::Semicolon) {
+            self.missing_semicolon();
+        }
         Ok(Stmt { kind, span: self.span_from(start) })
     }
 
@@ -123,7 +125,7 @@ impl Parser<'_> {
         Ok(Stmt { kind, span: self.span_from(start) })
     }
 
-    /// Warns that the last statement, condition or action of a list has no semicolon: most controllers refuse that.
+    /// Warns that a statement, condition or action has no semicolon, and it is clear where it ends: most controllers refuse that.
     pub(super) fn missing_semicolon(&mut self) {
         let Some(last) = self.at.checked_sub(1).and_then(|at| self.list.tokens.get(at)).copied()
         else {
@@ -617,6 +619,7 @@ impl Parser<'_> {
                 self.advance();
                 let value = self.number(token, span)?;
                 let value = if negative { -value } else { value };
+                self.within(&ty, value, start)?;
                 if ty == "BOOL" { ExprKind::Bool(value != 0) } else { ExprKind::Int(value) }
             }
             Kind::Word if ty == "BOOL" => match self.word(0).as_str() {
@@ -644,6 +647,28 @@ impl Parser<'_> {
             _ => return Err(self.expected("a value")),
         };
         Ok(Expr::new(kind, self.span_from(start)))
+    }
+
+    /// Reports a number that its type does not hold: `INT#70000`.
+    fn within(&mut self, ty: &str, value: i64, start: usize) -> Parse<()> {
+        let Some((lo, hi)) = range_of(ty).filter(|(lo, hi)| !(*lo..=*hi).contains(&value)) else {
+            return Ok(());
+        };
+        let span = self.span_from(start);
+        let wider = WIDER.into_iter().find(|wider| {
+            range_of(wider).is_some_and(|(from, to)| from <= lo && (from..=to).contains(&value))
+        });
+        Err(self.report(|| {
+            let finding =
+                Diagnostic::error(codes::ST_CONSTANT, format!("{value} is not a value of {ty}"))
+                    .at(span, format!("{ty} is {lo} to {hi}"));
+            match wider {
+                Some(wider) => {
+                    finding.help(format!("write a value in this range, or `{wider}#{value}`"))
+                }
+                None => finding.help("write a value in this range"),
+            }
+        }))
     }
 
     /// Nanoseconds of `T#1h2m3.5s`.
@@ -708,7 +733,26 @@ pub(crate) fn number(text: &str) -> Option<i64> {
     }
 }
 
-/// Nanoseconds of `1h2m3.5s`; a fraction may stand in the last unit.
+/// Types that are proposed for a value that another type does not hold.
+const WIDER: [&str; 3] = ["INT", "DINT", "LINT"];
+
+/// The least and the greatest value of an elementary type.
+fn range_of(ty: &str) -> Option<(i64, i64)> {
+    Some(match ty {
+        "BOOL" => (0, 1),
+        "SINT" => (i64::from(i8::MIN), i64::from(i8::MAX)),
+        "INT" => (i64::from(i16::MIN), i64::from(i16::MAX)),
+        "DINT" => (i64::from(i32::MIN), i64::from(i32::MAX)),
+        "LINT" => (i64::MIN, i64::MAX),
+        "USINT" | "BYTE" => (0, i64::from(u8::MAX)),
+        "UINT" | "WORD" => (0, i64::from(u16::MAX)),
+        "UDINT" | "DWORD" => (0, i64::from(u32::MAX)),
+        "ULINT" | "LWORD" => (0, i64::MAX),
+        _ => return None,
+    })
+}
+
+/// Nanoseconds of `1h2m3.5s`: the units from the longest to the shortest, each at most once; a fraction may stand in the last one.
 pub(crate) fn duration(text: &str) -> Option<i64> {
     const UNITS: [(&str, i128); 7] = [
         ("ms", 1_000_000),
@@ -728,12 +772,17 @@ pub(crate) fn duration(text: &str) -> Option<i64> {
         return None;
     }
     let mut total: i128 = 0;
+    let mut shortest = i128::MAX;
     while !rest.is_empty() {
         rest = rest.trim_start_matches('_');
         let end = rest.find(|c: char| !c.is_ascii_digit() && !matches!(c, '.' | '_'))?;
         let digits: String = rest[..end].chars().filter(|c| *c != '_').collect();
         let (whole, fraction) = digits.split_once('.').unwrap_or((&digits, ""));
         let (word, unit) = UNITS.iter().find(|(word, _)| rest[end..].starts_with(word))?;
+        if *unit >= shortest || !fraction.is_empty() && rest.len() > end + word.len() {
+            return None;
+        }
+        shortest = *unit;
         let whole: i128 = if whole.is_empty() { 0 } else { whole.parse().ok()? };
         total = total.checked_add(whole.checked_mul(*unit)?)?;
         if !fraction.is_empty() {

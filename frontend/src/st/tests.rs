@@ -71,6 +71,10 @@ fn durations_have_units_and_fractions() {
     assert_eq!(duration("-5ms"), Some(-5_000_000));
     assert_eq!(duration("5"), None);
     assert_eq!(duration(""), None);
+    assert_eq!(duration("25h_90m"), Some(95_400_000_000_000));
+    assert_eq!(duration("1s1s"), None, "each unit is written once");
+    assert_eq!(duration("1s2m"), None, "the longest unit is first");
+    assert_eq!(duration("1.5m2s"), None, "only the last unit has a fraction");
 }
 
 /// A program with the text in its body.

@@ -115,6 +115,7 @@ fn step<'a>(lowering: &mut Lowering<'a>, scope: ScopeId, id: StepId, source: &'a
                     codes::NO_EFFECT,
                     format!("step {} has a budget and no task", source.name),
                 )
+                .plural(&source.name, "steps", "have a budget and no task")
                 .at(span, "")
                 .help("write `task NAME cost N { .. }` in it, or remove the budget"),
             );
@@ -460,6 +461,11 @@ fn priorities_without_effect(lowering: &mut Lowering<'_>) {
             Diagnostic::warning(
                 codes::PRIORITY_UNUSED,
                 format!("the priority of {what} {name} has no effect under `conflict {policy}`"),
+            )
+            .plural(
+                name,
+                format!("the priorities of the {what}s"),
+                format!("have no effect under `conflict {policy}`"),
             )
             .at(span, "")
             .help(help),

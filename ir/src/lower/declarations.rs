@@ -53,6 +53,7 @@ pub(super) fn declarations(lowering: &mut Lowering<'_>) {
                                     source.name
                                 ),
                             )
+                            .plural(&source.name, "the initial values of outputs", "have no effect")
                             .at(
                                 init.span,
                                 "no list assigns this output, so its steps decide from the start",

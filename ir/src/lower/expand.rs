@@ -146,6 +146,7 @@ fn unused_macros(lowering: &mut Lowering<'_>) {
     for name in unused {
         lowering.report(
             Diagnostic::warning(codes::UNUSED_MACRO, format!("macro {name} is never used"))
+                .plural(name, "macros", "are never used")
                 .at(name.span, "")
                 .help(format!("use it with `macro step m1 = {name}`, or remove it")),
         );

@@ -147,6 +147,7 @@ fn beyond_emergency(net: &Net, out: &mut Vec<Diagnostic>) {
                 codes::BEYOND_EMERGENCY,
                 format!("lists call {name} during the emergency too"),
             )
+            .plural(name, "lists call", "during the emergency too")
             .at(at, "called here")
             .at(emergency.meta.span, "forces outputs and what steps call while they are active")
             .help("move the call to a step action, or test the emergency condition in the list"),
@@ -165,6 +166,7 @@ fn unused(net: &Net, out: &mut Vec<Diagnostic>) {
     let mut report = |what: &str, name: &crate::span::Name, help: &str| {
         out.push(
             Diagnostic::warning(codes::UNUSED, format!("{what} {name} is never used"))
+                .plural(name, format!("{what}s"), "are never used")
                 .at(name.span, "")
                 .help(help),
         );
@@ -349,6 +351,7 @@ fn duplicates(net: &Net, out: &mut Vec<Diagnostic>) {
                 codes::DUPLICATE_TRANSITION,
                 format!("transition {again} is the same as {first}"),
             )
+            .plural(again, "transitions", "are the same as earlier ones")
             .at(place(net, id), "again here")
             .at(place(net, earlier), "first here")
             .help("remove one of them"),
@@ -406,13 +409,15 @@ fn unreached(net: &Net, out: &mut Vec<Diagnostic>) {
     }
     for (id, step) in net.steps.iter().filter(|(id, step)| !reach.reached[*id] && !step.hidden) {
         let name = &step.name;
-        let message = if entered[id] {
-            format!("step {name} can never be active: the steps before it are never active")
+        let (why, of_each) = if entered[id] {
+            ("the steps before it are never active", "the steps before them are never active")
         } else {
-            format!("step {name} can never be active: no transition leads to it")
+            ("no transition leads to it", "no transition leads to them")
         };
+        let message = format!("step {name} can never be active: {why}");
         out.push(
             Diagnostic::warning(codes::UNREACHED_STEP, message)
+                .plural(name, "steps", format!("can never be active: {of_each}"))
                 .at(name.span, "")
                 .help("make it an initial step, add a transition to it, or remove it"),
         );
@@ -509,6 +514,7 @@ fn no_way_out(net: &Net, out: &mut Vec<Diagnostic>) {
         };
         out.push(
             Diagnostic::warning(codes::NO_WAY_OUT, format!("{what} {name} has no way out"))
+                .plural(name, format!("{what}s"), "have no way out")
                 .at(span, "no transition leaves it: once active, it stays active for ever")
                 .help("add a transition that leaves it"),
         );
@@ -593,20 +599,30 @@ fn constants(net: &Net, out: &mut Vec<Diagnostic>) {
         let name = &transition.name;
         match truth(net, &transition.guard) {
             Some(true) if !transition.guard.is_true() => {
-                out.push(constant(
-                    &transition.guard,
-                    place(net, id),
-                    format!("the condition of {name} is always true"),
-                    "remove the condition if this is intended",
-                ));
+                out.push(
+                    constant(
+                        &transition.guard,
+                        place(net, id),
+                        format!("the condition of {name} is always true"),
+                        "remove the condition if this is intended",
+                    )
+                    .plural(name, "the conditions of", "are always true"),
+                );
             }
             Some(false) => {
-                out.push(constant(
-                    &transition.guard,
-                    place(net, id),
-                    format!("the condition of {name} is never true, so it never fires"),
-                    "check the ranges of its variables, or remove the transition",
-                ));
+                out.push(
+                    constant(
+                        &transition.guard,
+                        place(net, id),
+                        format!("the condition of {name} is never true, so it never fires"),
+                        "check the ranges of its variables, or remove the transition",
+                    )
+                    .plural(
+                        name,
+                        "the conditions of",
+                        "are never true, so these transitions never fire",
+                    ),
+                );
             }
             Some(true) | None => {}
         }
@@ -690,6 +706,7 @@ fn never_taken(net: &Net, out: &mut Vec<Diagnostic>) {
                 codes::NEVER_TAKEN,
                 format!("transition {name} is never taken: {winner_name} always fires first"),
             )
+            .plural(name, "transitions", "are never taken: others always fire first")
             .at(place(net, id), "")
             .at(place(net, winner), "its condition is always true")
             .help(

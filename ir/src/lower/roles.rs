@@ -103,6 +103,7 @@ fn drawn_action(lowering: &mut Lowering<'_>, action: usize, source: &chart::Acti
                 codes::OUTPUT_UNDRIVEN,
                 format!("no step uses action {}", source.name),
             )
+            .plural(&source.name, "no step uses actions", "")
             .at(source.name.span, "it never runs")
             .help("name it in the body of a step, or remove it"),
         );
@@ -367,6 +368,7 @@ fn role(
     if assigned.is_none() && first_use.is_none() {
         lowering.report(
             Diagnostic::warning(codes::OUTPUT_UNDRIVEN, format!("nothing drives output {name}"))
+                .plural(name, "nothing drives outputs", "")
                 .at(name.span, "it keeps its initial value")
                 .help("name it in the body of a step, or remove it"),
         );
@@ -420,6 +422,7 @@ fn extern_role(
                     codes::OUTPUT_UNDRIVEN,
                     format!("nothing calls extern action {name}"),
                 )
+                .plural(name, "nothing calls extern actions", "")
                 .at(name.span, "")
                 .help("name it in the body of a step or `call` it in a list, or remove it"),
             );

@@ -72,6 +72,7 @@ impl Lowering<'_> {
                     codes::DURATION_ROUNDED,
                     format!("{} is rounded up to {}", duration(ns), duration(rounded)),
                 )
+                .plural(duration(ns), "the durations", "are rounded up to whole ticks")
                 .at(span, format!("not a multiple of the tick, {}", duration(tick)))
                 .help("declare a shorter `tick` if the difference matters"),
             );

@@ -86,6 +86,11 @@ pub(super) fn finding(net: &Net, id: TransitionId, vars: &[VarId]) -> Diagnostic
         codes::DEAD_TRANSITION,
         format!("transition `{}` never fires: {}", data.name, stays.join(", ")),
     )
+    .plural(
+        format!("`{}`", data.name),
+        "transitions",
+        "never fire: they wait for variables that are never assigned",
+    )
     .at(data.meta.span, "its receptivity is never true");
     for var in vars {
         warning = warning.at(net.vars[*var].name.span, "never assigned");

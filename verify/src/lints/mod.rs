@@ -168,6 +168,7 @@ fn unreachable(net: &Net, facts: &Facts, out: &mut Vec<Diagnostic>) {
             codes::UNREACHABLE_STEP,
             format!("step `{}` is never active", data.name),
         )
+        .plural(format!("`{}`", data.name), "steps", "are never active")
         .at(data.meta.span, "no stimulus activates it");
         warning = match entering.first() {
             None => warning.help("no transition leads to it: draw one, or make it initial"),
@@ -194,6 +195,7 @@ fn unreachable(net: &Net, facts: &Facts, out: &mut Vec<Diagnostic>) {
             codes::DEAD_TRANSITION,
             format!("{what} `{}` never fires", data.name),
         )
+        .plural(format!("`{}`", data.name), format!("{what}s"), "never fire")
         .at(data.meta.span, "no stimulus makes it fire");
         if let Some(vars) = causes.get(transition) {
             out.push(constant::finding(net, *transition, vars));

@@ -682,9 +682,9 @@ impl Elaborator<'_> {
             }
             StmtKind::Case { selector, arms, otherwise } => {
                 let selector = self.value(frame, selector)?;
-                let mut tested = Vec::new();
+                let (mut tested, mut taken) = (Vec::new(), Vec::new());
                 for (labels, list) in arms {
-                    let condition = self.label_test(frame, &selector, labels)?;
+                    let condition = self.label_test(frame, &selector, labels, &mut taken)?;
                     tested.push((condition, list.as_slice()));
                 }
                 self.run_tested(frame, types, &tested, otherwise, stmt.span)

@@ -113,9 +113,10 @@ impl Elaborator<'_> {
         out: &mut Block,
     ) -> Outcome<()> {
         let mut lowered = Vec::new();
+        let mut taken = Vec::new();
         for (labels, list) in arms {
             let condition = match selector {
-                Ok(selector) => self.label_test(frame, selector, labels),
+                Ok(selector) => self.label_test(frame, selector, labels, &mut taken),
                 Err(told) => Err(*told),
             };
             let mut then = Block::new();
@@ -383,6 +384,7 @@ impl Elaborator<'_> {
         frame: FrameId,
         selector: &Value,
         labels: &[(ast::Expr, Option<ast::Expr>)],
+        taken: &mut Vec<(i64, i64, Span)>,
     ) -> Outcome<Expr> {
         let mut tests = Vec::new();
         for (low, high) in labels {
@@ -394,6 +396,23 @@ impl Elaborator<'_> {
             if !matches!(selector.kind, Kind::Int(..)) {
                 return Err(self.type_error("CASE chooses by a number", selector.expr.span));
             }
+            let span = high.as_ref().map_or(low.span, |high| low.span.to(high.span));
+            let earlier = taken.iter().find(|(from, to, _)| lo <= *to && *from <= hi).copied();
+            if let Some((from, _, first)) = earlier {
+                let value = lo.max(from);
+                return Err(self.report(
+                    Diagnostic::error(
+                        codes::ST_DUPLICATE,
+                        format!("two labels of this CASE contain {value}"),
+                    )
+                    .at(span, "again here")
+                    .at(first, "first here")
+                    .help(
+                        "remove the value from one of them: a CASE chooses one list for each value",
+                    ),
+                ));
+            }
+            taken.push((lo, hi, span));
             let test = |op, value| {
                 let constant = Expr::new(ExprKind::Int(value), low.span);
                 Expr::compare(op, selector.expr.clone(), constant)

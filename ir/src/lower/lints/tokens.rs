@@ -140,6 +140,7 @@ fn sources(flow: &Flow<'_>, out: &mut Vec<Diagnostic>) {
             codes::SOURCE_ADDS,
             format!("transition {name} leaves no step: it activates {target}, and all other steps stay active"),
         )
+        .plural(name, "transitions", "leave no step: they activate a step, and all others stay active")
         .at(place(net, id), "no step before the transition");
         if left().next().is_some() {
             finding = finding.help(format!(

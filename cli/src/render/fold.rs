@@ -1,0 +1,208 @@
+//! Findings of one kind as one finding for people: one message, all places.
+//!
+//! Findings are of one kind if their codes, severities and files are the same and either their messages and helps are, or the words that their crate gave
+//! for several of them ([`Plural`]).
+
+use grafsynth_driver::source::Sources;
+use grafsynth_ir::diag::{Diagnostic, Label, Plural, Severity};
+use grafsynth_ir::{FileId, Span};
+use std::collections::BTreeSet;
+
+/// The lines of source that the places of one finding may take; further places are given as line numbers.
+const MOST_LINES: usize = 6;
+/// Names that are all listed; of more, the first [`NAMES_OF_MANY`] are.
+const MOST_NAMES: usize = 6;
+/// Names that are listed of many.
+const NAMES_OF_MANY: usize = 3;
+/// Line numbers, or ranges of them, that are listed.
+const MOST_NUMBERS: usize = 12;
+
+/// A finding, or several of one kind.
+pub(super) struct Folded<'a> {
+    /// The first one: what all of them share.
+    pub(super) first: &'a Diagnostic,
+    /// What is wrong.
+    pub(super) message: String,
+    /// The places that are shown, the main ones first.
+    pub(super) labels: Vec<Label>,
+    /// How many of these are main ones.
+    pub(super) n_main: usize,
+    /// The lines of the other places.
+    pub(super) rest: Option<String>,
+    /// What to do next: for the first one, where it is not the same for all.
+    pub(super) help: Option<String>,
+}
+
+/// Each finding by itself.
+pub(super) fn apart(sorted: Vec<&Diagnostic>) -> Vec<Folded<'_>> {
+    sorted.into_iter().map(alone).collect()
+}
+
+fn alone(first: &Diagnostic) -> Folded<'_> {
+    let (message, labels) = (first.message.clone(), first.labels.clone());
+    Folded { first, message, labels, n_main: 1, rest: None, help: first.help.clone() }
+}
+
+/// What findings of one kind share.
+#[derive(PartialEq)]
+struct Kind<'a> {
+    code: &'static str,
+    severity: Severity,
+    file: FileId,
+    words: Words<'a>,
+}
+
+#[derive(PartialEq)]
+enum Words<'a> {
+    Message { message: &'a str, help: Option<&'a str> },
+    Plural { before: &'a str, after: &'a str },
+}
+
+/// The kind of a finding; none if it has no place, and so is one by itself.
+fn kind(one: &Diagnostic) -> Option<Kind<'_>> {
+    let words = match &one.plural {
+        Some(Plural { before, after, .. }) => Words::Plural { before, after },
+        None => Words::Message { message: &one.message, help: one.help.as_deref() },
+    };
+    Some(Kind {
+        code: one.code.id,
+        severity: one.severity,
+        file: one.labels.first()?.span.file,
+        words,
+    })
+}
+
+/// Folds findings of one kind; each is where the first of its kind is.
+pub(super) fn fold<'a>(sources: &Sources, sorted: Vec<&'a Diagnostic>) -> Vec<Folded<'a>> {
+    let mut groups: Vec<(Option<Kind<'_>>, Vec<&Diagnostic>)> = Vec::new();
+    for one in sorted {
+        let kind = kind(one);
+        let known = groups.iter_mut().find(|(other, _)| other.is_some() && *other == kind);
+        match known {
+            Some((_, all)) => all.push(one),
+            None => groups.push((kind, vec![one])),
+        }
+    }
+    groups.iter().map(|(_, all)| together(sources, all)).collect()
+}
+
+/// Findings of one kind as one.
+fn together<'a>(sources: &Sources, all: &[&'a Diagnostic]) -> Folded<'a> {
+    let mut folded = alone(all[0]);
+    // The same at the same place is one finding.
+    let mut places: BTreeSet<Span> = BTreeSet::new();
+    let all: Vec<&Diagnostic> = all
+        .iter()
+        .copied()
+        .filter(|one| one.labels.first().is_some_and(|label| places.insert(label.span)))
+        .collect();
+    if all.len() < 2 {
+        return folded;
+    }
+    folded.message = message(&all);
+    if all.iter().any(|one| one.help != all[0].help) {
+        folded.help = folded.help.map(|help| format!("for the first one: {help}"));
+    }
+    let line = |span: Span| {
+        sources.get(span.file).map_or(0, |source| source.line_of(span.start as usize) + 1)
+    };
+    let mut lines: BTreeSet<usize> = BTreeSet::new();
+    let (mut main, mut others): (Vec<Label>, Vec<Label>) = (Vec::new(), Vec::new());
+    let mut rest: Vec<usize> = Vec::new();
+    for one in &all {
+        let own = || one.labels.iter().map(|label| line(label.span));
+        let new = own().filter(|line| !lines.contains(line)).collect::<BTreeSet<_>>().len();
+        if !main.is_empty() && lines.len() + new > MOST_LINES {
+            rest.extend(own().next());
+            continue;
+        }
+        lines.extend(own());
+        let mut labels = one.labels.iter().cloned();
+        if let Some(mut label) = labels.next() {
+            // What is seen at each of them is said at the first.
+            if main.iter().any(|known| known.text == label.text) {
+                label.text.clear();
+            }
+            main.push(label);
+        }
+        others.extend(labels);
+    }
+    let mut known: BTreeSet<Span> = main.iter().map(|label| label.span).collect();
+    others.retain(|label| known.insert(label.span));
+    folded.n_main = main.len();
+    main.append(&mut others);
+    folded.labels = main;
+    folded.rest = (!rest.is_empty()).then(|| also_on(&rest));
+    folded
+}
+
+/// What is wrong with several: what they name, listed, or how many places there are.
+fn message(all: &[&Diagnostic]) -> String {
+    let mut names: Vec<&str> = Vec::new();
+    for plural in all.iter().filter_map(|one| one.plural.as_ref()) {
+        if !names.contains(&plural.item.as_str()) {
+            names.push(&plural.item);
+        }
+    }
+    let Some(Plural { before, after, .. }) = all[0].plural.as_ref().filter(|_| names.len() > 1)
+    else {
+        return format!("{} ({} places)", all[0].message, all.len());
+    };
+    let list = if names.len() <= MOST_NAMES {
+        listed(&names)
+    } else {
+        format!("{}, ... ({})", names[..NAMES_OF_MANY].join(", "), names.len())
+    };
+    let parts = [before.as_str(), &list, after].into_iter().filter(|part| !part.is_empty());
+    parts.collect::<Vec<_>>().join(" ")
+}
+
+/// `a, b and c`.
+fn listed(names: &[&str]) -> String {
+    match names {
+        [] => String::new(),
+        [one] => (*one).to_owned(),
+        [before @ .., last] => format!("{} and {last}", before.join(", ")),
+    }
+}
+
+/// Line numbers as a sentence; neighbours as a range.
+fn also_on(lines: &[usize]) -> String {
+    let mut ranges: Vec<(usize, usize)> = Vec::new();
+    for line in lines.iter().copied().collect::<BTreeSet<_>>() {
+        match ranges.last_mut() {
+            Some((_, to)) if line == *to + 1 => *to = line,
+            _ => ranges.push((line, line)),
+        }
+    }
+    let noun = if matches!(ranges[..], [(from, to)] if from == to) { "line" } else { "lines" };
+    let left: usize = ranges.iter().skip(MOST_NUMBERS).map(|(from, to)| to - from + 1).sum();
+    let shown = ranges.iter().take(MOST_NUMBERS).map(|(from, to)| match to - from {
+        0 => from.to_string(),
+        1 => format!("{from}, {to}"),
+        _ => format!("{from} to {to}"),
+    });
+    let mut text = format!("also on {noun} {}", shown.collect::<Vec<_>>().join(", "));
+    if left > 0 {
+        text += &format!(", and {left} more");
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{also_on, listed};
+
+    #[test]
+    fn neighbouring_lines_are_a_range() {
+        assert_eq!(also_on(&[7]), "also on line 7");
+        assert_eq!(also_on(&[3, 4, 9, 10, 11, 3]), "also on lines 3, 4, 9 to 11");
+        let many: Vec<usize> = (1..=20).map(|n| 2 * n).collect();
+        assert!(also_on(&many).ends_with("22, 24, and 8 more"));
+    }
+
+    #[test]
+    fn the_last_name_follows_an_and() {
+        assert_eq!(listed(&["a", "b", "c"]), "a, b and c");
+    }
+}
