@@ -308,7 +308,7 @@ fn each_verb_has_the_same_codes() {
     // A fuse map whose vectors ask for what its fuses do not do.
     let (made, said) = run(folder, "build", "good.graf --target jedec --stimulus good.csv -o out");
     assert_eq!(made, Some(0), "{said}");
-    let map = fs::read_to_string(folder.join("out/lamp.jed")).expect("the fuse map");
+    let map = fs::read_to_string(folder.join("out/good.jed")).expect("the fuse map");
     fs::write(folder.join("refuted.jed"), spoiled(&map)).expect("it is written");
     let mut wrong = String::new();
     for (verb, situation, code, rest) in CELLS {
